@@ -1,0 +1,54 @@
+//! The wire codec: the only file that calls bincode (unmaintained, pinned; DESIGN §3).
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Largest encoded message, bytes. A tick of a robot in a crowded room takes a few kilobytes.
+pub const LIMIT_BYTES: usize = 256 * 1024;
+
+/// A message that cannot be put on, or taken from, the bus.
+#[derive(Debug, thiserror::Error)]
+pub enum CodecError {
+    /// The message is larger than [`LIMIT_BYTES`].
+    #[error("message of {0} bytes is larger than the limit of {LIMIT_BYTES}")]
+    TooLarge(usize),
+    /// The bytes are not an encoding of the expected type.
+    #[error("malformed message: {0}")]
+    Malformed(String),
+    /// The bytes hold a message and something after it.
+    #[error("{0} trailing bytes after the message")]
+    Trailing(usize),
+}
+
+fn configuration() -> impl bincode::config::Config {
+    bincode::config::standard().with_limit::<LIMIT_BYTES>()
+}
+
+/// Encodes a message.
+///
+/// # Errors
+/// [`CodecError::TooLarge`] above the size limit.
+pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
+    let bytes = bincode::serde::encode_to_vec(message, configuration())
+        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    if bytes.len() > LIMIT_BYTES {
+        return Err(CodecError::TooLarge(bytes.len()));
+    }
+    Ok(bytes)
+}
+
+/// Decodes a message that takes up all of `bytes`.
+///
+/// # Errors
+/// Any [`CodecError`]; arbitrary bytes never panic and never allocate more than the size limit allows.
+pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
+    if bytes.len() > LIMIT_BYTES {
+        return Err(CodecError::TooLarge(bytes.len()));
+    }
+    let (message, used) = bincode::serde::decode_from_slice(bytes, configuration())
+        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    match bytes.len() - used {
+        0 => Ok(message),
+        trailing => Err(CodecError::Trailing(trailing)),
+    }
+}

@@ -1,0 +1,59 @@
+//! Identifiers. On the bus a robot goes by its rank; names appear in key expressions, files and on the screen.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// A robot, by its rank: its place in the scenario's list of robots, counted from 0.
+///
+/// The rank is also its place in every fixed order: of commands, of same-step claims, of in-order stepping (DESIGN §4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct RobotId(pub u16);
+
+impl RobotId {
+    /// The rank as an index into a list with one entry per robot.
+    #[must_use]
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+impl fmt::Display for RobotId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "robot#{}", self.0)
+    }
+}
+
+/// A high-level task of the mission, by its place in [`crate::scenario::Catalog::tasks`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct TaskId(pub u16);
+
+/// A behavior set, by its place in [`crate::scenario::Catalog::sets`]; the same for every robot that has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct SetId(pub u16);
+
+impl TaskId {
+    /// Index into the catalog's tasks.
+    #[must_use]
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+impl SetId {
+    /// Index into the catalog's behavior sets.
+    #[must_use]
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+/// A waste item, counted from 0 over all spills.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct ItemId(pub u32);
+
+/// Life of a robot's agent, counted by the world from 1; a restarted agent gets the next one.
+pub type Incarnation = u32;
+
+/// Step number, from 0. The readings of tick `t` show the world at `t · step`.
+pub type Tick = u64;

@@ -1,0 +1,25 @@
+//! What crosses the bus between world-server and robot-agents, and nothing else (DESIGN §2, §3).
+//!
+//! - [`ids`], [`time`]: robots by rank, tasks, sets, ticks, simulated time in ms.
+//! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
+//!   and [`telemetry`] inside; [`join`]: the handshake before it.
+//! - [`team`]: what robots tell each other.
+//! - [`view`]: what observers see.
+//! - [`scenario`]: what a run is made of.
+//! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
+//! - [`rng`]: one stream of random numbers per purpose and robot.
+
+pub mod codec;
+pub mod ids;
+pub mod join;
+pub mod keys;
+pub mod readings;
+pub mod rendezvous;
+pub mod rng;
+pub mod scenario;
+pub mod session;
+pub mod team;
+pub mod telemetry;
+pub mod tick;
+pub mod time;
+pub mod view;

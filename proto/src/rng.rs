@@ -1,0 +1,34 @@
+//! One ChaCha stream per purpose and robot, so that no consumer shifts another's luck (DESIGN §5).
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::ids::RobotId;
+
+/// What a stream of random numbers is for. The numbers are part of every recorded run: never reuse one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Purpose {
+    /// Places of the waste items.
+    Items = 1,
+    /// A robot's own choices.
+    Behavior = 2,
+}
+
+/// The stream of that purpose that belongs to no robot.
+#[must_use]
+pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
+    numbered(seed, purpose, 0)
+}
+
+/// The stream of that purpose of one robot.
+#[must_use]
+pub fn robot_stream(seed: u64, purpose: Purpose, robot: RobotId) -> ChaCha8Rng {
+    numbered(seed, purpose, u32::from(robot.0) + 1)
+}
+
+fn numbered(seed: u64, purpose: Purpose, number: u32) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream((u64::from(purpose as u32) << 32) | u64::from(number));
+    rng
+}

@@ -1,0 +1,247 @@
+//! ALLIANCE parameters and switches: how a scenario states them, and the resolved values in force (ALLIANCE.md §1 and §3).
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Which bundle of switches a scenario starts from (ALLIANCE.md §3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// What the thesis' simulator does.
+    Thesis,
+    /// What was observed in Parker's experiments of 1998.
+    Par98,
+    /// Made for a team of real processes.
+    #[default]
+    Team,
+}
+
+/// The origin that `0` stands for in comm_received(…, 0, …).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HistoryOrigin {
+    /// Literally 0: patience is a once-only thing.
+    MissionStart,
+    /// The last progress that the teammate reported on the task, the mission's start if none.
+    Progress,
+}
+
+/// When robots step and hear each other (thesis §4.4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StepOrder {
+    /// All at once; a broadcast is heard in the next step.
+    Simultaneous,
+    /// One after the other in rank order; later ones hear earlier ones in the same step.
+    InOrder,
+}
+
+/// The answers to what the formulas leave open (ALLIANCE.md §3, one field per row of its table).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Switches {
+    /// At θ while a teammate executes an exclusive task: wait and broadcast the wish, else activate at once. Thesis §3.3.1.
+    pub waiting: bool,
+    /// A *waiting* message counts as comm_received in impatience and reset (it always counts in acquiescence). Thesis §4.3.1.
+    pub waiting_counts: bool,
+    /// A set may broadcast its wish in the step in which another set of the robot activates. Thesis §4.3.1.
+    pub wish_when_suppressed: bool,
+    /// impatience_reset may switch off an active set. Thesis §4.4.
+    pub reset_stops_active: bool,
+    /// Origin of the comm history, in impatience and reset alike.
+    pub history_origin: HistoryOrigin,
+    /// Whether a broadcast is visible in the same step (in-order) or the next. Thesis §4.4.
+    pub step_order: StepOrder,
+    /// Two robots claim an exclusive task in the same step: the earlier `since` wins, a tie goes to the lower rank, and the
+    /// loser becomes waiting; else both run until ψ. Thesis ch. 5.
+    pub arbitration: bool,
+    /// Say so when a set hibernates; else τ has to find out.
+    pub release_message: bool,
+    /// A robot without an active set says that it is idle.
+    pub idle_heartbeat: bool,
+}
+
+impl Preset {
+    /// The switches of the preset.
+    #[must_use]
+    pub fn switches(self) -> Switches {
+        match self {
+            Self::Thesis => Switches {
+                waiting: true,
+                waiting_counts: true,
+                wish_when_suppressed: true,
+                reset_stops_active: true,
+                history_origin: HistoryOrigin::MissionStart,
+                step_order: StepOrder::InOrder,
+                arbitration: false,
+                release_message: true,
+                idle_heartbeat: false,
+            },
+            Self::Par98 => Switches {
+                waiting: false,
+                waiting_counts: false,
+                wish_when_suppressed: false,
+                reset_stops_active: false,
+                history_origin: HistoryOrigin::MissionStart,
+                step_order: StepOrder::Simultaneous,
+                arbitration: false,
+                release_message: false,
+                idle_heartbeat: false,
+            },
+            Self::Team => Switches {
+                waiting: true,
+                waiting_counts: false,
+                wish_when_suppressed: false,
+                reset_stops_active: false,
+                history_origin: HistoryOrigin::Progress,
+                step_order: StepOrder::Simultaneous,
+                arbitration: true,
+                release_message: true,
+                idle_heartbeat: true,
+            },
+        }
+    }
+}
+
+/// `[alliance]` of a scenario file. Precedence, weakest first: built-in values of the behavior set, `defaults`, `sets`,
+/// `robots.NAME.defaults`, `robots.NAME.sets`, a parameter file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AllianceSection {
+    /// Bundle of switches.
+    pub preset: Preset,
+    /// θ, one for the whole team.
+    pub threshold: f64,
+    /// Switches that differ from the preset.
+    pub switches: SwitchSection,
+    /// Values for every robot and set.
+    pub defaults: SetSection,
+    /// Values by behavior set.
+    pub sets: BTreeMap<String, SetSection>,
+    /// Values by robot.
+    pub robots: BTreeMap<String, RobotSection>,
+}
+
+impl Default for AllianceSection {
+    fn default() -> Self {
+        Self {
+            preset: Preset::default(),
+            threshold: 100.0,
+            switches: SwitchSection::default(),
+            defaults: SetSection::default(),
+            sets: BTreeMap::new(),
+            robots: BTreeMap::new(),
+        }
+    }
+}
+
+/// `[alliance.robots.NAME]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RobotSection {
+    /// Values for all sets of the robot.
+    pub defaults: SetSection,
+    /// Values by behavior set.
+    pub sets: BTreeMap<String, SetSection>,
+}
+
+/// Switches that differ from the preset; each as in [`Switches`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[allow(missing_docs)] // Each field is documented at `Switches`.
+pub struct SwitchSection {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waiting: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waiting_counts: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wish_when_suppressed: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reset_stops_active: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_origin: Option<HistoryOrigin>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_order: Option<StepOrder>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arbitration: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub release_message: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub idle_heartbeat: Option<bool>,
+}
+
+/// Parameters of a behavior set, as far as one layer of a scenario states them; each as in [`SetParams`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SetSection {
+    /// ρ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub broadcast_rate_hz: Option<f64>,
+    /// τ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ceased_after_s: Option<f64>,
+    /// δ_fast.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fast_impatience: Option<f64>,
+    /// δ_slow toward every teammate that is not named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slow_impatience: Option<f64>,
+    /// δ_slow by teammate.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub slow_impatience_toward: BTreeMap<String, f64>,
+    /// φ toward every teammate that is not named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub willing_to_affect_s: Option<f64>,
+    /// φ by teammate.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub willing_to_affect_toward_s: BTreeMap<String, f64>,
+    /// ψ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before_yielding_s: Option<f64>,
+    /// λ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before_giving_up_s: Option<f64>,
+}
+
+/// Every ALLIANCE value in force (DESIGN §8, `alliance` of run.json).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Alliance {
+    /// θ.
+    pub threshold: f64,
+    /// Length of a step, ms.
+    pub step_ms: u64,
+    /// All switches.
+    pub switches: Switches,
+    /// By robot name.
+    pub robots: BTreeMap<String, RobotParams>,
+}
+
+/// One robot's values.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotParams {
+    /// Its rank.
+    pub rank: u16,
+    /// By behavior set name.
+    pub sets: BTreeMap<String, SetParams>,
+}
+
+/// Parameters of one behavior set of one robot (ALLIANCE.md §1).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SetParams {
+    /// Name of the task.
+    pub task: String,
+    /// ρ, heartbeats per second.
+    pub broadcast_rate_hz: f64,
+    /// τ, silence after which a teammate is taken to have ceased, s.
+    pub ceased_after_s: f64,
+    /// δ_fast, motivation/s.
+    pub fast_impatience: f64,
+    /// δ_slow by teammate, motivation/s.
+    pub slow_impatience: BTreeMap<String, f64>,
+    /// φ by teammate, s.
+    pub willing_to_affect_s: BTreeMap<String, f64>,
+    /// ψ, s.
+    pub before_yielding_s: f64,
+    /// λ, s.
+    pub before_giving_up_s: f64,
+}

@@ -1,0 +1,118 @@
+//! The tasks and behavior sets of a mission, with the ids that cross the bus.
+
+use super::Scenario;
+use crate::ids::{SetId, TaskId};
+
+/// A task (thesis §3.3.1).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskSpec {
+    /// Name, as in the logs.
+    pub name: String,
+    /// How many robots may execute it at once; 1 is exclusive.
+    pub max_robots: u32,
+    /// Higher goes first.
+    pub priority: i32,
+}
+
+/// What a behavior set does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BehaviorKind {
+    /// Follow the walls with the side sensor.
+    FindLocationsMethodical,
+    /// Wander west, north, east, south.
+    FindLocationsWander,
+    /// Carry the items of one spill to the deposit; the spill by its place in the scenario.
+    MoveSpill(u16),
+    /// Report at the report site.
+    ReportProgress,
+}
+
+/// A behavior set.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetSpec {
+    /// Name, as in the logs and parameter files.
+    pub name: String,
+    /// The task that it performs.
+    pub task: TaskId,
+    /// What it does.
+    pub kind: BehaviorKind,
+}
+
+/// All tasks and behavior sets of a scenario; the index of each is its id.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Catalog {
+    /// Tasks: find-locations, move-spill(NAME) of each spill, report-progress.
+    pub tasks: Vec<TaskSpec>,
+    /// Behavior sets: find-locations-methodical, find-locations-wander, move-spill(NAME) of each spill, report-progress.
+    pub sets: Vec<SetSpec>,
+}
+
+impl Catalog {
+    /// The catalog of a waste clean-up.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let task = |name: String| {
+            let section = scenario.tasks.get(&name).copied().unwrap_or_default();
+            TaskSpec {
+                max_robots: section.max_robots,
+                priority: section.priority,
+                name,
+            }
+        };
+        let move_spill = |index: usize| format!("move-spill({})", scenario.waste.spills[index].name);
+        let spills = scenario.waste.spills.len();
+        let mut tasks = vec![task("find-locations".to_owned())];
+        tasks.extend((0..spills).map(|index| task(move_spill(index))));
+        tasks.push(task("report-progress".to_owned()));
+
+        let find = |name: &str, kind| SetSpec {
+            name: name.to_owned(),
+            task: TaskId(0),
+            kind,
+        };
+        let mut sets = vec![
+            find("find-locations-methodical", BehaviorKind::FindLocationsMethodical),
+            find("find-locations-wander", BehaviorKind::FindLocationsWander),
+        ];
+        sets.extend((0..spills as u16).map(|index| SetSpec {
+            name: move_spill(usize::from(index)),
+            task: TaskId(index + 1),
+            kind: BehaviorKind::MoveSpill(index),
+        }));
+        sets.push(SetSpec {
+            name: "report-progress".to_owned(),
+            task: TaskId(spills as u16 + 1),
+            kind: BehaviorKind::ReportProgress,
+        });
+        Self { tasks, sets }
+    }
+
+    /// The behavior set of that name.
+    #[must_use]
+    pub fn set_named(&self, name: &str) -> Option<SetId> {
+        let index = self.sets.iter().position(|set| set.name == name)?;
+        Some(SetId(index as u16))
+    }
+
+    /// Name of a task; ids come from this catalog.
+    #[must_use]
+    pub fn task_name(&self, task: TaskId) -> &str {
+        self.tasks.get(task.index()).map_or("?", |task| &task.name)
+    }
+
+    /// Name of a behavior set; ids come from this catalog.
+    #[must_use]
+    pub fn set_name(&self, set: SetId) -> &str {
+        self.sets.get(set.index()).map_or("?", |set| &set.name)
+    }
+
+    /// The behavior sets of one robot, in the catalog's order: all, but find-locations-methodical only with a side sensor.
+    pub fn sets_of(&self, robot: &super::Robot) -> impl Iterator<Item = SetId> + '_ {
+        let side_sensor = robot.side_sensor;
+        self.sets
+            .iter()
+            .enumerate()
+            .filter(move |(_, set)| side_sensor || set.kind != BehaviorKind::FindLocationsMethodical)
+            .map(|(index, _)| SetId(index as u16))
+    }
+}

@@ -1,0 +1,207 @@
+//! What an agent tells the world for the log: its motivations with their factors, why its states changed, and the fate of
+//! every message.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::ids::{Incarnation, RobotId, SetId, TaskId};
+use crate::team::{BroadcastKind, TaskState};
+use crate::time::SimTime;
+
+/// State of a behavior set (thesis §3.3.1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SetState {
+    /// Below the threshold, or suppressed.
+    #[default]
+    Hibernating,
+    /// At the threshold while a teammate executes the exclusive task.
+    Waiting,
+    /// Executing.
+    Active,
+}
+
+impl SetState {
+    /// The `state` column of motivations.csv.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Hibernating => "hibernating",
+            Self::Waiting => "waiting",
+            Self::Active => "active",
+        }
+    }
+}
+
+/// One row of motivations.csv: a motivational behavior at the end of a step, with the factors of eq. 2.7.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motivation {
+    /// The behavior set.
+    pub set: SetId,
+    /// m, in [0, θ].
+    pub motivation: f64,
+    /// Rate of this step, motivation/s (eq. 2.4).
+    pub impatience: f64,
+    /// Factor (eq. 2.1).
+    pub sensory_feedback: bool,
+    /// Factor (eq. 2.3); `false` = another set of the robot is active.
+    pub activity_suppression: bool,
+    /// Factor (eq. 2.5); `false` = reset in this step.
+    pub impatience_reset: bool,
+    /// Factor (eq. 2.6); `false` = yields or gives up.
+    pub acquiescence: bool,
+    /// State at the end of the step.
+    pub state: SetState,
+}
+
+/// Why the state of a behavior set changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reason {
+    /// The motivation reached θ.
+    Threshold,
+    /// sensory_feedback became 0.
+    NotApplicable,
+    /// Another set of the robot is active.
+    Suppressed,
+    /// impatience_reset by the first message of this teammate.
+    ResetBy(RobotId),
+    /// Active longer than ψ and a teammate wants the task.
+    AcquiescedPsi,
+    /// Active longer than λ.
+    GaveUpLambda,
+    /// Lost against an earlier or lower-ranked claim to the same exclusive task.
+    Arbitration,
+    /// Waited, and nobody executes the task any more.
+    WaitOver,
+    /// Waited its own ψ + τ in vain: the incumbent may be deaf or babbling.
+    WaitBound,
+}
+
+impl Reason {
+    /// The `reason` column of events.csv, with teammates by name.
+    #[must_use]
+    pub fn describe<'a>(self, name: impl Fn(RobotId) -> &'a str) -> String {
+        match self {
+            Self::Threshold => "threshold".into(),
+            Self::NotApplicable => "not-applicable".into(),
+            Self::Suppressed => "suppressed".into(),
+            Self::ResetBy(robot) => format!("reset-by {}", name(robot)),
+            Self::AcquiescedPsi => "acquiesced-psi".into(),
+            Self::GaveUpLambda => "gave-up-lambda".into(),
+            Self::Arbitration => "arbitration".into(),
+            Self::WaitOver => "wait-over".into(),
+            Self::WaitBound => "wait-bound".into(),
+        }
+    }
+}
+
+/// A change of state in one step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StateChange {
+    /// The behavior set.
+    pub set: SetId,
+    /// Before.
+    pub from: SetState,
+    /// After.
+    pub to: SetState,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// What became of a broadcast at one receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fate {
+    /// Heard in the step after it was sent.
+    Heard,
+    /// Listed by the world but never arrived: a real loss.
+    Lost,
+}
+
+impl Fate {
+    /// The `fate` column of messages.csv.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Heard => "heard",
+            Self::Lost => "lost",
+        }
+    }
+}
+
+/// One row of messages.csv: a broadcast at one receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reception {
+    /// When it was, or would have been, audible.
+    pub at: SimTime,
+    /// Who sent it.
+    pub sender: RobotId,
+    /// In which life.
+    pub incarnation: Incarnation,
+    /// When it was sent.
+    pub sent: SimTime,
+    /// What became of it.
+    pub fate: Fate,
+    /// What it said; `None` when it never arrived.
+    pub said: Option<Said>,
+}
+
+/// The logged part of a broadcast's contents.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Said {
+    /// Running number within the incarnation.
+    pub seq: u64,
+    /// Its kind.
+    pub kind: BroadcastKind,
+    /// State it claims; heartbeats only.
+    pub state: Option<TaskState>,
+    /// Since when; heartbeats only.
+    pub since: Option<SimTime>,
+    /// Behavior set it is about.
+    pub set: Option<SetId>,
+    /// Task it is about.
+    pub task: Option<TaskId>,
+    /// Progress count it claims.
+    pub progress: Option<u32>,
+}
+
+/// Something an agent decided or learned that the log should say, beside state changes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Note {
+    /// The `kind` column of events.csv.
+    pub kind: NoteKind,
+    /// The `detail` column.
+    pub detail: String,
+}
+
+/// Kinds of [`Note`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum NoteKind {
+    /// Broadcast a PositionUpdate.
+    PositionUpdate,
+    /// Took locations over from a teammate.
+    LocationsLearned,
+    /// Found the locations to be wrong and withdrew them.
+    LocationsWithdrawn,
+    /// Believes a spill to be empty.
+    SpillEmpty,
+    /// Put down what it carried because its behavior set hibernated.
+    PutDown,
+    /// An effect on the world (ALLIANCE.md §3 "Progress").
+    Progress,
+    /// Goes round an obstacle (memory of the detour in the detail).
+    Detour,
+}
+
+impl fmt::Display for NoteKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PositionUpdate => "position-update",
+            Self::LocationsLearned => "locations-learned",
+            Self::LocationsWithdrawn => "locations-withdrawn",
+            Self::SpillEmpty => "spill-empty",
+            Self::PutDown => "put-down",
+            Self::Progress => "progress",
+            Self::Detour => "detour",
+        })
+    }
+}

@@ -1,0 +1,99 @@
+//! The lockstep of world and agents (DESIGN §4).
+
+use serde::{Deserialize, Serialize};
+
+use crate::ids::{Incarnation, RobotId, Tick};
+use crate::readings::{Actuation, Readings};
+use crate::telemetry::{Motivation, Note, Reception, StateChange};
+use crate::time::SimTime;
+
+/// World → one agent: sense, hear, think and act for this tick.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TickMessage {
+    /// The life it is addressed to; any other that reads it has been superseded and must end.
+    pub incarnation: Incarnation,
+    /// Number of the tick.
+    pub tick: Tick,
+    /// Its simulated time.
+    pub now: SimTime,
+    /// Latest tick in which a report of this incarnation counted. What the agent did after it never happened.
+    pub last_counted: Option<Tick>,
+    /// The broadcasts that count since this agent's last step, by (sender, tick).
+    pub manifest: Vec<ManifestEntry>,
+    /// What the robot senses.
+    pub readings: Readings,
+}
+
+/// "These broadcasts of that sender and tick count: wait for them."
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct ManifestEntry {
+    /// Who sent them.
+    pub sender: RobotId,
+    /// In which tick.
+    pub tick: Tick,
+    /// In which life.
+    pub incarnation: Incarnation,
+    /// How many: their indices run from 0 to `count - 1`.
+    pub count: u16,
+}
+
+/// What the world publishes on an agent's tick key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ToAgent {
+    /// The next tick.
+    Tick(Box<TickMessage>),
+    /// The run is over; the agent ends.
+    End(Outcome),
+    /// This incarnation has been superseded or given up; the agent that has it ends.
+    Dismissed(Incarnation),
+}
+
+/// Agent → world: what it did in a tick. Published after the tick's broadcasts, on the same session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Whose report it is.
+    pub robot: RobotId,
+    /// In which life.
+    pub incarnation: Incarnation,
+    /// Tick it answers.
+    pub tick: Tick,
+    /// What the body shall do.
+    pub actuation: Actuation,
+    /// How many broadcasts were published in this tick.
+    pub broadcasts: u16,
+    /// Motivations of all behavior sets, in the order of the catalog.
+    pub motivations: Vec<Motivation>,
+    /// Changes of state in this step, in the order in which they happened.
+    pub changes: Vec<StateChange>,
+    /// Other things worth a line in the log.
+    pub notes: Vec<Note>,
+    /// The fate of each broadcast of the manifest, by (sender, tick, index).
+    pub receptions: Vec<Reception>,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// Every item is in the deposit.
+    Complete,
+    /// The time limit passed first.
+    TimeLimit,
+    /// Somebody asked it to end.
+    Interrupted,
+    /// No robot is left that could do anything.
+    NoRobotLeft,
+}
+
+impl Outcome {
+    /// As written to run.json and shown to people.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::TimeLimit => "time-limit",
+            Self::Interrupted => "interrupted",
+            Self::NoRobotLeft => "no-robot-left",
+        }
+    }
+}

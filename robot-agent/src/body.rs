@@ -1,0 +1,1 @@
+//! Drive and obstacle avoidance: pure.

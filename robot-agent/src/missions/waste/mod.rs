@@ -1,0 +1,1 @@
+//! The waste clean-up: behavior sets and knowledge.

@@ -1,0 +1,3 @@
+//! The world-server: physics, sensing and the step clock.
+
+pub mod world;
