@@ -59,7 +59,8 @@ impl Catalog {
                 name,
             }
         };
-        let move_spill = |index: usize| format!("move-spill({})", scenario.waste.spills[index].name);
+        let move_spill =
+            |index: usize| format!("move-spill({})", scenario.waste.spills[index].name);
         let spills = scenario.waste.spills.len();
         let mut tasks = vec![task("find-locations".to_owned())];
         tasks.extend((0..spills).map(|index| task(move_spill(index))));
@@ -71,7 +72,10 @@ impl Catalog {
             kind,
         };
         let mut sets = vec![
-            find("find-locations-methodical", BehaviorKind::FindLocationsMethodical),
+            find(
+                "find-locations-methodical",
+                BehaviorKind::FindLocationsMethodical,
+            ),
             find("find-locations-wander", BehaviorKind::FindLocationsWander),
         ];
         sets.extend((0..spills as u16).map(|index| SetSpec {
@@ -112,7 +116,9 @@ impl Catalog {
         self.sets
             .iter()
             .enumerate()
-            .filter(move |(_, set)| side_sensor || set.kind != BehaviorKind::FindLocationsMethodical)
+            .filter(move |(_, set)| {
+                side_sensor || set.kind != BehaviorKind::FindLocationsMethodical
+            })
             .map(|(index, _)| SetId(index as u16))
     }
 }

@@ -5,6 +5,13 @@
 
 mod alliance;
 mod catalog;
+mod error;
+mod path;
+mod properties;
+mod resolve;
+mod statement;
+mod validate;
+mod values;
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -14,6 +21,9 @@ pub use alliance::{
     SetSection, StepOrder, SwitchSection, Switches,
 };
 pub use catalog::{BehaviorKind, Catalog, SetSpec, TaskSpec};
+pub use error::ScenarioError;
+pub use properties::{ParameterFile, SkippedKey};
+pub use resolve::Resolved;
 
 /// A run, complete: what the world sends to every agent and writes to run.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,114 @@
+//! What is wrong with a scenario or a parameter file, where, and what would be right: always one line.
+
+use std::fmt;
+
+use super::path::Path;
+
+/// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: what is wrong; what would be
+/// right`; file and line are missing where the scenario does not come from a file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct ScenarioError {
+    file: Option<String>,
+    line: Option<usize>,
+    key: String,
+    what: String,
+    remedy: String,
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = String::new();
+        if let Some(file) = &self.file {
+            text += file;
+            if let Some(line) = self.line {
+                text += &format!(":{line}");
+            }
+            text += ": ";
+        }
+        if !self.key.is_empty() {
+            text += &format!("{}: ", self.key);
+        }
+        text += &format!("{}; {}", self.what, self.remedy);
+        // Names come from the file and may hold anything: nothing in them may break the line or command a terminal.
+        for c in text.chars() {
+            if c.is_control() {
+                write!(f, "{}", c.escape_default())?;
+            } else {
+                write!(f, "{c}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where a value was stated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// In the scenario, file or not.
+    Scenario(Path),
+    /// In a parameter file.
+    Parameters {
+        file: String,
+        line: usize,
+        key: String,
+    },
+}
+
+/// A mistake and its place, before the place is known as a line of the scenario's file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Problem {
+    pub place: Place,
+    pub what: String,
+    pub remedy: String,
+}
+
+impl Problem {
+    /// A mistake at that place of the scenario.
+    pub fn at(path: Path, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            place: Place::Scenario(path),
+            what: what.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// The error for people; `file` is the scenario's name and what finds the line of a path in it.
+    pub fn located(self, file: Option<(&str, &dyn Fn(&Path) -> Option<usize>)>) -> ScenarioError {
+        let (name, line, key) = match self.place {
+            Place::Scenario(path) => (
+                file.map(|(name, _)| name.to_owned()),
+                file.and_then(|(_, line_of)| line_of(&path)),
+                path.to_string(),
+            ),
+            Place::Parameters { file, line, key } => (Some(file), Some(line), key),
+        };
+        ScenarioError {
+            file: name,
+            line,
+            key,
+            what: self.what,
+            remedy: self.remedy,
+        }
+    }
+}
+
+/// What to write instead of `wrong`: the nearest of the known names if one is near, and all of them if they are few.
+pub(super) fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    const FEW: usize = 20;
+    let known: Vec<&str> = known.into_iter().collect();
+    let nearest = known
+        .iter()
+        .map(|name| (strsim::damerau_levenshtein(wrong, name), *name))
+        .min_by_key(|(distance, _)| *distance)
+        .filter(|(distance, name)| *distance <= name.chars().count().div_ceil(3));
+    let list = match known.len() {
+        0 => "there are none".to_owned(),
+        1 => format!("there is only '{}'", known[0]),
+        2..=FEW => format!("there are {}", known.join(", ")),
+        more => format!("there are {more}, from {} to {}", known[0], known[more - 1]),
+    };
+    match nearest {
+        Some((_, name)) => format!("did you mean '{name}'? ({list})"),
+        None => list,
+    }
+}

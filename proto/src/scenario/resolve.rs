@@ -1,0 +1,155 @@
+//! From a scenario and a parameter file to every ALLIANCE value in force.
+//!
+//! All statements are applied from the weakest to the strongest (see [`AllianceSection`](super::AllianceSection)), the
+//! plain value of a layer before its values for named teammates. So a value for a named teammate beats the plain value of
+//! its own and of every weaker layer, and the plain value of a stronger layer beats it.
+
+use std::collections::BTreeMap;
+
+use super::alliance::{Alliance, RobotParams, SwitchSection, Switches};
+use super::catalog::Catalog;
+use super::error::{Place, Problem, ScenarioError};
+use super::path::Path;
+use super::properties::{ParameterFile, SkippedKey};
+use super::statement::{positive, statements};
+use super::validate::validate;
+use super::values::Values;
+use super::{Scenario, Setup};
+
+/// A run, complete, and what of the parameter file found no use.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// The run.
+    pub setup: Setup,
+    /// Keys of the parameter file whose robot, teammate or set the scenario does not have, in the file's order.
+    pub skipped: Vec<SkippedKey>,
+}
+
+impl Setup {
+    /// Fills in every value that the scenario and the parameter file leave open.
+    ///
+    /// # Errors
+    /// The first mistake in the scenario, or the first rule of ALLIANCE.md §1 that the values in force break.
+    pub fn resolve(
+        scenario: Scenario,
+        seed: u64,
+        parameters: Option<&ParameterFile>,
+    ) -> Result<Resolved, ScenarioError> {
+        let (alliance, skipped) =
+            check(&scenario, parameters).map_err(|problem| problem.located(None))?;
+        let setup = Self {
+            seed,
+            scenario,
+            alliance,
+        };
+        Ok(Resolved { setup, skipped })
+    }
+
+    /// The default scenario, resolved.
+    #[must_use]
+    pub fn default_for(seed: u64) -> Self {
+        // Cannot fail: neither the default scenario nor the built-in values depend on anything, and a test resolves them.
+        #[allow(clippy::expect_used)]
+        Self::resolve(Scenario::default(), seed, None)
+            .expect("the default scenario is valid")
+            .setup
+    }
+}
+
+/// Checks a whole scenario, and its values together with those of the parameter file.
+pub(super) fn check(
+    scenario: &Scenario,
+    parameters: Option<&ParameterFile>,
+) -> Result<(Alliance, Vec<SkippedKey>), Problem> {
+    let catalog = Catalog::of(scenario);
+    validate(scenario, &catalog)?;
+
+    let section = &scenario.alliance;
+    let mut threshold = section.threshold;
+    positive(
+        threshold,
+        "",
+        &Place::Scenario(Path::of(["alliance", "threshold"])),
+    )?;
+    let mut layers = statements(section);
+    for statement in &layers {
+        statement.check()?;
+    }
+    let from_file = layers.len();
+    if let Some(file) = parameters {
+        threshold = file.threshold().unwrap_or(threshold);
+        layers.extend(file.statements());
+    }
+
+    let mut used = vec![false; layers.len()];
+    let mut robots = BTreeMap::new();
+    for (rank, robot) in scenario.robots.iter().enumerate() {
+        let mut sets = BTreeMap::new();
+        for id in catalog.sets_of(robot) {
+            let set = &catalog.sets[id.index()];
+            let teammates = scenario.robots.iter().map(|other| other.name.as_str());
+            let mut values =
+                Values::built_in(set.kind, teammates.filter(|name| *name != robot.name));
+            for (number, statement) in layers.iter().enumerate() {
+                let applies = |wanted: &Option<String>, name: &str| {
+                    wanted.as_deref().is_none_or(|wanted| wanted == name)
+                };
+                if applies(&statement.robot, &robot.name) && applies(&statement.set, &set.name) {
+                    used[number] |= values.apply(statement, number);
+                }
+            }
+            values.check(&layers, &robot.name, &set.name)?;
+            let task = catalog.task_name(set.task).to_owned();
+            sets.insert(set.name.clone(), values.into_params(task));
+        }
+        // Validated: a scenario has at most `MAX_ROBOTS` robots.
+        let rank = rank as u16;
+        robots.insert(robot.name.clone(), RobotParams { rank, sets });
+    }
+
+    let skipped = layers[from_file..]
+        .iter()
+        .zip(&used[from_file..])
+        .filter(|(_, used)| !**used)
+        .filter_map(|(statement, _)| SkippedKey::of(&statement.place))
+        .collect();
+    let alliance = Alliance {
+        threshold,
+        step_ms: scenario.step_ms,
+        switches: section.switches.over(section.preset.switches()),
+        robots,
+    };
+    Ok((alliance, skipped))
+}
+
+impl SwitchSection {
+    /// The preset's switches with these in their place.
+    fn over(&self, preset: Switches) -> Switches {
+        Switches {
+            waiting: self.waiting.unwrap_or(preset.waiting),
+            waiting_counts: self.waiting_counts.unwrap_or(preset.waiting_counts),
+            wish_when_suppressed: self
+                .wish_when_suppressed
+                .unwrap_or(preset.wish_when_suppressed),
+            reset_stops_active: self.reset_stops_active.unwrap_or(preset.reset_stops_active),
+            history_origin: self.history_origin.unwrap_or(preset.history_origin),
+            step_order: self.step_order.unwrap_or(preset.step_order),
+            arbitration: self.arbitration.unwrap_or(preset.arbitration),
+            release_message: self.release_message.unwrap_or(preset.release_message),
+            idle_heartbeat: self.idle_heartbeat.unwrap_or(preset.idle_heartbeat),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_scenario_resolves() {
+        let alliance = Setup::default_for(1).alliance;
+        assert_eq!(alliance.threshold, 100.0);
+        let blue = &alliance.robots["blue"];
+        assert_eq!(blue.sets["move-spill(top)"].slow_impatience["gold"], 0.5);
+    }
+}

@@ -1,0 +1,191 @@
+//! The ALLIANCE parameters one by one, and a single statement about one of them: what scenario sections and parameter
+//! files have in common.
+
+use super::alliance::{AllianceSection, SetSection};
+use super::error::{Place, Problem};
+use super::path::Path;
+
+/// A parameter of a behavior set (ALLIANCE.md §1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Parameter {
+    /// ρ.
+    BroadcastRate,
+    /// τ.
+    CeasedAfter,
+    /// δ_fast.
+    FastImpatience,
+    /// δ_slow, by teammate.
+    SlowImpatience,
+    /// φ, by teammate.
+    WillingToAffect,
+    /// ψ.
+    BeforeYielding,
+    /// λ.
+    BeforeGivingUp,
+}
+
+impl Parameter {
+    pub const ALL: [Self; 7] = [
+        Self::BroadcastRate,
+        Self::CeasedAfter,
+        Self::FastImpatience,
+        Self::SlowImpatience,
+        Self::WillingToAffect,
+        Self::BeforeYielding,
+        Self::BeforeGivingUp,
+    ];
+
+    /// Name in a scenario file.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::BroadcastRate => "broadcast_rate_hz",
+            Self::CeasedAfter => "ceased_after_s",
+            Self::FastImpatience => "fast_impatience",
+            Self::SlowImpatience => "slow_impatience",
+            Self::WillingToAffect => "willing_to_affect_s",
+            Self::BeforeYielding => "before_yielding_s",
+            Self::BeforeGivingUp => "before_giving_up_s",
+        }
+    }
+
+    /// Name in a parameter file (thesis Fig. 3.4).
+    pub fn property(self) -> &'static str {
+        match self {
+            Self::BroadcastRate => "broadcastRate",
+            Self::CeasedAfter => "timeAllowedTillCeased",
+            Self::FastImpatience => "fastImpatience",
+            Self::SlowImpatience => "slowImpatience",
+            Self::WillingToAffect => "timeWillingToAffect",
+            Self::BeforeYielding => "timeBeforeYielding",
+            Self::BeforeGivingUp => "timeBeforeGivingUp",
+        }
+    }
+
+    /// Unit, for people.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::BroadcastRate => "Hz",
+            Self::FastImpatience | Self::SlowImpatience => "motivation/s",
+            Self::CeasedAfter
+            | Self::WillingToAffect
+            | Self::BeforeYielding
+            | Self::BeforeGivingUp => "s",
+        }
+    }
+
+    /// Whether there is one value for each teammate.
+    pub fn by_teammate(self) -> bool {
+        matches!(self, Self::SlowImpatience | Self::WillingToAffect)
+    }
+}
+
+/// "For these robots, these sets and these teammates the parameter has this value"; `None` is all of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Statement {
+    pub robot: Option<String>,
+    pub set: Option<String>,
+    pub teammate: Option<String>,
+    pub parameter: Parameter,
+    pub value: f64,
+    pub place: Place,
+}
+
+impl Statement {
+    /// Refuses a value that is wrong whatever the others are.
+    pub fn check(&self) -> Result<(), Problem> {
+        positive(self.value, self.parameter.unit(), &self.place)
+    }
+}
+
+/// Refuses what is not above 0 and finite (ALLIANCE.md §1).
+pub(super) fn positive(value: f64, unit: &str, place: &Place) -> Result<(), Problem> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(Problem {
+        place: place.clone(),
+        what: format!("{value} is out of range"),
+        remedy: format!("it must be above 0 {unit} and finite"),
+    })
+}
+
+/// All statements of `[alliance]`, weakest first. The plain value of a section comes before its values for named
+/// teammates.
+pub(super) fn statements(section: &AllianceSection) -> Vec<Statement> {
+    let mut all = Vec::new();
+    let alliance = Path::of(["alliance"]);
+    let mut push = |robot: Option<&str>, set: Option<&str>, values: &SetSection, at: &Path| {
+        all.extend(stated(values, at).into_iter().map(|statement| Statement {
+            robot: robot.map(str::to_owned),
+            set: set.map(str::to_owned),
+            ..statement
+        }));
+    };
+    push(None, None, &section.defaults, &alliance.key("defaults"));
+    for (set, values) in &section.sets {
+        push(None, Some(set), values, &alliance.key("sets").key(set));
+    }
+    for (robot, of_robot) in &section.robots {
+        let at = alliance.key("robots").key(robot);
+        push(Some(robot), None, &of_robot.defaults, &at.key("defaults"));
+        for (set, values) in &of_robot.sets {
+            push(Some(robot), Some(set), values, &at.key("sets").key(set));
+        }
+    }
+    all
+}
+
+/// The statements of one section, for all robots and sets.
+fn stated(section: &SetSection, at: &Path) -> Vec<Statement> {
+    let SetSection {
+        broadcast_rate_hz,
+        ceased_after_s,
+        fast_impatience,
+        slow_impatience,
+        slow_impatience_toward,
+        willing_to_affect_s,
+        willing_to_affect_toward_s,
+        before_yielding_s,
+        before_giving_up_s,
+    } = section;
+    let statement = |parameter, teammate: Option<&String>, value, path| Statement {
+        robot: None,
+        set: None,
+        teammate: teammate.cloned(),
+        parameter,
+        value,
+        place: Place::Scenario(path),
+    };
+    let plain = [
+        (Parameter::BroadcastRate, broadcast_rate_hz),
+        (Parameter::CeasedAfter, ceased_after_s),
+        (Parameter::FastImpatience, fast_impatience),
+        (Parameter::SlowImpatience, slow_impatience),
+        (Parameter::WillingToAffect, willing_to_affect_s),
+        (Parameter::BeforeYielding, before_yielding_s),
+        (Parameter::BeforeGivingUp, before_giving_up_s),
+    ]
+    .into_iter()
+    .filter_map(|(parameter, value)| {
+        (*value).map(|value| statement(parameter, None, value, at.key(parameter.key())))
+    });
+    let toward = [
+        (
+            Parameter::SlowImpatience,
+            "slow_impatience_toward",
+            slow_impatience_toward,
+        ),
+        (
+            Parameter::WillingToAffect,
+            "willing_to_affect_toward_s",
+            willing_to_affect_toward_s,
+        ),
+    ]
+    .into_iter()
+    .flat_map(|(parameter, key, values)| {
+        values.iter().map(move |(teammate, value)| {
+            statement(parameter, Some(teammate), *value, at.key(key).key(teammate))
+        })
+    });
+    plain.chain(toward).collect()
+}

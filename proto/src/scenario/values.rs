@@ -1,0 +1,140 @@
+//! The parameters of one behavior set of one robot while statements are applied to them, and the rules that bind them.
+
+use std::collections::BTreeMap;
+
+use super::alliance::SetParams;
+use super::catalog::BehaviorKind;
+use super::error::Problem;
+use super::statement::{Parameter, Statement};
+
+/// A value and the number of the statement that it is from, `None` when built in.
+#[derive(Clone, Copy)]
+struct Sourced {
+    value: f64,
+    from: Option<usize>,
+}
+
+/// One behavior set of one robot; the maps have one entry for each teammate.
+pub(super) struct Values<'a> {
+    broadcast_rate: Sourced,
+    ceased_after: Sourced,
+    fast_impatience: Sourced,
+    slow_impatience: BTreeMap<&'a str, Sourced>,
+    willing_to_affect: BTreeMap<&'a str, Sourced>,
+    before_yielding: Sourced,
+    before_giving_up: Sourced,
+}
+
+impl<'a> Values<'a> {
+    /// The values that hold where nothing is stated.
+    ///
+    /// They suit the default mission. What takes long to do gets much patience: moving a spill more than finding the
+    /// locations, and that more than a report. Wandering is less reliable than following the walls, so less impatient.
+    pub fn built_in(kind: BehaviorKind, teammates: impl Iterator<Item = &'a str>) -> Self {
+        use BehaviorKind::{
+            FindLocationsMethodical, FindLocationsWander, MoveSpill, ReportProgress,
+        };
+        let (fast, slow, phi, psi, lambda) = match kind {
+            FindLocationsMethodical => (20.0, 1.0, 60.0, 120.0, 300.0),
+            FindLocationsWander => (5.0, 0.5, 60.0, 120.0, 300.0),
+            MoveSpill(_) => (10.0, 0.5, 120.0, 240.0, 480.0),
+            ReportProgress => (25.0, 1.0, 60.0, 60.0, 120.0),
+        };
+        let built_in = |value| Sourced { value, from: None };
+        let slow_impatience: BTreeMap<_, _> =
+            teammates.map(|name| (name, built_in(slow))).collect();
+        Self {
+            broadcast_rate: built_in(1.0),
+            ceased_after: built_in(5.0),
+            fast_impatience: built_in(fast),
+            willing_to_affect: slow_impatience
+                .keys()
+                .map(|name| (*name, built_in(phi)))
+                .collect(),
+            slow_impatience,
+            before_yielding: built_in(psi),
+            before_giving_up: built_in(lambda),
+        }
+    }
+
+    /// Sets what the statement speaks of; `number` is its place in the list. Tells whether there is any such value.
+    pub fn apply(&mut self, statement: &Statement, number: usize) -> bool {
+        let new = Sourced {
+            value: statement.value,
+            from: Some(number),
+        };
+        let by_teammate = |values: &mut BTreeMap<&str, Sourced>| {
+            let wanted = statement.teammate.as_deref();
+            let mut any = false;
+            for (name, value) in values {
+                if wanted.is_none_or(|wanted| wanted == *name) {
+                    *value = new;
+                    any = true;
+                }
+            }
+            any
+        };
+        let plain = match statement.parameter {
+            Parameter::SlowImpatience => return by_teammate(&mut self.slow_impatience),
+            Parameter::WillingToAffect => return by_teammate(&mut self.willing_to_affect),
+            Parameter::BroadcastRate => &mut self.broadcast_rate,
+            Parameter::CeasedAfter => &mut self.ceased_after,
+            Parameter::FastImpatience => &mut self.fast_impatience,
+            Parameter::BeforeYielding => &mut self.before_yielding,
+            Parameter::BeforeGivingUp => &mut self.before_giving_up,
+        };
+        *plain = new;
+        true
+    }
+
+    /// Refuses values that break a rule between two of them (ALLIANCE.md §1), at the stronger of the two statements.
+    pub fn check(&self, statements: &[Statement], robot: &str, set: &str) -> Result<(), Problem> {
+        let broken = |a: Sourced, b: Sourced, what: String, remedy: &str| {
+            // Built-in values keep the rules among themselves, so at least one of the two has been stated.
+            let statement = a.from.max(b.from).and_then(|number| statements.get(number));
+            statement.map_or(Ok(()), |statement| {
+                Err(Problem {
+                    place: statement.place.clone(),
+                    what: format!("{robot}'s {set} has {what}"),
+                    remedy: remedy.to_owned(),
+                })
+            })
+        };
+        let (rate, ceased) = (self.broadcast_rate, self.ceased_after);
+        if ceased.value <= 1.0 / rate.value {
+            let what = format!("tau = {} s with rho = {} Hz", ceased.value, rate.value);
+            broken(rate, ceased, what, "the rule is tau > 1/rho")?;
+        }
+        let fast = self.fast_impatience;
+        for (teammate, slow) in &self.slow_impatience {
+            if slow.value >= fast.value {
+                let what = format!(
+                    "slow impatience {} toward {teammate} with fast impatience {}",
+                    slow.value, fast.value
+                );
+                broken(fast, *slow, what, "the rule is 0 < slow < fast")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The values in force; `task` is the name of the set's task.
+    pub fn into_params(self, task: String) -> SetParams {
+        let by_name = |values: BTreeMap<&str, Sourced>| {
+            let named = values
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value.value));
+            named.collect()
+        };
+        SetParams {
+            task,
+            broadcast_rate_hz: self.broadcast_rate.value,
+            ceased_after_s: self.ceased_after.value,
+            fast_impatience: self.fast_impatience.value,
+            slow_impatience: by_name(self.slow_impatience),
+            willing_to_affect_s: by_name(self.willing_to_affect),
+            before_yielding_s: self.before_yielding.value,
+            before_giving_up_s: self.before_giving_up.value,
+        }
+    }
+}
