@@ -4,7 +4,7 @@
 //! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
 //! - [`team`]: what robots tell each other.
-//! - [`view`]: what observers see.
+//! - [`process`]: what the launcher sees of the agents; [`view`]: what observers see.
 //! - [`scenario`]: what a run is made of.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
@@ -13,6 +13,7 @@ pub mod codec;
 pub mod ids;
 pub mod join;
 pub mod keys;
+pub mod process;
 pub mod readings;
 pub mod rendezvous;
 pub mod rng;

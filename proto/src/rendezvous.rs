@@ -1,1 +1,172 @@
-//! Where a live run is found.
+//! Where a live run is found: one file per run in the user's runtime folder, readable by that user alone (DESIGN §3).
+
+use std::fs;
+use std::io::{self, Write};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use nix::sys::signal::kill;
+use nix::unistd::{Pid, Uid};
+use serde::{Deserialize, Serialize};
+
+/// How to reach the world of a live run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rendezvous {
+    /// The run's id, first chunk of its keys.
+    pub run: String,
+    /// Zenoh locator of the world, such as `tcp/127.0.0.1:41234`.
+    pub endpoint: String,
+    /// Process id of the world.
+    pub pid: u32,
+    /// Secret of the run: who can read this file may change the run.
+    pub token: String,
+}
+
+/// Why no run was found, or none could be announced.
+#[derive(Debug, thiserror::Error)]
+pub enum RendezvousError {
+    /// No live run of that id.
+    #[error("no live run '{asked}'; live runs: {}", if live.is_empty() { "none".to_owned() } else { live.join(", ") })]
+    Unknown {
+        /// What was asked for.
+        asked: String,
+        /// What there is, newest first.
+        live: Vec<String>,
+    },
+    /// No live run at all.
+    #[error("no run is live; start one with `alliance run` or `alliance world`")]
+    None,
+    /// The folder is not this user's alone.
+    #[error("{0} is not a folder of this user alone: remove it")]
+    Unsafe(PathBuf),
+    /// The file system refused.
+    #[error("{path}: {error}")]
+    Io {
+        /// Which file or folder.
+        path: PathBuf,
+        /// What it said.
+        error: io::Error,
+    },
+}
+
+/// Removes the announcement of a run when the run ends.
+#[derive(Debug)]
+#[must_use = "the announcement goes with the guard"]
+pub struct Announcement {
+    path: PathBuf,
+}
+
+impl Drop for Announcement {
+    fn drop(&mut self) {
+        // A file that is left over is harmless: `live` skips it, for its process is gone.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+impl Rendezvous {
+    /// Leaves this run where others find it, until the guard goes.
+    ///
+    /// # Errors
+    /// When the runtime folder cannot be made or written, or belongs to somebody else.
+    pub fn announce(&self) -> Result<Announcement, RendezvousError> {
+        let folder = folder()?;
+        let path = folder.join(format!("{}.json", self.run));
+        let at = |error| RendezvousError::Io {
+            path: path.clone(),
+            error,
+        };
+        let text = serde_json::to_string(self).map_err(|error| at(error.into()))?;
+        // Written beside and renamed: a reader never sees half of it.
+        let fresh = folder.join(format!("{}.new", self.run));
+        let mut file = fs::OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .mode(0o600)
+            .open(&fresh)
+            .map_err(at)?;
+        file.write_all(text.as_bytes()).map_err(at)?;
+        fs::rename(&fresh, &path).map_err(at)?;
+        Ok(Announcement { path })
+    }
+
+    /// The run of that id, or the newest live one.
+    ///
+    /// # Errors
+    /// When there is none, or the runtime folder cannot be read.
+    pub fn find(run: Option<&str>) -> Result<Self, RendezvousError> {
+        let live = live()?;
+        match run {
+            None => live.into_iter().next().ok_or(RendezvousError::None),
+            Some(asked) => match live.iter().position(|found| found.run == asked) {
+                Some(index) => Ok(live[index].clone()),
+                None => Err(RendezvousError::Unknown {
+                    asked: asked.to_owned(),
+                    live: live.into_iter().map(|found| found.run).collect(),
+                }),
+            },
+        }
+    }
+}
+
+/// All live runs of this user, newest first; announcements of dead worlds are removed.
+///
+/// # Errors
+/// When the runtime folder cannot be read.
+pub fn live() -> Result<Vec<Rendezvous>, RendezvousError> {
+    let folder = folder()?;
+    let entries = fs::read_dir(&folder).map_err(|error| RendezvousError::Io {
+        path: folder.clone(),
+        error,
+    })?;
+    let mut found: Vec<(SystemTime, Rendezvous)> = Vec::new();
+    for path in entries.flatten().map(|entry| entry.path()) {
+        if path.extension().is_none_or(|extension| extension != "json") {
+            continue;
+        }
+        // A file that vanishes or cannot be read meanwhile is that of a run which is ending.
+        let Some((changed, run)) = read(&path) else {
+            continue;
+        };
+        if kill(Pid::from_raw(run.pid as i32), None).is_ok() {
+            found.push((changed, run));
+        } else {
+            let _ = fs::remove_file(&path);
+        }
+    }
+    found.sort_by(|(a, x), (b, y)| b.cmp(a).then_with(|| x.run.cmp(&y.run)));
+    Ok(found.into_iter().map(|(_, run)| run).collect())
+}
+
+fn read(path: &Path) -> Option<(SystemTime, Rendezvous)> {
+    let changed = fs::metadata(path).ok()?.modified().ok()?;
+    let run = serde_json::from_str(&fs::read_to_string(path).ok()?).ok()?;
+    Some((changed, run))
+}
+
+/// `$XDG_RUNTIME_DIR/alliance`, or `alliance-<uid>` in the folder for temporary files.
+fn folder() -> Result<PathBuf, RendezvousError> {
+    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(base) if Path::new(&base).is_dir() => PathBuf::from(base).join("alliance"),
+        _ => std::env::temp_dir().join(format!("alliance-{}", Uid::effective())),
+    };
+    let at = |error| RendezvousError::Io {
+        path: folder.clone(),
+        error,
+    };
+    fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(&folder)
+        .map_err(at)?;
+    let metadata = fs::symlink_metadata(&folder).map_err(at)?;
+    let owner = std::os::unix::fs::MetadataExt::uid(&metadata);
+    if !metadata.is_dir()
+        || owner != Uid::effective().as_raw()
+        || metadata.permissions().mode() & 0o077 != 0
+    {
+        return Err(RendezvousError::Unsafe(folder));
+    }
+    Ok(folder)
+}

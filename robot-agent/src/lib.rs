@@ -1,5 +1,15 @@
-//! The robot-agent: one robot's mind.
+//! The robot-agent: one robot's mind, and the process it lives in.
+//!
+//! Pure, from the outside in:
+//! - [`agent`]: one step of the mind. It hears through [`radio`], perceives and acts through its mission, and weighs its
+//!   motivations with [`alliance`].
+//! - [`alliance`]: motivational behaviors, comm history, heartbeats (ALLIANCE.md).
+//! - [`missions`]: behavior sets and knowledge.
+//! - [`body`]: driving and obstacle avoidance.
+//!
+//! The shell: [`process`] puts an agent on the bus, [`args`] is its command line.
 
 pub mod alliance;
 pub mod body;
 pub mod missions;
+pub mod radio;

@@ -1,0 +1,142 @@
+//! One robot's mind: listen, perceive, weigh motivations, act, speak. A plain function of its inputs.
+
+use alliance_proto::ids::{Incarnation, RobotId, Tick};
+use alliance_proto::scenario::Setup;
+use alliance_proto::team::{Body, Broadcast, Heartbeat};
+use alliance_proto::tick::{Report, TickMessage};
+
+use crate::alliance::{Announcement, Engine, StepInput};
+use crate::missions::waste::WasteMission;
+use crate::radio::Heard;
+
+/// A robot-agent without its process.
+#[derive(Clone, Debug)]
+pub struct Agent {
+    robot: RobotId,
+    incarnation: Incarnation,
+    engine: Engine,
+    mission: WasteMission,
+    /// Sequence number of the next broadcast.
+    next_seq: u64,
+}
+
+/// What a step gave to the outside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// For the world.
+    pub report: Report,
+    /// For the team; published before the report.
+    pub broadcasts: Vec<Broadcast>,
+}
+
+impl Agent {
+    /// A new life of a robot: no memory, all motivations 0.
+    #[must_use]
+    pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Self {
+        Self {
+            robot,
+            incarnation,
+            engine: Engine::new(robot, setup),
+            mission: WasteMission::new(robot, setup),
+            next_seq: 0,
+        }
+    }
+
+    /// One step of the robot at this tick, having heard what `heard` says.
+    pub fn step(&mut self, tick: &TickMessage, heard: Heard) -> Step {
+        let now = tick.now;
+        let perception = self.mission.perceive(now, &tick.readings, &heard.inbox);
+        let thought = self.engine.step(&StepInput {
+            now,
+            heard: &heard.inbox,
+            applicable: &perception.applicable,
+            progressed: &perception.progressed,
+        });
+        let action = self.mission.act(now, self.engine.active(), &tick.readings);
+
+        let heartbeats = thought
+            .announcements
+            .iter()
+            .map(|announcement| self.heartbeat(announcement));
+        let bodies: Vec<Body> = heartbeats.chain(action.bodies).collect();
+        let broadcasts: Vec<Broadcast> = bodies
+            .into_iter()
+            .enumerate()
+            .map(|(index, body)| self.broadcast(tick, index, body))
+            .collect();
+
+        let mut notes = perception.notes;
+        notes.extend(action.notes);
+        Step {
+            report: Report {
+                robot: self.robot,
+                incarnation: self.incarnation,
+                tick: tick.tick,
+                actuation: action.actuation,
+                broadcasts: broadcasts.len() as u16,
+                motivations: thought.motivations,
+                changes: thought.changes,
+                notes,
+                receptions: heard.receptions,
+            },
+            broadcasts,
+        }
+    }
+
+    fn heartbeat(&self, announcement: &Announcement) -> Body {
+        Body::Heartbeat(Heartbeat {
+            state: announcement.state,
+            since: announcement.since,
+            set: announcement.set,
+            task: announcement.task,
+            progress: announcement.progress,
+            position: self.mission.position(),
+            carrying: self.mission.carrying(),
+            knowledge: self.mission.knowledge().clone(),
+        })
+    }
+
+    fn broadcast(&mut self, tick: &TickMessage, index: usize, body: Body) -> Broadcast {
+        let seq = self.next_seq;
+        self.next_seq += 1;
+        Broadcast {
+            sender: self.robot,
+            incarnation: self.incarnation,
+            tick: tick.tick,
+            index: index as u16,
+            seq,
+            sent: tick.now,
+            body,
+        }
+    }
+}
+
+/// An agent whose latest step is tentative until the world says that its report counted (DESIGN §4 "What counts").
+#[derive(Clone, Debug)]
+pub struct TentativeAgent {
+    agent: Agent,
+    /// The latest step's tick, and the agent as it was before it.
+    before: Option<(Tick, Agent)>,
+}
+
+impl TentativeAgent {
+    /// Wraps an agent that has not stepped yet.
+    #[must_use]
+    pub fn new(agent: Agent) -> Self {
+        Self {
+            agent,
+            before: None,
+        }
+    }
+
+    /// Goes back to the state before the latest step if that step did not count, then steps.
+    pub fn step(&mut self, tick: &TickMessage, heard: Heard) -> Step {
+        if let Some((stepped, before)) = self.before.take()
+            && tick.last_counted.is_none_or(|counted| counted < stepped)
+        {
+            self.agent = before;
+        }
+        self.before = Some((tick.tick, self.agent.clone()));
+        self.agent.step(tick, heard)
+    }
+}

@@ -1,1 +1,0 @@
-//! Drive and obstacle avoidance: pure.

@@ -1,0 +1,50 @@
+//! What the drive can do within one step.
+
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::Scenario;
+
+/// Beyond this angle the robot turns on the spot: its sensors look along the old heading, so that it would move blindly.
+pub const FACING_RAD: f32 = 0.18;
+
+/// A disc that turns on the spot and moves only forward, at a fixed step length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chassis {
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Top speed, m/s.
+    pub speed_m_s: f32,
+    /// Top turn rate, rad/s.
+    pub turn_rad_s: f32,
+    /// Length of a step, s.
+    pub step_s: f32,
+}
+
+impl Chassis {
+    /// The robots of a scenario.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        Self {
+            radius_m: scenario.body.radius_m,
+            speed_m_s: scenario.body.speed_m_s,
+            turn_rad_s: scenario.body.turn_deg_s.to_radians(),
+            step_s: scenario.step_ms as f32 / 1000.0,
+        }
+    }
+
+    /// Turns toward `bearing` (robot's frame, rad) and moves up to `way` m, but not before it faces that way. Ends exactly
+    /// on the bearing and never beyond the way, however long the step.
+    #[must_use]
+    pub fn drive(&self, bearing: f32, way: f32) -> Actuation {
+        let turn = (bearing / self.step_s).clamp(-self.turn_rad_s, self.turn_rad_s);
+        let speed = if bearing.abs() > FACING_RAD {
+            0.0
+        } else {
+            (way / self.step_s).clamp(0.0, self.speed_m_s)
+        };
+        Actuation {
+            speed_m_s: speed,
+            turn_rad_s: turn,
+            ..Actuation::default()
+        }
+    }
+}

@@ -1,0 +1,385 @@
+//! The thin shell around an agent: a zenoh session, signals, and the one lock behind which the agent steps.
+//!
+//! Everything happens inside zenoh's callbacks, on its one worker: measured a third faster than handing samples to a task.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use alliance_proto::codec::{decode, encode};
+use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
+use alliance_proto::keys::Keys;
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::scenario::Setup;
+use alliance_proto::team::{Broadcast, BroadcastKind};
+use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
+use alliance_proto::time::SimTime;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::oneshot;
+use tokio::time::{Instant, sleep_until, timeout};
+use zenoh::pubsub::Publisher;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use crate::agent::{Agent, TentativeAgent};
+use crate::radio::Radio;
+
+/// How long listed broadcasts are waited for before they count as lost. In the star they are there before the tick is; this
+/// wait ends otherwise only when something is badly wrong, and well before the world's stall deadline.
+const MANIFEST_DEADLINE: Duration = Duration::from_secs(2);
+
+/// How long a session may take to close.
+const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
+
+/// How the agent's life ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The run is over.
+    RunOver(Outcome),
+    /// A newer agent has the robot.
+    Superseded,
+    /// Somebody sent SIGTERM or SIGINT.
+    Asked,
+    /// The world is no longer there.
+    WorldGone,
+}
+
+/// Why an agent could not do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum AgentError {
+    /// The bus failed.
+    #[error("bus at {endpoint}: {error}")]
+    Bus {
+        /// Locator of the world.
+        endpoint: String,
+        /// What zenoh said.
+        error: zenoh::Error,
+    },
+    /// The world did not answer the request to join.
+    #[error("the world at {0} does not answer")]
+    NoAnswer(String),
+    /// The world said no.
+    #[error("refused: {0}")]
+    Refused(#[from] Refusal),
+    /// The world's answer could not be read.
+    #[error("the world's answer could not be read: {0}")]
+    Answer(String),
+    /// Signals could not be caught.
+    #[error("signals: {0}")]
+    Signals(#[from] std::io::Error),
+}
+
+/// Lives as that robot until the run, the world or this agent ends.
+///
+/// # Errors
+/// Any [`AgentError`]; refused agents end here.
+pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
+    let bus = |error| AgentError::Bus {
+        endpoint: run.endpoint.clone(),
+        error,
+    };
+    let keys = Keys::new(&run.run);
+    let config =
+        zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint)).map_err(bus)?;
+    let session = zenoh::open(config).await.map_err(bus)?;
+
+    let (ended, end) = oneshot::channel();
+    let shared = Arc::new(Mutex::new(Mind::Unborn {
+        ended: Some(ended),
+    }));
+
+    // Whatever is sent to this robot after the handshake finds its subscribers there: they are declared before it.
+    declare_ears(&session, &keys, robot, &shared)
+        .await
+        .map_err(bus)?;
+    let (welcome, setup) = join(&session, &keys, robot, run).await?;
+    let publishers = declare_voice(&session, &keys, robot).await.map_err(bus)?;
+    {
+        let mut mind = lock(&shared);
+        let Mind::Unborn { ended } = &mut *mind else {
+            return Ok(End::WorldGone);
+        };
+        let ended = ended.take();
+        let robot = welcome.robot;
+        *mind = Mind::Alive(Box::new(Alive {
+            robot,
+            incarnation: welcome.incarnation,
+            names: setup.scenario.robots.iter().map(|r| r.name.clone()).collect(),
+            step: SimTime(setup.scenario.step_ms),
+            agent: TentativeAgent::new(Agent::new(robot, welcome.incarnation, &setup)),
+            radio: Radio::default(),
+            pending: None,
+            publishers,
+            ended,
+        }));
+    }
+    // From here on the world counts on this agent; the token goes when the socket does.
+    let _token = session
+        .liveliness()
+        .declare_token(keys.alive(robot, welcome.incarnation))
+        .await
+        .map_err(bus)?;
+    tracing::info!(robot, incarnation = welcome.incarnation, "joined");
+
+    let end = wait_for_end(end, &shared).await?;
+    // Teardown may hang; the process ends whether or not it does.
+    let _ = timeout(CLOSE_DEADLINE, session.close()).await;
+    Ok(end)
+}
+
+async fn wait_for_end(
+    mut end: oneshot::Receiver<End>,
+    shared: &Mutex<Mind>,
+) -> Result<End, AgentError> {
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    loop {
+        tokio::select! {
+            end = &mut end => return Ok(end.unwrap_or(End::WorldGone)),
+            _ = terminate.recv() => return Ok(End::Asked),
+            _ = interrupt.recv() => return Ok(End::Asked),
+            () = sleep_until(Instant::now() + MANIFEST_DEADLINE / 4) => lock(shared).give_up_waiting(),
+        }
+    }
+}
+
+struct Welcomed {
+    robot: RobotId,
+    incarnation: Incarnation,
+}
+
+async fn join(
+    session: &Session,
+    keys: &Keys,
+    robot: &str,
+    run: &Rendezvous,
+) -> Result<(Welcomed, Setup), AgentError> {
+    let request = JoinRequest {
+        version: PROTOCOL_VERSION,
+        robot: robot.to_owned(),
+        pid: std::process::id(),
+    };
+    let payload = encode(&request).map_err(|error| AgentError::Answer(error.to_string()))?;
+    let replies = session
+        .get(keys.join())
+        .payload(payload)
+        .await
+        .map_err(|error| AgentError::Bus {
+            endpoint: run.endpoint.clone(),
+            error,
+        })?;
+    let reply = replies
+        .recv_async()
+        .await
+        .map_err(|_| AgentError::NoAnswer(run.endpoint.clone()))?;
+    let sample = reply
+        .into_result()
+        .map_err(|_| AgentError::NoAnswer(run.endpoint.clone()))?;
+    let answer: JoinReply = decode(&sample.payload().to_bytes())
+        .map_err(|error| AgentError::Answer(error.to_string()))?;
+    match answer {
+        JoinReply::Refused(refusal) => Err(refusal.into()),
+        JoinReply::Welcome(welcome) => Ok((
+            Welcomed {
+                robot: welcome.robot,
+                incarnation: welcome.incarnation,
+            },
+            serde_json::from_str(&welcome.setup)
+                .map_err(|error| AgentError::Answer(error.to_string()))?,
+        )),
+    }
+}
+
+async fn declare_ears(
+    session: &Session,
+    keys: &Keys,
+    robot: &str,
+    shared: &Arc<Mutex<Mind>>,
+) -> zenoh::Result<()> {
+    let mind = Arc::clone(shared);
+    session
+        .declare_subscriber(keys.tick(robot))
+        .callback(move |sample| match decode(&sample.payload().to_bytes()) {
+            Ok(message) => lock(&mind).hear_world(message),
+            Err(error) => tracing::warn!(%error, "message on the tick key ignored"),
+        })
+        .background()
+        .await?;
+
+    let mind = Arc::clone(shared);
+    let team = keys.clone();
+    session
+        .declare_subscriber(keys.team_all())
+        .callback(move |sample| {
+            let Some(name) = team.parse_robot(sample.key_expr().as_str()) else {
+                return;
+            };
+            match decode(&sample.payload().to_bytes()) {
+                Ok(broadcast) => lock(&mind).hear_teammate(name, broadcast),
+                Err(error) => tracing::debug!(%error, name, "broadcast ignored"),
+            }
+        })
+        .background()
+        .await?;
+
+    let mind = Arc::clone(shared);
+    session
+        .liveliness()
+        .declare_subscriber(keys.alive_world())
+        .history(true)
+        .callback(move |sample| {
+            if sample.kind() == SampleKind::Delete {
+                lock(&mind).end(End::WorldGone);
+            }
+        })
+        .background()
+        .await
+}
+
+/// The agent's publishers, declared once.
+struct Publishers {
+    report: Publisher<'static>,
+    /// By [`BroadcastKind`], in the order of its declaration.
+    team: Vec<Publisher<'static>>,
+}
+
+async fn declare_voice(session: &Session, keys: &Keys, robot: &str) -> zenoh::Result<Publishers> {
+    let report = session.declare_publisher(keys.report(robot)).await?;
+    let mut team = Vec::new();
+    for kind in BroadcastKind::ALL {
+        team.push(session.declare_publisher(keys.team(robot, kind)).await?);
+    }
+    Ok(Publishers { report, team })
+}
+
+/// What the callbacks share.
+enum Mind {
+    /// The handshake is under way.
+    Unborn { ended: Option<oneshot::Sender<End>> },
+    /// The agent works.
+    Alive(Box<Alive>),
+}
+
+struct Alive {
+    robot: RobotId,
+    incarnation: Incarnation,
+    /// Names of all robots, by rank: a broadcast must come on its sender's key.
+    names: Vec<String>,
+    step: SimTime,
+    agent: TentativeAgent,
+    radio: Radio,
+    /// A tick whose broadcasts have not all arrived, and until when they are waited for.
+    pending: Option<(Box<TickMessage>, Instant)>,
+    publishers: Publishers,
+    ended: Option<oneshot::Sender<End>>,
+}
+
+/// A panic ends the process, so a poisoned lock is never seen.
+fn lock(shared: &Mutex<Mind>) -> MutexGuard<'_, Mind> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Mind {
+    fn hear_world(&mut self, message: ToAgent) {
+        match (message, self) {
+            (ToAgent::End(outcome), mind) => mind.end(End::RunOver(outcome)),
+            (ToAgent::Dismissed(incarnation), Mind::Alive(alive)) => {
+                if alive.incarnation == incarnation {
+                    alive.end(End::Superseded);
+                }
+            }
+            (ToAgent::Tick(tick), Mind::Alive(alive)) => alive.hear_tick(tick),
+            (_, Mind::Unborn { .. }) => {}
+        }
+    }
+
+    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) {
+        if let Mind::Alive(alive) = self {
+            alive.hear_teammate(name, broadcast);
+        }
+    }
+
+    fn give_up_waiting(&mut self) {
+        if let Mind::Alive(alive) = self
+            && let Some((_, until)) = &alive.pending
+            && *until <= Instant::now()
+            && let Some((tick, _)) = alive.pending.take()
+        {
+            tracing::warn!(tick = tick.tick, "listed broadcasts did not arrive");
+            alive.step(&tick);
+        }
+    }
+
+    fn end(&mut self, end: End) {
+        let ended = match self {
+            Mind::Unborn { ended } => ended,
+            Mind::Alive(alive) => &mut alive.ended,
+        };
+        if let Some(ended) = ended.take() {
+            // The receiver is gone only when the process is ending anyway.
+            let _ = ended.send(end);
+        }
+    }
+}
+
+impl Alive {
+    fn hear_tick(&mut self, tick: Box<TickMessage>) {
+        if tick.incarnation > self.incarnation {
+            self.end(End::Superseded);
+        } else if tick.incarnation == self.incarnation {
+            if self.radio.has_all(&tick.manifest) {
+                self.step(&tick);
+            } else {
+                self.pending = Some((tick, Instant::now() + MANIFEST_DEADLINE));
+            }
+        }
+    }
+
+    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) {
+        let on_its_key = self
+            .names
+            .get(broadcast.sender.index())
+            .is_some_and(|sender| sender == name);
+        if broadcast.sender == self.robot {
+            return;
+        }
+        if !on_its_key {
+            tracing::debug!(name, "broadcast on another robot's key ignored");
+            return;
+        }
+        self.radio.receive(broadcast);
+        if let Some((tick, _)) = &self.pending
+            && self.radio.has_all(&tick.manifest)
+            && let Some((tick, _)) = self.pending.take()
+        {
+            self.step(&tick);
+        }
+    }
+
+    fn step(&mut self, tick: &TickMessage) {
+        let heard = self.radio.listen(&tick.manifest, tick.now, self.step);
+        let step = self.agent.step(tick, heard);
+        for broadcast in &step.broadcasts {
+            publish(&self.publishers.team[broadcast.body.kind() as usize], broadcast);
+        }
+        publish(&self.publishers.report, &step.report);
+    }
+
+    fn end(&mut self, end: End) {
+        if let Some(ended) = self.ended.take() {
+            let _ = ended.send(end);
+        }
+    }
+}
+
+/// A message that cannot be sent is a loss like any other: the world or the teammates will see it missing.
+fn publish<T: serde::Serialize>(publisher: &Publisher<'_>, message: &T) {
+    match encode(message) {
+        Ok(bytes) => {
+            if let Err(error) = publisher.put(bytes).wait() {
+                tracing::warn!(%error, key = %publisher.key_expr(), "not published");
+            }
+        }
+        Err(error) => tracing::error!(%error, key = %publisher.key_expr(), "not published"),
+    }
+}

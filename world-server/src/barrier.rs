@@ -1,0 +1,433 @@
+//! The barrier: which agents take part in a tick, which of their reports count, and what each of them will hear
+//! (DESIGN §4). Knows neither physics nor sockets nor the wall clock.
+//!
+//! A robot's place goes through these states:
+//!
+//! ```text
+//! Empty --invite--> Invited --arrive--> Entering --next tick--> Present --stall--> Silent
+//!   ^                  |                    ^                      |                 |
+//!   +------------------+--------------------|------- gone ---------+-----------------+
+//!                                           +------------- speaks again -------------+
+//! ```
+
+use alliance_proto::ids::{Incarnation, RobotId, Tick};
+use alliance_proto::join::Refusal;
+use alliance_proto::scenario::StepOrder;
+use alliance_proto::tick::{ManifestEntry, Report};
+
+use crate::input::Input;
+
+/// Most broadcasts that one robot may send in one tick; a report that claims more is malformed.
+const MAX_BROADCASTS: u16 = 256;
+
+/// State of a robot's place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// No agent.
+    Empty,
+    /// An agent was welcomed, but its liveliness token has not appeared.
+    Invited,
+    /// Takes part from the next tick on; `again` after a silence, else in a new life.
+    Entering {
+        /// Whether it has been here before in this life.
+        again: bool,
+    },
+    /// Takes part.
+    Present,
+    /// Did not answer in time; out until it speaks.
+    Silent,
+}
+
+/// What became of a report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It counts, unless the world decides otherwise before the tick ends.
+    Counted,
+    /// A silent agent spoke: it comes back with the next tick.
+    BackAgain,
+    /// From another life than the one that has the robot: that agent must end.
+    Superseded,
+    /// Not an answer to the current tick, or a second one, or of a robot that is not there: ignored.
+    Stale,
+    /// Contents that no agent sends: ignored.
+    Malformed,
+}
+
+/// One robot's place.
+#[derive(Clone, Debug)]
+struct Place {
+    name: String,
+    presence: Presence,
+    /// Latest life, 0 before the first.
+    incarnation: Incarnation,
+    last_counted: Option<Tick>,
+    /// Broadcasts that count since its last step.
+    manifest: Vec<ManifestEntry>,
+    /// Whether the current tick has been sent to it.
+    asked: bool,
+    /// Its answer to the current tick.
+    report: Option<Report>,
+    /// Its process died in this tick.
+    gone: bool,
+}
+
+/// What a robot is to be sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// To whom.
+    pub robot: RobotId,
+    /// Which life of it.
+    pub incarnation: Incarnation,
+    /// Latest tick in which it counted.
+    pub last_counted: Option<Tick>,
+    /// What it may hear.
+    pub manifest: Vec<ManifestEntry>,
+}
+
+/// The reports that count in a tick, and who died in it.
+#[derive(Clone, Debug, Default)]
+pub struct Gathered {
+    /// By rank; `None` where the robot did not count.
+    pub reports: Vec<Option<Report>>,
+    /// Robots whose agents died in this tick, by rank.
+    pub dead: Vec<RobotId>,
+    /// What came from outside during this tick.
+    pub inputs: Vec<Input>,
+}
+
+/// The barrier of one run.
+#[derive(Clone, Debug)]
+pub struct Barrier {
+    places: Vec<Place>,
+    order: StepOrder,
+    tick: Tick,
+    started: bool,
+    inputs: Vec<Input>,
+}
+
+impl Barrier {
+    /// A barrier at tick 0 for robots of these names, by rank; nobody is there yet.
+    #[must_use]
+    pub fn new(names: impl IntoIterator<Item = String>, order: StepOrder) -> Self {
+        let places = names
+            .into_iter()
+            .map(|name| Place {
+                name,
+                presence: Presence::Empty,
+                incarnation: 0,
+                last_counted: None,
+                manifest: Vec::new(),
+                asked: false,
+                report: None,
+                gone: false,
+            })
+            .collect();
+        Self {
+            places,
+            order,
+            tick: 0,
+            started: false,
+            inputs: Vec::new(),
+        }
+    }
+
+    /// The tick whose reports are being gathered.
+    #[must_use]
+    pub fn tick(&self) -> Tick {
+        self.tick
+    }
+
+    /// Whether the clock runs: every robot of the scenario has been there.
+    #[must_use]
+    pub fn started(&self) -> bool {
+        self.started
+    }
+
+    /// State of a robot's place.
+    #[must_use]
+    pub fn presence(&self, robot: RobotId) -> Presence {
+        self.places[robot.index()].presence
+    }
+
+    /// The life that has the robot, if any.
+    #[must_use]
+    pub fn incarnation(&self, robot: RobotId) -> Option<Incarnation> {
+        let place = &self.places[robot.index()];
+        (place.presence != Presence::Empty).then_some(place.incarnation)
+    }
+
+    /// All robots, by rank.
+    pub fn robots(&self) -> impl Iterator<Item = RobotId> + use<> {
+        (0..self.places.len() as u16).map(RobotId)
+    }
+
+    /// Offers a robot to an agent: its life and the earliest tick that it can take part in.
+    ///
+    /// # Errors
+    /// [`Refusal::UnknownRobot`] and [`Refusal::Taken`].
+    pub fn invite(&mut self, name: &str) -> Result<(RobotId, Incarnation, Tick), Refusal> {
+        let Some(index) = self.places.iter().position(|place| place.name == name) else {
+            return Err(Refusal::UnknownRobot {
+                robot: name.to_owned(),
+                known: self.places.iter().map(|place| place.name.clone()).collect(),
+            });
+        };
+        let first_tick = if self.started { self.tick + 1 } else { 0 };
+        let place = &mut self.places[index];
+        if place.presence != Presence::Empty || place.gone {
+            return Err(Refusal::Taken {
+                robot: name.to_owned(),
+                incarnation: place.incarnation,
+            });
+        }
+        place.presence = Presence::Invited;
+        place.incarnation += 1;
+        place.last_counted = None;
+        Ok((RobotId(index as u16), place.incarnation, first_tick))
+    }
+
+    /// The liveliness token of a life has appeared.
+    pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let place = &mut self.places[robot.index()];
+        if place.presence == Presence::Invited && place.incarnation == incarnation {
+            place.presence = Presence::Entering { again: false };
+            self.enter_if_idle();
+        }
+    }
+
+    /// The liveliness token of a life has gone, or an invited agent never showed one: that agent is dead.
+    pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let place = &mut self.places[robot.index()];
+        if place.incarnation != incarnation || place.gone {
+            return;
+        }
+        match place.presence {
+            Presence::Empty => {}
+            Presence::Invited | Presence::Entering { again: false } => {
+                place.presence = Presence::Empty;
+            }
+            Presence::Present | Presence::Silent | Presence::Entering { again: true } => {
+                place.gone = true;
+                place.manifest.clear();
+                let counted_now = place.report.is_some().then_some(self.tick);
+                self.inputs.push(Input::Gone {
+                    robot: place.name.clone(),
+                    incarnation,
+                    last_counted: counted_now.or(place.last_counted),
+                    listed: true,
+                });
+            }
+        }
+    }
+
+    /// The agent did not answer the current tick in time; it is out until it speaks.
+    pub fn stall(&mut self, robot: RobotId) {
+        if self.is_awaited(robot) {
+            let place = &mut self.places[robot.index()];
+            place.presence = Presence::Silent;
+            place.manifest.clear();
+            self.inputs.push(Input::StallBegin {
+                robot: place.name.clone(),
+            });
+        }
+    }
+
+    /// An agent's report.
+    pub fn report(&mut self, report: Report) -> Verdict {
+        let Some(place) = self.places.get_mut(report.robot.index()) else {
+            return Verdict::Malformed;
+        };
+        if place.presence == Presence::Empty || report.incarnation > place.incarnation {
+            return Verdict::Stale;
+        }
+        if report.incarnation < place.incarnation {
+            return Verdict::Superseded;
+        }
+        if place.presence == Presence::Silent && !place.gone {
+            place.presence = Presence::Entering { again: true };
+            self.enter_if_idle();
+            return Verdict::BackAgain;
+        }
+        if place.presence != Presence::Present
+            || place.gone
+            || !place.asked
+            || place.report.is_some()
+            || report.tick != self.tick
+        {
+            return Verdict::Stale;
+        }
+        if report.broadcasts > MAX_BROADCASTS {
+            return Verdict::Malformed;
+        }
+        if self.order == StepOrder::InOrder {
+            self.list(&report);
+        }
+        self.places[report.robot.index()].report = Some(report);
+        Verdict::Counted
+    }
+
+    /// Whether the current tick waits for this robot's report.
+    #[must_use]
+    pub fn is_awaited(&self, robot: RobotId) -> bool {
+        let place = &self.places[robot.index()];
+        self.started
+            && place.presence == Presence::Present
+            && place.asked
+            && !place.gone
+            && place.report.is_none()
+    }
+
+    /// Starts the clock if every robot has arrived; says whether it runs.
+    pub fn start_if_all_here(&mut self) -> bool {
+        let all_here = self
+            .places
+            .iter()
+            .all(|place| matches!(place.presence, Presence::Entering { .. }));
+        if !self.started && all_here {
+            self.started = true;
+            self.enter();
+        }
+        self.started
+    }
+
+    /// Whom the current tick is to be sent to now. In order, the next robot is asked when the one before it has answered.
+    pub fn questions(&mut self) -> Vec<Question> {
+        if !self.started {
+            return Vec::new();
+        }
+        let mut questions = Vec::new();
+        for (index, place) in self.places.iter_mut().enumerate() {
+            if place.presence != Presence::Present || place.gone || place.report.is_some() {
+                continue;
+            }
+            if !place.asked {
+                place.asked = true;
+                let mut manifest = std::mem::take(&mut place.manifest);
+                manifest.sort_unstable();
+                questions.push(Question {
+                    robot: RobotId(index as u16),
+                    incarnation: place.incarnation,
+                    last_counted: place.last_counted,
+                    manifest,
+                });
+            }
+            if self.order == StepOrder::InOrder {
+                break;
+            }
+        }
+        questions
+    }
+
+    /// Whether nobody could act in the current tick: the clock then stands still until somebody comes.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.inputs.is_empty()
+            && self
+                .places
+                .iter()
+                .all(|place| place.presence != Presence::Present)
+    }
+
+    /// Whether no agent is left that could ever act, be it silent or on its way.
+    #[must_use]
+    pub fn is_deserted(&self) -> bool {
+        self.places
+            .iter()
+            .all(|place| place.presence == Presence::Empty || place.gone)
+    }
+
+    /// Whether the current tick waits for nobody any more.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.started
+            && !self.is_idle()
+            && self.places.iter().all(|place| {
+                place.presence != Presence::Present || place.gone || place.report.is_some()
+            })
+    }
+
+    /// Something from outside, such as an interruption, that belongs to the current tick.
+    pub fn note(&mut self, input: Input) {
+        self.inputs.push(input);
+    }
+
+    /// Ends the current tick: what counts in it. The next one begins, with whoever has arrived meanwhile.
+    pub fn finish(&mut self) -> Gathered {
+        let mut gathered = Gathered {
+            inputs: std::mem::take(&mut self.inputs),
+            ..Gathered::default()
+        };
+        for place in &mut self.places {
+            place.asked = false;
+            if place.report.is_some() {
+                place.last_counted = Some(self.tick);
+            }
+            gathered.reports.push(place.report.take());
+        }
+        if self.order == StepOrder::Simultaneous {
+            for report in gathered.reports.iter().flatten() {
+                self.list(report);
+            }
+        }
+        // A robot is deaf in ticks in which it did not count.
+        for (place, report) in self.places.iter_mut().zip(&gathered.reports) {
+            if report.is_none() {
+                place.manifest.clear();
+            }
+        }
+        for (index, place) in self.places.iter_mut().enumerate() {
+            if std::mem::take(&mut place.gone) {
+                place.presence = Presence::Empty;
+                place.manifest.clear();
+                gathered.dead.push(RobotId(index as u16));
+            }
+        }
+        self.tick += 1;
+        self.enter();
+        gathered
+    }
+
+    /// Puts a report's broadcasts into the manifests of all teammates that take part.
+    fn list(&mut self, report: &Report) {
+        if report.broadcasts == 0 {
+            return;
+        }
+        let entry = ManifestEntry {
+            sender: report.robot,
+            tick: report.tick,
+            incarnation: report.incarnation,
+            count: report.broadcasts,
+        };
+        for (index, place) in self.places.iter_mut().enumerate() {
+            if index != report.robot.index() && place.presence == Presence::Present && !place.gone {
+                place.manifest.push(entry);
+            }
+        }
+    }
+
+    /// While nobody takes part no tick ends, so a robot that comes enters the current one.
+    fn enter_if_idle(&mut self) {
+        if self.started && self.is_idle() {
+            self.enter();
+        }
+    }
+
+    fn enter(&mut self) {
+        for place in &mut self.places {
+            if let Presence::Entering { again } = place.presence {
+                place.presence = Presence::Present;
+                place.manifest.clear();
+                self.inputs.push(if again {
+                    Input::StallEnd {
+                        robot: place.name.clone(),
+                    }
+                } else {
+                    Input::Join {
+                        robot: place.name.clone(),
+                        incarnation: place.incarnation,
+                    }
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! What came from outside and changed the run. Scenario + seed + inputs = the run (DESIGN §5).
+
+use alliance_proto::ids::{Incarnation, Tick};
+use serde::{Deserialize, Serialize};
+
+/// One line of inputs.jsonl.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InputLine {
+    /// The tick whose course it changed.
+    pub tick: Tick,
+    /// What happened.
+    pub input: Input,
+}
+
+/// An event from outside; robots by name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Input {
+    /// A new agent of the robot takes part from this tick on.
+    Join {
+        /// The robot.
+        robot: String,
+        /// Its new life.
+        incarnation: Incarnation,
+    },
+    /// The robot's agent is dead; noticed while this tick's reports were gathered.
+    Gone {
+        /// The robot.
+        robot: String,
+        /// The life that ended.
+        incarnation: Incarnation,
+        /// Latest tick in which it counted.
+        last_counted: Option<Tick>,
+        /// Whether that tick's broadcasts were listed in the team's manifests.
+        listed: bool,
+    },
+    /// The agent did not answer this tick and is out of the barrier.
+    StallBegin {
+        /// The robot.
+        robot: String,
+    },
+    /// The agent spoke again and takes part from this tick on.
+    StallEnd {
+        /// The robot.
+        robot: String,
+    },
+    /// A listed broadcast never arrived, though nobody asked for its loss.
+    Lost {
+        /// Who did not hear it.
+        receiver: String,
+        /// Who sent it.
+        sender: String,
+        /// When.
+        sent_tick: Tick,
+        /// Which of its sender's broadcasts of that tick.
+        index: u16,
+    },
+    /// The operator asked the run to end after this tick.
+    Interrupt,
+}
