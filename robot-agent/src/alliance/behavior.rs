@@ -1,0 +1,88 @@
+//! A behavior set as its motivational behavior sees it: motivation and state.
+
+use alliance_proto::ids::SetId;
+use alliance_proto::telemetry::{Reason, SetState, StateChange};
+use alliance_proto::time::SimTime;
+
+/// State of a behavior set (thesis §3.3.1), with what each state has to remember.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Stance {
+    /// Below θ, or not chosen.
+    #[default]
+    Hibernating,
+    /// At θ, wishing for the task.
+    Waiting {
+        /// Since when.
+        since: SimTime,
+    },
+    /// Executing.
+    Active {
+        /// Since when.
+        since: SimTime,
+        /// Whether it waited for the task in vain before (reason wait-bound).
+        waited_out: bool,
+    },
+}
+
+impl Stance {
+    /// The state as it is logged.
+    pub fn state(self) -> SetState {
+        match self {
+            Self::Hibernating => SetState::Hibernating,
+            Self::Waiting { .. } => SetState::Waiting,
+            Self::Active { .. } => SetState::Active,
+        }
+    }
+}
+
+/// One of the robot's own behavior sets.
+#[derive(Clone, Debug)]
+pub(super) struct Behavior {
+    /// Its id.
+    pub set: SetId,
+    /// m, in [0, θ].
+    pub motivation: f64,
+    /// Since when m has been at θ.
+    pub at_threshold_since: Option<SimTime>,
+    /// Its state.
+    pub stance: Stance,
+}
+
+impl Behavior {
+    /// m(0) = 0.
+    pub fn new(set: SetId) -> Self {
+        Self {
+            set,
+            motivation: 0.0,
+            at_threshold_since: None,
+            stance: Stance::Hibernating,
+        }
+    }
+
+    /// Takes over the motivation of this step.
+    pub fn set_motivation(&mut self, motivation: f64, threshold: f64, now: SimTime) {
+        self.motivation = motivation;
+        if motivation < threshold {
+            self.at_threshold_since = None;
+        } else {
+            self.at_threshold_since.get_or_insert(now);
+        }
+    }
+
+    /// Changes the state and says so.
+    pub fn enter(&mut self, stance: Stance, reason: Reason) -> StateChange {
+        let from = self.stance.state();
+        self.stance = stance;
+        StateChange {
+            set: self.set,
+            from,
+            to: stance.state(),
+            reason,
+        }
+    }
+
+    /// Whether the set is active.
+    pub fn is_active(&self) -> bool {
+        matches!(self.stance, Stance::Active { .. })
+    }
+}

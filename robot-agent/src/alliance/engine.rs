@@ -1,0 +1,311 @@
+//! One robot's step of ALLIANCE: hear, evaluate, choose, announce.
+
+use std::cmp::Reverse;
+use std::sync::Arc;
+
+use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::scenario::Setup;
+use alliance_proto::team::Broadcast;
+use alliance_proto::telemetry::{Motivation, Reason, StateChange};
+use alliance_proto::time::SimTime;
+
+use super::behavior::{Behavior, Stance};
+use super::heartbeats::{Announcement, Happened, Heartbeats};
+use super::history::History;
+use super::motivation::{self, Factors};
+use super::params::Config;
+use super::teammates::{Claim, Teammates};
+
+/// The motivational behaviors of one robot.
+///
+/// A clone is a full snapshot, to go back to when a step turns out not to count; its size is O(robots · tasks), however
+/// long the mission lasts.
+#[derive(Clone, Debug)]
+pub struct Engine {
+    config: Arc<Config>,
+    behaviors: Vec<Behavior>,
+    history: History,
+    teammates: Teammates,
+    heartbeats: Heartbeats,
+    /// Own progress by task.
+    progress: Vec<u32>,
+    /// Whether a step has been made: the first one is m(0) = 0.
+    started: bool,
+}
+
+/// What a robot brings to a step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepInput<'a> {
+    /// Time of the step; later than that of the step before.
+    pub now: SimTime,
+    /// What it hears in this step, by (rank of the sender, sequence number).
+    pub heard: &'a [Broadcast],
+    /// sensory_feedback (eq. 2.1) of each own set, in the order of [`Engine::sets`].
+    pub applicable: &'a [bool],
+    /// Tasks on which the robot itself achieved an effect on the world since its last step, one entry per effect.
+    pub progressed: &'a [TaskId],
+}
+
+/// What comes out of a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepOutput {
+    /// One per own set, in the order of [`Engine::sets`].
+    pub motivations: Vec<Motivation>,
+    /// Changes of state, in the order in which they happened; at most one per set.
+    pub changes: Vec<StateChange>,
+    /// Each becomes one heartbeat of this step, in this order.
+    pub announcements: Vec<Announcement>,
+}
+
+impl Engine {
+    /// A robot at the start of its life: all motivations 0, nothing heard.
+    ///
+    /// # Panics
+    /// If `setup` is not resolved: it must name the robot and hold values for each of its sets and teammates.
+    #[must_use]
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
+        let config = Config::new(robot, setup);
+        Self {
+            behaviors: config.set_ids.iter().copied().map(Behavior::new).collect(),
+            history: History::default(),
+            teammates: Teammates::default(),
+            heartbeats: Heartbeats::new(config.sets.len()),
+            progress: vec![0; config.tasks.len()],
+            started: false,
+            config: Arc::new(config),
+        }
+    }
+
+    /// The robot's own behavior sets, in the catalog's order.
+    #[must_use]
+    pub fn sets(&self) -> &[SetId] {
+        &self.config.set_ids
+    }
+
+    /// The active behavior set: what the robot shall execute.
+    #[must_use]
+    pub fn active(&self) -> Option<SetId> {
+        self.active_index().map(|index| self.behaviors[index].set)
+    }
+
+    /// How many effects the robot has achieved on a task of the catalog in this life.
+    #[must_use]
+    pub fn progress(&self, task: TaskId) -> u32 {
+        self.progress[task.index()]
+    }
+
+    /// Makes one step. It adds one step length of impatience, however long ago the last one was: a robot that was stopped
+    /// does not come back impatient. The first step of a life adds nothing.
+    ///
+    /// # Panics
+    /// If `applicable` does not have one entry per own set or `progressed` names a task outside the catalog.
+    pub fn step(&mut self, input: &StepInput<'_>) -> StepOutput {
+        let now = input.now;
+        for broadcast in input.heard {
+            if self.config.admits(broadcast) {
+                self.history.hear(now, broadcast, &self.config.switches);
+                self.teammates.hear(now, broadcast);
+            }
+        }
+        for task in input.progressed {
+            self.progress[task.index()] += 1;
+        }
+
+        let mut changes = Vec::new();
+        let terms = self.evaluate(input, &mut changes);
+        self.choose(now, &mut changes);
+        self.started = true;
+
+        let happened = Happened {
+            changes: &changes,
+            progressed: input.progressed,
+            progress: &self.progress,
+        };
+        let announcements = self
+            .heartbeats
+            .announce(now, &self.config, &self.behaviors, &happened);
+        StepOutput {
+            motivations: self.behaviors.iter().zip(terms).map(row).collect(),
+            changes,
+            announcements,
+        }
+    }
+
+    /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Gives the terms of
+    /// eq. 2.7 per own set.
+    fn evaluate(&mut self, input: &StepInput<'_>, changes: &mut Vec<StateChange>) -> Vec<Terms> {
+        let before = self.active_index();
+        let first = before.map(|index| self.evaluate_set(index, false, input, changes));
+        self.arbitrate(input.now, changes);
+        let suppressed = self.active_index().is_some();
+        (0..self.behaviors.len())
+            .map(|index| match first {
+                Some(terms) if before == Some(index) => terms,
+                _ => self.evaluate_set(index, suppressed, input, changes),
+            })
+            .collect()
+    }
+
+    fn evaluate_set(
+        &mut self,
+        index: usize,
+        suppressed: bool,
+        input: &StepInput<'_>,
+        changes: &mut Vec<StateChange>,
+    ) -> Terms {
+        let config = &self.config;
+        let now = input.now;
+        let params = &config.sets[index];
+        let behavior = &mut self.behaviors[index];
+        let heard = || self.history.about(params.task);
+
+        let active_since = match behavior.stance {
+            Stance::Active { since, .. } => Some(since),
+            _ => None,
+        };
+        let may_be_reset = active_since.is_none() || config.switches.reset_stops_active;
+        let factors = Factors {
+            sensory_feedback: input.applicable[index],
+            activity_suppression: !suppressed,
+            reset_by: motivation::impatience_reset(heard(), now).filter(|_| may_be_reset),
+            acquiescence: active_since
+                .and_then(|since| motivation::acquiescence(params, since, heard(), now)),
+        };
+        let impatience = motivation::impatience(params, heard(), now);
+        let gain = if self.started {
+            impatience * config.step_s
+        } else {
+            0.0
+        };
+        let level = motivation::motivation(behavior.motivation, gain, &factors, config.threshold);
+        behavior.set_motivation(level, config.threshold, now);
+
+        // An active or waiting set is at θ, so that it falls below by a factor alone.
+        if let Some(reason) = factors.zero()
+            && behavior.stance != Stance::Hibernating
+        {
+            changes.push(behavior.enter(Stance::Hibernating, reason));
+        }
+        Terms {
+            impatience,
+            factors,
+        }
+    }
+
+    /// The active set gives way if as many teammates as may execute the task have better claims; it waits, at θ.
+    fn arbitrate(&mut self, now: SimTime, changes: &mut Vec<StateChange>) {
+        let config = &self.config;
+        if !config.switches.arbitration {
+            return;
+        }
+        for (index, behavior) in self.behaviors.iter_mut().enumerate() {
+            let Stance::Active { since, waited_out } = behavior.stance else {
+                continue;
+            };
+            let params = &config.sets[index];
+            let beats =
+                |&claim: &Claim| claim < (since, config.robot) && !(waited_out && claim.0 < since);
+            let claims = self.teammates.executing(params.task, params.tau, now);
+            if claims.filter(beats).count() >= config.task_of(index).max_robots {
+                changes.push(behavior.enter(Stance::Waiting { since: now }, Reason::Arbitration));
+            }
+        }
+    }
+
+    /// (C) of ALLIANCE.md §2: of the sets at θ, those on occupied tasks wait and at most one of the rest activates.
+    fn choose(&mut self, now: SimTime, changes: &mut Vec<StateChange>) {
+        let options: Vec<(usize, Next)> = (0..self.behaviors.len())
+            .filter_map(|index| Some((index, self.next(index, now)?)))
+            .collect();
+        // The highest priority, then the longest at θ, then the first in the catalog.
+        let chosen = options
+            .iter()
+            .filter_map(|&(index, next)| match next {
+                Next::Activate(reason) => Some((index, reason)),
+                Next::Wait => None,
+            })
+            .min_by_key(|&(index, _)| {
+                let longest = self.behaviors[index].at_threshold_since;
+                (Reverse(self.config.task_of(index).priority), longest)
+            });
+
+        if chosen.is_none() || self.config.switches.wish_when_suppressed {
+            for &(index, next) in &options {
+                if next == Next::Wait {
+                    let stance = Stance::Waiting { since: now };
+                    changes.push(self.behaviors[index].enter(stance, Reason::Threshold));
+                }
+            }
+        }
+        if let Some((index, reason)) = chosen {
+            let stance = Stance::Active {
+                since: now,
+                waited_out: reason == Reason::WaitBound,
+            };
+            changes.push(self.behaviors[index].enter(stance, reason));
+        }
+    }
+
+    /// What a set at θ is to do next, if anything.
+    fn next(&self, index: usize, now: SimTime) -> Option<Next> {
+        let behavior = &self.behaviors[index];
+        behavior.at_threshold_since?;
+        let params = &self.config.sets[index];
+        let (task, tau) = (params.task, params.tau);
+        let max_robots = self.config.task_of(index).max_robots;
+        match behavior.stance {
+            Stance::Active { .. } => None,
+            Stance::Hibernating => {
+                let occupied = self.teammates.occupy(task, max_robots, tau, now);
+                Some(if occupied && self.config.switches.waiting {
+                    Next::Wait
+                } else {
+                    Next::Activate(Reason::Threshold)
+                })
+            }
+            Stance::Waiting { since } => {
+                let wish = (since, self.config.robot);
+                if self.teammates.leave_to(wish, task, max_robots, tau, now) {
+                    Some(Next::Activate(Reason::WaitOver))
+                } else if now.since(since) > params.waiting_bound() {
+                    Some(Next::Activate(Reason::WaitBound))
+                } else {
+                    None
+                }
+            }
+        }
+    }
+
+    fn active_index(&self) -> Option<usize> {
+        self.behaviors.iter().position(Behavior::is_active)
+    }
+}
+
+/// What eq. 2.7 was computed from.
+#[derive(Clone, Copy, Debug)]
+struct Terms {
+    /// Motivation/s.
+    impatience: f64,
+    factors: Factors,
+}
+
+/// What a set at θ does in (C).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
+    Wait,
+    Activate(Reason),
+}
+
+/// A set's row of the log at the end of the step.
+fn row((behavior, terms): (&Behavior, Terms)) -> Motivation {
+    Motivation {
+        set: behavior.set,
+        motivation: behavior.motivation,
+        impatience: terms.impatience,
+        sensory_feedback: terms.factors.sensory_feedback,
+        activity_suppression: terms.factors.activity_suppression,
+        impatience_reset: terms.factors.reset_by.is_none(),
+        acquiescence: terms.factors.acquiescence.is_none(),
+        state: behavior.stance.state(),
+    }
+}

@@ -1,0 +1,138 @@
+//! Communication history: *comm_received* (eq. 2.2) in O(robots · tasks) memory for a mission of any length.
+//!
+//! The equations ask only for windows that end now and for intervals that start at the origin of the history, so the last
+//! and the first receive time are all that is needed.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::ids::{Incarnation, RobotId, TaskId};
+use alliance_proto::scenario::{HistoryOrigin, Switches};
+use alliance_proto::team::{Body, Broadcast, TaskState};
+use alliance_proto::time::SimTime;
+
+/// What was heard, by task and teammate; only of pairs that spoke.
+#[derive(Clone, Debug, Default)]
+pub(super) struct History {
+    records: BTreeMap<TaskId, BTreeMap<RobotId, Record>>,
+}
+
+/// What was heard from one teammate about one task.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Record {
+    /// Incarnation and sequence number of the latest message.
+    latest: (Incarnation, u64),
+    /// Latest progress count of that incarnation.
+    progress: u32,
+    /// First message since the origin that counts in impatience and reset.
+    first: Option<SimTime>,
+    /// Last such message, unless the task was released after it.
+    last: Option<SimTime>,
+    /// The same for acquiescence, where a wish always counts.
+    last_for_acquiescence: Option<SimTime>,
+}
+
+/// How a message about a task counts.
+enum Weight {
+    /// Everywhere.
+    Full,
+    /// In acquiescence, and elsewhere by the switch.
+    Wish,
+    /// Nowhere, and it ends the sender's window.
+    Release,
+}
+
+impl History {
+    /// Takes in a broadcast that is heard at `now`.
+    pub fn hear(&mut self, now: SimTime, broadcast: &Broadcast, switches: &Switches) {
+        let (task, weight, progress) = match &broadcast.body {
+            Body::Heartbeat(heartbeat) => {
+                let weight = match heartbeat.state {
+                    TaskState::Executing => Weight::Full,
+                    TaskState::Waiting => Weight::Wish,
+                    TaskState::Released => Weight::Release,
+                    TaskState::Idle => return,
+                };
+                let Some(task) = heartbeat.task else { return };
+                (task, weight, heartbeat.progress)
+            }
+            Body::PositionUpdate { task, progress, .. } => (*task, Weight::Full, *progress),
+            Body::Withdrawal(_) => return,
+        };
+        let teammates = self.records.entry(task).or_default();
+        let record = teammates.entry(broadcast.sender).or_default();
+        let stamp = (broadcast.incarnation, broadcast.seq);
+        if record.latest < stamp {
+            record.take(stamp, progress, now, switches);
+            record.count(weight, now, switches);
+        }
+    }
+
+    /// The records on a task, by rank.
+    pub fn about(&self, task: TaskId) -> impl Iterator<Item = (RobotId, &Record)> {
+        let teammates = self.records.get(&task).into_iter().flatten();
+        teammates.map(|(&teammate, record)| (teammate, record))
+    }
+}
+
+impl Record {
+    /// comm_received(t-span, t) for impatience.
+    pub fn within(&self, span: SimTime, now: SimTime) -> bool {
+        self.last.is_some_and(|last| now.since(last) < span)
+    }
+
+    /// comm_received(t-span, t) for acquiescence.
+    pub fn wanted_within(&self, span: SimTime, now: SimTime) -> bool {
+        self.last_for_acquiescence
+            .is_some_and(|last| now.since(last) < span)
+    }
+
+    /// comm_received(0, t-span), with 0 standing for the origin.
+    pub fn until(&self, span: SimTime, now: SimTime) -> bool {
+        self.first.is_some_and(|first| now.since(first) >= span)
+    }
+
+    /// comm_received(t-δt, t) and not comm_received(0, t-δt): the history begins in this step.
+    pub fn begins(&self, now: SimTime) -> bool {
+        self.first == Some(now)
+    }
+
+    /// Moves the origin if the message reports progress. The count of a new incarnation starts from 0 again, which is no
+    /// progress.
+    fn take(
+        &mut self,
+        stamp: (Incarnation, u64),
+        progress: u32,
+        now: SimTime,
+        switches: &Switches,
+    ) {
+        let known = if stamp.0 == self.latest.0 {
+            self.progress
+        } else {
+            0
+        };
+        if progress > known && switches.history_origin == HistoryOrigin::Progress {
+            // The interval is [origin, t]: what was heard earlier in this step belongs to it.
+            self.first = self.last.filter(|&last| last == now);
+        }
+        self.latest = stamp;
+        self.progress = progress.max(known);
+    }
+
+    fn count(&mut self, weight: Weight, now: SimTime, switches: &Switches) {
+        let (counts, wanted) = match weight {
+            Weight::Full => (true, true),
+            Weight::Wish => (switches.waiting_counts, true),
+            Weight::Release => (false, false),
+        };
+        if counts {
+            self.first.get_or_insert(now);
+            self.last = Some(now);
+        }
+        if wanted {
+            self.last_for_acquiescence = Some(now);
+        } else {
+            self.last = None;
+            self.last_for_acquiescence = None;
+        }
+    }
+}

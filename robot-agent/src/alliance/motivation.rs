@@ -1,0 +1,87 @@
+//! The equations of the motivational behavior, one function each (ALLIANCE.md §2).
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::telemetry::Reason;
+use alliance_proto::time::SimTime;
+
+use super::history::Record;
+use super::params::Params;
+
+/// The four factors of eq. 2.7, each with the cause that makes it 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Factors {
+    /// Eq. 2.1, given by the mission.
+    pub sensory_feedback: bool,
+    /// Eq. 2.3: no other set of the robot is active.
+    pub activity_suppression: bool,
+    /// Eq. 2.5: the teammate that resets the motivation.
+    pub reset_by: Option<RobotId>,
+    /// Eq. 2.6: why the set yields or gives up.
+    pub acquiescence: Option<Reason>,
+}
+
+impl Factors {
+    /// The first factor that is 0, as the reason for what follows from it.
+    pub fn zero(&self) -> Option<Reason> {
+        if !self.sensory_feedback {
+            Some(Reason::NotApplicable)
+        } else if !self.activity_suppression {
+            Some(Reason::Suppressed)
+        } else {
+            self.reset_by.map(Reason::ResetBy).or(self.acquiescence)
+        }
+    }
+}
+
+/// Eq. 2.4, with the corrected "= 0": motivation/s. The slowest rate toward those who were heard within τ and not yet
+/// before φ; δ_fast if there is none.
+pub(super) fn impatience<'a>(
+    params: &Params,
+    heard: impl Iterator<Item = (RobotId, &'a Record)>,
+    now: SimTime,
+) -> f64 {
+    heard
+        .filter_map(|(teammate, record)| {
+            let toward = params.toward.get(&teammate)?;
+            (record.within(params.tau, now) && !record.until(toward.phi, now))
+                .then_some(toward.slow)
+        })
+        .min_by(f64::total_cmp)
+        .unwrap_or(params.fast)
+}
+
+/// Eq. 2.5: the teammate of the lowest rank whose history on the task begins in this step.
+pub(super) fn impatience_reset<'a>(
+    mut heard: impl Iterator<Item = (RobotId, &'a Record)>,
+    now: SimTime,
+) -> Option<RobotId> {
+    heard
+        .find(|(_, record)| record.begins(now))
+        .map(|(teammate, _)| teammate)
+}
+
+/// Eq. 2.6: why a set that has been active since `active_since` yields or gives up, if it does.
+pub(super) fn acquiescence<'a>(
+    params: &Params,
+    active_since: SimTime,
+    mut heard: impl Iterator<Item = (RobotId, &'a Record)>,
+    now: SimTime,
+) -> Option<Reason> {
+    let active_for = now.since(active_since);
+    if active_for > params.psi && heard.any(|(_, record)| record.wanted_within(params.tau, now)) {
+        Some(Reason::AcquiescedPsi)
+    } else if active_for > params.lambda {
+        Some(Reason::GaveUpLambda)
+    } else {
+        None
+    }
+}
+
+/// Eq. 2.7: the motivation after a step in which `gain` was added, in [0, θ].
+pub(super) fn motivation(previous: f64, gain: f64, factors: &Factors, threshold: f64) -> f64 {
+    if factors.zero().is_some() {
+        0.0
+    } else {
+        (previous + gain).min(threshold)
+    }
+}
