@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::document::Document;
 use super::path::Path;
 
 /// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: what is wrong; what would be
@@ -13,6 +14,19 @@ pub struct ScenarioError {
     key: String,
     what: String,
     remedy: String,
+}
+
+impl ScenarioError {
+    /// An error on a line of a file, where no key can be named.
+    pub(super) fn in_file(file: &str, line: usize, what: String, remedy: String) -> Self {
+        Self {
+            file: Some(file.to_owned()),
+            line: Some(line),
+            key: String::new(),
+            what,
+            remedy,
+        }
+    }
 }
 
 impl fmt::Display for ScenarioError {
@@ -72,12 +86,12 @@ impl Problem {
         }
     }
 
-    /// The error for people; `file` is the scenario's name and what finds the line of a path in it.
-    pub fn located(self, file: Option<(&str, &dyn Fn(&Path) -> Option<usize>)>) -> ScenarioError {
+    /// The error for people; `file` is the name of the scenario's file and its contents.
+    pub fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
         let (name, line, key) = match self.place {
             Place::Scenario(path) => (
                 file.map(|(name, _)| name.to_owned()),
-                file.and_then(|(_, line_of)| line_of(&path)),
+                file.and_then(|(_, document)| document.line_of(&path)),
                 path.to_string(),
             ),
             Place::Parameters { file, line, key } => (Some(file), Some(line), key),

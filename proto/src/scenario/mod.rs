@@ -5,11 +5,15 @@
 
 mod alliance;
 mod catalog;
+mod document;
 mod error;
+mod geometry;
+mod load;
 mod path;
 mod properties;
 mod resolve;
 mod statement;
+mod toml_value;
 mod validate;
 mod values;
 

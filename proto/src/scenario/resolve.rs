@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use super::alliance::{Alliance, RobotParams, SwitchSection, Switches};
 use super::catalog::Catalog;
 use super::error::{Place, Problem, ScenarioError};
+use super::geometry::check_places;
 use super::path::Path;
 use super::properties::{ParameterFile, SkippedKey};
 use super::statement::{positive, statements};
@@ -63,6 +64,7 @@ pub(super) fn check(
 ) -> Result<(Alliance, Vec<SkippedKey>), Problem> {
     let catalog = Catalog::of(scenario);
     validate(scenario, &catalog)?;
+    check_places(scenario)?;
 
     let section = &scenario.alliance;
     let mut threshold = section.threshold;

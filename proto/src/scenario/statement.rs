@@ -105,7 +105,9 @@ pub(super) fn positive(value: f64, unit: &str, place: &Place) -> Result<(), Prob
     Err(Problem {
         place: place.clone(),
         what: format!("{value} is out of range"),
-        remedy: format!("it must be above 0 {unit} and finite"),
+        remedy: format!("it must be finite and above 0 {unit}")
+            .trim_end()
+            .to_owned(),
     })
 }
 

@@ -1,10 +1,311 @@
-//! Ranges, names and places: what is wrong with a scenario whatever the parameters are.
+//! Ranges and names: what is wrong with a scenario whatever its geometry and parameters are.
 
-use super::Scenario;
+use std::collections::BTreeMap;
+use std::fmt::Display;
+
+use super::alliance::SetSection;
 use super::catalog::Catalog;
-use super::error::Problem;
+use super::error::{Problem, instead};
+use super::path::Path;
+use super::{Scenario, Waste};
+use crate::keys::is_name;
+
+/// Most robots of a scenario: ranks are 16-bit numbers.
+const MAX_ROBOTS: usize = 65_000;
+/// Most spills of a scenario.
+const MAX_SPILLS: usize = 100;
+/// Most items of a spill.
+const MAX_ITEMS: u32 = 1000;
+
+/// The numbers that a key may have.
+struct Range {
+    from: f64,
+    /// Whether `from` itself is not among them.
+    open: bool,
+    to: f64,
+    unit: &'static str,
+}
+
+const fn above_zero(to: f64, unit: &'static str) -> Range {
+    Range {
+        from: 0.0,
+        open: true,
+        to,
+        unit,
+    }
+}
+
+const fn closed(from: f64, to: f64, unit: &'static str) -> Range {
+    Range {
+        from,
+        open: false,
+        to,
+        unit,
+    }
+}
+
+const LENGTH: Range = above_zero(1e3, "m");
+const FRACTION: Range = closed(0.0, 1.0, "");
+const PENETRABILITY: Range = closed(0.0, 100.0, "");
+const TIME: Range = above_zero(1e9, "s");
+const POWER: Range = closed(0.0, 1e9, "W");
+
+impl Range {
+    /// Refuses a number at `path` that is not among these; NaN never is.
+    fn check<T: Copy + Display + Into<f64>>(&self, path: Path, number: T) -> Result<(), Problem> {
+        let value: f64 = number.into();
+        let high_enough = if self.open {
+            value > self.from
+        } else {
+            value >= self.from
+        };
+        if high_enough && value <= self.to {
+            return Ok(());
+        }
+        let low = match (self.open, self.from) {
+            (true, from) => format!("above {from}"),
+            (false, from) => format!("at least {from}"),
+        };
+        let remedy = format!("it must be {low} and at most {} {}", self.to, self.unit);
+        Err(Problem::at(
+            path,
+            format!("{number} is out of range"),
+            remedy.trim_end(),
+        ))
+    }
+}
 
 /// Refuses the first mistake of a scenario, in the order of its fields.
-pub(super) fn validate(_scenario: &Scenario, _catalog: &Catalog) -> Result<(), Problem> {
+pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    name(Path::of(["name"]), &scenario.name)?;
+    let step_ms = scenario.step_ms;
+    if !(1..=500).contains(&step_ms) {
+        let what = format!("{step_ms} is out of range");
+        let remedy = "it must be at least 1 and at most 500 ms";
+        return Err(Problem::at(Path::of(["step_ms"]), what, remedy));
+    }
+    TIME.check(Path::of(["limit_s"]), scenario.limit_s)?;
+
+    LENGTH.check(Path::of(["room", "width_m"]), scenario.room.width_m)?;
+    LENGTH.check(Path::of(["room", "height_m"]), scenario.room.height_m)?;
+
+    let body = &scenario.body;
+    LENGTH.check(Path::of(["body", "radius_m"]), body.radius_m)?;
+    above_zero(1e3, "m/s").check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
+    above_zero(3600.0, "deg/s").check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
+    LENGTH.check(Path::of(["body", "reach_m"]), body.reach_m)?;
+    PENETRABILITY.check(
+        Path::of(["body", "robot_penetrability"]),
+        body.robot_penetrability,
+    )?;
+
+    let sensors = &scenario.sensors;
+    LENGTH.check(
+        Path::of(["sensors", "border_range_m"]),
+        sensors.border_range_m,
+    )?;
+    LENGTH.check(
+        Path::of(["sensors", "avoidance_range_m"]),
+        sensors.avoidance_range_m,
+    )?;
+    LENGTH.check(
+        Path::of(["sensors", "waste_range_m"]),
+        sensors.waste_range_m,
+    )?;
+
+    if let Some(energy) = &scenario.energy {
+        above_zero(1e12, "J").check(Path::of(["energy", "capacity_j"]), energy.capacity_j)?;
+        POWER.check(Path::of(["energy", "idle_w"]), energy.idle_w)?;
+        POWER.check(Path::of(["energy", "drive_w"]), energy.drive_w)?;
+    }
+    waste(&scenario.waste)?;
+    robots(scenario)?;
+    obstacles(scenario)?;
+    tasks(scenario, catalog)?;
+    alliance(scenario, catalog)
+}
+
+fn name(path: Path, name: &str) -> Result<(), Problem> {
+    if is_name(name) {
+        return Ok(());
+    }
+    let remedy =
+        "use at most 32 letters, digits, '-' and '_', with a letter or a digit first".to_owned();
+    Err(Problem::at(path, format!("'{name}' is not a name"), remedy))
+}
+
+/// Checks how many things a list has, and that their names are names, each there once.
+fn named<'a>(
+    list: &Path,
+    names: impl ExactSizeIterator<Item = &'a str>,
+    most: usize,
+) -> Result<(), Problem> {
+    if !(1..=most).contains(&names.len()) {
+        let what = format!("{} entries", names.len());
+        return Err(Problem::at(list.clone(), what, format!("give 1 to {most}")));
+    }
+    let mut first = BTreeMap::new();
+    for (index, each) in names.enumerate() {
+        let path = list.index(index).key("name");
+        name(path.clone(), each)?;
+        if let Some(first) = first.insert(each, index) {
+            let what = format!("'{each}' is already the name of {list}[{first}]");
+            return Err(Problem::at(path, what, "give each its own name"));
+        }
+    }
     Ok(())
+}
+
+fn waste(waste: &Waste) -> Result<(), Problem> {
+    let at = Path::of(["waste"]);
+    let spills = at.key("spills");
+    named(
+        &spills,
+        waste.spills.iter().map(|spill| spill.name.as_str()),
+        MAX_SPILLS,
+    )?;
+    for (index, spill) in waste.spills.iter().enumerate() {
+        let at = spills.index(index);
+        closed(0.0, f64::from(MAX_ITEMS), "").check(at.key("items"), spill.items)?;
+        FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
+        FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
+    }
+    LENGTH.check(at.key("spill_radius_m"), waste.spill_radius_m)?;
+    LENGTH.check(at.key("item_radius_m"), waste.item_radius_m)?;
+    if waste.item_radius_m > waste.spill_radius_m {
+        let what = format!(
+            "an item of radius {} m is larger than a spill",
+            waste.item_radius_m
+        );
+        let remedy = format!(
+            "it must be at most spill_radius_m, {} m",
+            waste.spill_radius_m
+        );
+        return Err(Problem::at(at.key("item_radius_m"), what, remedy));
+    }
+    let deposit = at.key("deposit");
+    LENGTH.check(deposit.key("radius_m"), waste.deposit.radius_m)?;
+    FRACTION.check(deposit.key("x_fraction"), waste.deposit.x_fraction)?;
+    FRACTION.check(deposit.key("y_fraction"), waste.deposit.y_fraction)?;
+    let site = at.key("report_site");
+    LENGTH.check(site.key("width_m"), waste.report_site.width_m)?;
+    LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
+    closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
+    TIME.check(at.key("report_period_s"), waste.report_period_s)
+}
+
+fn robots(scenario: &Scenario) -> Result<(), Problem> {
+    let robots = Path::of(["robots"]);
+    named(&robots, names(scenario), MAX_ROBOTS)?;
+    for (index, robot) in scenario.robots.iter().enumerate() {
+        let Some(start) = &robot.start else { continue };
+        let at = robots.index(index).key("start");
+        let inside = |size: f32| closed(0.0, size.into(), "m");
+        inside(scenario.room.width_m).check(at.key("x_m"), start.x_m)?;
+        inside(scenario.room.height_m).check(at.key("y_m"), start.y_m)?;
+        closed(-360.0, 360.0, "deg").check(at.key("heading_deg"), start.heading_deg)?;
+    }
+    Ok(())
+}
+
+fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
+    const PLACE: Range = closed(-1e4, 1e4, "m");
+    const SIZE: Range = above_zero(1e4, "m");
+    for (index, obstacle) in scenario.obstacles.iter().enumerate() {
+        let at = Path::of(["obstacles"]).index(index);
+        PLACE.check(at.key("x_m"), obstacle.x_m)?;
+        PLACE.check(at.key("y_m"), obstacle.y_m)?;
+        SIZE.check(at.key("width_m"), obstacle.width_m)?;
+        SIZE.check(at.key("height_m"), obstacle.height_m)?;
+        PENETRABILITY.check(at.key("penetrability"), obstacle.penetrability)?;
+    }
+    Ok(())
+}
+
+fn tasks(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let tasks = || catalog.tasks.iter().map(|task| task.name.as_str());
+    for (name, section) in &scenario.tasks {
+        let at = Path::of(["tasks"]).key(name);
+        known("task", name, tasks(), &at)?;
+        closed(1.0, f64::from(u32::MAX), "").check(at.key("max_robots"), section.max_robots)?;
+    }
+    Ok(())
+}
+
+fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let at = Path::of(["alliance"]);
+    let section = &scenario.alliance;
+    teammates(scenario, &section.defaults, None, &at.key("defaults"))?;
+    for (set, values) in &section.sets {
+        let at = at.key("sets").key(set);
+        known(
+            "behavior set",
+            set,
+            catalog.sets.iter().map(|set| set.name.as_str()),
+            &at,
+        )?;
+        teammates(scenario, values, None, &at)?;
+    }
+    for (name, of_robot) in &section.robots {
+        let at = at.key("robots").key(name);
+        known("robot", name, names(scenario), &at)?;
+        teammates(
+            scenario,
+            &of_robot.defaults,
+            Some(name),
+            &at.key("defaults"),
+        )?;
+        for (set, values) in &of_robot.sets {
+            let at = at.key("sets").key(set);
+            let robot = scenario.robots.iter().find(|robot| robot.name == *name);
+            let sets = robot.into_iter().flat_map(|robot| catalog.sets_of(robot));
+            let what = format!("behavior set of {name}");
+            known(&what, set, sets.map(|set| catalog.set_name(set)), &at)?;
+            teammates(scenario, values, Some(name), &at)?;
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a section that names a teammate who does not exist; the robot that owns the section is none of its own.
+fn teammates(
+    scenario: &Scenario,
+    section: &SetSection,
+    owner: Option<&str>,
+    at: &Path,
+) -> Result<(), Problem> {
+    let toward = [
+        ("slow_impatience_toward", &section.slow_impatience_toward),
+        (
+            "willing_to_affect_toward_s",
+            &section.willing_to_affect_toward_s,
+        ),
+    ];
+    for (key, by_teammate) in toward {
+        for teammate in by_teammate.keys() {
+            let others = names(scenario).filter(|name| Some(*name) != owner);
+            known("teammate", teammate, others, &at.key(key).key(teammate))?;
+        }
+    }
+    Ok(())
+}
+
+/// The robots' names.
+fn names(scenario: &Scenario) -> impl ExactSizeIterator<Item = &str> {
+    scenario.robots.iter().map(|robot| robot.name.as_str())
+}
+
+/// Refuses a name that is not among the known ones.
+fn known<'a>(
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str>,
+    at: &Path,
+) -> Result<(), Problem> {
+    let known: Vec<&str> = known.collect();
+    if known.contains(&name) {
+        return Ok(());
+    }
+    let what = format!("there is no {what} '{name}'");
+    Err(Problem::at(at.clone(), what, instead(name, known)))
 }

@@ -1,0 +1,80 @@
+//! A scenario file as text: its values by path, with their lines.
+
+use serde::de::Deserialize;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{Problem, ScenarioError};
+use super::path::{Path, Step};
+use super::toml_value::Value;
+
+/// A parsed file.
+pub(super) struct Document<'t> {
+    text: &'t str,
+    root: DeValue<'t>,
+}
+
+impl<'t> Document<'t> {
+    /// Parses the text, or says where it is not TOML.
+    pub fn parse(file_name: &str, text: &'t str) -> Result<Self, ScenarioError> {
+        DeTable::parse(text)
+            .map(|table| Self {
+                text,
+                root: DeValue::Table(table.into_inner()),
+            })
+            .map_err(|error| syntax_error(file_name, text, &error))
+    }
+
+    /// The line of the value at that path, or of the innermost table or array on the way that the file has.
+    pub fn line_of(&self, path: &Path) -> Option<usize> {
+        let mut value = &self.root;
+        let mut span = None;
+        for step in &path.0 {
+            let (next_span, next) = match (step, value) {
+                (Step::Key(key), DeValue::Table(table)) => {
+                    match table.get_key_value(key.as_str()) {
+                        Some((key, next)) => (key.span(), next),
+                        None => break,
+                    }
+                }
+                (Step::Index(index), DeValue::Array(array)) => match array.get(*index) {
+                    Some(next) => (next.span(), next),
+                    None => break,
+                },
+                _ => break,
+            };
+            span = Some(next_span);
+            value = next.get_ref();
+        }
+        span.map(|span| line_at(self.text, span.start))
+    }
+
+    /// The file's contents as a value of that type.
+    pub fn to<'d, T: Deserialize<'d>>(&'d self) -> Result<T, Problem> {
+        T::deserialize(Value(&self.root)).map_err(Problem::from)
+    }
+}
+
+fn syntax_error(file_name: &str, text: &str, error: &toml::de::Error) -> ScenarioError {
+    let span = error.span().unwrap_or(0..0);
+    let line = line_at(text, span.start);
+    let message = error.message();
+    let (mut what, remedy) = match message.split_once(", expected ") {
+        Some((what, wanted)) => (what.to_owned(), format!("TOML wants {wanted} here")),
+        None if message == "duplicate key" => (message.to_owned(), "state it once".to_owned()),
+        None => (
+            message.to_owned(),
+            "write it as TOML, https://toml.io".to_owned(),
+        ),
+    };
+    let found = text.get(span).unwrap_or_default().trim();
+    if !found.is_empty() && found.len() <= 40 {
+        what += &format!(", '{found}'");
+    }
+    ScenarioError::in_file(file_name, line, what, remedy)
+}
+
+/// The line, from 1, of a byte of the text.
+fn line_at(text: &str, byte: usize) -> usize {
+    let before = text.as_bytes().iter().take(byte);
+    before.filter(|byte| **byte == b'\n').count() + 1
+}

@@ -1,0 +1,113 @@
+//! Places: whether the robots fit into the room and start where they can stand. The world finds the places of robots whose
+//! start is not given, and refuses what does not fit.
+
+use super::error::Problem;
+use super::path::Path;
+use super::{Obstacle, Scenario};
+
+/// Up to this penetrability a component is solid (thesis §3.2.2.1).
+const SOLID: f32 = 0.1;
+
+/// Bodies may touch; smaller overlaps than this come from rounding, m.
+const TOUCH_M: f64 = 1e-6;
+
+/// Refuses the first robot that cannot be where it shall start. Ranges have been validated.
+pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
+    let radius = f64::from(scenario.body.radius_m);
+    let diameter = 2.0 * radius;
+    let (width, height) = (
+        f64::from(scenario.room.width_m),
+        f64::from(scenario.room.height_m),
+    );
+    let solid = scenario.body.robot_penetrability <= SOLID;
+    let count = scenario.robots.len();
+    let side_by_side = if solid { count as f64 } else { 1.0 };
+    if diameter >= width.min(height) || side_by_side * diameter * diameter > width * height {
+        let room = &scenario.room;
+        let what = format!(
+            "{} x {} m is too small for {count} robots of diameter {} m",
+            room.width_m,
+            room.height_m,
+            2.0 * scenario.body.radius_m
+        );
+        let remedy = "enlarge the room, or make body.radius_m smaller";
+        return Err(Problem::at(Path::of(["room"]), what, remedy));
+    }
+
+    let mut starts = Vec::new();
+    for (index, robot) in scenario.robots.iter().enumerate() {
+        let Some(start) = &robot.start else { continue };
+        let at = Path::of(["robots"]).index(index).key("start");
+        let (x, y) = (f64::from(start.x_m), f64::from(start.y_m));
+        for (key, given, place, size) in
+            [("x_m", start.x_m, x, width), ("y_m", start.y_m, y, height)]
+        {
+            if place - radius < -TOUCH_M || place + radius > size + TOUCH_M {
+                let radius = scenario.body.radius_m;
+                let what = format!("{given} puts '{}' into a wall", robot.name);
+                let remedy = format!("keep body.radius_m, {radius} m, away from both walls");
+                return Err(Problem::at(at.key(key), what, remedy));
+            }
+        }
+        let solids = scenario.obstacles.iter().enumerate();
+        for (number, obstacle) in solids.filter(|(_, each)| each.penetrability <= SOLID) {
+            if overlaps(x, y, radius - TOUCH_M, obstacle) {
+                let what = format!("lies on the start of '{}'", robot.name);
+                let remedy = format!("move it or {at} until they are apart");
+                return Err(Problem::at(
+                    Path::of(["obstacles"]).index(number),
+                    what,
+                    remedy,
+                ));
+            }
+        }
+        starts.push((x, y, index));
+    }
+    if solid {
+        apart(scenario, starts, diameter)
+    } else {
+        Ok(())
+    }
+}
+
+/// Refuses two solid robots that start in each other. Sorted by x, only near ones need be compared.
+fn apart(
+    scenario: &Scenario,
+    mut starts: Vec<(f64, f64, usize)>,
+    diameter: f64,
+) -> Result<(), Problem> {
+    let least = diameter - TOUCH_M;
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+    for (number, (x, y, index)) in starts.iter().enumerate() {
+        for (other_x, other_y, other) in &starts[number + 1..] {
+            if other_x - x >= diameter {
+                break;
+            }
+            if squared(other_x - x, other_y - y) < least * least {
+                let (first, second) = (index.min(other), index.max(other));
+                let name = |index: &usize| &scenario.robots[*index].name;
+                let what = format!("'{}' starts in '{}'", name(second), name(first));
+                let remedy = format!("keep their centers {diameter:.3} m apart");
+                let at = Path::of(["robots"]).index(*second).key("start");
+                return Err(Problem::at(at, what, remedy));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether the disc and the rectangle have more than an edge in common.
+fn overlaps(x: f64, y: f64, radius: f64, rectangle: &Obstacle) -> bool {
+    let gap = |point: f64, low: f32, size: f32| {
+        let low = f64::from(low);
+        (low - point).max(point - (low + f64::from(size))).max(0.0)
+    };
+    let gap_x = gap(x, rectangle.x_m, rectangle.width_m);
+    let gap_y = gap(y, rectangle.y_m, rectangle.height_m);
+    squared(gap_x, gap_y) < radius * radius
+}
+
+/// Squared length of a vector.
+fn squared(x: f64, y: f64) -> f64 {
+    x * x + y * y
+}

@@ -1,0 +1,227 @@
+//! Turns TOML values into types and says what does not fit in the words of the file, with the way to it.
+
+use std::fmt;
+use std::iter::Enumerate;
+use std::slice::Iter;
+
+use serde::de::value::{BorrowedStrDeserializer, StrDeserializer};
+use serde::de::{self, DeserializeSeed, Deserializer, Error, Expected, Unexpected, Visitor};
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::error::{Problem, instead};
+use super::path::{Path, Step};
+
+/// What does not fit into a type.
+#[derive(Debug)]
+pub(super) struct Mistake {
+    /// From the value up to the file's top; collected on the way up.
+    steps: Vec<Step>,
+    what: String,
+    remedy: String,
+}
+
+impl Mistake {
+    fn new(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            steps: Vec::new(),
+            what: what.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    fn below(mut self, step: Step) -> Self {
+        self.steps.push(step);
+        self
+    }
+}
+
+impl From<Mistake> for Problem {
+    fn from(mistake: Mistake) -> Self {
+        let path = Path(mistake.steps.into_iter().rev().collect());
+        Self::at(path, mistake.what, mistake.remedy)
+    }
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; {}", self.what, self.remedy)
+    }
+}
+
+impl std::error::Error for Mistake {}
+
+impl Error for Mistake {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        Self::new(message.to_string(), "see the reference scenario")
+    }
+
+    fn invalid_type(found: Unexpected<'_>, wanted: &dyn Expected) -> Self {
+        let found = match found {
+            Unexpected::Bool(value) => value.to_string(),
+            Unexpected::Unsigned(value) => value.to_string(),
+            Unexpected::Signed(value) => value.to_string(),
+            Unexpected::Float(value) => format!("{value:?}"),
+            Unexpected::Str(value) => format!("the string '{value}'"),
+            Unexpected::Seq => "an array".to_owned(),
+            Unexpected::Map => "a table".to_owned(),
+            other => other.to_string(),
+        };
+        Self::new(
+            format!("{found} does not fit"),
+            format!("write {}", in_words(wanted)),
+        )
+    }
+
+    fn invalid_value(found: Unexpected<'_>, wanted: &dyn Expected) -> Self {
+        Self::invalid_type(found, wanted)
+    }
+
+    fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
+        let what = format!("there is no choice '{name}'");
+        Self::new(what, instead(name, known.iter().copied()))
+    }
+
+    fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
+        Self::new("unknown key", instead(name, known.iter().copied()))
+    }
+
+    fn missing_field(name: &'static str) -> Self {
+        Self::new("the key is missing", "give it a value").below(Step::Key(name.to_owned()))
+    }
+}
+
+/// A type of the scenario's, in the words of a file.
+fn in_words(wanted: &dyn Expected) -> String {
+    let wanted = wanted.to_string();
+    match wanted.as_str() {
+        "a boolean" => "true or false".to_owned(),
+        "u32" => format!("a whole number from 0 to {}", u32::MAX),
+        "u64" => "a whole number that is not negative".to_owned(),
+        "i32" => format!("a whole number from {} to {}", i32::MIN, i32::MAX),
+        "f32" | "f64" => "a number".to_owned(),
+        "a string" => "a string in quotes".to_owned(),
+        "a sequence" => "an array".to_owned(),
+        _ if wanted == "a map" || wanted.starts_with("struct ") => "a table".to_owned(),
+        _ => wanted,
+    }
+}
+
+/// A value of a file as a deserializer.
+#[derive(Clone, Copy)]
+pub(super) struct Value<'de>(pub &'de DeValue<'de>);
+
+impl<'de> Deserializer<'de> for Value<'de> {
+    type Error = Mistake;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+        match self.0 {
+            DeValue::Boolean(value) => visitor.visit_bool(*value),
+            DeValue::String(value) => visitor.visit_borrowed_str(value),
+            DeValue::Integer(value) => {
+                let parsed = i64::from_str_radix(value.as_str(), value.radix());
+                match parsed {
+                    Ok(value) => visitor.visit_i64(value),
+                    Err(_) => Err(Mistake::new(
+                        format!("{value} is out of range"),
+                        "write a number of at most 18 digits",
+                    )),
+                }
+            }
+            DeValue::Float(value) => match value.as_str().parse() {
+                Ok(value) => visitor.visit_f64(value),
+                Err(_) => Err(Mistake::new(
+                    format!("'{value}' is not a number"),
+                    "write a number",
+                )),
+            },
+            DeValue::Datetime(value) => Err(Mistake::new(
+                format!("the date or time {value} does not fit"),
+                "no key of a scenario takes one",
+            )),
+            DeValue::Array(array) => visitor.visit_seq(Elements(array.iter().enumerate())),
+            DeValue::Table(table) => visitor.visit_map(Entries {
+                rest: table
+                    .iter()
+                    .map(|(key, value)| (key.get_ref().as_ref(), value.get_ref())),
+                next: None,
+            }),
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Mistake> {
+        match self.0 {
+            DeValue::String(name) => visitor.visit_enum(StrDeserializer::new(name)),
+            other => Err(Mistake::new(
+                format!("the {} does not fit", other.type_str()),
+                format!("write one of {} in quotes", variants.join(", ")),
+            )),
+        }
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf unit unit_struct newtype_struct seq
+        tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+/// The elements of an array.
+struct Elements<'de>(Enumerate<Iter<'de, Spanned<DeValue<'de>>>>);
+
+impl<'de> de::SeqAccess<'de> for Elements<'de> {
+    type Error = Mistake;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Mistake> {
+        let element = self.0.next().map(|(index, element)| {
+            seed.deserialize(Value(element.get_ref()))
+                .map_err(|mistake| mistake.below(Step::Index(index)))
+        });
+        element.transpose()
+    }
+}
+
+/// The entries of a table; `next` is the one whose key has been read and whose value has not.
+struct Entries<'de, I> {
+    rest: I,
+    next: Option<(&'de str, &'de DeValue<'de>)>,
+}
+
+impl<'de, I> de::MapAccess<'de> for Entries<'de, I>
+where
+    I: Iterator<Item = (&'de str, &'de DeValue<'de>)>,
+{
+    type Error = Mistake;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Mistake> {
+        self.next = self.rest.next();
+        let key = self.next.map(|(key, _)| {
+            seed.deserialize(BorrowedStrDeserializer::new(key))
+                .map_err(|mistake: Mistake| mistake.below(Step::Key(key.to_owned())))
+        });
+        key.transpose()
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Mistake> {
+        let (key, value) = self
+            .next
+            .take()
+            .ok_or_else(|| Mistake::custom("a value was asked for before its key"))?;
+        seed.deserialize(Value(value))
+            .map_err(|mistake| mistake.below(Step::Key(key.to_owned())))
+    }
+}
