@@ -1,1 +1,263 @@
-//! Physics and sensing: pure.
+//! The world: components, penetrability, aspects, physics and sensing (thesis §3.2 and §4.1, DESIGN §7). Pure: a function
+//! of the setup and the commands.
+//!
+//! A tour, from the floor up:
+//! - [`outline`](Outline): the geometry of one solid: nearest point, ray cast, and the sweep of a disc that stops short of
+//!   contact.
+//! - [`component`](Component): what lies on the floor, with its [`Penetrability`] and its aspects; [`aspect`](Aspect):
+//!   properties that evolve each step, such as [`Energy`](Battery).
+//! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
+//! - `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
+//! - `waste`: spills, deposit, items, report site. `gripper`: pick up and put down. `sensing`: what a robot reads.
+//!
+//! # One step
+//! Between steps, interruption handlers change the world ([`World::drop_carried`], [`World::add_obstacle`]). A step then
+//! lets the components act, in rank order, and after them the aspects evolve. A robot works its gripper and reports where it
+//! has sensed, that is before it moves; then it turns, and then it moves along its new heading against everything as it
+//! stands at that moment. So each robot finds those of lower rank already moved and those of higher rank not yet.
+//!
+//! # Decisions where DESIGN is silent
+//! - A body stops [`SKIN_M`] short of a solid. The center beam of the proximity sensor uses the same sweep, so it is free
+//!   exactly when the body can move.
+//! - Where patches overlap, the slowest decides; a patch slows the robot whose center is on it, from the point of its way
+//!   where it enters to the point where it leaves, however long the step.
+//! - The deposit keeps what it gets: nothing in it can be picked up again, though it can be sensed.
+//! - An item lies, at the start and after each drop, where a robot's gripper can reach it, if there is such a place.
+
+mod aspect;
+mod component;
+mod event;
+mod gripper;
+mod ground;
+mod motion;
+mod outline;
+mod sensing;
+mod space;
+mod start;
+mod waste;
+
+#[cfg(test)]
+mod tests;
+
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::readings::{Actuation, Pose};
+use alliance_proto::scenario::{Body, Sensors, Setup};
+use alliance_proto::time::SimTime;
+use alliance_proto::view::ItemCounts;
+use glam::Vec2;
+
+pub use aspect::{Aspect, Battery};
+pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
+pub use event::WorldEvent;
+pub use outline::{Outline, SKIN_M};
+pub use start::{StartError, start_poses};
+pub use waste::Item;
+
+use space::Space;
+use waste::Waste;
+
+/// The state of the simulated world.
+#[derive(Clone, Debug)]
+pub struct World {
+    now: SimTime,
+    step: SimTime,
+    body: Body,
+    sensors: Sensors,
+    space: Space,
+    /// By rank.
+    robots: Vec<Robot>,
+    waste: Waste,
+}
+
+/// A robot's body.
+#[derive(Clone, Debug)]
+struct Robot {
+    component: Component,
+    /// Unit vector of its heading.
+    ahead: Vec2,
+    /// Over the last step.
+    speed_m_s: f32,
+    carrying: Option<ItemId>,
+    side_sensor: bool,
+}
+
+impl Robot {
+    fn position(&self) -> Vec2 {
+        self.component.pose.position
+    }
+
+    fn face(&mut self, heading_rad: f32) {
+        self.component.pose.heading_rad = heading_rad;
+        self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
+    }
+}
+
+impl World {
+    /// The world at the start of a mission.
+    ///
+    /// # Panics
+    /// If [`start_poses`] refuses the scenario; validation asks it first.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let poses = match start_poses(scenario) {
+            Ok(poses) => poses,
+            Err(error) => panic!("scenario not validated: {error}"),
+        };
+        let body = scenario.body;
+        let robots = scenario.robots.iter().zip(poses).enumerate();
+        let robots = robots.map(|(rank, (robot, pose))| {
+            let component = Component {
+                id: ComponentId::Robot(RobotId(rank as u16)),
+                pose,
+                shape: Shape::Disc {
+                    radius_m: body.radius_m,
+                },
+                penetrability: Penetrability(body.robot_penetrability),
+                aspects: scenario
+                    .energy
+                    .iter()
+                    .map(|energy| Aspect::Energy(Battery::full(energy)))
+                    .collect(),
+            };
+            let mut robot = Robot {
+                component,
+                ahead: Vec2::X,
+                speed_m_s: 0.0,
+                carrying: None,
+                side_sensor: robot.side_sensor,
+            };
+            robot.face(pose.heading_rad);
+            robot
+        });
+        let space = Space::new(scenario);
+        Self {
+            now: SimTime::ZERO,
+            step: SimTime(scenario.step_ms),
+            body,
+            sensors: scenario.sensors,
+            robots: robots.collect(),
+            waste: Waste::new(scenario, setup.seed, &space),
+            space,
+        }
+    }
+
+    /// Advances the world by one step. Commands by rank; without one, or without energy, a body stays as it is.
+    pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<WorldEvent> {
+        let mut events = Vec::new();
+        for rank in 0..self.robots.len() {
+            let powered = self.robots[rank]
+                .component
+                .aspects
+                .iter()
+                .all(Aspect::is_powered);
+            let command = commands.get(rank).copied().flatten().filter(|_| powered);
+            let command = command.unwrap_or_default();
+            let robot = RobotId(rank as u16);
+            events.extend(self.grip(robot, command.gripper));
+            if command.report_progress && self.waste.is_report_site(self.robots[rank].position()) {
+                self.waste.last_report = Some(self.now);
+                events.push(WorldEvent::ReportMade { robot });
+            }
+            self.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
+        }
+        self.evolve_aspects(&mut events);
+        self.now = self.now + self.step;
+        events
+    }
+
+    fn evolve_aspects(&mut self, events: &mut Vec<WorldEvent>) {
+        for (rank, robot) in self.robots.iter_mut().enumerate() {
+            let drive = if self.body.speed_m_s > 0.0 {
+                robot.speed_m_s / self.body.speed_m_s
+            } else {
+                0.0
+            };
+            for aspect in &mut robot.component.aspects {
+                let was_powered = aspect.is_powered();
+                aspect.evolve(drive, self.step);
+                if was_powered && !aspect.is_powered() {
+                    events.push(WorldEvent::EnergyOut {
+                        robot: RobotId(rank as u16),
+                    });
+                }
+            }
+        }
+    }
+
+    /// Puts a rectangle on the floor: an obstacle, or a patch that slows down or speeds up. It may lie anywhere; a robot
+    /// that it covers is not moved, but can only leave it.
+    pub fn add_obstacle(&mut self, obstacle: &alliance_proto::scenario::Obstacle) -> ObstacleId {
+        self.space.add(obstacle)
+    }
+
+    /// Simulated time: that of the readings, and of the commands of the next step.
+    #[must_use]
+    pub fn now(&self) -> SimTime {
+        self.now
+    }
+
+    /// Where a robot is.
+    #[must_use]
+    pub fn pose(&self, robot: RobotId) -> Pose {
+        self.robots[robot.index()].component.pose
+    }
+
+    /// Length of the way that a robot made in the last step, by the step's length, m/s.
+    #[must_use]
+    pub fn speed_m_s(&self, robot: RobotId) -> f32 {
+        self.robots[robot.index()].speed_m_s
+    }
+
+    /// The item in a robot's gripper.
+    #[must_use]
+    pub fn carrying(&self, robot: RobotId) -> Option<ItemId> {
+        self.robots[robot.index()].carrying
+    }
+
+    /// Energy that a robot has left, J; `None` where energy is not simulated.
+    #[must_use]
+    pub fn energy_j(&self, robot: RobotId) -> Option<f32> {
+        let aspects = &self.robots[robot.index()].component.aspects;
+        aspects
+            .iter()
+            .map(|Aspect::Energy(battery)| battery.charge_j())
+            .next()
+    }
+
+    /// Where the items are.
+    #[must_use]
+    pub fn item_counts(&self) -> ItemCounts {
+        self.waste.counts()
+    }
+
+    /// Whether every item is in the deposit.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.waste.is_complete()
+    }
+
+    /// All items, by id.
+    #[must_use]
+    pub fn items(&self) -> &[Item] {
+        &self.waste.items
+    }
+
+    /// All rectangles on the floor, by id: solid obstacles and patches.
+    #[must_use]
+    pub fn obstacles(&self) -> &[Component] {
+        self.space.rectangles()
+    }
+
+    /// When the last progress report was made.
+    #[must_use]
+    pub fn last_report(&self) -> Option<SimTime> {
+        self.waste.last_report
+    }
+
+    /// Whether the report site shows its changed color.
+    #[must_use]
+    pub fn site_colored(&self) -> bool {
+        self.waste.site_colored(self.now)
+    }
+}

@@ -1,0 +1,82 @@
+//! What the floor does to speed (thesis §3.2.2.1).
+//!
+//! The penetrability at a point is that of the slowest component there, of those that change the speed at all; a neutral one
+//! changes nothing, and robots that are not solid to each other count as well.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::Ground;
+use glam::Vec2;
+
+use super::{Component, Penetrability, World};
+
+impl World {
+    /// How far a robot gets in that time on its heading if nothing solid is in its way, m. It has the speed of each piece of
+    /// ground for exactly the part of the way on which its center is there.
+    pub(super) fn way_on_ground(&self, robot: RobotId, speed_m_s: f32, time_s: f32) -> f32 {
+        if speed_m_s <= 0.0 {
+            return 0.0;
+        }
+        let body = &self.robots[robot.index()];
+        let mut way_m = 0.0;
+        let mut left_s = time_s;
+        loop {
+            let mut factor: Option<f32> = None;
+            let mut edge_m = f32::INFINITY;
+            for component in self
+                .components_for(robot)
+                .filter(|component| component.penetrability.changes_speed())
+            {
+                let Some((enter_m, leave_m)) =
+                    component.outline().chord(body.position(), body.ahead)
+                else {
+                    continue;
+                };
+                if enter_m <= way_m && way_m < leave_m {
+                    factor = Some(slower(factor, component.penetrability));
+                    edge_m = edge_m.min(leave_m);
+                } else if way_m < enter_m {
+                    edge_m = edge_m.min(enter_m);
+                }
+            }
+            let actual_m_s = speed_m_s * factor.unwrap_or(1.0);
+            if way_m + actual_m_s * left_s <= edge_m {
+                // Nobody needs more than the room, and an infinite way has no end point.
+                return (way_m + actual_m_s * left_s).min(self.space.size.x + self.space.size.y);
+            }
+            left_s -= (edge_m - way_m) / actual_m_s;
+            way_m = edge_m;
+        }
+    }
+
+    /// What the ground sensor tells; beyond the border the ground is solid.
+    pub(super) fn ground(&self, robot: RobotId) -> Ground {
+        let body = &self.robots[robot.index()];
+        let ahead = body.position() + body.ahead * (2.0 * self.body.radius_m);
+        Ground {
+            here: self.penetrability_at(body.position(), robot),
+            ahead: self.penetrability_at(ahead, robot),
+        }
+    }
+
+    fn penetrability_at(&self, point: Vec2, robot: RobotId) -> f32 {
+        if point.cmplt(Vec2::ZERO).any() || point.cmpgt(self.space.size).any() {
+            return 0.0;
+        }
+        let there = self.components_for(robot).filter(|component| {
+            component.penetrability != Penetrability::NEUTRAL && component.outline().contains(point)
+        });
+        there
+            .fold(None, |slowest, component| {
+                Some(slower(slowest, component.penetrability))
+            })
+            .unwrap_or(1.0)
+    }
+
+    fn components_for(&self, robot: RobotId) -> impl Iterator<Item = &Component> + '_ {
+        self.space.rectangles().iter().chain(self.teammates(robot))
+    }
+}
+
+fn slower(slowest: Option<f32>, other: Penetrability) -> f32 {
+    slowest.map_or(other.0, |slowest| slowest.min(other.0))
+}

@@ -1,0 +1,76 @@
+//! How a body moves: it turns on the spot, then goes straight ahead until something solid is in its way.
+
+use std::f32::consts::{PI, TAU};
+
+use alliance_proto::ids::RobotId;
+use glam::Vec2;
+
+use super::outline::Stop;
+use super::{Component, Outline, World};
+
+impl World {
+    /// Turns and then moves a robot by one step, both within its limits. A speed that is negative or no number counts as 0.
+    pub(super) fn turn_and_move(&mut self, robot: RobotId, turn_rad_s: f32, speed_m_s: f32) {
+        let step_s = self.step.as_secs_f64() as f32;
+        let body = &mut self.robots[robot.index()];
+        let limit_rad_s = self.body.turn_deg_s.to_radians();
+        let turn_rad_s = finite(turn_rad_s).clamp(-limit_rad_s, limit_rad_s);
+        if turn_rad_s != 0.0 {
+            body.face(wrapped(
+                body.component.pose.heading_rad + turn_rad_s * step_s,
+            ));
+        }
+
+        let speed_m_s = finite(speed_m_s).clamp(0.0, self.body.speed_m_s);
+        let (center, ahead) = (body.position(), body.ahead);
+        let wanted_m = self.way_on_ground(robot, speed_m_s, step_s);
+        let way_m = self
+            .free_way(robot, wanted_m)
+            .map_or(wanted_m, |stop| stop.way_m);
+        let body = &mut self.robots[robot.index()];
+        body.component.pose.position = center + ahead * way_m;
+        body.speed_m_s = way_m / step_s;
+    }
+
+    /// Where a robot that goes straight ahead must stop within that way; `None` when it need not.
+    pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<Stop> {
+        let body = &self.robots[robot.index()];
+        let stops = self.solids_for(robot);
+        let stops = stops.filter_map(|solid| {
+            solid.sweep(body.position(), self.body.radius_m, body.ahead, max_m)
+        });
+        stops.fold(None, |nearest, stop| Stop::nearer(nearest, Some(stop)))
+    }
+
+    /// Everything that is solid to a robot.
+    pub(super) fn solids_for(&self, robot: RobotId) -> impl Iterator<Item = Outline> + '_ {
+        let others = self
+            .teammates(robot)
+            .filter(|other| other.penetrability.is_solid());
+        self.space.solids().chain(others.map(Component::outline))
+    }
+
+    /// The bodies of all other robots.
+    pub(super) fn teammates(&self, robot: RobotId) -> impl Iterator<Item = &Component> + '_ {
+        let (before, rest) = self.robots.split_at(robot.index());
+        before
+            .iter()
+            .chain(&rest[1..])
+            .map(|other| &other.component)
+    }
+}
+
+fn finite(value: f32) -> f32 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
+/// An angle as one in (-π, π].
+pub(super) fn wrapped(angle_rad: f32) -> f32 {
+    let angle_rad = libm::remainderf(angle_rad, TAU);
+    if angle_rad <= -PI { PI } else { angle_rad }
+}
+
+/// Direction of a vector in the frame of a robot that looks along `ahead`, rad in (-π, π].
+pub(super) fn bearing(ahead: Vec2, vector: Vec2) -> f32 {
+    wrapped(libm::atan2f(ahead.perp_dot(vector), ahead.dot(vector)))
+}

@@ -1,0 +1,117 @@
+//! What a robot's sensors read (DESIGN §7; each device is defined in [`alliance_proto::readings`]).
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::{Hit, Proximity, Readings};
+use glam::Vec2;
+
+use super::motion::bearing;
+use super::outline::Stop;
+use super::{Robot, World};
+
+/// Most items that the waste sensor tells apart at once.
+const WASTE_MOST: usize = 8;
+
+impl World {
+    /// What a robot senses now. All devices that it has are intact here: faults act on the readings.
+    #[must_use]
+    pub fn readings(&self, robot: RobotId) -> Readings {
+        let body = &self.robots[robot.index()];
+        let position = body.position();
+        Readings {
+            pose: Some(body.component.pose),
+            front_border: Some(self.border(position, body.ahead)),
+            side_border: body
+                .side_sensor
+                .then(|| self.border(position, body.ahead.perp())),
+            proximity: Some(self.proximity(robot)),
+            waste: Some(self.waste_near(body)),
+            zone: Some(self.waste.zone(position)),
+            report_site: Some(self.waste.is_report_site(position)),
+            holding: Some(body.carrying.is_some()),
+            ground: Some(self.ground(robot)),
+            energy_j: self.energy_j(robot),
+        }
+    }
+
+    /// Distance from the edge of a body to the border in that direction, within range.
+    fn border(&self, position: Vec2, direction: Vec2) -> Option<f32> {
+        let reach_m = self.body.radius_m + self.sensors.border_range_m;
+        let stops = self
+            .space
+            .walls()
+            .map(|wall| wall.cast_ray(position, direction, reach_m, 0.0));
+        let stop = stops.into_iter().fold(None, Stop::nearer)?;
+        Some((stop.way_m - self.body.radius_m).max(0.0))
+    }
+
+    fn proximity(&self, robot: RobotId) -> Proximity {
+        let Robot {
+            component, ahead, ..
+        } = &self.robots[robot.index()];
+        let (center, ahead, left) = (component.pose.position, *ahead, ahead.perp());
+        let (radius_m, range_m) = (self.body.radius_m, self.sensors.avoidance_range_m);
+
+        let mut middle = None;
+        // The other beams are rays from the hull: of the two ahead from its sides, of the rest from its front, center and rear.
+        let ahead_from = [left * radius_m, left * -radius_m];
+        let side_from = [ahead * radius_m, Vec2::ZERO, ahead * -radius_m];
+        let mut ahead_stops = [None; 2];
+        let mut left_stops = [None; 3];
+        let mut right_stops = [None; 3];
+        for solid in self.solids_for(robot) {
+            if solid.is_beyond(center, 2.0 * radius_m + range_m) {
+                continue;
+            }
+            middle = Stop::nearer(middle, solid.sweep(center, radius_m, ahead, range_m));
+            let cast = |stop: &mut Option<Stop>, from: Vec2, direction: Vec2| {
+                *stop = Stop::nearer(
+                    *stop,
+                    solid.cast_ray(center + from, direction, radius_m + range_m, 0.0),
+                );
+            };
+            for (stop, from) in ahead_stops.iter_mut().zip(ahead_from) {
+                cast(stop, from, ahead);
+            }
+            for (index, from) in side_from.into_iter().enumerate() {
+                cast(&mut left_stops[index], from, left);
+                cast(&mut right_stops[index], from, -left);
+            }
+        }
+
+        let hit = |stop: Option<Stop>, before_edge_m: f32| {
+            stop.map(|stop| Hit {
+                distance_m: (stop.way_m - before_edge_m).max(0.0),
+                normal_rad: bearing(ahead, stop.normal),
+            })
+        };
+        Proximity {
+            ahead: [
+                hit(ahead_stops[0], radius_m),
+                hit(middle, 0.0),
+                hit(ahead_stops[1], radius_m),
+            ],
+            left: left_stops.map(|stop| hit(stop, radius_m)),
+            right: right_stops.map(|stop| hit(stop, radius_m)),
+        }
+    }
+
+    /// The nearest items on the floor within range, nearest first, in the robot's frame.
+    fn waste_near(&self, body: &Robot) -> Vec<Vec2> {
+        let reach_m = self.body.radius_m + self.sensors.waste_range_m;
+        let offsets = self
+            .waste
+            .on_floor()
+            .map(|item| item.position() - body.position());
+        let mut near = offsets
+            .filter(|offset| offset.length_squared() <= reach_m * reach_m)
+            .collect::<Vec<_>>();
+        // Stable, so that items at the same distance stay in the order of their ids.
+        near.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        near.truncate(WASTE_MOST);
+        let left = body.ahead.perp();
+        for offset in &mut near {
+            *offset = Vec2::new(body.ahead.dot(*offset), left.dot(*offset));
+        }
+        near
+    }
+}

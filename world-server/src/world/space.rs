@@ -1,0 +1,115 @@
+//! The room before anything moves in it: border, obstacles and patches, and the places that they leave free.
+
+use alliance_proto::readings::Pose;
+use alliance_proto::scenario::{Body, Obstacle, Scenario};
+use glam::Vec2;
+
+use super::{Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};
+
+/// Directions that a search round a point tries.
+const DIRECTIONS: i32 = 16;
+
+/// The immovable part of the world.
+#[derive(Clone, Debug)]
+pub(super) struct Space {
+    /// From (0, 0) to here is inside the border, m.
+    pub size: Vec2,
+    rectangles: Vec<Component>,
+}
+
+impl Space {
+    pub fn new(scenario: &Scenario) -> Self {
+        let mut space = Self {
+            size: Vec2::new(scenario.room.width_m, scenario.room.height_m),
+            rectangles: Vec::with_capacity(scenario.obstacles.len()),
+        };
+        for obstacle in &scenario.obstacles {
+            space.add(obstacle);
+        }
+        space
+    }
+
+    pub fn add(&mut self, obstacle: &Obstacle) -> ObstacleId {
+        let id = ObstacleId(self.rectangles.len() as u32);
+        let half_size_m = Vec2::new(obstacle.width_m, obstacle.height_m) / 2.0;
+        self.rectangles.push(Component {
+            id: ComponentId::Obstacle(id),
+            pose: Pose {
+                position: Vec2::new(obstacle.x_m, obstacle.y_m) + half_size_m,
+                heading_rad: 0.0,
+            },
+            shape: Shape::Rectangle { half_size_m },
+            penetrability: Penetrability(obstacle.penetrability),
+            aspects: Vec::new(),
+        });
+        id
+    }
+
+    /// By id.
+    pub fn rectangles(&self) -> &[Component] {
+        &self.rectangles
+    }
+
+    /// The four sides of the border: left, right, lower, upper.
+    pub fn walls(&self) -> [Outline; 4] {
+        let wall = |normal, offset_m| Outline::Wall { normal, offset_m };
+        [
+            wall(Vec2::X, 0.0),
+            wall(Vec2::NEG_X, -self.size.x),
+            wall(Vec2::Y, 0.0),
+            wall(Vec2::NEG_Y, -self.size.y),
+        ]
+    }
+
+    /// Everything solid: the border and the solid rectangles.
+    pub fn solids(&self) -> impl Iterator<Item = Outline> + '_ {
+        let solid = self
+            .rectangles
+            .iter()
+            .filter(|rectangle| rectangle.penetrability.is_solid());
+        self.walls()
+            .into_iter()
+            .chain(solid.map(Component::outline))
+    }
+
+    /// Whether a disc fits there with that much clearance from everything solid.
+    pub fn fits(&self, center: Vec2, radius_m: f32, clearance_m: f32) -> bool {
+        self.solids()
+            .all(|solid| solid.surface(center).0 >= radius_m + clearance_m)
+    }
+
+    /// Whether an item fits there and a robot that stands at a place that `is_free` can grip it. Half of the gripper's reach
+    /// is left as a margin for the robot's own inaccuracy. That the robot finds a way to that place is not checked.
+    pub fn can_be_gripped(
+        &self,
+        item: Vec2,
+        item_radius_m: f32,
+        body: &Body,
+        is_free: impl Fn(Vec2) -> bool,
+    ) -> bool {
+        let stands = |center: Vec2| self.fits(center, body.radius_m, SKIN_M) && is_free(center);
+        let distances = [
+            0.5 * body.radius_m,
+            body.radius_m,
+            body.radius_m + 0.5 * body.reach_m,
+        ];
+        self.fits(item, item_radius_m, 0.0)
+            && (stands(item)
+                || distances.into_iter().any(|distance| {
+                    around(0.0).any(|direction| stands(item + direction * distance))
+                }))
+    }
+}
+
+/// Unit vectors all round, beginning with the heading and then alternating between its left and its right.
+pub(super) fn around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
+    (0..DIRECTIONS).map(move |index| {
+        let turns = if index % 2 == 0 {
+            -index / 2
+        } else {
+            index.midpoint(1)
+        };
+        let angle_rad = heading_rad + turns as f32 * (std::f32::consts::TAU / DIRECTIONS as f32);
+        Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
+    })
+}

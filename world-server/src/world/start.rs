@@ -1,0 +1,148 @@
+//! Where robots begin.
+
+use std::f32::consts::PI;
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::Pose;
+use alliance_proto::scenario::Scenario;
+use glam::Vec2;
+
+use super::motion::wrapped;
+use super::space::Space;
+use super::waste::report_site;
+use super::{Outline, SKIN_M};
+
+/// A start that touches something by this much is one that rounding has made touch it, m.
+const ROUNDING_M: f32 = 1e-5;
+
+/// Why a scenario has no place for a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StartError {
+    /// The start that the scenario gives it is taken.
+    #[error("the start of {0} is outside the border, on a solid obstacle or on another robot")]
+    Taken(RobotId),
+    /// No place is left for a robot without a start of its own.
+    #[error("no room is left for {0} to start in")]
+    NoRoom(RobotId),
+}
+
+/// Where the robots start, by rank: where the scenario says, and else on the report site, facing the left wall, from its top
+/// to its bottom at even distances. Where they do not all fit like that, they fill columns of the site's height from its
+/// center outwards and then to the right; and where the room is too small for that, columns of the room's height, closer and
+/// closer together.
+///
+/// # Errors
+/// When a robot has no place clear of the border, the solid obstacles and the other robots.
+pub fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
+    let space = Space::new(scenario);
+    let radius_m = scenario.body.radius_m;
+    let mut poses = vec![None; scenario.robots.len()];
+    let mut taken = Vec::new();
+    for (rank, robot) in scenario.robots.iter().enumerate() {
+        let Some(start) = robot.start else { continue };
+        let position = Vec2::new(start.x_m, start.y_m);
+        if !is_free(&space, &taken, radius_m, position, -ROUNDING_M) {
+            return Err(StartError::Taken(RobotId(rank as u16)));
+        }
+        taken.push(position);
+        poses[rank] = Some(Pose {
+            position,
+            heading_rad: wrapped(start.heading_deg.to_radians()),
+        });
+    }
+
+    let unplaced = poses.iter().filter(|pose| pose.is_none()).count();
+    let places = default_places(scenario, &space, &taken, unplaced);
+    let mut places = places.into_iter();
+    for (rank, pose) in poses.iter_mut().enumerate() {
+        if pose.is_none() {
+            let position = places
+                .next()
+                .ok_or(StartError::NoRoom(RobotId(rank as u16)))?;
+            *pose = Some(Pose {
+                position,
+                heading_rad: PI,
+            });
+        }
+    }
+    Ok(poses.into_iter().flatten().collect())
+}
+
+/// Places for `count` robots, or as many as there are.
+fn default_places(scenario: &Scenario, space: &Space, taken: &[Vec2], count: usize) -> Vec<Vec2> {
+    let radius_m = scenario.body.radius_m;
+    let Outline::Rectangle { min, max } = report_site(scenario) else {
+        return Vec::new();
+    };
+    let first_x = (max.x / 2.0).max(radius_m + 2.0 * SKIN_M);
+
+    let even =
+        (0..count).map(|index| max.y - (max.y - min.y) * (index as f32 + 0.5) / count as f32);
+    let places = choose(
+        space,
+        taken,
+        radius_m,
+        even.map(|y| Vec2::new(first_x, y)),
+        count,
+    );
+    if places.len() == count {
+        return places;
+    }
+
+    let mut most = places;
+    for (height_m, pitch_radii) in [
+        (max.y - min.y, 2.5),
+        (space.size.y, 2.5),
+        (space.size.y, 2.05),
+    ] {
+        let pitch_m = pitch_radii * radius_m;
+        let columns = ((space.size.x - first_x) / pitch_m) as i32;
+        let rows = ((height_m - 2.0 * radius_m) / pitch_m) as i32 + 1;
+        let middle_y = space.size.y / 2.0;
+        let grid = (0..=columns).flat_map(|column| {
+            let x = first_x + column as f32 * pitch_m;
+            (0..rows).map(move |row| {
+                let rows_from_middle = if row % 2 == 0 {
+                    row / 2
+                } else {
+                    -(row + 1) / 2
+                };
+                // An even number of rows has no middle one.
+                let shift = if rows % 2 == 0 { 0.5 } else { 0.0 };
+                Vec2::new(x, middle_y + (rows_from_middle as f32 + shift) * pitch_m)
+            })
+        });
+        most = choose(space, taken, radius_m, grid, count);
+        if most.len() == count {
+            break;
+        }
+    }
+    most
+}
+
+/// The first `count` candidates that are free of everything, each other included.
+fn choose(
+    space: &Space,
+    taken: &[Vec2],
+    radius_m: f32,
+    candidates: impl Iterator<Item = Vec2>,
+    count: usize,
+) -> Vec<Vec2> {
+    let mut bodies = taken.to_vec();
+    for place in candidates {
+        if bodies.len() == taken.len() + count {
+            break;
+        }
+        if is_free(space, &bodies, radius_m, place, SKIN_M) {
+            bodies.push(place);
+        }
+    }
+    bodies.split_off(taken.len())
+}
+
+fn is_free(space: &Space, bodies: &[Vec2], radius_m: f32, center: Vec2, clearance_m: f32) -> bool {
+    space.fits(center, radius_m, clearance_m)
+        && bodies
+            .iter()
+            .all(|body| body.distance(center) >= 2.0 * radius_m + clearance_m)
+}
