@@ -37,6 +37,16 @@ pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
     Ok(bytes)
 }
 
+/// Appends the encoding of a value of any size to `bytes`, for hashing.
+///
+/// # Errors
+/// [`CodecError::Malformed`] for a value that bincode cannot represent; plain data always can.
+pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) -> Result<(), CodecError> {
+    bincode::serde::encode_into_std_write(value, bytes, configuration())
+        .map(drop)
+        .map_err(|error| CodecError::Malformed(error.to_string()))
+}
+
 /// Decodes a message that takes up all of `bytes`.
 ///
 /// # Errors

@@ -1,0 +1,208 @@
+//! The rows of each table that a tick adds (DESIGN §8).
+
+use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::telemetry::Reception;
+
+use super::record::{EventKind, TickRecord};
+use super::table::Row;
+use crate::input::{Input, InputLine};
+
+/// The names that stand in the tables for the ids of a run.
+#[derive(Clone, Debug)]
+pub(super) struct Names {
+    robots: Vec<String>,
+    catalog: Catalog,
+}
+
+impl Names {
+    pub fn of(setup: &Setup) -> Self {
+        let robots = &setup.scenario.robots;
+        Self {
+            robots: robots.iter().map(|robot| robot.name.clone()).collect(),
+            catalog: Catalog::of(&setup.scenario),
+        }
+    }
+
+    /// Name of a robot of the scenario.
+    pub fn robot(&self, robot: RobotId) -> &str {
+        self.robots.get(robot.index()).map_or("?", String::as_str)
+    }
+
+    fn set(&self, set: Option<SetId>) -> &str {
+        set.map_or("", |set| self.catalog.set_name(set))
+    }
+
+    fn task(&self, task: Option<TaskId>) -> &str {
+        task.map_or("", |task| self.catalog.task_name(task))
+    }
+
+    /// The task of a behavior set.
+    fn task_of(&self, set: SetId) -> &str {
+        self.task(self.catalog.sets.get(set.index()).map(|set| set.task))
+    }
+}
+
+/// motivations.csv: a row per behavior set of each robot that counted.
+pub(super) fn motivations(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+        for motivation in &counted.report.motivations {
+            Row::new(rows)
+                .number(record.now.0)
+                .text(names.robot(counted.report.robot))
+                .text(names.set(Some(motivation.set)))
+                .text(names.task_of(motivation.set))
+                .number(motivation.motivation)
+                .number(motivation.impatience)
+                .flag(motivation.sensory_feedback)
+                .flag(motivation.activity_suppression)
+                .flag(motivation.impatience_reset)
+                .flag(motivation.acquiescence)
+                .text(motivation.state.as_str())
+                .end();
+        }
+    }
+}
+
+/// messages.csv: a row per broadcast and receiver.
+pub(super) fn messages(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+        for reception in &counted.report.receptions {
+            message(names, counted.report.robot, reception, rows);
+        }
+    }
+}
+
+fn message(names: &Names, receiver: RobotId, reception: &Reception, rows: &mut Vec<u8>) {
+    let said = reception.said;
+    let state = said.and_then(|said| said.state);
+    Row::new(rows)
+        .number(reception.at.0)
+        .text(names.robot(receiver))
+        .text(names.robot(reception.sender))
+        .number(reception.incarnation)
+        .optional(said.map(|said| said.seq))
+        .text(said.map_or("", |said| said.kind.as_str()))
+        .text(state.map_or("", |state| state.as_str()))
+        .optional(said.and_then(|said| said.since).map(|since| since.0))
+        .text(names.set(said.and_then(|said| said.set)))
+        .text(names.task(said.and_then(|said| said.task)))
+        .optional(said.and_then(|said| said.progress))
+        .number(reception.sent.0)
+        .text(reception.fate.as_str())
+        .end();
+}
+
+/// events.csv: first the inputs, then each robot's changes of state and notes, then the world's events.
+pub(super) fn events(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    let mut row = |kind: EventKind, rest: [&str; 4]| {
+        let row = Row::new(rows).number(record.now.0).number(kind);
+        rest.into_iter().fold(row, Row::text).end();
+    };
+    for input in record.inputs {
+        let (kind, robot, subject, detail) = describe(input);
+        row(kind, [robot, subject, "", &detail]);
+    }
+    for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+        let report = counted.report;
+        let robot = names.robot(report.robot);
+        for change in &report.changes {
+            let reason = change.reason.describe(|robot| names.robot(robot));
+            let (set, task) = (names.set(Some(change.set)), names.task_of(change.set));
+            row(EventKind::State(change.to), [robot, set, &reason, task]);
+        }
+        for note in &report.notes {
+            row(EventKind::Note(note.kind), [robot, "", "", &note.detail]);
+        }
+    }
+    for event in record.events {
+        let robot = event.robot.map_or("", |robot| names.robot(robot));
+        row(
+            event.kind,
+            [robot, &event.subject, &event.reason, &event.detail],
+        );
+    }
+}
+
+/// Kind, robot, subject and detail of an input's row.
+fn describe(input: &Input) -> (EventKind, &str, &str, String) {
+    match input {
+        Input::Join { robot, incarnation } => (
+            EventKind::Joined,
+            robot,
+            "",
+            format!("incarnation {incarnation}"),
+        ),
+        Input::Gone {
+            robot,
+            incarnation,
+            last_counted,
+            listed,
+        } => {
+            let counted = match last_counted {
+                Some(tick) => format!("last counted in tick {tick}"),
+                None => "never counted".to_owned(),
+            };
+            let broadcasts = if *listed { "listed" } else { "not listed" };
+            let detail =
+                format!("incarnation {incarnation}; {counted}; last broadcasts {broadcasts}");
+            (EventKind::Gone, robot, "", detail)
+        }
+        Input::StallBegin { robot } => (EventKind::Stalled, robot, "", String::new()),
+        Input::StallEnd { robot } => (EventKind::Back, robot, "", String::new()),
+        Input::Lost {
+            receiver,
+            sender,
+            sent_tick,
+            index,
+        } => {
+            let detail = format!("broadcast {index} of tick {sent_tick}");
+            (EventKind::Lost, receiver, sender, detail)
+        }
+        Input::Interrupt => (EventKind::Interrupted, "", "", String::new()),
+    }
+}
+
+/// poses.csv: a row per robot.
+pub(super) fn poses(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    for (robot, name) in record.robots.iter().zip(&names.robots) {
+        let body = &robot.body;
+        Row::new(rows)
+            .number(record.now.0)
+            .text(name)
+            .number(body.pose.position.x)
+            .number(body.pose.position.y)
+            .number(body.pose.heading_rad)
+            .number(body.speed_m_s)
+            .flag(body.carrying)
+            .text(names.set(body.active))
+            .optional(body.energy_j)
+            .end();
+    }
+}
+
+/// mission.csv: one row.
+pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    Row::new(rows)
+        .number(record.now.0)
+        .number(record.items.in_spills)
+        .number(record.items.carried)
+        .number(record.items.on_floor)
+        .number(record.items.delivered)
+        .optional(record.last_report.map(|time| time.0))
+        .end();
+}
+
+/// inputs.jsonl: a line per input.
+pub(super) fn inputs(record: &TickRecord<'_>, lines: &mut Vec<u8>) {
+    for input in record.inputs {
+        let line = InputLine {
+            tick: record.tick,
+            input: input.clone(),
+        };
+        serde_json::to_writer(&mut *lines, &line)
+            // Strings and numbers, and a Vec to write to: nothing is left to fail.
+            .expect("an input can be encoded");
+        lines.push(b'\n');
+    }
+}

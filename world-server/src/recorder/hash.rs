@@ -1,0 +1,80 @@
+//! Hashes of a run: one per tick, robot and section, and one over all of them (DESIGN §5).
+
+use alliance_proto::codec;
+use alliance_proto::ids::{RobotId, Tick};
+use serde::Serialize;
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
+
+/// A part of a tick that is hashed by itself, so that a difference between two runs can be named.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Section {
+    /// What came from outside; of the world, in ticks with inputs.
+    Inputs,
+    /// A robot's readings.
+    Readings,
+    /// Broadcasts that reached or missed a robot, and how many it sent; in ticks with any.
+    Messages,
+    /// A robot's motivations, changes of state and notes.
+    Motivations,
+    /// A robot's actuation.
+    Commands,
+    /// The world's events; in ticks with any.
+    Events,
+    /// The world's bodies at the start of the tick, items and last report.
+    State,
+}
+
+impl Section {
+    /// The `section` column of ticks.csv.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Inputs => "inputs",
+            Self::Readings => "readings",
+            Self::Messages => "messages",
+            Self::Motivations => "motivations",
+            Self::Commands => "commands",
+            Self::Events => "events",
+            Self::State => "state",
+        }
+    }
+}
+
+/// The streaming hash of a run.
+#[derive(Clone, Default)]
+pub(super) struct RunHash {
+    run: Xxh3,
+    /// Encoding of the section at hand; kept for its memory.
+    encoded: Vec<u8>,
+}
+
+impl RunHash {
+    /// Begins a tick.
+    pub fn tick(&mut self, tick: Tick) {
+        self.run.update(&tick.to_le_bytes());
+    }
+
+    /// Hashes a section of a robot, or of the world, and adds it to the run.
+    pub fn section(
+        &mut self,
+        robot: Option<RobotId>,
+        section: Section,
+        content: &impl Serialize,
+    ) -> u64 {
+        self.encoded.clear();
+        codec::append(content, &mut self.encoded)
+            // Sections are plain data of known length and the destination is memory, so nothing is left to fail.
+            .expect("a section can be encoded");
+        let hash = xxh3_64(&self.encoded);
+        let rank = robot.map_or(u16::MAX, |robot| robot.0);
+        self.run.update(&rank.to_le_bytes());
+        self.run.update(section.as_str().as_bytes());
+        self.run.update(&hash.to_le_bytes());
+        hash
+    }
+
+    /// Hash of the run so far.
+    pub fn so_far(&self) -> u64 {
+        self.run.digest()
+    }
+}

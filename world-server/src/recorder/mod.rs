@@ -1,0 +1,283 @@
+//! The log of a run (DESIGN §8): encoding here, files in [`Folder`] alone.
+//!
+//! After every tick the simulation hands a [`TickRecord`] to the [`Recorder`]. It hashes the tick section by section, adds
+//! rows to the tables that the [`LogLevel`] keeps, and writes them out in large pieces. [`RunLog`] reads a folder back.
+//!
+//! **Seals.** ticks.csv is written last and tells what counts. Beside the hash of each [`Section`] it holds, of the robot
+//! `world`, for each table that has grown a row with the table's file name as its section and the hash of the table's bytes
+//! up to here, header included; and then a row with the section `run` and the hash of the run so far, which ends the
+//! tick. So whatever a killed process leaves behind, a reader finds the last tick up to which every table is whole.
+//! At [`LogLevel::Full`] each tick is sealed; at [`LogLevel::Summary`] the first one of each second of simulated time and
+//! the last of the run.
+
+mod encode;
+mod hash;
+mod level;
+mod pages;
+mod read;
+mod record;
+mod rows;
+mod run_file;
+mod sink;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::ItemCounts;
+use serde::Serialize;
+
+use encode::Names;
+use hash::RunHash;
+use pages::Pages;
+use run_file::Tally;
+
+pub use hash::Section;
+pub use level::LogLevel;
+pub use read::{ReadError, RunLog, Seal};
+pub use record::{BodyRecord, Counted, Event, EventKind, RobotRecord, TickRecord};
+pub use rows::{EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow};
+pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
+pub use sink::{Document, Folder, Memory, Sink};
+pub use table::Table;
+
+/// The `robot` column of ticks.csv for what belongs to no robot.
+pub const WORLD: &str = "world";
+
+/// The `section` column of the row that ends a tick in ticks.csv.
+pub const RUN_SECTION: &str = "run";
+
+/// Buffered bytes that make the recorder write.
+const FLUSH_BYTES: usize = 64 * 1024;
+
+/// Simulated time between two seals of [`LogLevel::Summary`], ms.
+const SUMMARY_SEAL_MS: u64 = 1000;
+
+/// A log that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The operating system refuses.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// What.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The folder is taken.
+    #[error("{} already holds a run", .0.display())]
+    Occupied(PathBuf),
+    /// An earlier write failed. More rows after the torn one would only look like a log.
+    #[error("the log ended at a write that failed")]
+    Broken,
+}
+
+impl RecordError {
+    fn write(path: &Path, source: io::Error) -> Self {
+        Self::Write {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
+/// Writes the log of one run.
+pub struct Recorder<S> {
+    setup: Setup,
+    level: LogLevel,
+    names: Names,
+    sink: S,
+    pages: Pages,
+    hash: RunHash,
+    tally: Tally,
+    /// What the last row of mission.csv says.
+    mission: Option<(ItemCounts, Option<SimTime>)>,
+    /// Latest tick.
+    latest: Option<(Tick, SimTime)>,
+    /// Latest tick with a seal.
+    sealed: Option<(Tick, SimTime)>,
+    broken: bool,
+}
+
+impl<S: Sink> Recorder<S> {
+    /// Begins a log: run.json with the outcome "running", and the tables' header lines.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
+        let mut recorder = Self {
+            setup: setup.clone(),
+            level,
+            names: Names::of(setup),
+            sink,
+            pages: Pages::new(level),
+            hash: RunHash::default(),
+            tally: Tally::new(setup),
+            mission: None,
+            latest: None,
+            sealed: None,
+            broken: false,
+        };
+        recorder.flush()?;
+        recorder.write_run(RunOutcome::Running, false)?;
+        Ok(recorder)
+    }
+
+    /// Adds a tick; ticks come in order, each once.
+    ///
+    /// # Errors
+    /// Those of [`Recorder::flush`], which is called when enough has gathered.
+    pub fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
+        self.hash_sections(record);
+        self.tally.add(record);
+        self.latest = Some((record.tick, record.now));
+
+        let (names, pages) = (&self.names, &mut self.pages);
+        pages.add(Table::Motivations, |rows| {
+            encode::motivations(names, record, rows)
+        });
+        pages.add(Table::Messages, |rows| {
+            encode::messages(names, record, rows)
+        });
+        pages.add(Table::Events, |rows| encode::events(names, record, rows));
+        pages.add(Table::Poses, |rows| encode::poses(names, record, rows));
+        pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
+        let mission = Some((record.items, record.last_report));
+        if self.mission != mission {
+            self.mission = mission;
+            pages.add(Table::Mission, |rows| encode::mission(record, rows));
+        }
+        if self.seal_is_due(record.now) {
+            self.seal();
+        }
+        if self.pages.waiting() >= FLUSH_BYTES {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Hands everything encoded so far to the sink, ticks.csv last.
+    ///
+    /// # Errors
+    /// Those of the sink, and [`RecordError::Broken`] ever after.
+    pub fn flush(&mut self) -> Result<(), RecordError> {
+        if self.broken {
+            return Err(RecordError::Broken);
+        }
+        let written = self.pages.write_to(&mut self.sink);
+        self.broken = written.is_err();
+        written
+    }
+
+    /// Hash of the run so far, 16 hexadecimal digits; it covers every section of every tick, at any [`LogLevel`].
+    #[must_use]
+    pub fn hash(&self) -> String {
+        format!("{:016x}", self.hash.so_far())
+    }
+
+    /// Writes host.json: what no repetition of the run would give again.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn write_host(&mut self, host: &serde_json::Value) -> Result<(), RecordError> {
+        self.sink.replace(Document::Host, &format!("{host:#}\n"))
+    }
+
+    /// Ends the log: writes what is left and the final run.json, and returns that with the sink.
+    ///
+    /// # Errors
+    /// Those of [`Recorder::flush`] and of the sink.
+    pub fn finish(
+        mut self,
+        outcome: Outcome,
+        unscripted: bool,
+    ) -> Result<(RunFile, S), RecordError> {
+        if self.sealed != self.latest {
+            self.seal();
+        }
+        self.flush()?;
+        let run = self.write_run(RunOutcome::Ended(outcome), unscripted)?;
+        Ok((run, self.sink))
+    }
+
+    fn write_run(&mut self, outcome: RunOutcome, unscripted: bool) -> Result<RunFile, RecordError> {
+        let run = RunFile {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            log: self.level,
+            hash: matches!(outcome, RunOutcome::Ended(_)).then(|| self.hash()),
+            outcome,
+            unscripted,
+            result: self.tally.figures(),
+            setup: self.setup.clone(),
+        };
+        let text = serde_json::to_string_pretty(&run)
+            // Every key is a string and the destination is memory, so nothing is left to fail.
+            .expect("run.json can be encoded");
+        self.sink.replace(Document::Run, &(text + "\n"))?;
+        Ok(run)
+    }
+
+    fn hash_sections(&mut self, record: &TickRecord<'_>) {
+        self.hash.tick(record.tick);
+        if !record.inputs.is_empty() {
+            self.section(record, None, Section::Inputs, &record.inputs);
+        }
+        for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+            let report = counted.report;
+            let robot = Some(report.robot);
+            self.section(record, robot, Section::Readings, counted.readings);
+            if report.broadcasts > 0 || !report.receptions.is_empty() {
+                let messages = (report.broadcasts, &report.receptions);
+                self.section(record, robot, Section::Messages, &messages);
+            }
+            let motivations = (&report.motivations, &report.changes, &report.notes);
+            self.section(record, robot, Section::Motivations, &motivations);
+            self.section(record, robot, Section::Commands, &report.actuation);
+        }
+        if !record.events.is_empty() {
+            self.section(record, None, Section::Events, &record.events);
+        }
+        let bodies: Vec<_> = record.robots.iter().map(|robot| robot.body).collect();
+        let state = (bodies, record.items, record.last_report);
+        self.section(record, None, Section::State, &state);
+    }
+
+    fn section(
+        &mut self,
+        record: &TickRecord<'_>,
+        robot: Option<RobotId>,
+        section: Section,
+        content: &impl Serialize,
+    ) {
+        let hash = self.hash.section(robot, section, content);
+        if self.level == LogLevel::Full {
+            let robot = robot.map_or(WORLD, |robot| self.names.robot(robot));
+            let at = (record.tick, record.now);
+            self.pages.add_hash(at, robot, section.as_str(), hash);
+        }
+    }
+
+    fn seal_is_due(&self, now: SimTime) -> bool {
+        match self.level {
+            LogLevel::Full => true,
+            LogLevel::Summary => self
+                .sealed
+                .is_none_or(|(_, last)| last.0 / SUMMARY_SEAL_MS != now.0 / SUMMARY_SEAL_MS),
+            LogLevel::Off => false,
+        }
+    }
+
+    /// Declares the latest tick whole in every table.
+    fn seal(&mut self) {
+        if let Some(latest) = self.latest {
+            self.pages.seal(latest, self.hash.so_far());
+            self.sealed = Some(latest);
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! What is encoded of each table but not yet written, and the seals that go between the ticks.
+
+use alliance_proto::ids::Tick;
+use alliance_proto::time::SimTime;
+use xxhash_rust::xxh3::Xxh3;
+
+use super::level::LogLevel;
+use super::sink::Sink;
+use super::table::{Row, Table};
+use super::{RUN_SECTION, RecordError, WORLD};
+
+/// The tables of a run.
+pub(super) struct Pages {
+    level: LogLevel,
+    /// In the order of [`Table::ALL`].
+    tables: [Page; Table::ALL.len()],
+}
+
+/// The end of a table.
+#[derive(Default)]
+struct Page {
+    /// What is not written yet.
+    bytes: Vec<u8>,
+    /// Hash of the table from its first byte on.
+    hash: Xxh3,
+    /// Whether something came after the last seal.
+    grown: bool,
+}
+
+impl Pages {
+    /// Tables with nothing but header lines.
+    pub fn new(level: LogLevel) -> Self {
+        let mut pages = Self {
+            level,
+            tables: Default::default(),
+        };
+        for table in Table::ALL {
+            pages.add(table, |bytes| {
+                bytes.extend_from_slice(table.header().as_bytes())
+            });
+        }
+        pages
+    }
+
+    /// Adds rows to a table, if the level keeps it.
+    pub fn add(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
+        if self.level.keeps(table) {
+            let page = &mut self.tables[table as usize];
+            let start = page.bytes.len();
+            rows(&mut page.bytes);
+            page.hash.update(&page.bytes[start..]);
+            page.grown |= page.bytes.len() > start;
+        }
+    }
+
+    /// Adds a row to ticks.csv.
+    pub fn add_hash(
+        &mut self,
+        (tick, now): (Tick, SimTime),
+        robot: &str,
+        section: &str,
+        hash: u64,
+    ) {
+        self.add(Table::Ticks, |rows| {
+            let row = Row::new(rows).number(now.0).number(tick);
+            row.text(robot).text(section).hash(hash).end();
+        });
+    }
+
+    /// Declares the tick whole in every table; `run` is the hash of the run so far.
+    pub fn seal(&mut self, at: (Tick, SimTime), run: u64) {
+        for table in Table::ALL
+            .into_iter()
+            .filter(|table| *table != Table::Ticks)
+        {
+            let page = &mut self.tables[table as usize];
+            if std::mem::take(&mut page.grown) {
+                let hash = page.hash.digest();
+                self.add_hash(at, WORLD, table.file_name(), hash);
+            }
+        }
+        self.add_hash(at, WORLD, RUN_SECTION, run);
+    }
+
+    /// Bytes that wait to be written.
+    pub fn waiting(&self) -> usize {
+        self.tables.iter().map(|page| page.bytes.len()).sum()
+    }
+
+    /// Hands what waits to the sink, ticks.csv last.
+    ///
+    /// # Errors
+    /// Those of the sink; the tables after the one that failed are not written.
+    pub fn write_to(&mut self, sink: &mut impl Sink) -> Result<(), RecordError> {
+        for (table, page) in Table::ALL.into_iter().zip(&mut self.tables) {
+            if !page.bytes.is_empty() {
+                sink.append(table, &page.bytes)?;
+                page.bytes.clear();
+            }
+        }
+        Ok(())
+    }
+}

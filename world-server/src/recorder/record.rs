@@ -1,0 +1,158 @@
+//! What the simulation hands to the recorder after every tick: plain data, borrowed for the length of one call.
+
+use std::fmt;
+
+use alliance_proto::ids::{RobotId, SetId, Tick};
+use alliance_proto::readings::{Pose, Readings};
+use alliance_proto::telemetry::{NoteKind, SetState};
+use alliance_proto::tick::Report;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::ItemCounts;
+use serde::{Serialize, Serializer};
+
+use crate::input::Input;
+
+/// Everything that happened in one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct TickRecord<'a> {
+    /// Number of the tick.
+    pub tick: Tick,
+    /// Its simulated time, `tick · step`.
+    pub now: SimTime,
+    /// What came from outside and changed the run in this tick.
+    pub inputs: &'a [Input],
+    /// One entry per robot of the scenario, by rank.
+    pub robots: &'a [RobotRecord<'a>],
+    /// What the world did in this tick's step, in order. Inputs, state changes and notes need no entry here: their rows of
+    /// events.csv are made from [`TickRecord::inputs`] and from the reports.
+    pub events: &'a [Event],
+    /// Where the items are after the step.
+    pub items: ItemCounts,
+    /// Time of the latest progress report, this tick's included.
+    pub last_report: Option<SimTime>,
+}
+
+/// One robot in one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct RobotRecord<'a> {
+    /// Its body, counted in or not.
+    pub body: BodyRecord,
+    /// What its agent sensed and did; `None` when no report of it counts in this tick.
+    pub counted: Option<Counted<'a>>,
+}
+
+/// A robot's body as a tick finds it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BodyRecord {
+    /// Where it is.
+    pub pose: Pose,
+    /// Its speed in the step before, m/s.
+    pub speed_m_s: f32,
+    /// Whether the gripper holds an item.
+    pub carrying: bool,
+    /// Energy left, J; `None` where energy is not simulated.
+    pub energy_j: Option<f32>,
+    /// Behavior set that its agent last reported as active, in this tick or before.
+    pub active: Option<SetId>,
+}
+
+/// A robot's part in a tick that counts.
+#[derive(Clone, Copy, Debug)]
+pub struct Counted<'a> {
+    /// What the robot sensed.
+    pub readings: &'a Readings,
+    /// What its agent did about it.
+    pub report: &'a Report,
+}
+
+/// A row of events.csv.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Event {
+    /// What happened.
+    pub kind: EventKind,
+    /// To or by whom; `None`: to the world.
+    pub robot: Option<RobotId>,
+    /// What it is about, such as an item.
+    pub subject: String,
+    /// Why.
+    pub reason: String,
+    /// Anything else.
+    pub detail: String,
+}
+
+impl Event {
+    /// An event of which nothing is known but kind and robot.
+    #[must_use]
+    pub fn new(kind: EventKind, robot: Option<RobotId>) -> Self {
+        Self {
+            kind,
+            robot,
+            subject: String::new(),
+            reason: String::new(),
+            detail: String::new(),
+        }
+    }
+}
+
+/// The `kind` column of events.csv.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EventKind {
+    /// A behavior set changed into this state.
+    State(SetState),
+    /// An agent noted something.
+    Note(NoteKind),
+    /// A robot picked up an item.
+    Picked,
+    /// A robot closed its gripper on nothing.
+    PickFailed,
+    /// An item left a gripper for the floor.
+    Dropped,
+    /// An item left a gripper for the deposit.
+    Delivered,
+    /// A robot reported the mission's progress at the report site.
+    Reported,
+    /// A robot's energy ran out.
+    EnergyOut,
+    /// An agent takes part from this tick on.
+    Joined,
+    /// An agent died.
+    Gone,
+    /// An agent fell silent.
+    Stalled,
+    /// A silent agent spoke again.
+    Back,
+    /// A broadcast got lost, though nobody asked for it.
+    Lost,
+    /// Somebody asked the run to end.
+    Interrupted,
+}
+
+impl fmt::Display for EventKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::State(SetState::Hibernating) => "hibernated",
+            Self::State(SetState::Waiting) => "waiting",
+            Self::State(SetState::Active) => "activated",
+            Self::Note(kind) => return kind.fmt(f),
+            Self::Picked => "picked",
+            Self::PickFailed => "pick-failed",
+            Self::Dropped => "dropped",
+            Self::Delivered => "delivered",
+            Self::Reported => "reported",
+            Self::EnergyOut => "energy-out",
+            Self::Joined => "joined",
+            Self::Gone => "gone",
+            Self::Stalled => "stalled",
+            Self::Back => "back",
+            Self::Lost => "lost",
+            Self::Interrupted => "interrupted",
+        })
+    }
+}
+
+/// By name, so that a new kind does not change the hashes of old runs.
+impl Serialize for EventKind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}

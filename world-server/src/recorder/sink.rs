@@ -1,0 +1,123 @@
+//! Where a log goes: a folder, or memory.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::RecordError;
+use super::table::Table;
+
+/// A file that is written as a whole, and may be written again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Document {
+    /// The run: [`super::RunFile`].
+    Run,
+    /// What belongs to this machine and this hour: process ids, ports, wall-clock times, refused messages.
+    Host,
+}
+
+impl Document {
+    /// Name in the run's folder.
+    #[must_use]
+    pub fn file_name(self) -> &'static str {
+        match self {
+            Self::Run => "run.json",
+            Self::Host => "host.json",
+        }
+    }
+}
+
+/// Takes what the recorder has encoded.
+pub trait Sink {
+    /// Adds bytes to the end of a table.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`]; the table may then end in a part of `bytes`.
+    fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError>;
+
+    /// Puts `text` in the place of the document; a reader sees the old or the new one, never a part.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`]; the old document, if any, is then still there.
+    fn replace(&mut self, document: Document, text: &str) -> Result<(), RecordError>;
+}
+
+/// A run's folder.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    open: BTreeMap<Table, File>,
+}
+
+impl Folder {
+    /// Creates the folder, with `logs/` for the output of the run's processes.
+    ///
+    /// # Errors
+    /// [`RecordError::Occupied`] when a run is already in it, [`RecordError::Write`] when it cannot be made.
+    pub fn create(path: impl Into<PathBuf>) -> Result<Self, RecordError> {
+        let path = path.into();
+        let logs = path.join("logs");
+        fs::create_dir_all(&logs).map_err(|source| RecordError::write(&logs, source))?;
+        if path.join(Document::Run.file_name()).exists() {
+            return Err(RecordError::Occupied(path));
+        }
+        Ok(Self {
+            path,
+            open: BTreeMap::new(),
+        })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Sink for Folder {
+    fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
+        let path = self.path.join(table.file_name());
+        let file = match self.open.get_mut(&table) {
+            Some(file) => Ok(file),
+            None => OpenOptions::new()
+                .append(true)
+                .create_new(true)
+                .open(&path)
+                .map(|file| self.open.entry(table).or_insert(file)),
+        };
+        file.and_then(|file| file.write_all(bytes))
+            .map_err(|source| RecordError::write(&path, source))
+    }
+
+    fn replace(&mut self, document: Document, text: &str) -> Result<(), RecordError> {
+        let path = self.path.join(document.file_name());
+        let new = path.with_extension("json.new");
+        let written = fs::write(&new, text).and_then(|()| fs::rename(&new, &path));
+        written.map_err(|source| RecordError::write(&path, source))
+    }
+}
+
+/// A log in memory, for runs that are only compared.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// Contents of the tables written so far.
+    pub tables: BTreeMap<Table, Vec<u8>>,
+    /// The documents.
+    pub documents: BTreeMap<Document, String>,
+}
+
+impl Sink for Memory {
+    fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
+        self.tables
+            .entry(table)
+            .or_default()
+            .extend_from_slice(bytes);
+        Ok(())
+    }
+
+    fn replace(&mut self, document: Document, text: &str) -> Result<(), RecordError> {
+        self.documents.insert(document, text.to_owned());
+        Ok(())
+    }
+}
