@@ -15,9 +15,9 @@ use super::navigator::Surroundings;
 use super::{Chassis, wrap};
 
 /// Distance kept from the outline, m.
-pub const CLEARANCE_M: f32 = 0.10;
+pub const CLEARANCE_M: f32 = 0.08;
 /// What is at most this much farther than the clearance is reached: rounding must not keep the robot waiting for it.
-const CLOSE_M: f32 = 0.02;
+const CLOSE_M: f32 = 0.01;
 /// How much nearer to the goal a detour must have come before it may end, m.
 const GAIN_M: f32 = 0.05;
 /// How far the robot goes on after its rear has passed a corner, m: turning exactly at it would graze it.
@@ -26,6 +26,9 @@ const PAST_CORNER_M: f32 = 0.05;
 const STEER_RAD_PER_M: f32 = 1.5;
 /// Largest such correction, rad; below [`FACING_RAD`], so that it never stops the robot.
 const STEER_MAX_RAD: f32 = 0.15;
+
+/// A goal at most this far on the obstacle's side of the heading counts as straight ahead, rad.
+const PARALLEL_RAD: f32 = 0.05;
 
 /// On which side of the robot the obstacle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +46,15 @@ impl Side {
         match self {
             Self::Left => Self::Right,
             Self::Right => Self::Left,
+        }
+    }
+
+    /// As written to the log.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
         }
     }
 
@@ -173,7 +185,7 @@ impl Detour {
         let position = around.pose.position;
         let outward = -self.side.sign() * wrap(goal.direction(position) - around.pose.heading_rad);
         let clear = if self.contact == Contact::Touching {
-            outward >= 0.0
+            outward >= -PARALLEL_RAD
         } else {
             outward >= -FRAC_PI_2
         };
@@ -204,9 +216,8 @@ impl Detour {
         if let Some(hit) = nearest {
             let off = (hit.distance_m - CLEARANCE_M) * STEER_RAD_PER_M;
             let correction = off.clamp(-STEER_MAX_RAD, STEER_MAX_RAD);
-            self.along = wrap(
-                self.side.along(heading + hit.normal_rad) + self.side.sign() * correction,
-            );
+            self.along =
+                wrap(self.side.along(heading + hit.normal_rad) + self.side.sign() * correction);
             self.contact = Contact::Touching;
             return None;
         }

@@ -57,7 +57,9 @@ impl Goal {
         /// Sensed items shift a little as the robot moves; a new goal is farther than that.
         const SAME_M: f32 = 0.25;
         match (self, other) {
-            (Self::Place { at, .. }, Self::Place { at: before, .. }) => length(*at - *before) < SAME_M,
+            (Self::Place { at, .. }, Self::Place { at: before, .. }) => {
+                length(*at - *before) < SAME_M
+            }
             (Self::Direction(now), Self::Direction(before)) => now.dot(*before) > 0.99,
             _ => false,
         }

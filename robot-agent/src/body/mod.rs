@@ -11,6 +11,7 @@ pub mod goal;
 pub mod navigator;
 
 pub use chassis::Chassis;
+pub use detour::Side;
 pub use goal::Goal;
 pub use navigator::{Drive, Navigator, Status, Surroundings, Teammate};
 

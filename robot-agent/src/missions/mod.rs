@@ -1,2 +1,3 @@
-//! Missions.
+//! Missions: behavior sets and what a robot knows.
+
 pub mod waste;

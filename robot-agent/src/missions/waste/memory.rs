@@ -1,0 +1,230 @@
+//! What a robot knows about the mission, and how it joins what it sees and what it is told (DESIGN §7): the newest wins,
+//! own sight beats hearsay, "empty" expires.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::team::{Fact, Knowledge, Locations, LooseWaste, Withdrawal};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use crate::body::goal::length;
+
+/// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
+const EMPTY_EXPIRES: SimTime = SimTime(180_000);
+/// Places nearer to each other than this are one, m.
+pub(super) const SAME_PLACE_M: f32 = 0.3;
+/// How long a place that was searched in vain is remembered, against older hearsay.
+const SEARCHED_EXPIRES: SimTime = SimTime(120_000);
+/// More loose items than this are not remembered: a heartbeat has to stay small.
+const LOOSE_LIMIT: usize = 32;
+
+/// A robot's knowledge.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Memory {
+    robot: RobotId,
+    knowledge: Knowledge,
+    /// Whether the robot has itself sensed a spill where the locations say that one is.
+    confirmed: bool,
+}
+
+impl Memory {
+    pub fn new(robot: RobotId, spills: usize) -> Self {
+        Self {
+            robot,
+            knowledge: Knowledge {
+                empty: vec![None; spills],
+                ..Knowledge::default()
+            },
+            confirmed: false,
+        }
+    }
+
+    pub fn knowledge(&self) -> &Knowledge {
+        &self.knowledge
+    }
+
+    /// The border's extremes, where known.
+    pub fn locations(&self) -> Option<Fact<Locations>> {
+        self.knowledge.locations
+    }
+
+    /// Whether the robot has itself sensed a spill where the locations say that one is.
+    pub fn is_confirmed(&self) -> bool {
+        self.confirmed
+    }
+
+    /// Own sight of a spill where the locations say that one is.
+    pub fn confirm(&mut self) {
+        self.confirmed = true;
+    }
+
+    /// Own finding of the locations.
+    pub fn find(&mut self, locations: Locations, now: SimTime) -> Fact<Locations> {
+        let fact = self.own(locations, now);
+        self.adopt(fact);
+        fact
+    }
+
+    /// Takes the present locations back after own sight of the contrary; returns what to tell the others.
+    pub fn withdraw(&mut self) -> Option<Withdrawal> {
+        let fact = self.knowledge.locations.take()?;
+        self.confirmed = false;
+        let withdrawal = Withdrawal {
+            finder: fact.seen_by,
+            seen: fact.seen,
+        };
+        self.record(withdrawal);
+        Some(withdrawal)
+    }
+
+    /// A spill, as seen by the robot itself.
+    pub fn see_spill(&mut self, spill: usize, empty: bool, now: SimTime) {
+        self.knowledge.empty[spill] = Some(self.own(empty, now));
+    }
+
+    /// A place outside the spills, as seen by the robot itself.
+    pub fn see_loose(&mut self, at: Vec2, present: bool, now: SimTime) {
+        let fact = self.own(LooseWaste { at, present }, now);
+        self.join_loose(fact);
+    }
+
+    /// The robot's own progress report.
+    pub fn report(&mut self, now: SimTime) {
+        self.knowledge.last_report = Some(self.own((), now));
+    }
+
+    /// When the mission was last reported, as far as known.
+    pub fn last_report(&self) -> SimTime {
+        self.knowledge
+            .last_report
+            .map_or(SimTime::ZERO, |fact| fact.seen)
+    }
+
+    /// Whether the spill is taken to be empty.
+    pub fn believes_empty(&self, spill: usize, now: SimTime) -> bool {
+        self.knowledge.empty[spill]
+            .is_some_and(|fact| fact.value && now.since(fact.seen) < EMPTY_EXPIRES)
+    }
+
+    /// Places outside the spills where something is taken to lie.
+    pub fn loose(&self) -> impl Iterator<Item = Vec2> + '_ {
+        let present = self
+            .knowledge
+            .loose
+            .iter()
+            .filter(|fact| fact.value.present);
+        present.map(|fact| fact.value.at)
+    }
+
+    /// Joins what a teammate knows at `now`; true if new locations were learned from it.
+    pub fn hear(&mut self, told: &Knowledge, now: SimTime) -> bool {
+        for &withdrawal in &told.withdrawn {
+            self.hear_withdrawal(withdrawal);
+        }
+        for (mine, told) in self.knowledge.empty.iter_mut().zip(&told.empty) {
+            *mine = newer(*mine, *told, now);
+        }
+        self.knowledge.last_report = newer(self.knowledge.last_report, told.last_report, now);
+        for &fact in &told.loose {
+            if fact.seen <= now && fact.value.at.is_finite() {
+                self.join_loose(fact);
+            }
+        }
+        told.locations
+            .is_some_and(|fact| self.hear_locations(fact, now))
+    }
+
+    /// Locations that somebody found; true if they were new and taken over.
+    pub fn hear_locations(&mut self, fact: Fact<Locations>, now: SimTime) -> bool {
+        let Locations { min, max } = fact.value;
+        let sound = min.is_finite() && max.is_finite() && min.cmplt(max).all() && fact.seen <= now;
+        let taken_back = self
+            .knowledge
+            .withdrawn
+            .iter()
+            .any(|withdrawn| withdrawn.finder == fact.seen_by && fact.seen <= withdrawn.seen);
+        let mine_is_better = self.knowledge.locations.is_some_and(|mine| {
+            mine.seen_by == self.robot || self.confirmed || mine.seen >= fact.seen
+        });
+        if !sound || taken_back || mine_is_better {
+            return false;
+        }
+        self.adopt(fact);
+        true
+    }
+
+    /// A withdrawal that somebody broadcast; true if it takes this robot's own finding back.
+    pub fn hear_withdrawal(&mut self, withdrawal: Withdrawal) -> bool {
+        let known = self
+            .knowledge
+            .withdrawn
+            .iter()
+            .any(|known| known.finder == withdrawal.finder && known.seen >= withdrawal.seen);
+        let concerns_mine = self
+            .knowledge
+            .locations
+            .is_some_and(|mine| mine.seen_by == withdrawal.finder && mine.seen <= withdrawal.seen);
+        if known || (concerns_mine && self.confirmed) {
+            return false;
+        }
+        if concerns_mine {
+            self.knowledge.locations = None;
+        }
+        self.record(withdrawal);
+        withdrawal.finder == self.robot
+    }
+
+    /// Forgets what is too old to matter.
+    pub fn expire(&mut self, now: SimTime) {
+        self.knowledge
+            .loose
+            .retain(|fact| fact.value.present || now.since(fact.seen) < SEARCHED_EXPIRES);
+    }
+
+    fn adopt(&mut self, fact: Fact<Locations>) {
+        self.knowledge.locations = Some(fact);
+        self.confirmed = false;
+    }
+
+    fn record(&mut self, withdrawal: Withdrawal) {
+        let withdrawn = &mut self.knowledge.withdrawn;
+        match withdrawn.binary_search_by_key(&withdrawal.finder, |known| known.finder) {
+            Ok(index) => withdrawn[index].seen = withdrawn[index].seen.max(withdrawal.seen),
+            Err(index) => withdrawn.insert(index, withdrawal),
+        }
+    }
+
+    fn join_loose(&mut self, fact: Fact<LooseWaste>) {
+        let loose = &mut self.knowledge.loose;
+        let same = loose
+            .iter()
+            .position(|known| length(known.value.at - fact.value.at) < SAME_PLACE_M);
+        match same {
+            Some(index) => {
+                let known = &mut loose[index];
+                let own = fact.seen_by == self.robot;
+                if fact.seen > known.seen || (fact.seen == known.seen && own) {
+                    *known = fact;
+                }
+            }
+            None if loose.len() < LOOSE_LIMIT => loose.push(fact),
+            None => {}
+        }
+    }
+
+    fn own<T>(&self, value: T, now: SimTime) -> Fact<T> {
+        Fact {
+            value,
+            seen_by: self.robot,
+            seen: now,
+        }
+    }
+}
+
+/// The newer of two facts; what is said to be seen in the future is nonsense.
+fn newer<T: Copy>(mine: Option<Fact<T>>, told: Option<Fact<T>>, now: SimTime) -> Option<Fact<T>> {
+    match (mine, told) {
+        (Some(mine), Some(told)) if told.seen > mine.seen && told.seen <= now => Some(told),
+        (None, Some(told)) if told.seen <= now => Some(told),
+        _ => mine,
+    }
+}

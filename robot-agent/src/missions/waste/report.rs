@@ -1,0 +1,53 @@
+//! report-progress: go to the report site and report (thesis §4.1.2.3).
+
+use glam::Vec2;
+
+use super::briefing::Places;
+use crate::body::Goal;
+use crate::body::goal::length;
+
+/// How far inside the site's edge the robot aims, m; half of the site where that is less.
+const INSIDE_M: f32 = 0.1;
+/// How exactly it has to get there, m.
+const WITHIN_M: f32 = 0.05;
+
+/// What reporting wants next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Errand {
+    /// Go there.
+    Go(Goal),
+    /// Report here.
+    Report,
+    /// The locations are wrong: this is not the site.
+    Wrong,
+}
+
+/// One step of reporting, from `position`; `on_site` is what the site sensor says. The robot cannot get nearer to the
+/// border than `radius_m`.
+pub(super) fn errand(
+    places: &Places,
+    position: Vec2,
+    on_site: Option<bool>,
+    radius_m: f32,
+) -> Errand {
+    if on_site == Some(true) {
+        return Errand::Report;
+    }
+    let size = places.site_max - places.site_min;
+    let edge = (size / 2.0).min(Vec2::splat(INSIDE_M));
+    let (low, high) = (places.site_min + edge, places.site_max - edge);
+    let low = low
+        .max(places.site_min + Vec2::splat(radius_m + WITHIN_M))
+        .min(high);
+    let at = position.clamp(low, high);
+    if length(at - position) > WITHIN_M {
+        return Errand::Go(Goal::Place {
+            at,
+            within: WITHIN_M,
+        });
+    }
+    match on_site {
+        Some(_) => Errand::Wrong,
+        None => Errand::Report,
+    }
+}
