@@ -174,7 +174,8 @@ impl Barrier {
         };
         let first_tick = if self.started { self.tick + 1 } else { 0 };
         let place = &mut self.places[index];
-        if place.presence != Presence::Empty || place.gone {
+        // An agent that died in this tick has left already, though the tick still has to record it.
+        if place.presence != Presence::Empty && !place.gone {
             return Err(Refusal::Taken {
                 robot: name.to_owned(),
                 incarnation: place.incarnation,
@@ -198,7 +199,7 @@ impl Barrier {
     /// The liveliness token of a life has gone, or an invited agent never showed one: that agent is dead.
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
-        if place.incarnation != incarnation || place.gone {
+        if place.incarnation != incarnation {
             return;
         }
         match place.presence {
@@ -206,6 +207,7 @@ impl Barrier {
             Presence::Invited | Presence::Entering { again: false } => {
                 place.presence = Presence::Empty;
             }
+            _ if place.gone => {}
             Presence::Present | Presence::Silent | Presence::Entering { again: true } => {
                 place.gone = true;
                 place.manifest.clear();
@@ -262,7 +264,8 @@ impl Barrier {
         if self.order == StepOrder::InOrder {
             self.list(&report);
         }
-        self.places[report.robot.index()].report = Some(report);
+        let robot = report.robot.index();
+        self.places[robot].report = Some(report);
         Verdict::Counted
     }
 
@@ -359,7 +362,10 @@ impl Barrier {
         };
         for place in &mut self.places {
             place.asked = false;
-            if place.report.is_some() {
+            // A report of a life that has been succeeded in this very tick counts, but not for its successor.
+            if let Some(report) = &place.report
+                && report.incarnation == place.incarnation
+            {
                 place.last_counted = Some(self.tick);
             }
             gathered.reports.push(place.report.take());
@@ -377,7 +383,13 @@ impl Barrier {
         }
         for (index, place) in self.places.iter_mut().enumerate() {
             if std::mem::take(&mut place.gone) {
-                place.presence = Presence::Empty;
+                let succeeded = matches!(
+                    place.presence,
+                    Presence::Invited | Presence::Entering { again: false }
+                );
+                if !succeeded {
+                    place.presence = Presence::Empty;
+                }
                 place.manifest.clear();
                 gathered.dead.push(RobotId(index as u16));
             }

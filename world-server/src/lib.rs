@@ -1,5 +1,20 @@
-//! The world-server: physics, sensing and the step clock.
+//! The world-server: physics, sensing and the step clock, and the process they live in.
+//!
+//! Pure, from the inside out:
+//! - [`world`]: components, movement, sensors, waste.
+//! - [`barrier`]: who takes part in a tick, which reports count, who hears what; [`input`]: what came from outside.
+//! - [`simulation`]: world and barrier together, a run tick by tick.
+//! - [`recorder`]: the run's log and hash.
+//!
+//! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`args`] is its
+//! command line.
 
+pub mod args;
+pub mod barrier;
 pub mod input;
+pub mod pace;
+pub mod process;
 pub mod recorder;
+pub mod server;
+pub mod simulation;
 pub mod world;

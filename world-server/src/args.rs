@@ -1,0 +1,252 @@
+//! Command line of a world, the same for `world-server`, `alliance world` and, but for the run's id, `alliance run`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, SystemTime};
+
+use alliance_proto::keys::is_name;
+use alliance_proto::scenario::{ParameterFile, Scenario, Setup, StepOrder};
+use alliance_proto::tick::Outcome;
+use anyhow::{Context, bail};
+use clap::Args;
+
+use crate::pace::Speed;
+use crate::process::{Options, serve};
+use crate::recorder::LogLevel;
+use crate::world::start_poses;
+
+/// Finds the text of a built-in scenario by its name.
+pub type Builtin = fn(&str) -> Option<&'static str>;
+
+/// What is run.
+#[derive(Args, Clone, Debug)]
+pub struct MissionArgs {
+    /// Scenario: the name of a built-in one, or a TOML file
+    #[arg(value_name = "SCENARIO|FILE")]
+    pub scenario: Option<String>,
+    /// Seed of all random streams
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Parameter file of the thesis' form (Fig. 3.4); its values beat the scenario's
+    #[arg(long, value_name = "FILE")]
+    pub params: Option<PathBuf>,
+    /// When robots step: all at once, or one after the other in rank order [default: the preset's]
+    #[arg(long, value_name = "ORDER", value_parser = step_order)]
+    pub step_order: Option<StepOrder>,
+    /// End the run after this much simulated time, in seconds [default: the scenario's]
+    #[arg(long, value_name = "SIM-SECONDS", value_parser = positive)]
+    pub limit: Option<f64>,
+}
+
+/// How it is run. Nothing of this changes a byte of the run.
+#[derive(Args, Clone, Debug)]
+pub struct RunArgs {
+    /// Folder of the run's log [default: runs/SCENARIO-seedN-TIME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Pace: max, or a factor of real time such as 1x
+    #[arg(long, value_name = "max|FACTORx", default_value = "max")]
+    pub speed: Speed,
+    /// How much is logged; the hash is the same at every level
+    #[arg(long, value_name = "LEVEL", value_enum, default_value_t)]
+    pub log: LogLevel,
+    /// Go on without an agent that has not answered for this long, in seconds of wall-clock time
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive)]
+    pub stall_after: f64,
+}
+
+/// Own a run: physics, sensing and the step clock. Waits for the robots of the scenario.
+#[derive(Args, Clone, Debug)]
+pub struct WorldArgs {
+    #[command(flatten)]
+    mission: MissionArgs,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Id of the run, one word [default: made from the scenario and the process id]
+    #[arg(long = "run", value_name = "ID", value_parser = run_id)]
+    id: Option<String>,
+}
+
+impl MissionArgs {
+    /// Reads scenario and parameter file. Keys of the parameter file that found no use are listed on stderr.
+    ///
+    /// # Errors
+    /// One line that says which file, where, what is wrong and what would be right.
+    pub fn setup(&self, builtin: Builtin) -> anyhow::Result<Setup> {
+        let mut scenario = self.read_scenario(builtin)?;
+        if let Some(limit) = self.limit {
+            scenario.limit_s = limit;
+        }
+        if let Some(order) = self.step_order {
+            scenario.alliance.switches.step_order = Some(order);
+        }
+        let parameters = match &self.params {
+            None => None,
+            Some(path) => Some(ParameterFile::parse(
+                &path.display().to_string(),
+                &std::fs::read(path).with_context(|| path.display().to_string())?,
+            )?),
+        };
+        let resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
+        let name = &resolved.setup.scenario.name;
+        start_poses(&resolved.setup.scenario).with_context(|| format!("scenario '{name}'"))?;
+        if !resolved.skipped.is_empty() {
+            let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
+            eprintln!(
+                "skipped, for the scenario has no such robot or behavior set: {}",
+                skipped.join(", ")
+            );
+        }
+        Ok(resolved.setup)
+    }
+
+    fn read_scenario(&self, builtin: Builtin) -> anyhow::Result<Scenario> {
+        let Some(asked) = &self.scenario else {
+            return Ok(Scenario::default());
+        };
+        if let Some(text) = builtin(asked) {
+            return Ok(Scenario::parse(asked, text)?);
+        }
+        let path = Path::new(asked);
+        if !path.exists() {
+            bail!(
+                "'{asked}' is neither a built-in scenario nor a file; `alliance scenarios` lists the built-in ones"
+            );
+        }
+        let text = std::fs::read_to_string(path).with_context(|| asked.clone())?;
+        Ok(Scenario::parse(asked, &text)?)
+    }
+}
+
+impl RunArgs {
+    /// Folder of the run's log: the one asked for, or a new one below `runs/`.
+    ///
+    /// # Errors
+    /// When the folder asked for already holds a run.
+    pub fn folder(&self, setup: &Setup) -> anyhow::Result<PathBuf> {
+        if let Some(folder) = &self.out {
+            if folder.join("run.json").exists() {
+                bail!(
+                    "--out {}: already holds a run; name a new folder",
+                    folder.display()
+                );
+            }
+            return Ok(folder.clone());
+        }
+        // The wall clock names the folder and nothing inside the run.
+        #[allow(clippy::disallowed_methods)]
+        let time = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+        let time = time.replace([':', '-'], "").replace('T', "-");
+        let base = format!(
+            "runs/{}-seed{}-{}",
+            setup.scenario.name,
+            setup.seed,
+            time.trim_end_matches('Z')
+        );
+        let mut folder = PathBuf::from(&base);
+        let mut number = 1;
+        while folder.exists() {
+            number += 1;
+            folder = PathBuf::from(format!("{base}-{number}"));
+        }
+        Ok(folder)
+    }
+
+    fn options(&self, run: String, folder: PathBuf) -> Options {
+        Options {
+            run,
+            folder,
+            speed: self.speed,
+            log: self.log,
+            stall_after: Duration::from_secs_f64(self.stall_after),
+        }
+    }
+}
+
+impl WorldArgs {
+    /// Runs the mission to its end. Says on stderr how it went.
+    ///
+    /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
+    /// arguments, 3 when the bus or the log failed.
+    #[must_use]
+    pub fn run(&self, builtin: Builtin) -> ExitCode {
+        let prepared = self
+            .mission
+            .setup(builtin)
+            .and_then(|setup| Ok((self.run.folder(&setup)?, setup)));
+        let (folder, setup) = match prepared {
+            Ok(prepared) => prepared,
+            Err(error) => {
+                eprintln!("world-server: {error:#}");
+                return ExitCode::from(2);
+            }
+        };
+        match self.serve(setup, folder) {
+            Ok(Outcome::Complete) => ExitCode::SUCCESS,
+            Ok(_) => ExitCode::from(1),
+            Err(error) => {
+                eprintln!("world-server: {error:#}");
+                ExitCode::from(3)
+            }
+        }
+    }
+
+    fn serve(&self, setup: Setup, folder: PathBuf) -> anyhow::Result<Outcome> {
+        let id = self.id.clone().unwrap_or_else(|| run_id_for(&setup));
+        let options = self.run.options(id, folder);
+        let seed = setup.seed;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .context("starting the runtime")?;
+        let finished = runtime.block_on(serve(setup, &options))?;
+        tracing::info!(
+            outcome = finished.outcome.as_str(),
+            folder = %options.folder.display(),
+            seed,
+            hash = finished.hash,
+            unscripted = finished.unscripted,
+            "run over"
+        );
+        Ok(finished.outcome)
+    }
+}
+
+/// An id that no other live run on this machine has: at most 32 characters of scenario name and process id.
+#[must_use]
+pub fn run_id_for(setup: &Setup) -> String {
+    format!("{:.20}-{}", setup.scenario.name, std::process::id())
+}
+
+/// Sends the log to stderr: what a person wants to know of a world, or what `RUST_LOG` says.
+pub fn log_to_stderr() {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| "warn,world_server=info,robot_agent=info".into());
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .init();
+}
+
+fn step_order(text: &str) -> Result<StepOrder, String> {
+    match text {
+        "simultaneous" => Ok(StepOrder::Simultaneous),
+        "in-order" => Ok(StepOrder::InOrder),
+        _ => Err("use 'simultaneous' or 'in-order'".to_owned()),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds <= 1e9 => Ok(seconds),
+        _ => Err("use a number of seconds above 0".to_owned()),
+    }
+}
+
+fn run_id(text: &str) -> Result<String, String> {
+    if is_name(text) {
+        Ok(text.to_owned())
+    } else {
+        Err("use letters, digits, '-' and '_', at most 32".to_owned())
+    }
+}

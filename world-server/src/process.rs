@@ -1,0 +1,324 @@
+//! The thin shell around a run: a zenoh session, a folder, signals, timers.
+
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use alliance_proto::codec::encode;
+use alliance_proto::keys::Keys;
+use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::Outcome;
+use serde_json::json;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::oneshot;
+use tokio::time::{Instant, sleep, sleep_until, timeout};
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use crate::pace::{Pace, Speed};
+use crate::recorder::{Folder, LogLevel, RecordError, Recorder};
+use crate::server::{Ended, Publishers, Server};
+use crate::simulation::Simulation;
+
+/// How often deadlines are looked at and the log is flushed.
+const CLOCK_INTERVAL: Duration = Duration::from_millis(100);
+
+/// How long agents may take to go after the run has ended.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// How long a session may take to close.
+const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
+
+/// Attempts to find a port that is still free when zenoh opens it.
+const PORT_ATTEMPTS: u32 = 20;
+
+/// What a world needs beside the setup.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Id of the run.
+    pub run: String,
+    /// Folder of the log; must not hold a run.
+    pub folder: PathBuf,
+    /// Pace.
+    pub speed: Speed,
+    /// What is logged.
+    pub log: LogLevel,
+    /// Wall-clock time after which an agent that does not answer is out of the barrier.
+    pub stall_after: Duration,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    /// How the run ended.
+    pub outcome: Outcome,
+    /// Hash of the run.
+    pub hash: String,
+    /// Whether something happened that the scenario did not ask for.
+    pub unscripted: bool,
+}
+
+/// Why a world could not do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldError {
+    /// The bus failed.
+    #[error("bus: {0}")]
+    Bus(#[from] zenoh::Error),
+    /// The log could not be written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The run could not be announced.
+    #[error(transparent)]
+    Rendezvous(#[from] RendezvousError),
+    /// Signals, ports or random numbers could not be had.
+    #[error("{0}")]
+    System(#[from] std::io::Error),
+}
+
+/// Runs a mission to its end: listens, waits for the robots, steps the clock, writes the log.
+///
+/// # Errors
+/// Any [`WorldError`].
+pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldError> {
+    let started = Instant::now();
+    let recorder = Recorder::new(&setup, options.log, Folder::create(&options.folder)?)?;
+    let keys = Keys::new(&options.run);
+    let (session, endpoint) = open().await?;
+    let publishers = declare_publishers(&session, &keys, &setup).await?;
+    let (ended, end) = oneshot::channel();
+    let pace = Pace::new(options.speed, setup.scenario.step_ms, started);
+    let server = Server::new(
+        Simulation::new(setup),
+        recorder,
+        publishers,
+        pace,
+        options.stall_after,
+        ended,
+    );
+    let server = Arc::new(Mutex::new(server));
+    declare_ears(&session, &keys, &server).await?;
+    let _token = session.liveliness().declare_token(keys.alive_world()).await?;
+    let announcement = Rendezvous {
+        run: options.run.clone(),
+        endpoint: endpoint.clone(),
+        pid: std::process::id(),
+        token: secret()?,
+    }
+    .announce()?;
+    tracing::info!(run = options.run, endpoint, "waiting for robots");
+
+    let outcome = supervise(&server, end).await?;
+    drop(announcement);
+    bid_farewell(&server).await;
+    let (unscripted, hash) = {
+        let mut server = lock(&server);
+        let unscripted = server.simulation().is_unscripted();
+        let host = host(&server, options, &endpoint, started);
+        let recorder = server.recorder();
+        recorder.finish(outcome, unscripted)?;
+        recorder.write_host(&host)?;
+        (unscripted, recorder.hash())
+    };
+    // Teardown may hang; the process ends whether or not it does.
+    let _ = timeout(CLOSE_DEADLINE, session.close()).await;
+    Ok(Finished {
+        outcome,
+        hash,
+        unscripted,
+    })
+}
+
+/// Opens the router on a free port of loopback. Zenoh does not tell which port it took, so the port is chosen first; should
+/// somebody else take it in between, another one is tried.
+async fn open() -> Result<(Session, String), WorldError> {
+    let mut attempt = 0;
+    loop {
+        attempt += 1;
+        let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?
+            .local_addr()?
+            .port();
+        let endpoint = format!("tcp/127.0.0.1:{port}");
+        let config = zenoh::Config::from_json5(&alliance_proto::session::world(&endpoint))?;
+        match zenoh::open(config).await {
+            Ok(session) => return Ok((session, endpoint)),
+            Err(error) if attempt < PORT_ATTEMPTS => tracing::debug!(%error, port, "port taken"),
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+async fn declare_publishers(
+    session: &Session,
+    keys: &Keys,
+    setup: &Setup,
+) -> zenoh::Result<Publishers> {
+    let mut ticks = Vec::new();
+    for robot in &setup.scenario.robots {
+        ticks.push(session.declare_publisher(keys.tick(&robot.name)).await?);
+    }
+    let view = session.declare_publisher(keys.view()).await?;
+    Ok(Publishers { ticks, view })
+}
+
+async fn declare_ears(
+    session: &Session,
+    keys: &Keys,
+    server: &Arc<Mutex<Server>>,
+) -> zenoh::Result<()> {
+    let (shared, names) = (Arc::clone(server), keys.clone());
+    session
+        .declare_subscriber(keys.reports())
+        .callback(move |sample| {
+            if let Some(robot) = names.parse_robot(sample.key_expr().as_str()) {
+                lock(&shared).report(robot, &sample.payload().to_bytes());
+            }
+        })
+        .background()
+        .await?;
+
+    let shared = Arc::clone(server);
+    session
+        .declare_subscriber(keys.process())
+        .callback(move |sample| lock(&shared).process(&sample.payload().to_bytes()))
+        .background()
+        .await?;
+
+    let (shared, names) = (Arc::clone(server), keys.clone());
+    session
+        .liveliness()
+        .declare_subscriber(keys.alive_agents())
+        .callback(move |sample| {
+            if let Some((robot, incarnation)) = names.parse_alive(sample.key_expr().as_str()) {
+                let alive = sample.kind() == SampleKind::Put;
+                lock(&shared).token(robot, incarnation, alive);
+            }
+        })
+        .background()
+        .await?;
+
+    let (shared, key) = (Arc::clone(server), keys.join());
+    session
+        .declare_queryable(keys.join())
+        .callback(move |query| {
+            let payload = query.payload().map(|payload| payload.to_bytes());
+            let reply = lock(&shared).join(payload.as_deref().unwrap_or_default());
+            let sent = encode(&reply)
+                .map_err(|error| error.to_string())
+                .and_then(|bytes| {
+                    let reply = query.reply(&key, bytes).wait();
+                    reply.map_err(|error| error.to_string())
+                });
+            if let Err(error) = sent {
+                tracing::warn!(error, "join request not answered");
+            }
+        })
+        .background()
+        .await
+}
+
+/// Waits for the end of the run, with an eye on signals, pace and deadlines.
+async fn supervise(
+    server: &Mutex<Server>,
+    mut end: oneshot::Receiver<Ended>,
+) -> Result<Outcome, WorldError> {
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut clock = tokio::time::interval(CLOCK_INTERVAL);
+    let mut missing: Option<String> = None;
+    lock(server).pump();
+    loop {
+        let due = lock(server).due();
+        tokio::select! {
+            ended = &mut end => return Ok(ended.unwrap_or(Ok(Outcome::Interrupted))?),
+            _ = terminate.recv() => lock(server).interrupt(),
+            _ = interrupt.recv() => lock(server).interrupt(),
+            () = sleep_until(due.unwrap_or_else(Instant::now)), if due.is_some() => lock(server).pump(),
+            _ = clock.tick() => {
+                let mut server = lock(server);
+                server.tick_of_the_clock();
+                server.show();
+                announce_missing(&server, &mut missing);
+            }
+        }
+    }
+}
+
+/// Says which robots the run waits for, whenever that changes.
+fn announce_missing(server: &Server, said: &mut Option<String>) {
+    if server.simulation().barrier().started() {
+        if said.take().is_some() {
+            tracing::info!("all robots are here; started");
+        }
+        return;
+    }
+    let missing = server.missing().join(", ");
+    if said.as_ref() != Some(&missing) {
+        tracing::info!("waiting for {missing}");
+        *said = Some(missing);
+    }
+}
+
+/// Gives the agents time to hear that the run is over, so that none of them finds the world gone.
+async fn bid_farewell(server: &Mutex<Server>) {
+    let until = Instant::now() + FAREWELL;
+    while Instant::now() < until && lock(server).has_company() {
+        sleep(Duration::from_millis(5)).await;
+    }
+}
+
+/// Contents of host.json: what belongs to this machine and this hour.
+fn host(
+    server: &Server,
+    options: &Options,
+    endpoint: &str,
+    started: Instant,
+) -> serde_json::Value {
+    let wall = |instant: Instant| {
+        let ago = Instant::now().duration_since(instant);
+        // The log says when it happened; the simulation never does.
+        #[allow(clippy::disallowed_methods)]
+        let then = SystemTime::now() - ago;
+        then.duration_since(UNIX_EPOCH)
+            .map_or(0, |since| since.as_millis() as u64)
+    };
+    let seconds = server
+        .first_tick()
+        .map(|first| Instant::now().duration_since(first).as_secs_f64());
+    let ticks = server.simulation().tick();
+    json!({
+        "run": options.run,
+        "speed": options.speed.to_string(),
+        "endpoint": endpoint,
+        "started_unix_ms": wall(started),
+        "ended_unix_ms": wall(Instant::now()),
+        "start_to_first_tick_s": server.first_tick().map(|first| first.duration_since(started).as_secs_f64()),
+        "running_s": seconds,
+        "ticks_per_s": seconds.filter(|seconds| *seconds > 0.0).map(|seconds| ticks as f64 / seconds),
+        "pids": {
+            "world": std::process::id(),
+            "robots": server.pids().collect::<std::collections::BTreeMap<_, _>>(),
+        },
+        "refused": server.refused().collect::<std::collections::BTreeMap<_, _>>(),
+    })
+}
+
+/// 128 random bits in hexadecimal, from the operating system.
+fn secret() -> std::io::Result<String> {
+    use std::fmt::Write as _;
+    use std::io::Read as _;
+    let mut bytes = [0_u8; 16];
+    std::fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    let mut text = String::new();
+    for byte in bytes {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    Ok(text)
+}
+
+/// A panic ends the process, so a poisoned lock is never seen.
+fn lock(server: &Mutex<Server>) -> MutexGuard<'_, Server> {
+    server.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,418 @@
+//! The run behind one lock: what zenoh's callbacks, the timer and the signals do to it.
+//!
+//! It sends through publishers that were declared once, writes through the recorder, and reads the wall clock for pace and
+//! deadlines; every decision about the run is the [`Simulation`]'s.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use alliance_proto::codec::{decode, encode};
+use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
+use alliance_proto::process::{ProcessNews, ProcessState};
+use alliance_proto::tick::{Outcome, Report, ToAgent};
+use tokio::sync::oneshot;
+use tokio::time::Instant;
+use zenoh::Wait;
+use zenoh::pubsub::Publisher;
+
+use crate::barrier::{Presence, Verdict};
+use crate::pace::Pace;
+use crate::recorder::{Folder, RecordError, Recorder};
+use crate::simulation::Simulation;
+
+/// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
+/// somebody starts one again.
+const GRACE: Duration = Duration::from_secs(5);
+
+/// Least time between two warnings of the same kind about ignored messages.
+const WARNING_INTERVAL: Duration = Duration::from_secs(1);
+
+/// What became of the run.
+pub type Ended = Result<Outcome, RecordError>;
+
+/// One robot as the shell knows it.
+struct Peer {
+    name: String,
+    ticks: Publisher<'static>,
+    /// Process id that its agent gave when it joined.
+    pid: Option<u32>,
+    invited: Option<(Incarnation, Instant)>,
+    asked: Option<Instant>,
+    /// The launcher says that its process is stopped.
+    stopped: bool,
+}
+
+/// Messages that were ignored, of one kind.
+#[derive(Default)]
+struct Refused {
+    count: u64,
+    warned: Option<Instant>,
+}
+
+/// The run and its surroundings.
+pub struct Server {
+    simulation: Simulation,
+    recorder: Recorder<Folder>,
+    peers: Vec<Peer>,
+    view: Publisher<'static>,
+    pace: Pace,
+    stall_after: Duration,
+    /// The current tick has begun: its questions may be asked whatever the pace.
+    begun: Option<u64>,
+    deserted_since: Option<Instant>,
+    first_tick: Option<Instant>,
+    refused: BTreeMap<&'static str, Refused>,
+    ended: Option<oneshot::Sender<Ended>>,
+}
+
+/// Publishers of the world, declared once.
+pub struct Publishers {
+    /// One per robot, by rank.
+    pub ticks: Vec<Publisher<'static>>,
+    /// Snapshots for observers.
+    pub view: Publisher<'static>,
+}
+
+impl Server {
+    /// A run that waits for its robots; `ended` is told when it is over.
+    #[must_use]
+    pub fn new(
+        simulation: Simulation,
+        recorder: Recorder<Folder>,
+        publishers: Publishers,
+        pace: Pace,
+        stall_after: Duration,
+        ended: oneshot::Sender<Ended>,
+    ) -> Self {
+        let names = &simulation.setup().scenario.robots;
+        let peers = names
+            .iter()
+            .zip(publishers.ticks)
+            .map(|(robot, ticks)| Peer {
+                name: robot.name.clone(),
+                ticks,
+                pid: None,
+                invited: None,
+                asked: None,
+                stopped: false,
+            })
+            .collect();
+        Self {
+            simulation,
+            recorder,
+            peers,
+            view: publishers.view,
+            pace,
+            stall_after,
+            begun: None,
+            deserted_since: None,
+            first_tick: None,
+            refused: BTreeMap::new(),
+            ended: Some(ended),
+        }
+    }
+
+    /// The run.
+    #[must_use]
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// The run's log.
+    pub fn recorder(&mut self) -> &mut Recorder<Folder> {
+        &mut self.recorder
+    }
+
+    /// When the first tick was sent.
+    #[must_use]
+    pub fn first_tick(&self) -> Option<Instant> {
+        self.first_tick
+    }
+
+    /// Process ids by robot, as the agents gave them.
+    pub fn pids(&self) -> impl Iterator<Item = (&str, Option<u32>)> {
+        self.peers.iter().map(|peer| (peer.name.as_str(), peer.pid))
+    }
+
+    /// Ignored messages by kind.
+    pub fn refused(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        self.refused.iter().map(|(kind, refused)| (*kind, refused.count))
+    }
+
+    /// Robots of the scenario that have no agent yet.
+    #[must_use]
+    pub fn missing(&self) -> Vec<&str> {
+        let barrier = self.simulation.barrier();
+        barrier
+            .robots()
+            .filter(|robot| matches!(barrier.presence(*robot), Presence::Empty | Presence::Invited))
+            .map(|robot| self.peers[robot.index()].name.as_str())
+            .collect()
+    }
+
+    /// Whether any agent still has a connection.
+    #[must_use]
+    pub fn has_company(&self) -> bool {
+        !self.simulation.barrier().is_deserted()
+    }
+
+    /// Answers a request to join.
+    pub fn join(&mut self, payload: &[u8]) -> JoinReply {
+        let request: JoinRequest = match decode(payload) {
+            Ok(request) => request,
+            Err(error) => {
+                self.refuse("join", &error);
+                return JoinReply::Refused(Refusal::Malformed);
+            }
+        };
+        if request.version != PROTOCOL_VERSION {
+            return JoinReply::Refused(Refusal::Version {
+                agent: request.version,
+                world: PROTOCOL_VERSION,
+            });
+        }
+        let setup = match serde_json::to_string(self.simulation.setup()) {
+            Ok(setup) => setup,
+            Err(error) => {
+                self.refuse("join", &error);
+                return JoinReply::Refused(Refusal::Malformed);
+            }
+        };
+        match self.simulation.invite(&request.robot) {
+            Err(refusal) => JoinReply::Refused(refusal),
+            Ok((robot, incarnation, first_tick)) => {
+                let peer = &mut self.peers[robot.index()];
+                peer.pid = Some(request.pid);
+                peer.invited = Some((incarnation, Instant::now()));
+                peer.stopped = false;
+                JoinReply::Welcome(Welcome {
+                    robot,
+                    incarnation,
+                    first_tick,
+                    setup,
+                })
+            }
+        }
+    }
+
+    /// A liveliness token of an agent came or went.
+    pub fn token(&mut self, name: &str, incarnation: Incarnation, alive: bool) {
+        let Some(robot) = self.robot_named(name) else {
+            return;
+        };
+        if alive {
+            self.peers[robot.index()].invited = None;
+            self.simulation.arrive(robot, incarnation);
+        } else {
+            tracing::info!(robot = name, incarnation, tick = self.simulation.tick(), "agent gone");
+            self.simulation.gone(robot, incarnation);
+        }
+        self.pump();
+    }
+
+    /// A report arrived on the key of that robot.
+    pub fn report(&mut self, name: &str, payload: &[u8]) {
+        let report: Report = match decode(payload) {
+            Ok(report) => report,
+            Err(error) => return self.refuse("report", &error),
+        };
+        if self.robot_named(name) != Some(report.robot) {
+            return self.refuse("report", &"on another robot's key");
+        }
+        let (robot, incarnation) = (report.robot, report.incarnation);
+        match self.simulation.report(report) {
+            Verdict::Counted => self.peers[robot.index()].asked = None,
+            Verdict::BackAgain => {
+                tracing::info!(robot = name, "back again");
+                self.peers[robot.index()].stopped = false;
+            }
+            Verdict::Superseded => {
+                self.send(robot, &ToAgent::Dismissed(incarnation));
+                return;
+            }
+            Verdict::Stale => return self.refuse("report", &"stale"),
+            Verdict::Malformed => return self.refuse("report", &"impossible contents"),
+        }
+        self.pump();
+    }
+
+    /// The launcher reports the state of an agent's process.
+    pub fn process(&mut self, payload: &[u8]) {
+        let news: ProcessNews = match decode(payload) {
+            Ok(news) => news,
+            Err(error) => return self.refuse("process", &error),
+        };
+        let Some(robot) = self.robot_named(&news.robot) else {
+            return self.refuse("process", &"unknown robot");
+        };
+        let peer = &mut self.peers[robot.index()];
+        if peer.pid != Some(news.pid) {
+            return self.refuse("process", &"unknown process");
+        }
+        peer.stopped = news.state == ProcessState::Stopped;
+        if peer.stopped {
+            self.stall(robot);
+        }
+        self.pump();
+    }
+
+    /// Somebody wants the run to end.
+    pub fn interrupt(&mut self) {
+        self.simulation.interrupt();
+        self.pump();
+    }
+
+    /// What the passing of wall-clock time asks for.
+    pub fn tick_of_the_clock(&mut self) {
+        let now = Instant::now();
+        for index in 0..self.peers.len() {
+            let robot = RobotId(index as u16);
+            let peer = &mut self.peers[index];
+            if let Some((incarnation, since)) = peer.invited
+                && now.duration_since(since) > GRACE
+            {
+                peer.invited = None;
+                self.simulation.gone(robot, incarnation);
+            }
+            let late = self.peers[index]
+                .asked
+                .is_some_and(|since| now.duration_since(since) > self.stall_after);
+            if late {
+                self.stall(robot);
+            }
+        }
+        if self.simulation.barrier().started() && self.simulation.barrier().is_deserted() {
+            let since = *self.deserted_since.get_or_insert(now);
+            if now.duration_since(since) > GRACE {
+                self.simulation.abandon();
+            }
+        } else {
+            self.deserted_since = None;
+        }
+        if let Err(error) = self.recorder.flush() {
+            return self.fail(error);
+        }
+        self.pump();
+    }
+
+    /// Publishes a snapshot for observers, who may miss it.
+    pub fn show(&self) {
+        if let Ok(bytes) = encode(&self.simulation.view()) {
+            // An observer's trouble is not the run's.
+            let _ = self.view.put(bytes).wait();
+        }
+    }
+
+    /// When the pace asks for attention; `None` when it never does.
+    #[must_use]
+    pub fn due(&self) -> Option<Instant> {
+        self.pace.due()
+    }
+
+    /// Carries the run as far as it goes without new reports.
+    pub fn pump(&mut self) {
+        while self.ended.is_some() {
+            if self.simulation.is_complete()
+                && let Err(error) = self.simulation.finish(&mut self.recorder)
+            {
+                return self.fail(error);
+            }
+            if let Some(outcome) = self.simulation.outcome() {
+                return self.end(Ok(outcome));
+            }
+            let now = Instant::now();
+            let tick = self.simulation.tick();
+            if self.begun != Some(tick) && !self.pace.is_due(now) {
+                return;
+            }
+            let questions = self.simulation.questions();
+            if questions.is_empty() {
+                return;
+            }
+            if self.begun != Some(tick) {
+                self.begun = Some(tick);
+                self.pace.begun(now);
+                self.first_tick.get_or_insert(now);
+            }
+            let mut stopped = Vec::new();
+            for (robot, message) in questions {
+                self.send(robot, &ToAgent::Tick(Box::new(message)));
+                let peer = &mut self.peers[robot.index()];
+                peer.asked = Some(now);
+                if peer.stopped {
+                    stopped.push(robot);
+                }
+            }
+            if stopped.is_empty() {
+                return;
+            }
+            for robot in stopped {
+                self.stall(robot);
+            }
+        }
+    }
+
+    fn stall(&mut self, robot: RobotId) {
+        if self.simulation.barrier().is_awaited(robot) {
+            let peer = &mut self.peers[robot.index()];
+            peer.asked = None;
+            tracing::warn!(
+                robot = peer.name,
+                tick = self.simulation.tick(),
+                "does not answer; the team goes on without it"
+            );
+            self.simulation.stall(robot);
+        }
+    }
+
+    fn send(&self, robot: RobotId, message: &ToAgent) {
+        let publisher = &self.peers[robot.index()].ticks;
+        match encode(message) {
+            Ok(bytes) => {
+                if let Err(error) = publisher.put(bytes).wait() {
+                    tracing::error!(%error, key = %publisher.key_expr(), "not published");
+                }
+            }
+            Err(error) => tracing::error!(%error, key = %publisher.key_expr(), "not published"),
+        }
+    }
+
+    fn end(&mut self, ended: Ended) {
+        if let Some(sender) = self.ended.take() {
+            if let Ok(outcome) = ended {
+                for robot in self.simulation.barrier().robots() {
+                    self.send(robot, &ToAgent::End(outcome));
+                }
+            }
+            // The receiver is gone only when the process is ending anyway.
+            let _ = sender.send(ended);
+        }
+    }
+
+    fn fail(&mut self, error: RecordError) {
+        for robot in self.simulation.barrier().robots() {
+            self.send(robot, &ToAgent::End(Outcome::Interrupted));
+        }
+        self.end(Err(error));
+    }
+
+    /// Counts a message that is ignored, and warns about it at a bounded rate.
+    fn refuse(&mut self, kind: &'static str, why: &dyn std::fmt::Display) {
+        let refused = self.refused.entry(kind).or_default();
+        refused.count += 1;
+        let now = Instant::now();
+        if refused
+            .warned
+            .is_none_or(|warned| now.duration_since(warned) > WARNING_INTERVAL)
+        {
+            refused.warned = Some(now);
+            tracing::warn!(kind, count = refused.count, %why, "message ignored");
+        }
+    }
+
+    fn robot_named(&self, name: &str) -> Option<RobotId> {
+        let index = self.peers.iter().position(|peer| peer.name == name)?;
+        Some(RobotId(index as u16))
+    }
+}

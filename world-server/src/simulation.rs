@@ -1,0 +1,373 @@
+//! World and barrier together: one run, tick by tick, as a plain function of reports and inputs.
+//!
+//! The shell over zenoh and the run within one process drive it alike: ask [`Simulation::questions`], hand every answer to
+//! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`].
+
+use alliance_proto::ids::{Incarnation, RobotId, SetId, Tick};
+use alliance_proto::join::Refusal;
+use alliance_proto::readings::Readings;
+use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::telemetry::{Fate, SetState};
+use alliance_proto::tick::{Outcome, Report, TickMessage};
+use alliance_proto::time::SimTime;
+use alliance_proto::view::{RobotView, View};
+
+use crate::barrier::{Barrier, Gathered, Presence, Verdict};
+use crate::input::Input;
+use crate::recorder::{BodyRecord, Counted, Event, EventKind, RecordError, Recorder, RobotRecord, Sink, TickRecord};
+use crate::world::{World, WorldEvent};
+
+/// A run.
+pub struct Simulation {
+    setup: Setup,
+    catalog: Catalog,
+    world: World,
+    barrier: Barrier,
+    /// What each robot was sent in the current tick, by rank.
+    readings: Vec<Readings>,
+    /// Behavior set that each robot last reported as active, by rank.
+    active: Vec<Option<SetId>>,
+    interrupted: bool,
+    unscripted: bool,
+    outcome: Option<Outcome>,
+}
+
+impl Simulation {
+    /// A run at tick 0, nobody there yet.
+    #[must_use]
+    pub fn new(setup: Setup) -> Self {
+        let catalog = Catalog::of(&setup.scenario);
+        let world = World::new(&setup);
+        let robots = setup.scenario.robots.len();
+        let names = setup.scenario.robots.iter().map(|robot| robot.name.clone());
+        let barrier = Barrier::new(names, setup.alliance.switches.step_order);
+        let mut simulation = Self {
+            catalog,
+            world,
+            barrier,
+            readings: vec![Readings::default(); robots],
+            active: vec![None; robots],
+            interrupted: false,
+            unscripted: false,
+            outcome: None,
+            setup,
+        };
+        simulation.outcome = simulation.decide_outcome();
+        simulation
+    }
+
+    /// The run's scenario, seed and parameters.
+    #[must_use]
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// The world, for checks and pictures.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Who takes part.
+    #[must_use]
+    pub fn barrier(&self) -> &Barrier {
+        &self.barrier
+    }
+
+    /// The tick whose reports are being gathered.
+    #[must_use]
+    pub fn tick(&self) -> Tick {
+        self.barrier.tick()
+    }
+
+    /// How the run ended, once it has.
+    #[must_use]
+    pub fn outcome(&self) -> Option<Outcome> {
+        self.outcome
+    }
+
+    /// Whether a stall or a loss happened that the scenario did not ask for.
+    #[must_use]
+    pub fn is_unscripted(&self) -> bool {
+        self.unscripted
+    }
+
+    /// See [`Barrier::invite`].
+    ///
+    /// # Errors
+    /// Why the agent may not join.
+    pub fn invite(&mut self, robot: &str) -> Result<(RobotId, Incarnation, Tick), Refusal> {
+        if self.outcome.is_some() {
+            return Err(Refusal::Over);
+        }
+        self.barrier.invite(robot)
+    }
+
+    /// See [`Barrier::arrive`]; the clock starts when every robot of the scenario has arrived.
+    pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.barrier.arrive(robot, incarnation);
+        self.barrier.start_if_all_here();
+    }
+
+    /// See [`Barrier::gone`].
+    pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.barrier.gone(robot, incarnation);
+    }
+
+    /// See [`Barrier::stall`]. The scenario did not ask for it.
+    pub fn stall(&mut self, robot: RobotId) {
+        if self.barrier.is_awaited(robot) {
+            self.unscripted = true;
+            self.barrier.stall(robot);
+        }
+    }
+
+    /// Ends the run with the current tick, or at once when nobody takes part in it.
+    pub fn interrupt(&mut self) {
+        if self.interrupted || self.outcome.is_some() {
+            return;
+        }
+        self.interrupted = true;
+        if !self.barrier.started() || self.barrier.is_idle() {
+            self.outcome = Some(Outcome::Interrupted);
+        } else {
+            self.barrier.note(Input::Interrupt);
+        }
+    }
+
+    /// Ends the run because nobody is left to carry on with it.
+    pub fn abandon(&mut self) {
+        if self.outcome.is_none() && self.barrier.is_deserted() {
+            self.outcome = Some(Outcome::NoRobotLeft);
+        }
+    }
+
+    /// What is to be sent now, and to whom.
+    pub fn questions(&mut self) -> Vec<(RobotId, TickMessage)> {
+        if self.outcome.is_some() {
+            return Vec::new();
+        }
+        let (tick, now) = (self.barrier.tick(), self.world.now());
+        self.barrier
+            .questions()
+            .into_iter()
+            .map(|question| {
+                let readings = self.world.readings(question.robot);
+                self.readings[question.robot.index()].clone_from(&readings);
+                let message = TickMessage {
+                    incarnation: question.incarnation,
+                    tick,
+                    now,
+                    last_counted: question.last_counted,
+                    manifest: question.manifest,
+                    readings,
+                };
+                (question.robot, message)
+            })
+            .collect()
+    }
+
+    /// An agent's report.
+    pub fn report(&mut self, report: Report) -> Verdict {
+        if !self.is_well_formed(&report) {
+            return Verdict::Malformed;
+        }
+        self.barrier.report(report)
+    }
+
+    /// Whether every agent that takes part has reported.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.outcome.is_none() && self.barrier.is_complete()
+    }
+
+    /// Ends the tick: the reports that count move the world, and everything is recorded.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn finish<S: Sink>(&mut self, recorder: &mut Recorder<S>) -> Result<(), RecordError> {
+        let (tick, now) = (self.barrier.tick(), self.world.now());
+        let Gathered {
+            reports,
+            dead,
+            mut inputs,
+        } = self.barrier.finish();
+        self.note_losses(&reports, tick, &mut inputs);
+        for (active, report) in self.active.iter_mut().zip(&reports) {
+            if let Some(report) = report {
+                *active = active_set(report);
+            }
+        }
+        for robot in &dead {
+            self.active[robot.index()] = None;
+        }
+        let bodies = self.bodies();
+
+        let commands: Vec<_> = reports
+            .iter()
+            .map(|report| report.as_ref().map(|report| report.actuation))
+            .collect();
+        let mut happened = self.world.step(&commands);
+        happened.extend(
+            dead.iter()
+                .filter_map(|robot| self.world.drop_carried(*robot)),
+        );
+        let events: Vec<Event> = happened.iter().map(|event| self.event(event)).collect();
+
+        let robots: Vec<RobotRecord<'_>> = bodies
+            .into_iter()
+            .zip(&reports)
+            .zip(&self.readings)
+            .map(|((body, report), readings)| RobotRecord {
+                body,
+                counted: report.as_ref().map(|report| Counted { readings, report }),
+            })
+            .collect();
+        recorder.record(&TickRecord {
+            tick,
+            now,
+            inputs: &inputs,
+            robots: &robots,
+            events: &events,
+            items: self.world.item_counts(),
+            last_report: self.world.last_report(),
+        })?;
+        self.outcome = self.decide_outcome();
+        Ok(())
+    }
+
+    /// A snapshot for eyes.
+    #[must_use]
+    pub fn view(&self) -> View {
+        let robots = self
+            .barrier
+            .robots()
+            .map(|robot| RobotView {
+                pose: self.world.pose(robot),
+                active: self.active[robot.index()],
+                carrying: self.world.carrying(robot).is_some(),
+                incarnation: self.barrier.incarnation(robot),
+                in_barrier: self.barrier.presence(robot) == Presence::Present,
+            })
+            .collect();
+        View {
+            tick: self.barrier.tick(),
+            now: self.world.now(),
+            items: self.world.item_counts(),
+            robots,
+        }
+    }
+
+    /// Robots as they are before this tick's commands move them.
+    fn bodies(&self) -> Vec<BodyRecord> {
+        self.barrier
+            .robots()
+            .map(|robot| BodyRecord {
+                pose: self.world.pose(robot),
+                speed_m_s: self.world.speed_m_s(robot),
+                carrying: self.world.carrying(robot).is_some(),
+                energy_j: self.world.energy_j(robot),
+                active: self.active[robot.index()],
+            })
+            .collect()
+    }
+
+    /// Losses that nobody asked for are inputs: a replay repeats them.
+    fn note_losses(&mut self, reports: &[Option<Report>], tick: Tick, inputs: &mut Vec<Input>) {
+        let name = |robot: RobotId| {
+            let robot = self.setup.scenario.robots.get(robot.index());
+            robot.map_or_else(String::new, |robot| robot.name.clone())
+        };
+        for report in reports.iter().flatten() {
+            let mut index = 0;
+            let mut before = None;
+            for reception in &report.receptions {
+                // Receptions come by (sender, tick, index): the index starts again with each sender and tick.
+                let from = Some((reception.sender, reception.sent));
+                index = if from == before { index + 1 } else { 0 };
+                before = from;
+                if reception.fate == Fate::Lost {
+                    self.unscripted = true;
+                    inputs.push(Input::Lost {
+                        receiver: name(report.robot),
+                        sender: name(reception.sender),
+                        sent_tick: reception.sent.0 / self.setup.scenario.step_ms,
+                        index,
+                    });
+                }
+            }
+        }
+        if !inputs.is_empty() {
+            tracing::debug!(tick, ?inputs, "inputs");
+        }
+    }
+
+    /// Whether ids and numbers of a report are such as an agent of this run would send.
+    fn is_well_formed(&self, report: &Report) -> bool {
+        let robots = self.setup.scenario.robots.len();
+        let sets = self.catalog.sets.len();
+        let threshold = self.setup.alliance.threshold;
+        report.robot.index() < robots
+            && report.motivations.len() <= sets
+            && report.changes.len() <= 8 * sets
+            && report.motivations.iter().all(|motivation| {
+                motivation.set.index() < sets
+                    && (0.0..=threshold).contains(&motivation.motivation)
+                    && motivation.impatience.is_finite()
+            })
+            && report.changes.iter().all(|change| change.set.index() < sets)
+            && report.receptions.iter().all(|reception| {
+                reception.sender.index() < robots
+                    && reception.said.is_none_or(|said| {
+                        said.set.is_none_or(|set| set.index() < sets)
+                            && said
+                                .task
+                                .is_none_or(|task| task.index() < self.catalog.tasks.len())
+                    })
+            })
+    }
+
+    fn decide_outcome(&self) -> Option<Outcome> {
+        let limit = SimTime::from_secs_f64(self.setup.scenario.limit_s);
+        if self.world.is_complete() {
+            Some(Outcome::Complete)
+        } else if self.interrupted {
+            Some(Outcome::Interrupted)
+        } else if self.world.now() >= limit {
+            Some(Outcome::TimeLimit)
+        } else {
+            None
+        }
+    }
+
+    /// A row of events.csv for something that happened in the world.
+    fn event(&self, event: &WorldEvent) -> Event {
+        let item = |item: alliance_proto::ids::ItemId| format!("item-{}", item.0);
+        match *event {
+            WorldEvent::Picked { robot, item: id } => Event {
+                subject: item(id),
+                ..Event::new(EventKind::Picked, Some(robot))
+            },
+            WorldEvent::PickFailed { robot } => Event::new(EventKind::PickFailed, Some(robot)),
+            WorldEvent::Dropped { robot, item: id, at } => Event {
+                subject: item(id),
+                detail: format!("{} {}", at.x, at.y),
+                ..Event::new(EventKind::Dropped, Some(robot))
+            },
+            WorldEvent::Delivered { robot, item: id } => Event {
+                subject: item(id),
+                ..Event::new(EventKind::Delivered, Some(robot))
+            },
+            WorldEvent::ReportMade { robot } => Event::new(EventKind::Reported, Some(robot)),
+            WorldEvent::EnergyOut { robot } => Event::new(EventKind::EnergyOut, Some(robot)),
+        }
+    }
+}
+
+fn active_set(report: &Report) -> Option<SetId> {
+    let active = report
+        .motivations
+        .iter()
+        .find(|motivation| motivation.state == SetState::Active)?;
+    Some(active.set)
+}
