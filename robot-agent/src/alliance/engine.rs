@@ -98,7 +98,7 @@ impl Engine {
     /// does not come back impatient. The first step of a life adds nothing.
     ///
     /// # Panics
-    /// If `applicable` does not have one entry per own set or `progressed` names a task outside the catalog.
+    /// If `applicable` has fewer entries than the robot has sets, or `progressed` names a task outside the catalog.
     pub fn step(&mut self, input: &StepInput<'_>) -> StepOutput {
         let now = input.now;
         for broadcast in input.heard {

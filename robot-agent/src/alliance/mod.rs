@@ -41,6 +41,8 @@ mod history;
 mod motivation;
 mod params;
 mod teammates;
+#[cfg(test)]
+mod tests;
 
 pub use engine::{Engine, StepInput, StepOutput};
 pub use heartbeats::Announcement;

@@ -1,0 +1,228 @@
+//! What holds whatever is heard, sensed or lost.
+
+use alliance_proto::scenario::HistoryOrigin;
+use proptest::prelude::*;
+
+use super::*;
+
+/// Values small enough for much to happen in a few hundred steps of 200 ms: θ after 2 s.
+fn brisk(preset: Preset, count: usize) -> Setup {
+    let mut setup = setup(preset, count, 200);
+    setup.alliance.threshold = 10.0;
+    every_set(&mut setup, |set| {
+        set.broadcast_rate_hz = 2.0;
+        set.ceased_after_s = 1.5;
+        set.willing_to_affect_s
+            .values_mut()
+            .for_each(|it| *it = 3.0);
+        set.before_yielding_s = 4.0;
+        set.before_giving_up_s = 9.0;
+    });
+    setup
+}
+
+prop_compose! {
+    fn switches()(
+        flags in prop::array::uniform7(any::<bool>()),
+        literal in any::<bool>(),
+        preset in prop::sample::select(vec![Preset::Thesis, Preset::Par98, Preset::Team]),
+        as_preset in any::<bool>(),
+    ) -> Switches {
+        if as_preset {
+            return preset.switches();
+        }
+        let [waiting, waiting_counts, wish_when_suppressed, reset_stops_active, arbitration, release_message, idle_heartbeat] =
+            flags;
+        Switches {
+            waiting,
+            waiting_counts,
+            wish_when_suppressed,
+            reset_stops_active,
+            history_origin: if literal { HistoryOrigin::MissionStart } else { HistoryOrigin::Progress },
+            step_order: StepOrder::Simultaneous,
+            arbitration,
+            release_message,
+            idle_heartbeat,
+        }
+    }
+}
+
+prop_compose! {
+    /// Anything that a stranger or teammate might say: any state, task, age, life and order.
+    fn message()(
+        sender in 0_u16..5,
+        incarnation in 1_u32..4,
+        seq in 0_u64..400,
+        state in prop::sample::select(vec![
+            TaskState::Executing,
+            TaskState::Waiting,
+            TaskState::Idle,
+            TaskState::Released,
+        ]),
+        since in 0_u64..60_000,
+        task in prop::option::weighted(0.9, 0_u16..6),
+        progress in 0_u32..5,
+    ) -> Broadcast {
+        let mut message = broadcast(RobotId(sender), seq, ms(since), &Announcement {
+            state,
+            since: ms(since),
+            set: None,
+            task: task.map(TaskId),
+            progress,
+        });
+        message.incarnation = incarnation;
+        message
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Step {
+    heard: Vec<Broadcast>,
+    applicable: [bool; 4],
+    progressed: Vec<TaskId>,
+}
+
+prop_compose! {
+    fn step()(
+        heard in prop::collection::vec(message(), 0..3),
+        talks in prop::bool::weighted(0.3),
+        applicable in prop::array::uniform4(prop::bool::weighted(0.97)),
+        progressed in prop::collection::vec((0_u16..4).prop_map(TaskId), 0..2),
+    ) -> Step {
+        Step { heard: if talks { heard } else { Vec::new() }, applicable, progressed }
+    }
+}
+
+/// Whether that reason is one of the factors that are 0 in the row.
+fn is_named(reason: Reason, row: &alliance_proto::telemetry::Motivation) -> bool {
+    match reason {
+        Reason::NotApplicable => !row.sensory_feedback,
+        Reason::Suppressed => !row.activity_suppression,
+        Reason::ResetBy(_) => !row.impatience_reset,
+        Reason::AcquiescedPsi | Reason::GaveUpLambda => !row.acquiescence,
+        _ => false,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn a_step_is_what_its_row_says(
+        switches in switches(),
+        steps in prop::collection::vec(step(), 1..300),
+    ) {
+        let mut setup = brisk(Preset::Team, 3);
+        setup.alliance.switches = switches;
+        let mut engine = Engine::new(GOLD, &setup);
+        let mut before = [0.0; 4];
+        let mut states = [SetState::Hibernating; 4];
+        for (number, step) in (0..).zip(&steps) {
+            let output = engine.step(&StepInput {
+                now: ms(200 * number),
+                heard: &step.heard,
+                applicable: &step.applicable,
+                progressed: &step.progressed,
+            });
+            let active = output.motivations.iter().filter(|it| it.state == SetState::Active);
+            prop_assert!(active.count() <= 1);
+            for (index, row) in output.motivations.iter().enumerate() {
+                let factors = [
+                    row.sensory_feedback,
+                    row.activity_suppression,
+                    row.impatience_reset,
+                    row.acquiescence,
+                ];
+                let gain = if number == 0 { 0.0 } else { row.impatience * 0.2 };
+                let expected = if factors.contains(&false) {
+                    0.0
+                } else {
+                    f64::min(10.0, before[index] + gain)
+                };
+                prop_assert_eq!(row.motivation, expected);
+                prop_assert!((0.0..=10.0).contains(&row.motivation));
+                prop_assert!(row.state == SetState::Hibernating || row.motivation == 10.0);
+                prop_assert_eq!(row.sensory_feedback, step.applicable[index]);
+                prop_assert!([1.0, 5.0].contains(&row.impatience));
+
+                let changes: Vec<_> = output.changes.iter().filter(|it| it.set == row.set).collect();
+                prop_assert!(changes.len() <= 1);
+                if let Some(change) = changes.first() {
+                    prop_assert_eq!(change.from, states[index]);
+                    prop_assert_ne!(change.from, change.to);
+                    prop_assert!(
+                        change.to != SetState::Hibernating || is_named(change.reason, row)
+                    );
+                }
+                let state = changes.first().map_or(states[index], |it| it.to);
+                prop_assert_eq!(row.state, state);
+                before[index] = row.motivation;
+                states[index] = state;
+            }
+            check_announcements(&switches, &output, &states);
+        }
+    }
+
+    /// Of two robots that execute an exclusive task the later one leaves it in the step in which it hears the other, unless
+    /// it had waited that one out.
+    #[test]
+    fn whatever_is_lost_a_claim_that_is_heard_decides(
+        steps in prop::collection::vec(
+            (prop::array::uniform9(prop::bool::weighted(0.6)), prop::bool::weighted(0.02)),
+            1..400,
+        ),
+    ) {
+        let mut team = Team::new(&brisk(Preset::Team, 3));
+        // Since when each robot executes move-spill(top), and whether it had waited its bound for it.
+        let mut claims = [None; 3];
+        for (links, progress) in steps {
+            let heard = team.inboxes.clone();
+            team.link = Box::new(move |from, to| links[3 * from.index() + to.index()]);
+            let progressed = progress.then_some((BLUE, task(TOP)));
+            let now = team.now;
+            let outputs = team.step_with(&[ONLY_TOP; 3], progressed.as_slice());
+            for (rank, output) in outputs.iter().enumerate() {
+                let own = RobotId(rank as u16);
+                let was = claims[rank];
+                for change in &output.changes {
+                    claims[rank] = (change.to == SetState::Active)
+                        .then_some((now, change.reason == Reason::WaitBound));
+                }
+                let Some((since, waited_out)) = was else { continue };
+                for message in &heard[rank] {
+                    let Body::Heartbeat(other) = &message.body else { continue };
+                    let beaten = other.state == TaskState::Executing
+                        && (other.since, message.sender) < (since, own)
+                        && !(waited_out && other.since < since);
+                    let contradicted = heard[rank].iter().any(|later| {
+                        later.sender == message.sender && later.seq > message.seq
+                    });
+                    prop_assert!(!beaten || contradicted || claims[rank] != was);
+                }
+            }
+        }
+    }
+}
+
+/// Each set that executes says so as the robot's last word; who has nothing to do is never said to do something.
+fn check_announcements(switches: &Switches, output: &StepOutput, states: &[SetState; 4]) {
+    for (place, it) in output.announcements.iter().enumerate() {
+        let index = it.set.map(|id| id.index() - 1);
+        let state = index.map(|index| states[index]);
+        match it.state {
+            TaskState::Executing => {
+                assert_eq!(state, Some(SetState::Active));
+                assert_eq!(place + 1, output.announcements.len());
+            }
+            TaskState::Waiting => assert_eq!(state, Some(SetState::Waiting)),
+            TaskState::Released => {
+                assert!(switches.release_message);
+                assert_eq!(state, Some(SetState::Hibernating));
+            }
+            TaskState::Idle => {
+                assert!(switches.idle_heartbeat);
+                assert_eq!(*states, [SetState::Hibernating; 4]);
+            }
+        }
+    }
+}

@@ -1,0 +1,336 @@
+//! The waiting state, arbitration of claims, and what the switches make of them.
+
+use super::*;
+
+use SetState::{Active, Hibernating, Waiting};
+
+#[test]
+fn two_claims_in_one_step_go_to_the_lower_rank() {
+    let mut team = Team::new(&setup(Preset::Team, 2, 200));
+    team.run_until(ms(30_000), &[ONLY_TOP; 2]);
+    assert_eq!(
+        team.changes_of(BLUE, TOP),
+        [(20_000, Active, Reason::Threshold)]
+    );
+    assert_eq!(
+        team.changes_of(GOLD, TOP),
+        [
+            (20_000, Active, Reason::Threshold),
+            (20_200, Waiting, Reason::Arbitration),
+        ]
+    );
+}
+
+#[test]
+fn the_loser_of_a_claim_stays_at_threshold() {
+    let mut team = Team::new(&setup(Preset::Team, 2, 200));
+    team.run_until(ms(20_200), &[ONLY_TOP; 2]);
+    let outputs = team.step(&[ONLY_TOP; 2]);
+    assert_eq!(outputs[1].motivations[TOP].motivation, 100.0);
+    assert_eq!(outputs[1].announcements[0].state, TaskState::Waiting);
+}
+
+#[test]
+fn the_earlier_claim_wins_when_it_was_lost_on_the_air() {
+    let mut setup = setup(Preset::Team, 2, 200);
+    sets_of(&mut setup, "blue", |set| set.fast_impatience = 4.95);
+    let mut team = Team::new(&setup);
+    // Gold claims at 20.0 s, unheard; blue at 20.4 s; gold's next heartbeat gets through at 21.0 s and is heard one step on.
+    team.link = Box::new(|sender, _| sender == BLUE);
+    team.run_until(ms(20_600), &[ONLY_TOP; 2]);
+    team.link = Box::new(|_, _| true);
+    team.run_until(ms(25_000), &[ONLY_TOP; 2]);
+    assert_eq!(
+        team.changes_of(GOLD, TOP),
+        [(20_000, Active, Reason::Threshold)]
+    );
+    assert_eq!(
+        team.changes_of(BLUE, TOP),
+        [
+            (20_400, Active, Reason::Threshold),
+            (21_200, Waiting, Reason::Arbitration),
+        ]
+    );
+}
+
+#[test]
+fn without_arbitration_both_run_until_psi() {
+    let mut setup = setup(Preset::Par98, 2, 200);
+    every_set(&mut setup, |set| set.before_yielding_s = 10.0);
+    let mut team = Team::new(&setup);
+    team.run_until(ms(31_000), &[ONLY_TOP; 2]);
+    for robot in [BLUE, GOLD] {
+        assert_eq!(
+            team.changes_of(robot, TOP),
+            [
+                (20_000, Active, Reason::Threshold),
+                (30_200, Hibernating, Reason::AcquiescedPsi),
+            ]
+        );
+    }
+}
+
+#[test]
+fn in_order_only_one_claims() {
+    let mut team = Team::new(&setup(Preset::Thesis, 2, 200));
+    team.run_until(ms(22_000), &[ONLY_TOP; 2]);
+    assert_eq!(
+        team.changes_of(BLUE, TOP),
+        [(20_000, Active, Reason::Threshold)]
+    );
+    // Gold hears blue's first word in the same step and starts from 0.
+    assert_eq!(team.changes_of(GOLD, TOP), []);
+}
+
+#[test]
+fn the_one_that_waits_goes_on_when_the_other_yields() {
+    let mut setup = setup(Preset::Team, 2, 200);
+    every_set(&mut setup, |set| set.before_yielding_s = 40.0);
+    let mut team = Team::new(&setup);
+    team.run_until(ms(70_000), &[ONLY_TOP; 2]);
+    assert_eq!(
+        team.changes_of(BLUE, TOP),
+        [
+            (20_000, Active, Reason::Threshold),
+            (60_200, Hibernating, Reason::AcquiescedPsi),
+        ]
+    );
+    assert_eq!(
+        team.changes_of(GOLD, TOP)[1..],
+        [
+            (20_200, Waiting, Reason::Arbitration),
+            (60_400, Active, Reason::WaitOver),
+        ]
+    );
+}
+
+#[test]
+fn the_earlier_wish_goes_first() {
+    let mut setup = setup(Preset::Team, 3, 200);
+    every_set(&mut setup, |set| set.before_yielding_s = 60.0);
+    // Both hear blue claim at 20 s; green is the first to want the task itself.
+    for (name, slow) in [("blue", 5.0), ("gold", 4.0), ("green", 4.5)] {
+        sets_of(&mut setup, name, |set| {
+            set.fast_impatience = 5.0 - (5.0 - slow) / 10.0;
+            set.slow_impatience.values_mut().for_each(|it| *it = slow);
+        });
+    }
+    let mut team = Team::new(&setup);
+    team.run_until(ms(85_000), &[ONLY_TOP; 3]);
+    let first_wait = |robot| {
+        let changes = team.changes_of(robot, TOP);
+        changes.into_iter().find(|it| it.1 == Waiting).unwrap().0
+    };
+    assert!(first_wait(GREEN) < first_wait(GOLD));
+    let active = |robot| team.engines[usize::from(robot)].active();
+    assert_eq!(team.changes_of(BLUE, TOP)[1].0, 80_200);
+    assert_eq!(active(GREEN.0), Some(set(TOP)));
+    assert_eq!(active(GOLD.0), None);
+}
+
+#[test]
+fn a_lost_release_is_covered_by_tau() {
+    for (release_is_lost, over) in [(false, 30_600), (true, 35_200)] {
+        let mut team = Team::new(&setup(Preset::Team, 2, 200));
+        // Blue's set ceases to be applicable at 30.4 s; its last heartbeat was heard at 30.2 s.
+        team.run_until(ms(30_400), &[ONLY_TOP; 2]);
+        if release_is_lost {
+            team.link = Box::new(|_, _| false);
+        }
+        team.run_until(ms(36_000), &[[false; 4], ONLY_TOP]);
+        let last = *team.changes_of(GOLD, TOP).last().unwrap();
+        assert_eq!(last, (over, Active, Reason::WaitOver));
+    }
+}
+
+/// What gold does beside an incumbent that hears nobody, talks for ever and achieves nothing.
+fn beside_a_babbler(end: SimTime, preset: Preset) -> Vec<(u64, SetState, Reason)> {
+    let mut setup = setup(preset, 2, 200);
+    every_set(&mut setup, |set| set.before_yielding_s = 20.0);
+    let mut gold = Solo::new(GOLD, &setup);
+    let mut changes = Vec::new();
+    while gold.now < end {
+        let at = gold.now.0;
+        let heard: Vec<_> = at
+            .is_multiple_of(1000)
+            .then(|| gold.says(BLUE, TaskState::Executing, ms(0)))
+            .into_iter()
+            .collect();
+        let output = gold.step(ONLY_TOP, &heard);
+        changes.extend(output.changes.iter().map(|it| (at, it.to, it.reason)));
+    }
+    changes
+}
+
+#[test]
+fn waiting_ends_at_its_bound_against_a_babbling_incumbent() {
+    // θ at 44 s (φ = 30 s); waits longer than ψ + τ = 25 s; then runs beside the incumbent, whose older claim it ignores,
+    // until its own ψ, since it hears it.
+    assert_eq!(
+        beside_a_babbler(ms(90_000), Preset::Team),
+        [
+            (44_000, Waiting, Reason::Threshold),
+            (69_200, Active, Reason::WaitBound),
+            (89_400, Hibernating, Reason::AcquiescedPsi),
+        ]
+    );
+}
+
+#[test]
+fn without_the_waiting_state_a_set_at_threshold_activates() {
+    assert_eq!(
+        beside_a_babbler(ms(50_000), Preset::Par98),
+        [(44_000, Active, Reason::Threshold)]
+    );
+}
+
+#[test]
+fn two_that_waited_out_the_same_incumbent_do_not_both_stay() {
+    let mut setup = setup(Preset::Team, 3, 200);
+    every_set(&mut setup, |set| set.before_yielding_s = 20.0);
+    let mut team = Team::new(&setup);
+    let mut seq = 1 << 40;
+    // Blue's own engine idles; a babbler speaks in its name.
+    team.link = Box::new(|sender, _| sender != BLUE);
+    while team.now < ms(71_000) {
+        if team.now.0.is_multiple_of(1000) {
+            seq += 1;
+            let message = heartbeat(BLUE, seq, team.now, TaskState::Executing, ms(0), TOP);
+            team.inboxes[1].push(message.clone());
+            team.inboxes[2].push(message);
+        }
+        team.step(&[[false; 4], ONLY_TOP, ONLY_TOP]);
+    }
+    assert_eq!(
+        team.changes_of(GOLD, TOP),
+        [
+            (44_000, Waiting, Reason::Threshold),
+            (69_200, Active, Reason::WaitBound),
+        ]
+    );
+    // Green's bound passed in the same step; gold has the lower rank. Gold's first word resets a set that waits, not one
+    // that is active in the step in which it is heard.
+    assert_eq!(
+        team.changes_of(GREEN, TOP)[1..],
+        [
+            (69_200, Active, Reason::WaitBound),
+            (69_400, Waiting, Reason::Arbitration),
+        ]
+    );
+}
+
+#[test]
+fn progress_of_the_incumbent_resets_those_who_wait() {
+    let mut team = Team::new(&setup(Preset::Team, 2, 200));
+    team.run_until(ms(25_000), &[ONLY_TOP; 2]);
+    team.step_with(&[ONLY_TOP; 2], &[(BLUE, task(TOP))]);
+    let outputs = team.step(&[ONLY_TOP; 2]);
+    assert_eq!(outputs[1].motivations[TOP].motivation, 0.0);
+    assert!(!outputs[1].motivations[TOP].impatience_reset);
+    let last = *team.changes_of(GOLD, TOP).last().unwrap();
+    assert_eq!(last, (25_200, Hibernating, Reason::ResetBy(BLUE)));
+    // A working teammate is left alone: gold rises from 0 and slowly.
+    let outputs = team.step(&[ONLY_TOP; 2]);
+    assert_eq!(outputs[1].motivations[TOP].impatience, 1.0);
+}
+
+#[test]
+fn a_new_incarnation_executes_nothing_of_what_the_old_one_did() {
+    let setup = setup(Preset::Team, 2, 200);
+    let mut gold = Solo::new(GOLD, &setup);
+    while gold.now < ms(45_000) {
+        let message = gold.says(BLUE, TaskState::Executing, ms(0));
+        gold.step(ONLY_TOP, &[message]);
+    }
+    let mut restarted = heartbeat(BLUE, 0, gold.now, TaskState::Idle, gold.now, TOP);
+    restarted.incarnation = 2;
+    let output = gold.step(ONLY_TOP, &[restarted]);
+    assert_eq!(output.changes[0].reason, Reason::WaitOver);
+}
+
+#[test]
+fn a_later_word_about_another_task_ends_the_claim_but_not_the_release_of_another() {
+    let setup = setup(Preset::Team, 2, 200);
+    for (state, ends) in [
+        (TaskState::Executing, true),
+        (TaskState::Waiting, true),
+        (TaskState::Idle, true),
+        (TaskState::Released, false),
+    ] {
+        let mut gold = Solo::new(GOLD, &setup);
+        while gold.now < ms(45_000) {
+            let message = gold.says(BLUE, TaskState::Executing, ms(0));
+            gold.step(ONLY_TOP, &[message]);
+        }
+        let message = heartbeat(BLUE, 1 << 40, gold.now, state, gold.now, BOTTOM);
+        gold.step(ONLY_TOP, &[message]);
+        assert_eq!(gold.engine.active().is_some(), ends, "{state:?}");
+    }
+}
+
+#[test]
+fn a_task_for_two_is_occupied_by_two() {
+    let mut setup = setup(Preset::Team, 4, 200);
+    setup
+        .scenario
+        .tasks
+        .entry("move-spill(top)".to_owned())
+        .or_default()
+        .max_robots = 2;
+    let mut team = Team::new(&setup);
+    team.run_until(ms(22_000), &[ONLY_TOP; 4]);
+    let states: Vec<bool> = team
+        .engines
+        .iter()
+        .map(|it| it.active().is_some())
+        .collect();
+    assert_eq!(states, [true, true, false, false]);
+    for robot in [GREEN, RobotId(3)] {
+        let last = *team.changes_of(robot, TOP).last().unwrap();
+        assert_eq!(last, (20_200, Waiting, Reason::Arbitration));
+    }
+}
+
+/// The curiosity of thesis §4.3.1: gold executes move-spill(top); green comes to θ on it and on report-progress at once.
+fn curiosity(wish_when_suppressed: bool) -> Team {
+    let mut setup = setup(Preset::Thesis, 3, 200);
+    setup.alliance.switches.wish_when_suppressed = wish_when_suppressed;
+    sets_of(&mut setup, "green", |set| {
+        set.slow_impatience.values_mut().for_each(|it| *it = 5.0);
+    });
+    let mut team = Team::new(&setup);
+    team.run_until(ms(20_000), &[[false; 4], ONLY_TOP, [false; 4]]);
+    // Both of green's sets become applicable after gold's claim: no reset is left to come.
+    team.step(&[[false; 4], ONLY_TOP, [false; 4]]);
+    let green = [false, true, false, true];
+    team.run_until(ms(50_000), &[[false; 4], ONLY_TOP, green]);
+    team
+}
+
+#[test]
+fn a_wish_of_a_set_that_is_suppressed_at_once_knocks_off_the_incumbent() {
+    let team = curiosity(true);
+    // 20 s after 20.0 s green is at θ on both.
+    assert_eq!(
+        team.changes_of(GREEN, TOP),
+        [
+            (40_000, Waiting, Reason::Threshold),
+            (40_200, Hibernating, Reason::Suppressed),
+        ]
+    );
+    assert_eq!(
+        team.changes_of(GREEN, REPORT),
+        [(40_000, Active, Reason::Threshold)]
+    );
+    assert_eq!(
+        team.changes_of(GOLD, TOP)[1],
+        (40_200, Hibernating, Reason::ResetBy(GREEN))
+    );
+}
+
+#[test]
+fn without_that_switch_the_incumbent_goes_on() {
+    let team = curiosity(false);
+    assert_eq!(team.changes_of(GREEN, TOP), []);
+    assert_eq!(team.changes_of(GOLD, TOP).len(), 1);
+}
