@@ -18,6 +18,16 @@ pub enum LogLevel {
 }
 
 impl LogLevel {
+    /// As written on the command line.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Summary => "summary",
+            Self::Off => "off",
+        }
+    }
+
     /// Whether the table is written.
     #[must_use]
     pub fn keeps(self, table: Table) -> bool {

@@ -189,21 +189,22 @@ impl<S: Sink> Recorder<S> {
         self.sink.replace(Document::Host, &format!("{host:#}\n"))
     }
 
-    /// Ends the log: writes what is left and the final run.json, and returns that with the sink.
+    /// Ends the log: writes what is left and the final run.json, and returns that.
     ///
     /// # Errors
     /// Those of [`Recorder::flush`] and of the sink.
-    pub fn finish(
-        mut self,
-        outcome: Outcome,
-        unscripted: bool,
-    ) -> Result<(RunFile, S), RecordError> {
+    pub fn finish(&mut self, outcome: Outcome, unscripted: bool) -> Result<RunFile, RecordError> {
         if self.sealed != self.latest {
             self.seal();
         }
         self.flush()?;
-        let run = self.write_run(RunOutcome::Ended(outcome), unscripted)?;
-        Ok((run, self.sink))
+        self.write_run(RunOutcome::Ended(outcome), unscripted)
+    }
+
+    /// Where the log went.
+    #[must_use]
+    pub fn into_sink(self) -> S {
+        self.sink
     }
 
     fn write_run(&mut self, outcome: RunOutcome, unscripted: bool) -> Result<RunFile, RecordError> {

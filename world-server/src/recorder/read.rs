@@ -58,8 +58,9 @@ pub struct RunLog {
     pub run: RunFile,
     /// Last whole tick; `None` when there is none, and at [`LogLevel::Off`], which seals nothing.
     pub last: Option<Seal>,
-    /// What is whole of each table.
-    tables: BTreeMap<Table, (PathBuf, Vec<u8>)>,
+    folder: PathBuf,
+    /// What is whole of each table; an entry for every one.
+    tables: BTreeMap<Table, Vec<u8>>,
 }
 
 impl RunLog {
@@ -82,22 +83,37 @@ impl RunLog {
         let mut tables = BTreeMap::new();
         for table in Table::ALL.into_iter().filter(|table| run.log.keeps(*table)) {
             let path = folder.join(table.file_name());
-            let bytes = match fs::read(&path) {
-                Ok(bytes) => bytes,
-                Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            match fs::read(&path) {
+                Ok(bytes) => {
+                    tables.insert(table, bytes);
+                }
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
                 Err(source) => return Err(ReadError::Read { path, source }),
-            };
-            tables.insert(table, (path, bytes));
+            }
+        }
+        Ok(Self::from_tables(folder, run, tables))
+    }
+
+    /// The log that is in `tables`; `folder` is where errors say it is.
+    #[must_use]
+    pub fn from_tables(folder: &Path, run: RunFile, mut tables: BTreeMap<Table, Vec<u8>>) -> Self {
+        for table in Table::ALL {
+            tables.entry(table).or_default();
         }
         let last = if run.log == LogLevel::Off {
-            for (_, bytes) in tables.values_mut() {
+            for bytes in tables.values_mut() {
                 bytes.truncate(whole_lines(bytes).map(<[u8]>::len).sum());
             }
             None
         } else {
             cut(&mut tables)
         };
-        Ok(Self { run, last, tables })
+        Self {
+            run,
+            last,
+            folder: folder.to_owned(),
+            tables,
+        }
     }
 
     /// The rows of a table; none of a table that the log's level leaves out.
@@ -105,15 +121,9 @@ impl RunLog {
     /// # Errors
     /// [`ReadError::Malformed`] for a row that is not of this table.
     pub fn rows<R: TableRow>(&self) -> Result<Vec<R>, ReadError> {
-        let Some((path, bytes)) = self.tables.get(&R::TABLE) else {
-            return Ok(Vec::new());
-        };
-        let rows = csv::Reader::from_reader(bytes.as_slice()).into_deserialize();
+        let rows = csv::Reader::from_reader(self.tables[&R::TABLE].as_slice()).into_deserialize();
         rows.collect::<Result<_, _>>()
-            .map_err(|error| ReadError::Malformed {
-                path: path.clone(),
-                reason: error.to_string(),
-            })
+            .map_err(|error| self.malformed(R::TABLE, &error))
     }
 
     /// The inputs, in order.
@@ -121,16 +131,17 @@ impl RunLog {
     /// # Errors
     /// [`ReadError::Malformed`] for a line that is not an input.
     pub fn inputs(&self) -> Result<Vec<InputLine>, ReadError> {
-        let Some((path, bytes)) = self.tables.get(&Table::Inputs) else {
-            return Ok(Vec::new());
-        };
-        let parse = |(index, line)| {
-            serde_json::from_slice(line).map_err(|error| ReadError::Malformed {
-                path: path.clone(),
-                reason: format!("line {}: {error}", index + 1),
-            })
-        };
-        whole_lines(bytes).enumerate().map(parse).collect()
+        whole_lines(&self.tables[&Table::Inputs])
+            .map(serde_json::from_slice)
+            .collect::<Result<_, _>>()
+            .map_err(|error| self.malformed(Table::Inputs, &error))
+    }
+
+    fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
+        ReadError::Malformed {
+            path: self.folder.join(table.file_name()),
+            reason: reason.to_string(),
+        }
     }
 }
 
@@ -144,19 +155,17 @@ struct SealRows {
 }
 
 /// Cuts every table where the last tick ends that is whole in all of them, and returns that tick's seal.
-fn cut(tables: &mut BTreeMap<Table, (PathBuf, Vec<u8>)>) -> Option<Seal> {
-    let seals = tables
-        .get(&Table::Ticks)
-        .map_or_else(Vec::new, |(_, bytes)| seals(bytes));
+fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> Option<Seal> {
+    let seals = seals(&tables[&Table::Ticks]);
     let ends: BTreeMap<Table, Vec<usize>> = tables
         .iter()
-        .map(|(&table, (_, bytes))| match table {
+        .map(|(&table, bytes)| match table {
             Table::Ticks => (table, seals.iter().map(|seal| seal.end).collect()),
             _ => (table, table_ends(table, bytes, &seals)),
         })
         .collect();
     let whole = ends.values().map(Vec::len).min().unwrap_or(0);
-    for (table, (_, bytes)) in tables {
+    for (table, bytes) in tables {
         let header = table.header().as_bytes();
         let end = match whole.checked_sub(1) {
             Some(last) => ends[table][last],

@@ -1,0 +1,229 @@
+//! A small run made by hand, and what the tests do with it.
+
+mod contents;
+mod figures;
+mod hashes;
+mod torn;
+
+use alliance_proto::ids::{RobotId, SetId, TaskId, Tick};
+use alliance_proto::readings::{Actuation, Pose, Readings};
+use alliance_proto::scenario::Setup;
+use alliance_proto::team::{BroadcastKind, TaskState};
+use alliance_proto::telemetry::{
+    Fate, Motivation, Note, NoteKind, Reason, Reception, Said, SetState, StateChange,
+};
+use alliance_proto::tick::{Outcome, Report};
+use alliance_proto::time::SimTime;
+use alliance_proto::view::ItemCounts;
+use glam::Vec2;
+
+use super::*;
+use crate::input::Input;
+
+const BLUE: RobotId = RobotId(0);
+const GOLD: RobotId = RobotId(1);
+
+/// A [`TickRecord`] that owns its parts.
+#[derive(Clone)]
+struct OwnedTick {
+    tick: Tick,
+    now: SimTime,
+    inputs: Vec<Input>,
+    robots: Vec<(BodyRecord, Option<(Readings, Report)>)>,
+    events: Vec<Event>,
+    items: ItemCounts,
+    last_report: Option<SimTime>,
+}
+
+impl OwnedTick {
+    fn record<S: Sink>(&self, recorder: &mut Recorder<S>) -> Result<(), RecordError> {
+        let robots: Vec<_> = self
+            .robots
+            .iter()
+            .map(|(body, counted)| RobotRecord {
+                body: *body,
+                counted: counted
+                    .as_ref()
+                    .map(|(readings, report)| Counted { readings, report }),
+            })
+            .collect();
+        recorder.record(&TickRecord {
+            tick: self.tick,
+            now: self.now,
+            inputs: &self.inputs,
+            robots: &robots,
+            events: &self.events,
+            items: self.items,
+            last_report: self.last_report,
+        })
+    }
+
+    /// Blue's readings and report.
+    fn blue(&mut self) -> &mut (Readings, Report) {
+        self.robots[0].1.as_mut().unwrap()
+    }
+}
+
+/// Logs a run that ends after these ticks.
+fn log(level: LogLevel, ticks: &[OwnedTick]) -> (RunFile, Memory) {
+    let mut recorder = Recorder::new(&Setup::default_for(7), level, Memory::default()).unwrap();
+    for tick in ticks {
+        tick.record(&mut recorder).unwrap();
+    }
+    let run = recorder.finish(Outcome::TimeLimit, false).unwrap();
+    (run, recorder.into_sink())
+}
+
+fn report(robot: RobotId, tick: Tick) -> Report {
+    Report {
+        robot,
+        incarnation: 1,
+        tick,
+        actuation: Actuation::default(),
+        broadcasts: 0,
+        motivations: Vec::new(),
+        changes: Vec::new(),
+        notes: Vec::new(),
+        receptions: Vec::new(),
+    }
+}
+
+fn motivation(set: u16, motivation: f64) -> Motivation {
+    Motivation {
+        set: SetId(set),
+        motivation,
+        impatience: 0.1,
+        sensory_feedback: true,
+        activity_suppression: true,
+        impatience_reset: true,
+        acquiescence: true,
+        state: SetState::Hibernating,
+    }
+}
+
+fn body(x: f32, y: f32) -> BodyRecord {
+    BodyRecord {
+        pose: Pose {
+            position: Vec2::new(x, y),
+            heading_rad: -2.5,
+        },
+        ..BodyRecord::default()
+    }
+}
+
+/// Tick 0: all join. Tick 1: blue activates, hears gold, misses gold's second broadcast, delivers an item and reports;
+/// green, out of the barrier, stands still. Tick 2: nothing new.
+fn sample() -> Vec<OwnedTick> {
+    let tick = |tick: Tick| OwnedTick {
+        tick,
+        now: SimTime(tick * 50),
+        inputs: Vec::new(),
+        robots: vec![
+            (
+                body(0.3, 4.5),
+                Some((Readings::default(), report(BLUE, tick))),
+            ),
+            (
+                body(0.3, 4.0),
+                Some((Readings::default(), report(GOLD, tick))),
+            ),
+            (body(0.3, 3.5), None),
+        ],
+        events: Vec::new(),
+        items: ItemCounts {
+            in_spills: 23,
+            carried: 1,
+            on_floor: 0,
+            delivered: 0,
+        },
+        last_report: None,
+    };
+    let mut ticks = [0, 1, 2].map(tick);
+
+    let join = |robot: &str| Input::Join {
+        robot: robot.to_owned(),
+        incarnation: 1,
+    };
+    ticks[0].inputs = ["blue", "gold", "green"].map(join).to_vec();
+
+    let second = &mut ticks[1];
+    second.inputs = vec![Input::StallBegin {
+        robot: "green".to_owned(),
+    }];
+    second.robots[0].0 = BodyRecord {
+        speed_m_s: 0.5,
+        carrying: true,
+        energy_j: Some(49_999.75),
+        active: Some(SetId(0)),
+        ..body(0.325, 4.5)
+    };
+    second.robots[1].1.as_mut().unwrap().1.broadcasts = 2;
+    let (readings, blue) = second.blue();
+    readings.waste = Some(vec![Vec2::new(0.5, -0.25)]);
+    blue.actuation.speed_m_s = 0.5;
+    blue.motivations = vec![
+        Motivation {
+            state: SetState::Active,
+            ..motivation(0, 100.0)
+        },
+        Motivation {
+            activity_suppression: false,
+            ..motivation(1, 0.0)
+        },
+    ];
+    blue.changes = vec![
+        StateChange {
+            set: SetId(2),
+            from: SetState::Active,
+            to: SetState::Hibernating,
+            reason: Reason::ResetBy(GOLD),
+        },
+        StateChange {
+            set: SetId(0),
+            from: SetState::Hibernating,
+            to: SetState::Active,
+            reason: Reason::Threshold,
+        },
+    ];
+    blue.notes = vec![Note {
+        kind: NoteKind::Detour,
+        detail: "left, \"0.4 m\"".to_owned(),
+    }];
+    let heard = Reception {
+        at: SimTime(50),
+        sender: GOLD,
+        incarnation: 1,
+        sent: SimTime(0),
+        fate: Fate::Heard,
+        said: Some(Said {
+            seq: 0,
+            kind: BroadcastKind::Heartbeat,
+            state: Some(TaskState::Executing),
+            since: Some(SimTime(0)),
+            set: Some(SetId(3)),
+            task: Some(TaskId(2)),
+            progress: Some(4),
+        }),
+    };
+    blue.receptions = vec![
+        heard,
+        Reception {
+            fate: Fate::Lost,
+            said: None,
+            ..heard
+        },
+    ];
+    second.events = vec![
+        Event {
+            subject: "item-3".to_owned(),
+            ..Event::new(EventKind::Delivered, Some(BLUE))
+        },
+        Event::new(EventKind::Reported, Some(GOLD)),
+    ];
+    second.items.carried = 0;
+    second.items.delivered = 1;
+    second.last_report = Some(SimTime(50));
+    ticks[2].items = ticks[1].items;
+    ticks[2].last_report = ticks[1].last_report;
+    ticks.to_vec()
+}

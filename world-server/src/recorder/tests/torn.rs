@@ -1,0 +1,261 @@
+//! Logs of killed processes, full disks and damaged files: whole up to a tick, and readable.
+
+use std::collections::BTreeMap;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::input::InputLine;
+
+type Rows = (
+    Vec<MotivationRow>,
+    Vec<MessageRow>,
+    Vec<EventRow>,
+    Vec<PoseRow>,
+    Vec<MissionRow>,
+    Vec<TickRow>,
+    Vec<InputLine>,
+);
+
+fn everything(log: &RunLog) -> Rows {
+    (
+        log.rows().unwrap(),
+        log.rows().unwrap(),
+        log.rows().unwrap(),
+        log.rows().unwrap(),
+        log.rows().unwrap(),
+        log.rows().unwrap(),
+        log.inputs().unwrap(),
+    )
+}
+
+/// A run whose tables have grown at some ticks and not at others, over more than a second.
+fn run_of(ticks: usize) -> Vec<OwnedTick> {
+    let kinds = sample();
+    (0..ticks)
+        .map(|tick| OwnedTick {
+            tick: tick as u64,
+            now: SimTime(tick as u64 * 400),
+            ..kinds[[0, 2, 1, 2][tick % 4]].clone()
+        })
+        .collect()
+}
+
+/// The log of the run's first 0, 1, … `ticks` ticks, as files and as read.
+fn prefixes(ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Rows)> {
+    let ticks = run_of(ticks);
+    (0..=ticks.len())
+        .map(|end| {
+            let (run, memory) = log(LogLevel::Full, &ticks[..end]);
+            let mut tables = memory.tables;
+            // There is no inputs.jsonl before the first input.
+            tables.entry(Table::Inputs).or_default();
+            let rows = everything(&RunLog::from_tables(Path::new(""), run, tables.clone()));
+            (tables, rows)
+        })
+        .collect()
+}
+
+/// Asserts that a log is that of so many ticks.
+fn assert_ticks(log: &RunLog, ticks: usize, prefixes: &[(BTreeMap<Table, Vec<u8>>, Rows)]) {
+    let last = log.last.map(|seal| seal.tick);
+    assert_eq!(last, (ticks as u64).checked_sub(1));
+    assert_eq!(everything(log), prefixes[ticks].1);
+}
+
+#[test]
+fn any_file_cut_or_damaged_at_any_byte() {
+    let (run, _) = log(LogLevel::Full, &[]);
+    let prefixes = prefixes(4);
+    let whole = &prefixes[4].0;
+    for table in Table::ALL {
+        for byte in 0..=whole[&table].len() {
+            let mut tables = whole.clone();
+            let bytes = tables.get_mut(&table).unwrap();
+            // ticks.csv has no hash of itself.
+            if byte < bytes.len() && table != Table::Ticks {
+                bytes[byte] ^= 1;
+            } else {
+                bytes.truncate(byte);
+            }
+            let log = RunLog::from_tables(Path::new(""), run.clone(), tables);
+            let ticks = prefixes
+                .iter()
+                .rposition(|(tables, _)| tables[&table].len() <= byte);
+            assert_ticks(&log, ticks.unwrap_or(0), &prefixes);
+        }
+    }
+}
+
+/// A sink whose process dies in the middle of a write.
+struct Dying {
+    memory: Memory,
+    bytes_left: usize,
+}
+
+impl Sink for Dying {
+    fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
+        let end = bytes.len().min(self.bytes_left);
+        self.bytes_left -= end;
+        self.memory.append(table, &bytes[..end])?;
+        if end < bytes.len() {
+            return Err(RecordError::Broken);
+        }
+        Ok(())
+    }
+
+    fn replace(&mut self, document: Document, text: &str) -> Result<(), RecordError> {
+        self.memory.replace(document, text)
+    }
+}
+
+proptest! {
+    #[test]
+    fn killed_at_any_byte(fraction in 0.0..1.0_f64, flush_every in 1..4_usize, full: bool) {
+        let level = if full { LogLevel::Full } else { LogLevel::Summary };
+        let ticks = run_of(12);
+        let total: usize = log(level, &ticks).1.tables.values().map(Vec::len).sum();
+        let bytes = (fraction * total as f64) as usize;
+        let mut recorder = Recorder::new(&Setup::default_for(7), level, Memory::default()).unwrap();
+        let run = recorder.finish(Outcome::Interrupted, false).unwrap();
+
+        let sink = Dying { memory: Memory::default(), bytes_left: bytes };
+        let mut flushed = 0;
+        let memory = match Recorder::new(&Setup::default_for(7), level, sink) {
+            // Died before run.json: there is no run.
+            Err(_) => return Ok(()),
+            Ok(mut recorder) => {
+                for tick in &ticks {
+                    if tick.record(&mut recorder).is_err() {
+                        break;
+                    }
+                    if (tick.tick as usize + 1).is_multiple_of(flush_every) {
+                        if recorder.flush().is_err() {
+                            break;
+                        }
+                        flushed = tick.tick as usize + 1;
+                    }
+                }
+                recorder.into_sink().memory
+            }
+        };
+        let torn = RunLog::from_tables(Path::new(""), run, memory.tables);
+        let ticks_left = torn.last.map_or(0, |seal| seal.tick as usize + 1);
+        // Nothing that was flushed is missing, but for what a summary had not sealed yet.
+        let second = |tick: usize| ticks[tick].now.0 / 1000;
+        let is_sealed = |&tick: &usize| full || tick == 0 || second(tick) != second(tick - 1);
+        let sealed = (0..flushed).rev().find(is_sealed);
+        prop_assert!(ticks_left >= sealed.map_or(0, |tick| tick + 1));
+        let (run, memory) = log(level, &ticks[..ticks_left]);
+        let expected = RunLog::from_tables(Path::new(""), run, memory.tables);
+        prop_assert_eq!(torn.last, expected.last);
+        prop_assert_eq!(everything(&torn), everything(&expected));
+    }
+}
+
+#[test]
+fn nothing_follows_a_torn_row() {
+    let sink = Dying {
+        memory: Memory::default(),
+        bytes_left: 2000,
+    };
+    let mut recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, sink).unwrap();
+    for tick in run_of(4) {
+        tick.record(&mut recorder).unwrap();
+    }
+    assert!(recorder.flush().is_err());
+    recorder.sink.bytes_left = usize::MAX;
+    let torn = recorder.sink.memory.clone();
+    assert!(matches!(recorder.flush(), Err(RecordError::Broken)));
+    assert!(recorder.finish(Outcome::TimeLimit, false).is_err());
+    assert_eq!(recorder.sink.memory, torn);
+}
+
+#[test]
+fn a_folder_reads_like_memory() {
+    let path = tempfile::tempdir().unwrap();
+    let folder = Folder::create(path.path()).unwrap();
+    let mut recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, folder).unwrap();
+    for tick in sample() {
+        tick.record(&mut recorder).unwrap();
+    }
+    recorder
+        .write_host(&serde_json::json!({"pids": {"blue": 42}}))
+        .unwrap();
+    let run = recorder.finish(Outcome::TimeLimit, false).unwrap();
+
+    let (expected, memory) = log(LogLevel::Full, &sample());
+    assert_eq!(run, expected);
+    for (table, bytes) in &memory.tables {
+        assert_eq!(
+            &std::fs::read(path.path().join(table.file_name())).unwrap(),
+            bytes
+        );
+    }
+    let read = RunLog::open(path.path()).unwrap();
+    assert_eq!(read.run, expected);
+    assert_eq!(
+        everything(&read),
+        everything(&RunLog::from_tables(Path::new(""), run, memory.tables))
+    );
+
+    let mut names: Vec<_> = std::fs::read_dir(path.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(
+        names,
+        [
+            "events.csv",
+            "host.json",
+            "inputs.jsonl",
+            "logs",
+            "messages.csv",
+            "mission.csv",
+            "motivations.csv",
+            "poses.csv",
+            "run.json",
+            "ticks.csv",
+        ]
+    );
+}
+
+#[test]
+fn a_folder_holds_one_run() {
+    let path = tempfile::tempdir().unwrap();
+    let folder = Folder::create(path.path()).unwrap();
+    Recorder::new(&Setup::default_for(7), LogLevel::Off, folder).unwrap();
+    let error = Folder::create(path.path()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        format!("{} already holds a run", path.path().display())
+    );
+}
+
+#[test]
+fn a_log_that_is_off_keeps_whole_inputs() {
+    let (run, memory) = log(LogLevel::Off, &sample());
+    let lines = memory.tables[&Table::Inputs].clone();
+    let torn = BTreeMap::from([(Table::Inputs, lines[..lines.len() - 1].to_vec())]);
+    let log = RunLog::from_tables(Path::new(""), run, torn);
+    assert_eq!(log.last, None);
+    assert_eq!(log.inputs().unwrap().len(), 3);
+}
+
+#[test]
+fn what_is_no_run_is_named() {
+    let path = tempfile::tempdir().unwrap();
+    let run_json = path.path().join("run.json");
+    let error = RunLog::open(path.path()).unwrap_err().to_string();
+    assert!(
+        error.starts_with(&format!("cannot read {}: ", run_json.display())),
+        "{error}"
+    );
+    std::fs::write(&run_json, "{\"version\"").unwrap();
+    let error = RunLog::open(path.path()).unwrap_err().to_string();
+    assert!(
+        error.starts_with(&format!("{}: ", run_json.display())),
+        "{error}"
+    );
+}
