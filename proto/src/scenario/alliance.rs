@@ -37,6 +37,17 @@ pub enum StepOrder {
     InOrder,
 }
 
+impl StepOrder {
+    /// As written in scenario files and on the command line.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Simultaneous => "simultaneous",
+            Self::InOrder => "in-order",
+        }
+    }
+}
+
 /// The answers to what the formulas leave open (ALLIANCE.md §3, one field per row of its table).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Switches {

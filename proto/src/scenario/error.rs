@@ -114,7 +114,7 @@ pub(super) fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>)
         .iter()
         .map(|name| (strsim::damerau_levenshtein(wrong, name), *name))
         .min_by_key(|(distance, _)| *distance)
-        .filter(|(distance, name)| *distance <= name.chars().count().div_ceil(3));
+        .filter(|(distance, name)| *distance <= (name.chars().count() / 3).max(1));
     let list = match known.len() {
         0 => "there are none".to_owned(),
         1 => format!("there is only '{}'", known[0]),

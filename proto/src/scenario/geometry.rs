@@ -31,7 +31,16 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
             2.0 * scenario.body.radius_m
         );
         let remedy = "enlarge the room, or make body.radius_m smaller";
-        return Err(Problem::at(Path::of(["room"]), what, remedy));
+        // Of the three values that do not go together, the first that is not the default.
+        let default = Scenario::default();
+        let at = if scenario.room != default.room {
+            Path::of(["room"])
+        } else if scenario.body.radius_m != default.body.radius_m {
+            Path::of(["body", "radius_m"])
+        } else {
+            Path::of(["robots"])
+        };
+        return Err(Problem::at(at, what, remedy));
     }
 
     let mut starts = Vec::new();

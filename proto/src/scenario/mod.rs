@@ -13,6 +13,8 @@ mod path;
 mod properties;
 mod resolve;
 mod statement;
+#[cfg(test)]
+mod tests;
 mod toml_value;
 mod validate;
 mod values;

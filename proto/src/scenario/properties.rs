@@ -90,10 +90,11 @@ impl ParameterFile {
         };
         // Without a line end after it the reader forgets a last line that ends in a backslash.
         for line in PropertiesIter::new(bytes.chain(&b"\n"[..])) {
+            // A slice is always read to its end, so that the only thing that can be wrong is an escape.
             let line = line.map_err(|error| Problem {
                 place: place(error.line_number().unwrap_or(1), ""),
-                what: error.to_string(),
-                remedy: "a \\u needs four hexadecimal digits after it".to_owned(),
+                what: "malformed \\u escape".to_owned(),
+                remedy: "write four hexadecimal digits after \\u".to_owned(),
             })?;
             let LineContent::KVPair(key, value) = line.content() else {
                 continue;
@@ -141,6 +142,8 @@ struct About {
     set: String,
 }
 
+const SHAPE: &str = "the key has not the right shape";
+
 /// What is wrong, and what would be right.
 type Refusal = (String, String);
 
@@ -157,6 +160,9 @@ fn about(key: &str) -> Result<Option<About>, Refusal> {
     else {
         let known = Parameter::ALL.map(Parameter::property);
         let known = ["threshold"].into_iter().chain(known);
+        if name == "threshold" {
+            return Err((SHAPE.to_owned(), "write threshold alone".to_owned()));
+        }
         return Err(("unknown parameter".to_owned(), instead(name, known)));
     };
     let mut rest: Vec<&str> = parts.collect();
@@ -167,7 +173,7 @@ fn about(key: &str) -> Result<Option<About>, Refusal> {
             ""
         };
         (
-            "the key has not the right shape".to_owned(),
+            SHAPE.to_owned(),
             format!("write {name}.{teammate}SET or {name}.{teammate}ROBOT.SET"),
         )
     };

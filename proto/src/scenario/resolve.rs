@@ -109,12 +109,13 @@ pub(super) fn check(
         robots.insert(robot.name.clone(), RobotParams { rank, sets });
     }
 
-    let skipped = layers[from_file..]
+    let mut skipped: Vec<SkippedKey> = layers[from_file..]
         .iter()
         .zip(&used[from_file..])
         .filter(|(_, used)| !**used)
         .filter_map(|(statement, _)| SkippedKey::of(&statement.place))
         .collect();
+    skipped.sort_by_key(|key| key.line);
     let alliance = Alliance {
         threshold,
         step_ms: scenario.step_ms,

@@ -10,8 +10,9 @@ use super::path::Path;
 use super::{Scenario, Waste};
 use crate::keys::is_name;
 
-/// Most robots of a scenario: ranks are 16-bit numbers.
-const MAX_ROBOTS: usize = 65_000;
+/// Most robots of a scenario. Each has values toward each other, so that the values in force grow with the square: 25 MB of
+/// JSON at this number. Ranks, which are 16-bit numbers, would allow more.
+const MAX_ROBOTS: usize = 500;
 /// Most spills of a scenario.
 const MAX_SPILLS: usize = 100;
 /// Most items of a spill.

@@ -1,0 +1,78 @@
+//! The scenarios that come with the command (`alliance scenarios`).
+
+/// A scenario that can be run by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Builtin {
+    /// What it is run by.
+    pub name: &'static str,
+    /// Its file, comments included.
+    pub text: &'static str,
+}
+
+impl Builtin {
+    /// The file's name, for error messages.
+    #[must_use]
+    pub fn file_name(&self) -> String {
+        format!("{}.toml", self.name)
+    }
+}
+
+/// All of them, the default mission first.
+#[must_use]
+pub fn builtins() -> &'static [Builtin] {
+    &[
+        Builtin {
+            name: "waste-cleanup",
+            text: include_str!("../scenarios/waste-cleanup.toml"),
+        },
+        Builtin {
+            name: "reference",
+            text: include_str!("../scenarios/reference.toml"),
+        },
+    ]
+}
+
+/// The one of that name.
+#[must_use]
+pub fn builtin(name: &str) -> Option<&'static Builtin> {
+    builtins().iter().find(|builtin| builtin.name == name)
+}
+
+/// The text of the one of that name.
+#[must_use]
+pub fn text_of(name: &str) -> Option<&'static str> {
+    builtin(name).map(|builtin| builtin.text)
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::scenario::{Scenario, Setup};
+
+    use super::*;
+
+    #[test]
+    fn each_one_can_be_found_and_run() {
+        for each in builtins() {
+            assert_eq!(builtin(each.name), Some(each));
+            let scenario = Scenario::parse(&each.file_name(), each.text).unwrap();
+            Setup::resolve(scenario, 1, None).unwrap();
+        }
+        assert_eq!(builtin("no-such-scenario"), None);
+    }
+
+    #[test]
+    fn the_default_mission_differs_from_the_default_in_nothing_but_its_description() {
+        let mission = builtin("waste-cleanup").unwrap();
+        let scenario = Scenario::parse(&mission.file_name(), mission.text).unwrap();
+        assert!(!scenario.description.is_empty());
+        let description = scenario.description.clone();
+        let default = Scenario::default();
+        assert_eq!(
+            scenario,
+            Scenario {
+                description,
+                ..default
+            }
+        );
+    }
+}

@@ -1,0 +1,216 @@
+//! `reference.toml` is the manual of scenario files; this keeps it true.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::Value;
+
+use crate::scenario::{
+    AllianceSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset, ReportSite, Robot,
+    RobotSection, Room, Scenario, Sensors, SetSection, Setup, Spill, Start, StepOrder,
+    SwitchSection, TaskSection, Waste,
+};
+
+const REFERENCE: &str = include_str!("../../../../launch/scenarios/reference.toml");
+
+/// The file with its optional keys: comments begin with `# `, keys that are absent by default with `#` alone.
+fn with_optional_keys() -> String {
+    let uncommented = REFERENCE.lines().map(|line| match line.strip_prefix('#') {
+        Some(rest) if !rest.is_empty() && !rest.starts_with(' ') => rest,
+        _ => line,
+    });
+    uncommented.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn it_is_the_default_scenario() {
+    assert_eq!(
+        Scenario::parse("reference.toml", REFERENCE).unwrap(),
+        Scenario::default()
+    );
+}
+
+#[test]
+fn its_optional_keys_can_be_used_as_shown() {
+    Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+}
+
+#[test]
+fn its_switches_are_those_of_the_default_preset() {
+    let all = Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+    let shown = serde_json::to_value(all.alliance.switches).unwrap();
+    let preset = serde_json::to_value(Preset::default().switches()).unwrap();
+    assert_eq!(shown, preset);
+}
+
+/// No `..Default` here: whoever adds a field has to come by, and the test then asks for its documentation.
+fn populated() -> Scenario {
+    let set = SetSection {
+        broadcast_rate_hz: Some(1.0),
+        ceased_after_s: Some(5.0),
+        fast_impatience: Some(2.0),
+        slow_impatience: Some(1.0),
+        slow_impatience_toward: BTreeMap::from([("x".to_owned(), 1.0)]),
+        willing_to_affect_s: Some(1.0),
+        willing_to_affect_toward_s: BTreeMap::from([("x".to_owned(), 1.0)]),
+        before_yielding_s: Some(1.0),
+        before_giving_up_s: Some(1.0),
+    };
+    // The same keys as in `defaults`: shown once is enough.
+    let sets = BTreeMap::from([("x".to_owned(), SetSection::default())]);
+    let robot = RobotSection {
+        defaults: SetSection::default(),
+        sets: sets.clone(),
+    };
+    let switches = SwitchSection {
+        waiting: Some(true),
+        waiting_counts: Some(true),
+        wish_when_suppressed: Some(true),
+        reset_stops_active: Some(true),
+        history_origin: Some(HistoryOrigin::Progress),
+        step_order: Some(StepOrder::Simultaneous),
+        arbitration: Some(true),
+        release_message: Some(true),
+        idle_heartbeat: Some(true),
+    };
+    let task = TaskSection {
+        max_robots: 1,
+        priority: 0,
+    };
+    Scenario {
+        name: String::new(),
+        description: String::new(),
+        step_ms: 50,
+        limit_s: 1.0,
+        room: Room {
+            width_m: 1.0,
+            height_m: 1.0,
+        },
+        body: Body {
+            radius_m: 1.0,
+            speed_m_s: 1.0,
+            turn_deg_s: 1.0,
+            reach_m: 1.0,
+            robot_penetrability: 0.0,
+        },
+        sensors: Sensors {
+            border_range_m: 1.0,
+            avoidance_range_m: 1.0,
+            waste_range_m: 1.0,
+        },
+        energy: Some(Energy {
+            capacity_j: 1.0,
+            idle_w: 1.0,
+            drive_w: 1.0,
+        }),
+        waste: Waste {
+            spills: vec![Spill {
+                name: String::new(),
+                items: 1,
+                x_fraction: 0.5,
+                y_fraction: 0.5,
+            }],
+            spill_radius_m: 1.0,
+            item_radius_m: 1.0,
+            deposit: Deposit {
+                radius_m: 1.0,
+                x_fraction: 0.5,
+                y_fraction: 0.5,
+            },
+            report_site: ReportSite {
+                width_m: 1.0,
+                height_m: 1.0,
+                color_s: 1.0,
+            },
+            report_period_s: 1.0,
+        },
+        robots: vec![Robot {
+            name: String::new(),
+            side_sensor: true,
+            start: Some(Start {
+                x_m: 1.0,
+                y_m: 1.0,
+                heading_deg: 0.0,
+            }),
+        }],
+        obstacles: vec![Obstacle {
+            x_m: 1.0,
+            y_m: 1.0,
+            width_m: 1.0,
+            height_m: 1.0,
+            penetrability: 0.0,
+        }],
+        tasks: BTreeMap::from([("x".to_owned(), task)]),
+        alliance: AllianceSection {
+            preset: Preset::Team,
+            threshold: 100.0,
+            switches,
+            defaults: set,
+            sets,
+            robots: BTreeMap::from([("x".to_owned(), robot)]),
+        },
+    }
+}
+
+/// Tables whose keys are names that a scenario chooses.
+const BY_NAME: [&str; 6] = [
+    "tasks",
+    "alliance.sets",
+    "alliance.robots",
+    "alliance.robots.*.sets",
+    "alliance.defaults.slow_impatience_toward",
+    "alliance.defaults.willing_to_affect_toward_s",
+];
+
+/// The paths of all keys below `path`, with `*` for names.
+fn keys(value: &Value, path: &str, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Array(elements) => elements.iter().for_each(|each| keys(each, path, found)),
+        Value::Object(entries) => {
+            for (key, value) in entries {
+                let key = if BY_NAME.contains(&path) { "*" } else { key };
+                let path = [path, key].join(".").trim_start_matches('.').to_owned();
+                keys(value, &path, found);
+                found.insert(path);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn it_has_every_key() {
+    let (mut known, mut shown) = (BTreeSet::new(), BTreeSet::new());
+    keys(&serde_json::to_value(populated()).unwrap(), "", &mut known);
+    let reference: toml::Value = toml::from_str(&with_optional_keys()).unwrap();
+    keys(&serde_json::to_value(reference).unwrap(), "", &mut shown);
+    let missing: Vec<_> = known.difference(&shown).collect();
+    assert!(missing.is_empty(), "not in reference.toml: {missing:?}");
+}
+
+#[test]
+fn its_table_has_the_built_in_values() {
+    let blue = &Setup::default_for(1).alliance.robots["blue"];
+    for (name, set) in &blue.sets {
+        let row_name = name
+            .split_once('(')
+            .map_or(name.clone(), |(kind, _)| format!("{kind}(NAME)"));
+        let row = REFERENCE
+            .lines()
+            .find_map(|line| line.strip_prefix("#   ")?.strip_prefix(&row_name));
+        let numbers: Vec<f64> = row
+            .unwrap()
+            .split_whitespace()
+            .map(|cell| cell.parse().unwrap())
+            .collect();
+        let built_in = [
+            set.broadcast_rate_hz,
+            set.ceased_after_s,
+            set.fast_impatience,
+            set.slow_impatience["gold"],
+            set.willing_to_affect_s["gold"],
+            set.before_yielding_s,
+            set.before_giving_up_s,
+        ];
+        assert_eq!(numbers, built_in, "{name}");
+    }
+}

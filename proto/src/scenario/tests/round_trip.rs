@@ -1,0 +1,52 @@
+//! A setup crosses the bus and is kept in run.json as JSON: not a bit may change on the way.
+
+use proptest::prelude::*;
+
+use crate::scenario::{Energy, Scenario, Setup};
+
+fn through_json(setup: &Setup) -> Setup {
+    serde_json::from_str(&serde_json::to_string(setup).unwrap()).unwrap()
+}
+
+#[test]
+fn default_setup() {
+    let setup = Setup::default_for(u64::MAX);
+    assert_eq!(through_json(&setup), setup);
+}
+
+proptest! {
+    #[test]
+    fn any_numbers(
+        seed: u64,
+        single in prop::num::f32::POSITIVE | prop::num::f32::SUBNORMAL | prop::num::f32::ZERO,
+        double in prop::num::f64::POSITIVE | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO,
+    ) {
+        let mut setup = Setup::default_for(seed);
+        setup.scenario.limit_s = double;
+        setup.scenario.room.width_m = single;
+        setup.scenario.waste.spills[0].x_fraction = -single;
+        setup.scenario.energy = Some(Energy { idle_w: single, ..Energy::default() });
+        setup.scenario.alliance.defaults.slow_impatience_toward.insert("gold".to_owned(), double);
+        setup.alliance.threshold = -double;
+        for robot in setup.alliance.robots.values_mut() {
+            for set in robot.sets.values_mut() {
+                set.fast_impatience = double;
+                set.slow_impatience.values_mut().for_each(|value| *value = double);
+            }
+        }
+        let back = through_json(&setup);
+        prop_assert_eq!(back.scenario.room.width_m.to_bits(), single.to_bits());
+        prop_assert_eq!(back, setup);
+    }
+
+    /// A scenario that a program writes as TOML is the one that is read back.
+    #[test]
+    fn scenario_files(width in 5.0f32..50.0, limit in 1.0f64..1e6, rate in 0.3f64..10.0) {
+        let mut scenario = Scenario::default();
+        scenario.room.width_m = width;
+        scenario.limit_s = limit;
+        scenario.alliance.defaults.broadcast_rate_hz = Some(rate);
+        let text = toml::to_string(&scenario).unwrap();
+        prop_assert_eq!(Scenario::parse("s.toml", &text).unwrap(), scenario);
+    }
+}
