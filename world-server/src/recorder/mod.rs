@@ -124,8 +124,9 @@ impl<S: Sink> Recorder<S> {
             sealed: None,
             broken: false,
         };
-        recorder.flush()?;
+        // First: without run.json a folder is not readable.
         recorder.write_run(RunOutcome::Running, false)?;
+        recorder.flush()?;
         Ok(recorder)
     }
 

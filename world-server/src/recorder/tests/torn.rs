@@ -122,7 +122,7 @@ proptest! {
         let sink = Dying { memory: Memory::default(), bytes_left: bytes };
         let mut flushed = 0;
         let memory = match Recorder::new(&Setup::default_for(7), level, sink) {
-            // Died before run.json: there is no run.
+            // Died among the header lines: `any_file_cut_or_damaged_at_any_byte` has such logs.
             Err(_) => return Ok(()),
             Ok(mut recorder) => {
                 for tick in &ticks {
