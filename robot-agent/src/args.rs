@@ -1,11 +1,19 @@
 //! Command line of an agent, the same for `robot-agent` and `alliance agent`.
 
 use std::process::ExitCode;
+use std::time::Duration;
 
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use clap::Args;
+use tokio::time::{Instant, sleep};
 
 use crate::process::{End, live};
+
+/// How long an agent waits for its run to appear.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How often it looks.
+const LOOK_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Be one robot of a live run.
 #[derive(Args, Clone, Debug)]
@@ -37,11 +45,30 @@ impl AgentArgs {
     }
 
     fn live(&self) -> anyhow::Result<End> {
-        let run = Rendezvous::find(self.run.as_deref())?;
-        let runtime = tokio::runtime::Builder::new_current_thread()
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
+            .worker_threads(1)
             .enable_all()
             .build()?;
-        Ok(runtime.block_on(live(&self.robot, &run))?)
+        runtime.block_on(async {
+            let run = self.find_run().await?;
+            Ok(live(&self.robot, &run).await?)
+        })
+    }
+
+    /// Robots and world may be started in any order, so a run that is not there yet is waited for.
+    async fn find_run(&self) -> Result<Rendezvous, RendezvousError> {
+        let patience = Instant::now() + PATIENCE;
+        loop {
+            match Rendezvous::find(self.run.as_deref()) {
+                Err(RendezvousError::None | RendezvousError::Unknown { .. })
+                    if Instant::now() < patience =>
+                {
+                    sleep(LOOK_INTERVAL).await;
+                }
+                found => return found,
+            }
+        }
     }
 
     fn fail(&self, why: &str) -> ExitCode {

@@ -9,7 +9,10 @@
 //!
 //! The shell: [`process`] puts an agent on the bus, [`args`] is its command line.
 
+pub mod agent;
 pub mod alliance;
+pub mod args;
 pub mod body;
 pub mod missions;
+pub mod process;
 pub mod radio;

@@ -1,0 +1,79 @@
+//! Command line of `alliance run`.
+
+use std::process::ExitCode;
+
+use clap::Args;
+use world_server::args::{MissionArgs, RunArgs};
+
+use super::supervise::{Plan, supervise};
+use crate::scenarios;
+
+/// Run a mission: one world and one process per robot.
+#[derive(Args, Clone, Debug)]
+pub struct RunCommand {
+    #[command(flatten)]
+    mission: MissionArgs,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Print the result as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+impl RunCommand {
+    /// Runs the mission and shows how it went.
+    ///
+    /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
+    /// arguments, 3 when a process or the bus failed.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        // Everything is read and checked here, before the first process starts.
+        let prepared = self
+            .mission
+            .setup(scenarios::text_of)
+            .and_then(|setup| Ok((self.run.folder(&setup)?, setup)));
+        let (folder, setup) = match prepared {
+            Ok(prepared) => prepared,
+            Err(error) => {
+                eprintln!("alliance run: {error:#}");
+                return ExitCode::from(2);
+            }
+        };
+        let plan = Plan {
+            run: world_server::args::run_id_for(&setup),
+            world_arguments: self.world_arguments(),
+            setup,
+            folder,
+            json: self.json,
+        };
+        match supervise(&plan) {
+            Ok(true) => ExitCode::SUCCESS,
+            Ok(false) => ExitCode::from(1),
+            Err(error) => {
+                eprintln!("alliance run: {error:#}");
+                ExitCode::from(3)
+            }
+        }
+    }
+
+    /// What the world is started with, beside its folder and the run's id.
+    fn world_arguments(&self) -> Vec<String> {
+        let mission = &self.mission;
+        let mut arguments: Vec<String> = mission.scenario.iter().cloned().collect();
+        let mut push = |name: &str, value: String| arguments.push(format!("--{name}={value}"));
+        push("seed", mission.seed.to_string());
+        push("speed", self.run.speed.to_string());
+        push("log", self.run.log.as_str().to_owned());
+        push("stall-after", self.run.stall_after.to_string());
+        if let Some(params) = &mission.params {
+            push("params", params.display().to_string());
+        }
+        if let Some(order) = mission.step_order {
+            push("step-order", order.as_str().to_owned());
+        }
+        if let Some(limit) = mission.limit {
+            push("limit", limit.to_string());
+        }
+        arguments
+    }
+}

@@ -1,0 +1,131 @@
+//! The progress of a run on the terminal: one line for the mission, one for each robot. Where stderr is no terminal, a line
+//! every few seconds.
+
+use std::io::IsTerminal;
+use std::time::Duration;
+
+use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::view::{RobotView, View};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use tokio::time::Instant;
+
+/// Least time between two lines where stderr is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Shows views as they come.
+pub struct Progress {
+    names: Vec<String>,
+    catalog: Catalog,
+    started: Option<(Instant, f64)>,
+    style: Style,
+}
+
+enum Style {
+    Terminal {
+        bars: MultiProgress,
+        mission: ProgressBar,
+        robots: Vec<ProgressBar>,
+    },
+    Lines {
+        last: Option<Instant>,
+    },
+}
+
+impl Progress {
+    /// Nothing shown yet.
+    pub fn new(setup: &Setup) -> Self {
+        let names: Vec<String> = setup.scenario.robots.iter().map(|r| r.name.clone()).collect();
+        let items: u32 = setup.scenario.waste.spills.iter().map(|spill| spill.items).sum();
+        let style = if std::io::stderr().is_terminal() {
+            let bars = MultiProgress::new();
+            let mission = bars.add(ProgressBar::new(u64::from(items)));
+            mission.set_style(template("{bar:24} {pos}/{len} delivered  {msg}"));
+            let robots = names
+                .iter()
+                .map(|_| {
+                    let line = bars.add(ProgressBar::no_length());
+                    line.set_style(template("  {msg}"));
+                    line
+                })
+                .collect();
+            Style::Terminal {
+                bars,
+                mission,
+                robots,
+            }
+        } else {
+            Style::Lines { last: None }
+        };
+        Self {
+            names,
+            catalog: Catalog::of(&setup.scenario),
+            started: None,
+            style,
+        }
+    }
+
+    /// Shows a snapshot.
+    pub fn show(&mut self, view: &View) {
+        let now = Instant::now();
+        let sim = view.now.as_secs_f64();
+        let (since, from) = *self.started.get_or_insert((now, sim));
+        let real = now.duration_since(since).as_secs_f64();
+        let speed = if real > 0.0 { (sim - from) / real } else { 0.0 };
+        let clock = format!("{sim:.1} s simulated, {speed:.0}x");
+        let doing: Vec<String> = self
+            .names
+            .iter()
+            .zip(&view.robots)
+            .map(|(name, robot)| self.describe(name, robot))
+            .collect();
+        match &mut self.style {
+            Style::Terminal {
+                mission, robots, ..
+            } => {
+                mission.set_position(u64::from(view.items.delivered));
+                mission.set_message(clock);
+                for (line, doing) in robots.iter().zip(doing) {
+                    line.set_message(doing);
+                }
+            }
+            Style::Lines { last } => {
+                if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
+                    *last = Some(now);
+                    let (delivered, total) = (view.items.delivered, view.items.total());
+                    eprintln!("{clock}, {delivered}/{total} delivered; {}", doing.join("; "));
+                }
+            }
+        }
+    }
+
+    /// Prints a line above the progress.
+    pub fn say(&self, line: &str) {
+        match &self.style {
+            // A terminal that cannot be written to has nobody in front of it.
+            Style::Terminal { bars, .. } => drop(bars.println(line)),
+            Style::Lines { .. } => eprintln!("{line}"),
+        }
+    }
+
+    /// Takes the progress off the terminal.
+    pub fn clear(&self) {
+        if let Style::Terminal { bars, .. } = &self.style {
+            let _ = bars.clear();
+        }
+    }
+
+    fn describe(&self, name: &str, robot: &RobotView) -> String {
+        let doing = match (robot.incarnation, robot.in_barrier, robot.active) {
+            (None, ..) => "no agent",
+            (_, false, _) => "silent",
+            (.., None) => "idle",
+            (.., Some(set)) => self.catalog.set_name(set),
+        };
+        let load = if robot.carrying { ", carries waste" } else { "" };
+        format!("{name}: {doing}{load}")
+    }
+}
+
+fn template(text: &str) -> ProgressStyle {
+    ProgressStyle::with_template(text).unwrap_or_else(|_| ProgressStyle::default_bar())
+}

@@ -1,0 +1,96 @@
+//! What a finished run shows: a table for people, JSON for programs.
+
+use alliance_proto::time::SimTime;
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{CellAlignment, Table};
+use serde_json::json;
+use world_server::recorder::{RunFile, RunOutcome};
+
+use super::supervise::Plan;
+
+/// Shows it.
+pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
+    let host: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(plan.folder.join("host.json"))?)?;
+    if run.unscripted {
+        eprintln!(
+            "note: a stall or a loss that the scenario did not ask for is part of this run (`unscripted` in run.json)"
+        );
+    }
+    if plan.json {
+        let result = json!({
+            "run": plan.run,
+            "folder": plan.folder,
+            "seed": run.setup.seed,
+            "hash": run.hash,
+            "outcome": run.outcome,
+            "unscripted": run.unscripted,
+            "result": run.result,
+            "host": host,
+        });
+        println!("{result:#}");
+        return Ok(());
+    }
+    eprintln!("{}", robots(plan, run));
+    let result = &run.result;
+    let real_s = host["running_s"].as_f64().unwrap_or_default();
+    let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
+    let late = result
+        .report_lateness_max_ms
+        .map_or_else(String::new, |ms| format!(", the latest {} late", SimTime(ms)));
+    eprintln!(
+        "{}: {} of {} items delivered, {} progress reports{late}",
+        outcome(run),
+        result.items.delivered,
+        result.items.total(),
+        result.reports_made,
+    );
+    eprintln!(
+        "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
+        result.sim_time_ms, result.ticks,
+    );
+    eprintln!("folder  {}", plan.folder.display());
+    eprintln!("seed    {}", run.setup.seed);
+    eprintln!("hash    {}", run.hash.as_deref().unwrap_or("none"));
+    Ok(())
+}
+
+fn outcome(run: &RunFile) -> &'static str {
+    match run.outcome {
+        RunOutcome::Ended(outcome) => outcome.as_str(),
+        RunOutcome::Running => "not ended",
+    }
+}
+
+fn robots(plan: &Plan, run: &RunFile) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED).set_header([
+        "robot",
+        "lives",
+        "activations",
+        "items delivered",
+        "reports",
+        "messages sent",
+        "heard",
+        "lost",
+    ]);
+    // By rank, as everywhere; `result.robots` is by name.
+    for robot in &plan.setup.scenario.robots {
+        if let Some(figures) = run.result.robots.get(&robot.name) {
+            table.add_row([
+                robot.name.clone(),
+                figures.lives.to_string(),
+                figures.activations.to_string(),
+                figures.items_delivered.to_string(),
+                figures.reports_made.to_string(),
+                figures.messages_sent.to_string(),
+                figures.messages_heard.to_string(),
+                figures.messages_lost.to_string(),
+            ]);
+        }
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

@@ -1,0 +1,317 @@
+//! Starts the processes of a run, watches them until the world ends, and leaves none behind.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use alliance_proto::codec::{decode, encode};
+use alliance_proto::keys::Keys;
+use alliance_proto::process::{ProcessNews, ProcessState};
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::scenario::Setup;
+use alliance_proto::view::View;
+use anyhow::{Context, bail};
+use nix::sys::signal::Signal;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep, timeout};
+use world_server::recorder::{RunFile, RunOutcome};
+use zenoh::Session;
+
+use super::children::{Change, Ending, Process};
+use super::progress::Progress;
+use super::summary;
+
+/// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// How long a run that has not begun outlives one of its agents.
+const STILLBORN: Duration = Duration::from_secs(1);
+
+/// How often processes and progress are looked at when nothing calls.
+const INTERVAL: Duration = Duration::from_millis(200);
+
+/// What is to be run.
+pub struct Plan {
+    /// Id of the run.
+    pub run: String,
+    /// Everything that was asked for.
+    pub setup: Setup,
+    /// The world's command line, but for folder and id.
+    pub world_arguments: Vec<String>,
+    /// Folder of the log.
+    pub folder: PathBuf,
+    /// Whether the result goes to stdout as JSON.
+    pub json: bool,
+}
+
+/// Runs it to its end; whether the mission is complete.
+///
+/// # Errors
+/// When a process cannot be started or fails, or the bus does.
+pub fn supervise(plan: &Plan) -> anyhow::Result<bool> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
+            .worker_threads(1)
+        .enable_all()
+        .build()
+        .context("starting the runtime")?;
+    runtime.block_on(async {
+        let mut team = Team::start(plan)?;
+        let watched = team.watch(plan).await;
+        team.end_all().await;
+        team.progress.clear();
+        watched?;
+        team.check_world()
+    })?;
+    link_latest(&plan.folder);
+    let run = read_run(&plan.folder)?;
+    summary::show(plan, &run)?;
+    Ok(run.outcome == RunOutcome::Ended(alliance_proto::tick::Outcome::Complete))
+}
+
+/// The processes of a run.
+struct Team {
+    world: Process,
+    agents: Vec<Process>,
+    progress: Progress,
+}
+
+impl Team {
+    fn start(plan: &Plan) -> anyhow::Result<Self> {
+        let logs = plan.folder.join("logs");
+        std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
+        let log = |name: &str| logs.join(format!("{name}.log"));
+
+        let mut arguments = vec!["world".to_owned()];
+        arguments.extend(plan.world_arguments.iter().cloned());
+        arguments.push(format!("--out={}", plan.folder.display()));
+        arguments.push(format!("--run={}", plan.run));
+        let world = Process::start("world", &log("world"), &arguments)?;
+        let mut agents = Vec::new();
+        for robot in &plan.setup.scenario.robots {
+            let arguments = ["agent", "--robot", &robot.name, "--run", &plan.run];
+            let started = Process::start(
+                &robot.name,
+                &log(&robot.name),
+                &arguments.map(ToOwned::to_owned),
+            );
+            match started {
+                Ok(agent) => agents.push(agent),
+                Err(error) => {
+                    // Those that run already die with this process.
+                    return Err(error);
+                }
+            }
+        }
+        let team = Self {
+            world,
+            agents,
+            progress: Progress::new(&plan.setup),
+        };
+        let pids: Vec<String> = std::iter::once(&team.world)
+            .chain(&team.agents)
+            .map(|process| format!("{} {}", process.name(), process.pid()))
+            .collect();
+        team.progress.say(&format!("run {}", plan.run));
+        team.progress.say(&format!("process ids: {}", pids.join(", ")));
+        Ok(team)
+    }
+
+    /// Until the world has ended.
+    async fn watch(&mut self, plan: &Plan) -> anyhow::Result<()> {
+        let mut children = signal(SignalKind::child())?;
+        let mut interrupt = signal(SignalKind::interrupt())?;
+        let mut terminate = signal(SignalKind::terminate())?;
+        let keys = Keys::new(&plan.run);
+        let (sender, mut views) = watch::channel(None::<View>);
+        let mut bus: Option<Session> = None;
+        let mut first_loss: Option<Instant> = None;
+        let mut interrupted = false;
+
+        while self.world.ending().is_none() {
+            if bus.is_none() && Rendezvous::find(Some(&plan.run)).is_ok() {
+                bus = self.observe(plan, &keys, sender.clone()).await;
+            }
+            let pause = if bus.is_none() { INTERVAL / 10 } else { INTERVAL };
+            tokio::select! {
+                _ = children.recv() => {}
+                _ = interrupt.recv() => interrupted = self.interrupt(interrupted),
+                _ = terminate.recv() => interrupted = self.interrupt(interrupted),
+                Ok(()) = views.changed() => {
+                    if let Some(view) = views.borrow_and_update().as_ref() {
+                        self.progress.show(view);
+                    }
+                }
+                () = sleep(pause) => {}
+            }
+            self.poll(&keys, bus.as_ref()).await?;
+
+            let begun = views.borrow().as_ref().is_some_and(|view| {
+                view.tick > 0 || view.robots.iter().any(|robot| robot.in_barrier)
+            });
+            if let Some(agent) = self.agents.iter().find(|agent| agent.ending().is_some())
+                && !begun
+                && !interrupted
+                && self.world.ending().is_none()
+                && first_loss.get_or_insert_with(Instant::now).elapsed() > STILLBORN
+            {
+                bail!(
+                    "the run could not begin: {} {}:\n{}",
+                    agent.name(),
+                    agent.ending().map_or_else(String::new, Ending::describe),
+                    agent.last_words()
+                );
+            }
+        }
+        if let Some(bus) = bus {
+            // The world is gone, and the session may hang over it.
+            let _ = timeout(Duration::from_millis(200), bus.close()).await;
+        }
+        Ok(())
+    }
+
+    /// Joins the bus as an observer. Without it the run goes on; only its progress is not seen.
+    async fn observe(
+        &self,
+        plan: &Plan,
+        keys: &Keys,
+        views: watch::Sender<Option<View>>,
+    ) -> Option<Session> {
+        let joined = async {
+            let run = Rendezvous::find(Some(&plan.run))?;
+            let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
+                .map_err(anyhow::Error::from_boxed)?;
+            let session = zenoh::open(config).await.map_err(anyhow::Error::from_boxed)?;
+            session
+                .declare_subscriber(keys.view())
+                .callback(move |sample| {
+                    // A view that cannot be read is one view less.
+                    if let Ok(view) = decode(&sample.payload().to_bytes()) {
+                        views.send_replace(Some(view));
+                    }
+                })
+                .background()
+                .await
+                .map_err(anyhow::Error::from_boxed)?;
+            anyhow::Ok(session)
+        };
+        match joined.await {
+            Ok(session) => Some(session),
+            Err(error) => {
+                self.progress.say(&format!("no view of the run: {error:#}"));
+                None
+            }
+        }
+    }
+
+    /// Looks at every process, and tells the world and the person what has changed.
+    async fn poll(&mut self, keys: &Keys, bus: Option<&Session>) -> anyhow::Result<()> {
+        while self.world.poll()?.is_some() {}
+        let over = self.world.ending().is_some();
+        for agent in &mut self.agents {
+            while let Some(change) = agent.poll()? {
+                let name = agent.name();
+                let state = match change {
+                    Change::Stopped => Some(ProcessState::Stopped),
+                    Change::Continued => Some(ProcessState::Continued),
+                    Change::Ended(_) => None,
+                };
+                if let (Some(state), Some(bus)) = (state, bus) {
+                    let news = ProcessNews {
+                        robot: name.to_owned(),
+                        pid: agent.pid(),
+                        state,
+                    };
+                    if let Ok(bytes) = encode(&news) {
+                        // Lost news only means that the stall deadline has to find out.
+                        let _ = bus.put(keys.process(), bytes).await;
+                    }
+                }
+                if over {
+                    continue;
+                }
+                match change {
+                    Change::Stopped => self.progress.say(&format!("{name} is stopped")),
+                    Change::Continued => self.progress.say(&format!("{name} goes on")),
+                    Change::Ended(Ending::Exit(0)) => {}
+                    Change::Ended(ending) => {
+                        self.progress.say(&format!("{name} {}", ending.describe()));
+                        if matches!(ending, Ending::Exit(_)) {
+                            self.progress.say(agent.last_words().trim_end());
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks the world to end the run; the second time, nobody is asked any more.
+    fn interrupt(&self, again: bool) -> bool {
+        if again {
+            self.world.signal(Signal::SIGKILL);
+        } else {
+            self.progress.say("ending the run (again: at once)");
+            self.world.signal(Signal::SIGTERM);
+        }
+        true
+    }
+
+    /// No process outlives its run: first they may end by themselves, then they are asked, then killed.
+    async fn end_all(&mut self) {
+        let mut processes: Vec<&mut Process> =
+            std::iter::once(&mut self.world).chain(&mut self.agents).collect();
+        let steps = [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)];
+        for step in steps {
+            if let Some(signal) = step {
+                for process in processes.iter().filter(|process| process.ending().is_none()) {
+                    if signal == Signal::SIGKILL {
+                        self.progress.say(&format!("{} had to be killed", process.name()));
+                    }
+                    process.signal(signal);
+                }
+            }
+            let until = Instant::now() + GRACE;
+            while Instant::now() < until {
+                let mut left = false;
+                for process in &mut processes {
+                    // A process that the operating system does not know has ended.
+                    while let Ok(Some(_)) = process.poll() {}
+                    left |= process.ending().is_none();
+                }
+                if !left {
+                    return;
+                }
+                sleep(Duration::from_millis(10)).await;
+            }
+        }
+    }
+
+    fn check_world(&self) -> anyhow::Result<()> {
+        match self.world.ending() {
+            Some(Ending::Exit(0 | 1)) => Ok(()),
+            ending => bail!(
+                "the world {}; its log is whole up to its last tick; it said:\n{}",
+                ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
+                self.world.last_words()
+            ),
+        }
+    }
+}
+
+fn read_run(folder: &Path) -> anyhow::Result<RunFile> {
+    let path = folder.join("run.json");
+    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
+/// `runs/latest` leads to the newest run below `runs/`. A convenience: where it cannot be made, it is missing.
+fn link_latest(folder: &Path) {
+    if folder.parent() == Some(Path::new("runs"))
+        && let Some(name) = folder.file_name()
+    {
+        let link = Path::new("runs/latest");
+        let _ = std::fs::remove_file(link);
+        let _ = std::os::unix::fs::symlink(name, link);
+    }
+}

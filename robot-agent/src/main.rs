@@ -1,0 +1,20 @@
+//! One robot as a process of its own.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use robot_agent::args::AgentArgs;
+
+/// One robot of a mission: runs ALLIANCE locally and speaks with the world and the team over zenoh.
+#[derive(Parser)]
+#[command(version)]
+struct Command {
+    #[command(flatten)]
+    agent: AgentArgs,
+}
+
+fn main() -> ExitCode {
+    alliance_proto::session::prepare_process();
+    robot_agent::args::log_to_stderr();
+    Command::parse().agent.run()
+}
