@@ -33,8 +33,6 @@ pub enum WorldEvent {
         robot: RobotId,
         /// What.
         item: ItemId,
-        /// Where it lies now, m.
-        at: Vec2,
     },
     /// The robot reported the mission's progress on the report site.
     ReportMade {

@@ -14,7 +14,7 @@ impl World {
         let at = self.drop_place(robot);
         let delivered = self.waste.put_down(item, at);
         Some(if delivered {
-            WorldEvent::Delivered { robot, item, at }
+            WorldEvent::Delivered { robot, item }
         } else {
             WorldEvent::Dropped { robot, item, at }
         })

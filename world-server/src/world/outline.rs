@@ -3,9 +3,8 @@
 use glam::Vec2;
 use parry2d::bounding_volume::Aabb;
 use parry2d::query::{Ray, RayCast};
-use parry2d::shape::Ball;
 
-/// How far short of contact a body stops, m. A thousand times the rounding of a coordinate in a room of 60 m.
+/// How far short of contact a body stops, m: a thousand times the rounding of a coordinate in a room of 12 m.
 pub const SKIN_M: f32 = 1e-3;
 
 /// Approach to a surface, in m per m of way, below which a body moves along it rather than against it: headings are rounded,
@@ -184,14 +183,7 @@ impl Outline {
     /// The part of the line `origin + t · direction` that is inside, as an interval of `t`.
     pub(super) fn chord(&self, origin: Vec2, direction: Vec2) -> Option<(f32, f32)> {
         match *self {
-            Self::Disc { center, radius_m } => {
-                let offset = center - origin;
-                let middle = offset.dot(direction);
-                let half_squared =
-                    radius_m * radius_m - (offset - direction * middle).length_squared();
-                (half_squared > 0.0)
-                    .then(|| (middle - half_squared.sqrt(), middle + half_squared.sqrt()))
-            }
+            Self::Disc { center, radius_m } => disc_chord(center, radius_m, origin, direction),
             Self::Rectangle { min, max } => {
                 Aabb::new(min, max).clip_line_parameters(origin, direction)
             }
@@ -200,7 +192,17 @@ impl Outline {
     }
 }
 
+/// The part of the line `origin + t · direction` that is in a disc, as an interval of `t`. Computed from the offset across the
+/// line: the quadratic formula cancels when the disc is far away.
+fn disc_chord(center: Vec2, radius_m: f32, origin: Vec2, direction: Vec2) -> Option<(f32, f32)> {
+    let offset = center - origin;
+    let middle = offset.dot(direction);
+    let half_squared = radius_m * radius_m - (offset - direction * middle).length_squared();
+    (half_squared > 0.0).then(|| (middle - half_squared.sqrt(), middle + half_squared.sqrt()))
+}
+
+/// Where a ray from outside enters a disc; at once if it is already in it by rounding.
 fn cast_at_disc(ray: &Ray, center: Vec2, radius_m: f32, max_m: f32) -> Option<f32> {
-    let ray = Ray::new(ray.origin - center, ray.dir);
-    Ball::new(radius_m).cast_local_ray(&ray, max_m, true)
+    let (enter_m, leave_m) = disc_chord(center, radius_m, ray.origin, ray.dir)?;
+    (enter_m <= max_m && leave_m > 0.0).then_some(enter_m.max(0.0))
 }

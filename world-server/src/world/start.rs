@@ -10,7 +10,7 @@ use glam::Vec2;
 use super::motion::wrapped;
 use super::space::Space;
 use super::waste::report_site;
-use super::{Outline, SKIN_M};
+use super::{Outline, Penetrability, SKIN_M};
 
 /// A start that touches something by this much is one that rounding has made touch it, m.
 const ROUNDING_M: f32 = 1e-5;
@@ -32,16 +32,19 @@ pub enum StartError {
 /// closer together.
 ///
 /// # Errors
-/// When a robot has no place clear of the border, the solid obstacles and the other robots.
+/// When a robot has no place clear of the border, the solid obstacles and the other robots. Robots that are not solid to each
+/// other may be given starts that overlap.
 pub fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
     let space = Space::new(scenario);
     let radius_m = scenario.body.radius_m;
+    let solid = Penetrability(scenario.body.robot_penetrability).is_solid();
     let mut poses = vec![None; scenario.robots.len()];
     let mut taken = Vec::new();
     for (rank, robot) in scenario.robots.iter().enumerate() {
         let Some(start) = robot.start else { continue };
         let position = Vec2::new(start.x_m, start.y_m);
-        if !is_free(&space, &taken, radius_m, position, -ROUNDING_M) {
+        let others = if solid { taken.as_slice() } else { &[] };
+        if !is_free(&space, others, radius_m, position, -ROUNDING_M) {
             return Err(StartError::Taken(RobotId(rank as u16)));
         }
         taken.push(position);
