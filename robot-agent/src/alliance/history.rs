@@ -115,7 +115,7 @@ impl Record {
             self.first = self.last.filter(|&last| last == now);
         }
         self.latest = stamp;
-        self.progress = progress.max(known);
+        self.progress = progress;
     }
 
     fn count(&mut self, weight: Weight, now: SimTime, switches: &Switches) {

@@ -47,7 +47,7 @@ impl Teammates {
         }
     }
 
-    /// Whether as many teammates execute the task as may, at least one of them heard within τ each.
+    /// Whether as many teammates execute the task as may; who was not heard within τ does not count.
     pub fn occupy(&self, task: TaskId, max_robots: usize, tau: SimTime, now: SimTime) -> bool {
         self.executing(task, tau, now).count() >= max_robots
     }

@@ -149,3 +149,34 @@ fn a_waiting_set_says_so_every_period_and_releases_when_it_gives_in() {
     ];
     assert_eq!(all, expected);
 }
+
+#[test]
+fn no_release_while_another_set_goes_on_with_the_task() {
+    // Blue waits with both of its sets for find-locations until gold leaves it.
+    let mut setup = setup(Preset::Team, 2, 200);
+    setup.scenario.robots[0].side_sensor = true;
+    let blue = setup.alliance.robots.get_mut("blue").unwrap();
+    let wander = blue.sets["find-locations-wander"].clone();
+    blue.sets
+        .insert("find-locations-methodical".to_owned(), wander);
+    let mut blue = Engine::new(BLUE, &setup);
+    let mut step = |seq: u64, state| {
+        let now = ms(200 * seq);
+        let message = heartbeat(GOLD, seq, now, state, ms(0), FIND);
+        let output = blue.step(&StepInput {
+            now,
+            heard: &[message],
+            applicable: &[true, true, false, false, false],
+            progressed: &[],
+        });
+        let announcements = output.announcements.into_iter();
+        announcements
+            .map(|it| (it.state, it.set))
+            .collect::<Vec<_>>()
+    };
+    let methodical = Some(SetId(0));
+    let before = (1..=226).flat_map(|seq| step(seq, Executing)).last();
+    assert_eq!(before, Some((Waiting, Some(set(FIND)))));
+    assert_eq!(step(227, Released), [(Executing, methodical)]);
+    assert_eq!(step(228, Released), []);
+}

@@ -88,6 +88,15 @@ fn progress_told_with_a_release_counts_from_the_next_message() {
 }
 
 #[test]
+fn what_is_heard_in_the_step_of_the_report_belongs_to_the_new_history() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(1000, Executing, 0);
+    gold.says(5000, Executing, 0);
+    assert!(gold.says(5000, Released, 1).begins(5000));
+    assert!(!gold.says(9000, Executing, 1).begins(9000));
+}
+
+#[test]
 fn new_stints_releases_and_lives_do_not_move_the_origin() {
     let mut gold = Gold::new(Preset::Team.switches());
     gold.says(1000, Executing, 3);

@@ -6,6 +6,7 @@ mod history;
 mod properties;
 mod steps;
 mod takeover;
+mod teammates;
 mod waiting;
 
 use alliance_proto::ids::{RobotId, SetId, TaskId};

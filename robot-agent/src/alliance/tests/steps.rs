@@ -122,8 +122,10 @@ fn of_several_at_threshold_the_longest_there_activates() {
     }
     let output = speak(&mut gold, TaskState::Released);
     assert_eq!(gold.engine.active(), Some(set(BOTTOM)));
-    // The other stays waiting for this step and is suppressed in the next.
+    // The other stays waiting for this step, with a heartbeat due but in silence, and is suppressed in the next.
     assert_eq!(output.motivations[TOP].state, SetState::Waiting);
+    assert_eq!(output.announcements.len(), 1);
+    assert_eq!(output.announcements[0].state, TaskState::Executing);
     let output = gold.step(both, &[]);
     assert_eq!(output.motivations[TOP].motivation, 0.0);
     assert_eq!(output.changes[0].reason, Reason::Suppressed);
