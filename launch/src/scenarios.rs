@@ -38,7 +38,7 @@ pub fn builtin(name: &str) -> Option<&'static Builtin> {
     builtins().iter().find(|builtin| builtin.name == name)
 }
 
-/// The text of the one of that name.
+/// The file of the one of that name, comments included.
 #[must_use]
 pub fn text_of(name: &str) -> Option<&'static str> {
     builtin(name).map(|builtin| builtin.text)
@@ -54,7 +54,9 @@ mod tests {
     fn each_one_can_be_found_and_run() {
         for each in builtins() {
             assert_eq!(builtin(each.name), Some(each));
+            assert_eq!(text_of(each.name), Some(each.text));
             let scenario = Scenario::parse(&each.file_name(), each.text).unwrap();
+            assert!(!scenario.description.is_empty(), "{}", each.name);
             Setup::resolve(scenario, 1, None).unwrap();
         }
         assert_eq!(builtin("no-such-scenario"), None);
@@ -64,7 +66,6 @@ mod tests {
     fn the_default_mission_differs_from_the_default_in_nothing_but_its_description() {
         let mission = builtin("waste-cleanup").unwrap();
         let scenario = Scenario::parse(&mission.file_name(), mission.text).unwrap();
-        assert!(!scenario.description.is_empty());
         let description = scenario.description.clone();
         let default = Scenario::default();
         assert_eq!(

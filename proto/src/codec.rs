@@ -62,3 +62,6 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
         trailing => Err(CodecError::Trailing(trailing)),
     }
 }
+
+#[cfg(test)]
+mod tests;

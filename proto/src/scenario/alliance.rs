@@ -115,7 +115,8 @@ impl Preset {
 }
 
 /// `[alliance]` of a scenario file. Precedence, weakest first: built-in values of the behavior set, `defaults`, `sets`,
-/// `robots.NAME.defaults`, `robots.NAME.sets`, a parameter file.
+/// `robots.NAME.defaults`, `robots.NAME.sets`, a parameter file. A value for a named teammate beats the plain value of its own
+/// and of every weaker layer; the plain value of a stronger layer beats it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AllianceSection {

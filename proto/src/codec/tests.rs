@@ -1,0 +1,534 @@
+//! Every message survives the bus; nothing else gets through, and nothing makes the decoder panic.
+
+use glam::Vec2;
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+
+use super::*;
+use crate::ids::{RobotId, SetId, TaskId};
+use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
+use crate::process::{ProcessNews, ProcessState};
+use crate::readings::{Actuation, Gripper, Ground, Hit, Pose, Proximity, Readings, Zone};
+use crate::team::{
+    Body, Broadcast, BroadcastKind, Fact, Heartbeat, Knowledge, Locations, LooseWaste, TaskState,
+    Withdrawal,
+};
+use crate::telemetry::{
+    Fate, Motivation, Note, NoteKind, Reason, Reception, Said, SetState, StateChange,
+};
+use crate::tick::{ManifestEntry, Outcome, Report, TickMessage, ToAgent};
+use crate::time::SimTime;
+use crate::view::{ItemCounts, RobotView, View};
+
+fn robot() -> impl Strategy<Value = RobotId> {
+    any::<u16>().prop_map(RobotId)
+}
+
+fn set() -> impl Strategy<Value = SetId> {
+    any::<u16>().prop_map(SetId)
+}
+
+fn task() -> impl Strategy<Value = TaskId> {
+    any::<u16>().prop_map(TaskId)
+}
+
+fn time() -> impl Strategy<Value = SimTime> {
+    any::<u64>().prop_map(SimTime)
+}
+
+/// Any number that equals itself.
+fn real() -> impl Strategy<Value = f32> {
+    use prop::num::f32::{INFINITE, NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+    POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO | INFINITE
+}
+
+fn point() -> impl Strategy<Value = Vec2> {
+    (real(), real()).prop_map(|(x, y)| Vec2::new(x, y))
+}
+
+fn pose() -> impl Strategy<Value = Pose> {
+    (point(), real()).prop_map(|(position, heading_rad)| Pose {
+        position,
+        heading_rad,
+    })
+}
+
+fn proximity() -> impl Strategy<Value = Proximity> {
+    let hit = || {
+        option::of((real(), real()).prop_map(|(distance_m, normal_rad)| Hit {
+            distance_m,
+            normal_rad,
+        }))
+    };
+    let three = move || [hit(), hit(), hit()];
+    (three(), three(), three()).prop_map(|(ahead, left, right)| Proximity { ahead, left, right })
+}
+
+fn readings() -> impl Strategy<Value = Readings> {
+    let zone = prop::sample::select(vec![Zone::None, Zone::Spill, Zone::Deposit]);
+    let ground = (real(), real()).prop_map(|(here, ahead)| Ground { here, ahead });
+    let devices = (
+        option::of(pose()),
+        option::of(option::of(real())),
+        option::of(option::of(real())),
+        option::of(proximity()),
+        option::of(vec(point(), 0..4)),
+    );
+    let more = (
+        option::of(zone),
+        any::<(Option<bool>, Option<bool>)>(),
+        option::of(ground),
+        option::of(real()),
+    );
+    (devices, more).prop_map(
+        |(
+            (pose, front_border, side_border, proximity, waste),
+            (zone, switches, ground, energy_j),
+        )| {
+            Readings {
+                pose,
+                front_border,
+                side_border,
+                proximity,
+                waste,
+                zone,
+                report_site: switches.0,
+                holding: switches.1,
+                ground,
+                energy_j,
+            }
+        },
+    )
+}
+
+fn to_agent() -> impl Strategy<Value = ToAgent> {
+    let entry = (robot(), any::<u64>(), any::<u32>(), any::<u16>()).prop_map(
+        |(sender, tick, incarnation, count)| ManifestEntry {
+            sender,
+            tick,
+            incarnation,
+            count,
+        },
+    );
+    let tick = (
+        any::<(u32, u64, Option<u64>)>(),
+        time(),
+        vec(entry, 0..4),
+        readings(),
+    )
+        .prop_map(
+            |((incarnation, tick, last_counted), now, manifest, readings)| {
+                ToAgent::Tick(Box::new(TickMessage {
+                    incarnation,
+                    tick,
+                    now,
+                    last_counted,
+                    manifest,
+                    readings,
+                }))
+            },
+        );
+    let outcome = prop::sample::select(vec![
+        Outcome::Complete,
+        Outcome::TimeLimit,
+        Outcome::Interrupted,
+        Outcome::NoRobotLeft,
+    ]);
+    prop_oneof![
+        8 => tick,
+        1 => outcome.prop_map(ToAgent::End),
+        1 => any::<u32>().prop_map(ToAgent::Dismissed),
+    ]
+}
+
+fn fact<T: std::fmt::Debug>(value: impl Strategy<Value = T>) -> impl Strategy<Value = Fact<T>> {
+    (value, robot(), time()).prop_map(|(value, seen_by, seen)| Fact {
+        value,
+        seen_by,
+        seen,
+    })
+}
+
+fn locations() -> impl Strategy<Value = Fact<Locations>> {
+    fact((point(), point()).prop_map(|(min, max)| Locations { min, max }))
+}
+
+fn withdrawal() -> impl Strategy<Value = Withdrawal> {
+    (robot(), time()).prop_map(|(finder, seen)| Withdrawal { finder, seen })
+}
+
+fn knowledge() -> impl Strategy<Value = Knowledge> {
+    let loose = (point(), any::<bool>()).prop_map(|(at, present)| LooseWaste { at, present });
+    (
+        option::of(locations()),
+        vec(withdrawal(), 0..3),
+        vec(option::of(fact(any::<bool>())), 0..3),
+        vec(fact(loose), 0..3),
+        option::of(fact(Just(()))),
+    )
+        .prop_map(
+            |(locations, withdrawn, empty, loose, last_report)| Knowledge {
+                locations,
+                withdrawn,
+                empty,
+                loose,
+                last_report,
+            },
+        )
+}
+
+fn task_state() -> impl Strategy<Value = TaskState> {
+    use TaskState::{Executing, Idle, Released, Waiting};
+    prop::sample::select(vec![Executing, Waiting, Idle, Released])
+}
+
+fn broadcast() -> impl Strategy<Value = Broadcast> {
+    let subject = (option::of(set()), option::of(task()), option::of(point()));
+    let heartbeat = (
+        task_state(),
+        time(),
+        subject,
+        any::<(u32, bool)>(),
+        knowledge(),
+    )
+        .prop_map(
+            |(state, since, (set, task, position), (progress, carrying), knowledge)| {
+                Body::Heartbeat(Heartbeat {
+                    state,
+                    since,
+                    set,
+                    task,
+                    progress,
+                    position,
+                    carrying,
+                    knowledge,
+                })
+            },
+        );
+    let update =
+        (task(), set(), any::<u32>(), locations()).prop_map(|(task, set, progress, locations)| {
+            Body::PositionUpdate {
+                task,
+                set,
+                progress,
+                locations,
+            }
+        });
+    let body = prop_oneof![heartbeat, update, withdrawal().prop_map(Body::Withdrawal)];
+    (robot(), any::<(u32, u64, u16, u64)>(), time(), body).prop_map(
+        |(sender, (incarnation, tick, index, seq), sent, body)| Broadcast {
+            sender,
+            incarnation,
+            tick,
+            index,
+            seq,
+            sent,
+            body,
+        },
+    )
+}
+
+fn set_state() -> impl Strategy<Value = SetState> {
+    prop::sample::select(vec![
+        SetState::Hibernating,
+        SetState::Waiting,
+        SetState::Active,
+    ])
+}
+
+fn motivation() -> impl Strategy<Value = Motivation> {
+    let numbers = (-1e300..1e300, -1e300..1e300);
+    (set(), numbers, any::<[bool; 4]>(), set_state()).prop_map(
+        |(set, (motivation, impatience), factors, state)| Motivation {
+            set,
+            motivation,
+            impatience,
+            sensory_feedback: factors[0],
+            activity_suppression: factors[1],
+            impatience_reset: factors[2],
+            acquiescence: factors[3],
+            state,
+        },
+    )
+}
+
+fn change() -> impl Strategy<Value = StateChange> {
+    let plain = prop::sample::select(vec![
+        Reason::Threshold,
+        Reason::NotApplicable,
+        Reason::Suppressed,
+        Reason::AcquiescedPsi,
+        Reason::GaveUpLambda,
+        Reason::Arbitration,
+        Reason::WaitOver,
+        Reason::WaitBound,
+    ]);
+    let reason = prop_oneof![plain, robot().prop_map(Reason::ResetBy)];
+    (set(), set_state(), set_state(), reason).prop_map(|(set, from, to, reason)| StateChange {
+        set,
+        from,
+        to,
+        reason,
+    })
+}
+
+fn note() -> impl Strategy<Value = Note> {
+    let kind = prop::sample::select(vec![
+        NoteKind::PositionUpdate,
+        NoteKind::LocationsLearned,
+        NoteKind::LocationsWithdrawn,
+        NoteKind::SpillEmpty,
+        NoteKind::PutDown,
+        NoteKind::Progress,
+        NoteKind::Detour,
+    ]);
+    (kind, any::<String>()).prop_map(|(kind, detail)| Note { kind, detail })
+}
+
+fn reception() -> impl Strategy<Value = Reception> {
+    let kind = prop::sample::select(BroadcastKind::ALL.to_vec());
+    let about = (option::of(set()), option::of(task()));
+    let numbers = any::<(u64, Option<u32>)>();
+    let said = (
+        kind,
+        option::of(task_state()),
+        option::of(time()),
+        about,
+        numbers,
+    )
+        .prop_map(|(kind, state, since, (set, task), (seq, progress))| Said {
+            seq,
+            kind,
+            state,
+            since,
+            set,
+            task,
+            progress,
+        });
+    let fate = prop::sample::select(vec![Fate::Heard, Fate::Lost]);
+    (
+        time(),
+        robot(),
+        any::<u32>(),
+        time(),
+        fate,
+        option::of(said),
+    )
+        .prop_map(|(at, sender, incarnation, sent, fate, said)| Reception {
+            at,
+            sender,
+            incarnation,
+            sent,
+            fate,
+            said,
+        })
+}
+
+fn report() -> impl Strategy<Value = Report> {
+    let gripper = prop::sample::select(vec![Gripper::Keep, Gripper::Pick, Gripper::Drop]);
+    let actuation = (real(), real(), gripper, any::<bool>()).prop_map(
+        |(speed_m_s, turn_rad_s, gripper, report_progress)| Actuation {
+            speed_m_s,
+            turn_rad_s,
+            gripper,
+            report_progress,
+        },
+    );
+    let logged = (
+        vec(motivation(), 0..4),
+        vec(change(), 0..4),
+        vec(note(), 0..4),
+        vec(reception(), 0..4),
+    );
+    (robot(), any::<(u32, u64, u16)>(), actuation, logged).prop_map(
+        |(robot, (incarnation, tick, broadcasts), actuation, logged)| Report {
+            robot,
+            incarnation,
+            tick,
+            actuation,
+            broadcasts,
+            motivations: logged.0,
+            changes: logged.1,
+            notes: logged.2,
+            receptions: logged.3,
+        },
+    )
+}
+
+fn request() -> impl Strategy<Value = JoinRequest> {
+    any::<(u32, String, u32)>().prop_map(|(version, robot, pid)| JoinRequest {
+        version,
+        robot,
+        pid,
+    })
+}
+
+fn reply() -> impl Strategy<Value = JoinReply> {
+    let welcome = (robot(), any::<(u32, u64, String)>()).prop_map(
+        |(robot, (incarnation, first_tick, setup))| {
+            JoinReply::Welcome(Welcome {
+                robot,
+                incarnation,
+                first_tick,
+                setup,
+            })
+        },
+    );
+    let refusal = prop_oneof![
+        any::<(String, Vec<String>)>()
+            .prop_map(|(robot, known)| Refusal::UnknownRobot { robot, known }),
+        any::<(String, u32)>()
+            .prop_map(|(robot, incarnation)| Refusal::Taken { robot, incarnation }),
+        any::<(u32, u32)>().prop_map(|(agent, world)| Refusal::Version { agent, world }),
+        Just(Refusal::Malformed),
+        Just(Refusal::Over),
+    ];
+    prop_oneof![welcome, refusal.prop_map(JoinReply::Refused)]
+}
+
+fn process_news() -> impl Strategy<Value = ProcessNews> {
+    let state = prop::sample::select(vec![ProcessState::Stopped, ProcessState::Continued]);
+    (any::<(String, u32)>(), state).prop_map(|((robot, pid), state)| ProcessNews {
+        robot,
+        pid,
+        state,
+    })
+}
+
+fn view() -> impl Strategy<Value = View> {
+    let counts = any::<[u32; 4]>().prop_map(|counts| ItemCounts {
+        in_spills: counts[0],
+        carried: counts[1],
+        on_floor: counts[2],
+        delivered: counts[3],
+    });
+    let robot = (
+        pose(),
+        option::of(set()),
+        any::<(bool, Option<u32>, bool)>(),
+    )
+        .prop_map(
+            |(pose, active, (carrying, incarnation, in_barrier))| RobotView {
+                pose,
+                active,
+                carrying,
+                incarnation,
+                in_barrier,
+            },
+        );
+    (any::<u64>(), time(), counts, vec(robot, 0..4)).prop_map(|(tick, now, items, robots)| View {
+        tick,
+        now,
+        items,
+        robots,
+    })
+}
+
+/// The message comes back; not with a byte less, and not with a byte more.
+fn check<T>(message: &T) -> Result<(), TestCaseError>
+where
+    T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug,
+{
+    let mut bytes = encode(message).unwrap();
+    prop_assert_eq!(&decode::<T>(&bytes).unwrap(), message);
+    for length in 0..bytes.len() {
+        let cut = decode::<T>(&bytes[..length]);
+        prop_assert!(
+            matches!(cut, Err(CodecError::Malformed(_))),
+            "{} bytes: {:?}",
+            length,
+            cut
+        );
+    }
+    bytes.push(0);
+    let longer = decode::<T>(&bytes);
+    prop_assert!(
+        matches!(longer, Err(CodecError::Trailing(1))),
+        "{:?}",
+        longer
+    );
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn ticks(message in to_agent()) {
+        check(&message)?;
+    }
+
+    #[test]
+    fn reports(message in report()) {
+        check(&message)?;
+    }
+
+    #[test]
+    fn broadcasts(message in broadcast()) {
+        check(&message)?;
+    }
+
+    #[test]
+    fn joins(request in request(), reply in reply()) {
+        check(&request)?;
+        check(&reply)?;
+    }
+
+    #[test]
+    fn processes(message in process_news()) {
+        check(&message)?;
+    }
+
+    #[test]
+    fn views(message in view()) {
+        check(&message)?;
+    }
+
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in any::<Vec<u8>>()) {
+        let _ = decode::<ToAgent>(&bytes);
+        let _ = decode::<Report>(&bytes);
+        let _ = decode::<Broadcast>(&bytes);
+        let _ = decode::<JoinRequest>(&bytes);
+        let _ = decode::<JoinReply>(&bytes);
+        let _ = decode::<ProcessNews>(&bytes);
+        let _ = decode::<View>(&bytes);
+    }
+
+    /// Nearer to real messages than arbitrary bytes: one byte of a broadcast is another.
+    #[test]
+    fn a_damaged_message_never_panics(message in broadcast(), place: prop::sample::Index, byte: u8) {
+        let mut bytes = encode(&message).unwrap();
+        *place.get_mut(&mut bytes) = byte;
+        let _ = decode::<Broadcast>(&bytes);
+    }
+}
+
+#[test]
+fn too_large_to_send() {
+    let text = "x".repeat(LIMIT_BYTES);
+    assert!(matches!(encode(&text), Err(CodecError::TooLarge(size)) if size > LIMIT_BYTES));
+}
+
+#[test]
+fn too_large_to_read() {
+    let bytes = vec![0; LIMIT_BYTES + 1];
+    assert!(matches!(
+        decode::<String>(&bytes),
+        Err(CodecError::TooLarge(_))
+    ));
+}
+
+/// The first bytes announce 2^62 elements and none of them follows: refused before memory is set aside for them.
+#[test]
+fn announced_length_is_not_believed() {
+    let mut bytes = vec![253];
+    bytes.extend((1_u64 << 62).to_le_bytes());
+    assert!(matches!(
+        decode::<Vec<u64>>(&bytes),
+        Err(CodecError::Malformed(_))
+    ));
+    assert!(matches!(
+        decode::<String>(&bytes),
+        Err(CodecError::Malformed(_))
+    ));
+}
