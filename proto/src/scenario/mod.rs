@@ -140,7 +140,8 @@ pub struct Body {
     pub speed_m_s: f32,
     /// Top turn rate, degrees per second.
     pub turn_deg_s: f32,
-    /// How far from the robot's edge the gripper reaches, m.
+    /// How far from the robot's edge the gripper reaches, m. With more than the radius, a body that no longer moves keeps no
+    /// item below it from its teammates.
     pub reach_m: f32,
     /// Penetrability of robots to each other: 0 solid, 1.0 the thesis' behaviour.
     pub robot_penetrability: f32,
@@ -152,7 +153,7 @@ impl Default for Body {
             radius_m: 0.20,
             speed_m_s: 0.5,
             turn_deg_s: 90.0,
-            reach_m: 0.15,
+            reach_m: 0.25,
             robot_penetrability: 0.0,
         }
     }

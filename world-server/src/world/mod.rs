@@ -21,6 +21,9 @@
 //!   exactly when the body can move.
 //! - Where patches overlap, the slowest decides; a patch slows the robot whose center is on it, from the point of its way
 //!   where it enters to the point where it leaves, however long the step.
+//! - Driving draws energy by the speed that a body really has, so not when it pushes against a wall; a robot without energy
+//!   ignores all commands, and its sensors still read.
+//! - Waste is sensed through obstacles and robots; the range alone limits it.
 //! - The deposit keeps what it gets: nothing in it can be picked up again, though it can be sensed.
 //! - An item lies, at the start and after each drop, where a robot's gripper can reach it, if there is such a place.
 

@@ -299,3 +299,21 @@ fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
     }
     assert!(!world.site_colored());
 }
+
+#[test]
+fn with_the_default_reach_a_dead_body_keeps_no_item_from_its_teammates() {
+    // The body stands right on the item; a teammate comes as near as it can and reaches below it.
+    let mut world = world(|scenario| {
+        robots(&[(4.0, 6.0, 0.0), (3.5, 6.0, 0.0)])(scenario);
+        scenario.waste.spills[0].items = 1;
+        scenario.waste.spill_radius_m = 1e-5;
+    });
+    for _ in 0..20 {
+        world.step(&[None, drive(0.5, 0.0)]);
+    }
+    let events = world.step(&[None, gripper(Gripper::Pick)]);
+    assert!(matches!(
+        events[..],
+        [WorldEvent::Picked { robot: GOLD, .. }]
+    ));
+}
