@@ -157,7 +157,7 @@ impl Outline {
     /// always leave, even from a place that it should not be in, such as under an obstacle that was put on it.
     ///
     /// The shape cast of a disc is done as a ray cast of its center at the outline grown by the disc. That is exact; the
-    /// general cast of parry2d iterates, and of a million random casts at rectangles it missed two and was off by up to 13 mm.
+    /// general cast of parry2d iterates, and of 700,000 random casts at rectangles it missed two and was off by up to 13 mm.
     pub(super) fn sweep(
         &self,
         center: Vec2,

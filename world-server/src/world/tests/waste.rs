@@ -259,6 +259,24 @@ fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
 }
 
 #[test]
+fn no_item_starts_where_it_fits_but_no_robot_can_grip_it() {
+    // The spill lies in a slot of 0.3 m, 1 m from both of its ends; bodies are 0.4 m wide.
+    let world = world(|scenario| {
+        scenario.waste.spill_radius_m = 0.1;
+        scenario.obstacles = vec![
+            rectangle(3.0, 5.0, 0.85, 2.0, 0.0),
+            rectangle(4.15, 5.0, 0.85, 2.0, 0.0),
+        ];
+    });
+    let reach = 0.45;
+    for item in &world.items()[..12] {
+        let Vec2 { x, y } = item.position();
+        let deep = (3.0..5.0).contains(&x) && (5.0 + reach..7.0 - reach).contains(&y);
+        assert!(!deep, "({x}, {y})");
+    }
+}
+
+#[test]
 fn items_that_begin_in_the_deposit_are_delivered() {
     let world = world(|scenario| {
         for spill in &mut scenario.waste.spills {
