@@ -18,7 +18,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep_until, timeout};
 use zenoh::pubsub::Publisher;
-use zenoh::sample::SampleKind;
+use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
 use crate::agent::{Agent, TentativeAgent};
@@ -210,6 +210,8 @@ async fn declare_ears(
     let team = keys.clone();
     session
         .declare_subscriber(keys.team_all())
+        // A robot does not hear itself: zenoh would call back from inside its own put, while the lock is held.
+        .allowed_origin(Locality::Remote)
         .callback(move |sample| {
             let Some(name) = team.parse_robot(sample.key_expr().as_str()) else {
                 return;

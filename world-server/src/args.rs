@@ -195,7 +195,9 @@ impl WorldArgs {
         let id = self.id.clone().unwrap_or_else(|| run_id_for(&setup));
         let options = self.run.options(id, folder);
         let seed = setup.seed;
-        let runtime = tokio::runtime::Builder::new_current_thread()
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
+            .worker_threads(1)
             .enable_all()
             .build()
             .context("starting the runtime")?;

@@ -349,11 +349,6 @@ impl Barrier {
             })
     }
 
-    /// Something from outside, such as an interruption, that belongs to the current tick.
-    pub fn note(&mut self, input: Input) {
-        self.inputs.push(input);
-    }
-
     /// Ends the current tick: what counts in it. The next one begins, with whoever has arrived meanwhile.
     pub fn finish(&mut self) -> Gathered {
         let mut gathered = Gathered {

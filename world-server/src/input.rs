@@ -55,6 +55,4 @@ pub enum Input {
         /// Which of its sender's broadcasts of that tick.
         index: u16,
     },
-    /// The operator asked the run to end after this tick.
-    Interrupt,
 }

@@ -27,7 +27,6 @@ pub struct Simulation {
     readings: Vec<Readings>,
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<SetId>>,
-    interrupted: bool,
     unscripted: bool,
     outcome: Option<Outcome>,
 }
@@ -47,7 +46,6 @@ impl Simulation {
             barrier,
             readings: vec![Readings::default(); robots],
             active: vec![None; robots],
-            interrupted: false,
             unscripted: false,
             outcome: None,
             setup,
@@ -122,17 +120,9 @@ impl Simulation {
         }
     }
 
-    /// Ends the run with the current tick, or at once when nobody takes part in it.
+    /// Ends the run before the current tick: nothing of that one counts.
     pub fn interrupt(&mut self) {
-        if self.interrupted || self.outcome.is_some() {
-            return;
-        }
-        self.interrupted = true;
-        if !self.barrier.started() || self.barrier.is_idle() {
-            self.outcome = Some(Outcome::Interrupted);
-        } else {
-            self.barrier.note(Input::Interrupt);
-        }
+        self.outcome.get_or_insert(Outcome::Interrupted);
     }
 
     /// Ends the run because nobody is left to carry on with it.
@@ -331,8 +321,6 @@ impl Simulation {
         let limit = SimTime::from_secs_f64(self.setup.scenario.limit_s);
         if self.world.is_complete() {
             Some(Outcome::Complete)
-        } else if self.interrupted {
-            Some(Outcome::Interrupted)
         } else if self.world.now() >= limit {
             Some(Outcome::TimeLimit)
         } else {

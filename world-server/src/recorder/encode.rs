@@ -159,7 +159,6 @@ fn describe(input: &Input) -> (EventKind, &str, &str, String) {
             let detail = format!("broadcast {index} of tick {sent_tick}");
             (EventKind::Lost, receiver, sender, detail)
         }
-        Input::Interrupt => (EventKind::Interrupted, "", "", String::new()),
     }
 }
 

@@ -123,8 +123,6 @@ pub enum EventKind {
     Back,
     /// A broadcast got lost, though nobody asked for it.
     Lost,
-    /// Somebody asked the run to end.
-    Interrupted,
 }
 
 impl fmt::Display for EventKind {
@@ -145,7 +143,6 @@ impl fmt::Display for EventKind {
             Self::Stalled => "stalled",
             Self::Back => "back",
             Self::Lost => "lost",
-            Self::Interrupted => "interrupted",
         })
     }
 }
