@@ -1,1 +1,1 @@
-//! x
+//! What the tests across processes and the benchmarks share.

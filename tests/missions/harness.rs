@@ -1,0 +1,242 @@
+//! Starts the command and its parts, and leaves no process behind.
+
+#![allow(clippy::disallowed_methods)] // Waiting for real processes takes the real clock; nothing is asserted of it.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use tempfile::TempDir;
+use world_server::recorder::RunLog;
+
+/// A test that has to wait for something longer than this has found a hang. Generous: machines are busy, and no assertion
+/// depends on it.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A place of its own for the runs of one test: folder, runtime folder, processes.
+pub struct Lab {
+    folder: TempDir,
+}
+
+/// A process under test. Killed when dropped.
+pub struct Process {
+    name: String,
+    child: Child,
+    output: PathBuf,
+}
+
+/// How a process ended, and what it said.
+#[derive(Debug)]
+pub struct Finished {
+    /// What was run.
+    pub name: String,
+    /// How it ended.
+    pub status: ExitStatus,
+    /// Its stdout.
+    pub stdout: String,
+    /// Its stderr.
+    pub stderr: String,
+}
+
+impl Lab {
+    pub fn new() -> Self {
+        Self {
+            folder: TempDir::new().unwrap(),
+        }
+    }
+
+    /// A path in this lab.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Starts the command with these arguments, in this lab.
+    pub fn start(&self, arguments: &[&str]) -> Process {
+        static COUNT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let output = self.path(&format!("process-{number}"));
+        let runtime = self.path("runtime");
+        std::fs::create_dir_all(&runtime).unwrap();
+        let child = Command::new(env!("CARGO_BIN_EXE_alliance-under-test"))
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .env("XDG_RUNTIME_DIR", &runtime)
+            .env("RUST_BACKTRACE", "0")
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(File::create(output.with_extension("out")).unwrap())
+            .stderr(File::create(output.with_extension("err")).unwrap())
+            .spawn()
+            .unwrap();
+        Process {
+            name: arguments.join(" "),
+            child,
+            output,
+        }
+    }
+
+    /// Runs the command to its end.
+    pub fn run(&self, arguments: &[&str]) -> Finished {
+        self.start(arguments).wait()
+    }
+
+    /// `alliance run` with `--out NAME` and these arguments, to its end.
+    pub fn mission(&self, out: &str, arguments: &[&str]) -> Finished {
+        let mut all = vec!["run", "--out", out];
+        all.extend(arguments);
+        self.run(&all)
+    }
+
+    /// The log of a run in this lab.
+    pub fn log(&self, out: &str) -> RunLog {
+        RunLog::open(&self.path(out)).unwrap()
+    }
+
+    /// Every table of two runs, byte for byte.
+    #[track_caller]
+    pub fn assert_same_bytes(&self, a: &str, b: &str) {
+        for table in [
+            "motivations.csv",
+            "messages.csv",
+            "events.csv",
+            "poses.csv",
+            "mission.csv",
+            "ticks.csv",
+            "inputs.jsonl",
+        ] {
+            let read = |run: &str| std::fs::read(self.path(run).join(table)).unwrap();
+            let (left, right) = (read(a), read(b));
+            assert!(!left.is_empty(), "{a}/{table} is empty");
+            if left != right {
+                let at = left.iter().zip(&right).position(|(x, y)| x != y);
+                let at = at.unwrap_or(left.len().min(right.len()));
+                let around = |bytes: &[u8]| {
+                    let from = at.saturating_sub(120);
+                    String::from_utf8_lossy(&bytes[from..bytes.len().min(at + 120)]).into_owned()
+                };
+                panic!(
+                    "{table} of {a} and {b} differ at byte {at}:\n{}\n---\n{}",
+                    around(&left),
+                    around(&right)
+                );
+            }
+        }
+    }
+}
+
+impl Process {
+    /// Its id.
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Sends it a signal.
+    pub fn signal(&self, signal: Signal) {
+        kill(Pid::from_raw(self.child.id() as i32), signal).unwrap();
+    }
+
+    /// What it has written to stderr so far.
+    pub fn stderr(&self) -> String {
+        read(&self.output.with_extension("err"))
+    }
+
+    /// Waits until it has written this to stderr.
+    #[track_caller]
+    pub fn wait_for_stderr(&mut self, text: &str) {
+        let name = self.name.clone();
+        wait_until(&format!("'{text}' on stderr of {name}"), || {
+            let ended = self.child.try_wait().unwrap();
+            let said = self.stderr().contains(text);
+            assert!(
+                said || ended.is_none(),
+                "{name} ended without saying '{text}':\n{}",
+                self.stderr()
+            );
+            said
+        });
+    }
+
+    /// Waits until it has ended.
+    #[track_caller]
+    pub fn wait(mut self) -> Finished {
+        let mut status = None;
+        wait_until(&format!("the end of {}", self.name), || {
+            status = self.child.try_wait().unwrap();
+            status.is_some()
+        });
+        Finished {
+            name: self.name.clone(),
+            status: status.unwrap(),
+            stdout: read(&self.output.with_extension("out")),
+            stderr: read(&self.output.with_extension("err")),
+        }
+    }
+
+    /// Ids of its children that live.
+    pub fn children(&self) -> Vec<u32> {
+        let pid = self.child.id();
+        let path = format!("/proc/{pid}/task/{pid}/children");
+        read(Path::new(&path))
+            .split_whitespace()
+            .map(|child| child.parse().unwrap())
+            .collect()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // SIGTERM first: a launcher takes its children with it either way, but leaves a whole log.
+        if self.child.try_wait().is_ok_and(|ended| ended.is_none()) {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+}
+
+impl Finished {
+    /// Asserts its exit status, and shows everything if it is another one.
+    #[track_caller]
+    pub fn expect(self, code: i32) -> Self {
+        assert_eq!(
+            self.status.code(),
+            Some(code),
+            "exit status of: alliance {}\nstdout:\n{}\nstderr:\n{}",
+            self.name,
+            self.stdout,
+            self.stderr
+        );
+        self
+    }
+}
+
+/// Waits for something that must come.
+#[track_caller]
+pub fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
+    let until = Instant::now() + PATIENCE;
+    while !condition() {
+        assert!(Instant::now() < until, "waited in vain for {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Command line of a live process, `None` once it has ended.
+pub fn command_line(pid: u32) -> Option<String> {
+    let state = read(Path::new(&format!("/proc/{pid}/stat")));
+    // A zombie has ended, though somebody has yet to be told.
+    if state.is_empty() || state.rsplit(')').next()?.trim_start().starts_with('Z') {
+        return None;
+    }
+    Some(read(Path::new(&format!("/proc/{pid}/cmdline"))).replace('\0', " "))
+}
+
+fn read(path: &Path) -> String {
+    let mut text = Vec::new();
+    if let Ok(mut file) = File::open(path) {
+        let _ = file.read_to_end(&mut text);
+    }
+    String::from_utf8_lossy(&text).into_owned()
+}

@@ -1,0 +1,4 @@
+//! Whole missions by real processes: the command as its users run it.
+
+mod harness;
+mod by_command;
