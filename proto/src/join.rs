@@ -38,7 +38,7 @@ pub struct Welcome {
     pub incarnation: Incarnation,
     /// Earliest tick that it may take part in.
     pub first_tick: Tick,
-    /// The run's [`crate::scenario::Setup`] as JSON.
+    /// The run's [`crate::scenario::Setup`] as JSON, with the ALLIANCE parameters of this robot alone.
     pub setup: String,
 }
 

@@ -1,5 +1,6 @@
 //! Command line of an agent, the same for `robot-agent` and `alliance agent`.
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -84,5 +85,7 @@ pub fn log_to_stderr() {
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        // A log file wants no colors.
+        .with_ansi(std::io::stderr().is_terminal())
         .init();
 }

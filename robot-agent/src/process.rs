@@ -16,7 +16,7 @@ use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
 use alliance_proto::time::SimTime;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
 use zenoh::pubsub::Publisher;
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
@@ -27,6 +27,9 @@ use crate::radio::Radio;
 /// How long listed broadcasts are waited for before they count as lost. In the star they are there before the tick is; this
 /// wait ends otherwise only when something is badly wrong, and well before the world's stall deadline.
 const MANIFEST_DEADLINE: Duration = Duration::from_secs(2);
+
+/// How long an agent asks again for a robot that is taken.
+const TAKEN_PATIENCE: Duration = Duration::from_secs(1);
 
 /// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
@@ -92,7 +95,7 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
     declare_ears(&session, &keys, robot, &shared)
         .await
         .map_err(bus)?;
-    let (welcome, setup) = join(&session, &keys, robot, run).await?;
+    let (welcome, setup) = join_patiently(&session, &keys, robot, run).await?;
     let publishers = declare_voice(&session, &keys, robot).await.map_err(bus)?;
     {
         let mut mind = lock(&shared);
@@ -146,6 +149,24 @@ async fn wait_for_end(
 struct Welcomed {
     robot: RobotId,
     incarnation: Incarnation,
+}
+
+/// A robot whose agent has just died may seem taken until the world has noticed, so that refusal is not believed at once.
+async fn join_patiently(
+    session: &Session,
+    keys: &Keys,
+    robot: &str,
+    run: &Rendezvous,
+) -> Result<(Welcomed, Setup), AgentError> {
+    let patience = Instant::now() + TAKEN_PATIENCE;
+    loop {
+        match join(session, keys, robot, run).await {
+            Err(AgentError::Refused(Refusal::Taken { .. })) if Instant::now() < patience => {
+                sleep(TAKEN_PATIENCE / 20).await;
+            }
+            joined => return joined,
+        }
+    }
 }
 
 async fn join(

@@ -160,6 +160,11 @@ impl Process {
         });
     }
 
+    /// Whether it has not ended yet.
+    pub fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
     /// Waits until it has ended.
     #[track_caller]
     pub fn wait(mut self) -> Finished {

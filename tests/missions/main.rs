@@ -2,3 +2,5 @@
 
 mod harness;
 mod by_command;
+mod killed;
+mod team;

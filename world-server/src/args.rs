@@ -1,5 +1,6 @@
 //! Command line of a world, the same for `world-server`, `alliance world` and, but for the run's id, `alliance run`.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
@@ -227,6 +228,8 @@ pub fn log_to_stderr() {
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        // A log file wants no colors.
+        .with_ansi(std::io::stderr().is_terminal())
         .init();
 }
 

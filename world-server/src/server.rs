@@ -172,7 +172,7 @@ impl Server {
                 world: PROTOCOL_VERSION,
             });
         }
-        let setup = match serde_json::to_string(self.simulation.setup()) {
+        let setup = match self.setup_for(&request.robot) {
             Ok(setup) => setup,
             Err(error) => {
                 self.refuse("join", &error);
@@ -351,6 +351,14 @@ impl Server {
                 self.stall(robot);
             }
         }
+    }
+
+    /// What an agent is told of the run: everything but the parameters of its teammates, which would grow with the square
+    /// of the team.
+    fn setup_for(&self, robot: &str) -> serde_json::Result<String> {
+        let mut setup = self.simulation.setup().clone();
+        setup.alliance.robots.retain(|name, _| name == robot);
+        serde_json::to_string(&setup)
     }
 
     fn stall(&mut self, robot: RobotId) {

@@ -1,0 +1,165 @@
+//! Killed and restarted agents: the team goes on, and nothing is lost (issue "It holds", items 1 and 3).
+
+use std::time::Duration;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use world_server::input::Input;
+use world_server::recorder::{EventRow, MissionRow, RunLog};
+
+use crate::harness::{Finished, Lab};
+use crate::team::Team;
+
+/// The result that `alliance run --json` prints.
+fn result(finished: &Finished) -> serde_json::Value {
+    serde_json::from_str(&finished.stdout).unwrap()
+}
+
+/// All items, in every row of mission.csv.
+#[track_caller]
+fn assert_nothing_lost(log: &RunLog, items: u32) {
+    let rows = log.rows::<MissionRow>().unwrap();
+    assert!(!rows.is_empty());
+    for row in rows {
+        let counts = row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered;
+        assert_eq!(counts, items, "at {} ms", row.t_ms);
+    }
+}
+
+fn events(log: &RunLog, kind: &str, robot: &str) -> Vec<EventRow> {
+    let rows = log.rows::<EventRow>().unwrap();
+    rows.into_iter()
+        .filter(|row| row.kind == kind && row.robot == robot)
+        .collect()
+}
+
+#[test]
+fn a_killed_robots_load_is_not_lost_and_its_task_is_taken_over() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "60x"]);
+    let row = team.wait_for_row("events.csv", &[",picked,"]);
+    let victim = row.split(',').nth(2).unwrap().to_owned();
+    team.kill(&victim);
+    let finished = team.wait().expect(0);
+    assert_eq!(result(&finished)["outcome"], "complete");
+    assert_eq!(result(&finished)["result"]["items"]["delivered"], 24);
+
+    let log = lab.log("run");
+    assert_nothing_lost(&log, 24);
+    let gone = events(&log, "gone", &victim);
+    assert_eq!(gone.len(), 1);
+    let death = gone[0].t_ms;
+    assert!(
+        !events(&log, "activated", &victim).iter().any(|row| row.t_ms > death),
+        "a dead robot activates nothing"
+    );
+    // Whatever it worked on then, a teammate works on afterwards.
+    let task = events(&log, "activated", &victim).last().unwrap().detail.clone();
+    let taken_over = log.rows::<EventRow>().unwrap().into_iter().any(|row| {
+        row.kind == "activated" && row.detail == task && row.robot != victim && row.t_ms > death
+    });
+    assert!(taken_over, "nobody took over {task}");
+}
+
+#[test]
+fn two_of_three_killed_and_the_third_completes_the_mission() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "100x", "--limit", "10000"]);
+    team.wait_for_row("events.csv", &[",delivered,"]);
+    team.kill("blue");
+    team.wait_for_row("events.csv", &[",gone,blue,"]);
+    team.kill("green");
+    let finished = team.wait().expect(0);
+    assert_eq!(result(&finished)["result"]["items"]["delivered"], 24);
+    let log = lab.log("run");
+    assert_nothing_lost(&log, 24);
+    let last_death = events(&log, "gone", "green")[0].t_ms;
+    for delivered in log.rows::<EventRow>().unwrap() {
+        if delivered.kind == "delivered" && delivered.t_ms > last_death {
+            assert_eq!(delivered.robot, "gold");
+        }
+    }
+}
+
+#[test]
+fn without_blue_the_others_find_the_locations_by_wandering() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
+    team.wait_for_row("events.csv", &[",activated,blue,find-locations-methodical,"]);
+    team.kill("blue");
+    let finished = team.wait().expect(0);
+    assert_eq!(result(&finished)["result"]["items"]["delivered"], 24);
+    let log = lab.log("run");
+    assert!(events(&log, "position-update", "blue").is_empty(), "blue died first");
+    let finders: Vec<EventRow> = log
+        .rows::<EventRow>()
+        .unwrap()
+        .into_iter()
+        .filter(|row| row.kind == "position-update")
+        .collect();
+    assert!(!finders.is_empty());
+    assert!(finders.iter().all(|row| row.robot == "gold" || row.robot == "green"));
+}
+
+/// A hundred random moments over one mission. Each victim is replaced by hand at once: a new life that knows nothing.
+#[test]
+fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "100x", "--limit", "100000"]);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let robots = ["blue", "gold", "green"];
+    team.wait_for_row("events.csv", &[",activated,"]);
+    // Keeps the restarted agents: dropping one would kill it.
+    let mut agents = Vec::new();
+    let mut lives = [1_u32; 3];
+    for _ in 0..100 {
+        team.go_on(Duration::from_millis(rng.random_range(20..400)));
+        let victim = rng.random_range(0..robots.len());
+        team.kill(robots[victim]);
+        agents.push(team.restart(robots[victim]));
+        lives[victim] += 1;
+        let joined = format!("incarnation {}", lives[victim]);
+        team.wait_for_row("events.csv", &[",joined,", robots[victim], &joined]);
+    }
+    let finished = team.wait().expect(0);
+    assert_eq!(result(&finished)["outcome"], "complete");
+    assert_eq!(result(&finished)["result"]["items"]["delivered"], 24);
+    let log = lab.log("run");
+    assert_nothing_lost(&log, 24);
+    for (robot, lives) in robots.iter().zip(lives) {
+        assert_eq!(events(&log, "joined", robot).len() as u32, lives, "{robot}");
+        assert_eq!(events(&log, "gone", robot).len() as u32, lives - 1, "{robot}");
+    }
+    for line in log.inputs().unwrap() {
+        assert!(
+            matches!(line.input, Input::Join { .. } | Input::Gone { .. }),
+            "a kill is nothing but a death: {line:?}"
+        );
+    }
+}
+
+#[test]
+fn a_restarted_agent_learns_the_locations_by_radio_and_works() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
+    team.wait_for_row("events.csv", &[",delivered,"]);
+    team.kill("gold");
+    team.wait_for_row("events.csv", &[",gone,gold,"]);
+    let agent = team.restart("gold");
+    let finished = team.wait().expect(0);
+    agent.wait().expect(0);
+    assert_eq!(result(&finished)["result"]["robots"]["gold"]["lives"], 2);
+    let log = lab.log("run");
+    assert_nothing_lost(&log, 24);
+    let back = events(&log, "joined", "gold").last().unwrap().t_ms;
+    let learned = events(&log, "locations-learned", "gold");
+    assert!(
+        learned.iter().any(|row| row.t_ms >= back),
+        "the new life hears of the locations"
+    );
+    let worked = events(&log, "activated", "gold")
+        .into_iter()
+        .any(|row| row.t_ms > back && !row.subject.starts_with("find-locations"));
+    assert!(worked, "the new life takes a task, and not the one that is done");
+}

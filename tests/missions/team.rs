@@ -1,0 +1,113 @@
+//! A live mission whose processes can be killed, stopped, continued and started again.
+
+use std::time::Duration;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+use crate::harness::{Finished, Lab, Process, command_line, wait_until};
+
+/// A mission under `alliance run`, in the folder `run` of its lab.
+pub struct Team<'l> {
+    lab: &'l Lab,
+    launcher: Process,
+    id: String,
+    pids: Vec<(String, u32)>,
+}
+
+impl<'l> Team<'l> {
+    /// Starts the mission and waits until every process has its id.
+    pub fn start(lab: &'l Lab, arguments: &[&str]) -> Self {
+        let mut all = vec!["run", "--out", "run", "--json"];
+        all.extend(arguments);
+        let mut launcher = lab.start(&all);
+        launcher.wait_for_stderr("process ids: ");
+        let said = launcher.stderr();
+        let after = |label: &str| {
+            let line = said.lines().find_map(|line| line.strip_prefix(label));
+            line.unwrap().to_owned()
+        };
+        let pids = after("process ids: ")
+            .split(", ")
+            .map(|entry| {
+                let (name, pid) = entry.split_once(' ').unwrap();
+                (name.to_owned(), pid.parse().unwrap())
+            })
+            .collect();
+        Self {
+            lab,
+            launcher,
+            id: after("run "),
+            pids,
+        }
+    }
+
+    /// Id of the run.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The launcher's process.
+    pub fn launcher(&self) -> &Process {
+        &self.launcher
+    }
+
+    /// Process id of a robot, or of the "world".
+    pub fn pid(&self, name: &str) -> u32 {
+        self.pids.iter().find(|(known, _)| known == name).unwrap().1
+    }
+
+    /// Sends a signal to a robot or the world.
+    pub fn signal(&self, name: &str, signal: Signal) {
+        kill(Pid::from_raw(self.pid(name) as i32), signal).unwrap();
+    }
+
+    /// Kills a robot and waits until its process is gone.
+    pub fn kill(&self, name: &str) {
+        self.signal(name, Signal::SIGKILL);
+        let pid = self.pid(name);
+        wait_until(&format!("the death of {name}"), || command_line(pid).is_none());
+    }
+
+    /// Starts an agent by hand; from now on it is the robot's process.
+    pub fn restart(&mut self, name: &str) -> Process {
+        let agent = self.lab.start(&["agent", "--robot", name, "--run", &self.id]);
+        let entry = self.pids.iter_mut().find(|(known, _)| known == name).unwrap();
+        entry.1 = agent.pid();
+        agent
+    }
+
+    /// Waits until a line of a log table holds all these texts, and returns it. The log is flushed every 100 ms.
+    #[track_caller]
+    pub fn wait_for_row(&mut self, table: &str, texts: &[&str]) -> String {
+        let path = self.lab.path("run").join(table);
+        let mut found = None;
+        let launcher = &mut self.launcher;
+        wait_until(&format!("{texts:?} in {table}"), || {
+            // Whole lines only: the last one may still be on its way.
+            let text = std::fs::read_to_string(&path).unwrap_or_default();
+            let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+            found = whole
+                .lines()
+                .find(|line| texts.iter().all(|text| line.contains(text)))
+                .map(ToOwned::to_owned);
+            assert!(
+                found.is_some() || launcher.is_running(),
+                "the run ended without {texts:?} in {table}:\n{}",
+                launcher.stderr()
+            );
+            found.is_some()
+        });
+        found.unwrap()
+    }
+
+    /// Lets the mission go on for a while of wall-clock time.
+    pub fn go_on(&self, span: Duration) {
+        std::thread::sleep(span);
+    }
+
+    /// Waits for the end of the run.
+    pub fn wait(self) -> Finished {
+        self.launcher.wait()
+    }
+}
