@@ -63,6 +63,8 @@ struct Place {
     last_counted: Option<Tick>,
     /// Broadcasts that count since its last step.
     manifest: Vec<ManifestEntry>,
+    /// The tick that it was silent in, and answers when it speaks again.
+    unanswered: Tick,
     /// Whether the current tick has been sent to it.
     asked: bool,
     /// Its answer to the current tick.
@@ -117,6 +119,7 @@ impl Barrier {
                 incarnation: 0,
                 last_counted: None,
                 manifest: Vec::new(),
+                unanswered: 0,
                 asked: false,
                 report: None,
                 gone: false,
@@ -172,7 +175,8 @@ impl Barrier {
                 known: self.places.iter().map(|place| place.name.clone()).collect(),
             });
         };
-        let first_tick = if self.started { self.tick + 1 } else { 0 };
+        // While nobody takes part no tick ends, so that whoever comes enters the current one.
+        let first_tick = self.tick + Tick::from(self.started && !self.is_idle());
         let place = &mut self.places[index];
         // An agent that died in this tick has left already, though the tick still has to record it.
         if place.presence != Presence::Empty && !place.gone {
@@ -227,6 +231,7 @@ impl Barrier {
         if self.is_awaited(robot) {
             let place = &mut self.places[robot.index()];
             place.presence = Presence::Silent;
+            place.unanswered = self.tick;
             place.manifest.clear();
             self.inputs.push(Input::StallBegin {
                 robot: place.name.clone(),
@@ -245,7 +250,8 @@ impl Barrier {
         if report.incarnation < place.incarnation {
             return Verdict::Superseded;
         }
-        if place.presence == Presence::Silent && !place.gone {
+        // Only the answer to what it was asked last shows that it is back: an older report is one that somebody put again.
+        if place.presence == Presence::Silent && !place.gone && report.tick == place.unanswered {
             place.presence = Presence::Entering { again: true };
             self.enter_if_idle();
             return Verdict::BackAgain;
@@ -438,3 +444,6 @@ impl Barrier {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -165,7 +165,11 @@ fn every_part_counts_in_its_section() {
     assert_eq!(changed(|tick| tick.last_report = None), state);
 
     assert_eq!(changed(|tick| tick.inputs.clear()), ["world inputs"]);
+    let stall = || Input::StallBegin {
+        robot: "gold".to_owned(),
+    };
     assert_eq!(
+        changed(|tick| tick.inputs.push(stall())),
         ["world inputs"]
     );
 

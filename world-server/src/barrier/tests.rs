@@ -1,0 +1,419 @@
+//! Arbitrary courses of events against a second, naive account of what counts; and the cases worth telling apart by name.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use alliance_proto::readings::Actuation;
+use proptest::prelude::*;
+
+use super::*;
+
+/// Something that happens to a barrier; robots by rank.
+#[derive(Clone, Debug)]
+enum Action {
+    Invite(u16),
+    /// A token appears, of the life so many before the latest.
+    Arrive(u16, u32),
+    /// A token goes.
+    Gone(u16, u32),
+    Stall(u16),
+    Ask,
+    /// What an honest agent that has been asked would say, with so many broadcasts.
+    Answer(u16, u16),
+    /// A report of another life and tick, by their distance from the true ones plus one.
+    Stray(u16, u32, u64, u16),
+    /// Ends the tick if it is complete.
+    Finish,
+}
+
+fn action() -> impl Strategy<Value = Action> {
+    let robot = || 0..4_u16;
+    prop_oneof![
+        2 => robot().prop_map(Action::Invite),
+        2 => (robot(), 0..2_u32).prop_map(|(robot, ago)| Action::Arrive(robot, ago)),
+        1 => (robot(), 0..2_u32).prop_map(|(robot, ago)| Action::Gone(robot, ago)),
+        1 => robot().prop_map(Action::Stall),
+        6 => Just(Action::Ask),
+        9 => (robot(), 0..3_u16).prop_map(|(robot, count)| Action::Answer(robot, count)),
+        2 => (robot(), 0..3_u32, 0..3_u64, prop_oneof![0..3_u16, Just(u16::MAX)])
+            .prop_map(|(robot, life, tick, count)| Action::Stray(robot, life, tick, count)),
+        6 => Just(Action::Finish),
+    ]
+}
+
+fn order() -> impl Strategy<Value = StepOrder> {
+    prop_oneof![Just(StepOrder::Simultaneous), Just(StepOrder::InOrder)]
+}
+
+fn report(robot: RobotId, incarnation: Incarnation, tick: Tick, broadcasts: u16) -> Report {
+    Report {
+        robot,
+        incarnation,
+        tick,
+        actuation: Actuation::default(),
+        broadcasts,
+        motivations: Vec::new(),
+        changes: Vec::new(),
+        notes: Vec::new(),
+        receptions: Vec::new(),
+    }
+}
+
+/// A barrier, and what an onlooker has seen of it.
+struct Watched {
+    barrier: Barrier,
+    order: StepOrder,
+    robots: u16,
+    /// Every report that counted, by tick and rank.
+    counted: BTreeMap<(Tick, u16), Report>,
+    /// Whose answer to the current tick is due.
+    awaited: BTreeSet<u16>,
+    /// Who has been asked in the current tick, in that order.
+    asked: Vec<u16>,
+    /// First tick promised to each life.
+    promised: BTreeMap<(u16, Incarnation), Tick>,
+}
+
+impl Watched {
+    fn new(robots: u16, order: StepOrder) -> Self {
+        let names = (0..robots).map(|rank| format!("robot-{rank}"));
+        Self {
+            barrier: Barrier::new(names, order),
+            order,
+            robots,
+            counted: BTreeMap::new(),
+            awaited: BTreeSet::new(),
+            asked: Vec::new(),
+            promised: BTreeMap::new(),
+        }
+    }
+
+    /// A barrier whose robots have all arrived.
+    fn running(robots: u16, order: StepOrder) -> Self {
+        let mut watched = Self::new(robots, order);
+        for robot in 0..robots {
+            watched.invite(robot);
+            watched.arrive(robot, 0);
+        }
+        assert!(watched.barrier.started());
+        watched
+    }
+
+    fn life(&self, robot: u16) -> Incarnation {
+        self.barrier.places[usize::from(robot)].incarnation
+    }
+
+    /// Latest tick in which that life counted.
+    fn last_counted(&self, robot: u16, life: Incarnation) -> Option<Tick> {
+        let of_robot = self.counted.iter().rev().filter(|((_, rank), _)| *rank == robot);
+        of_robot
+            .map(|((tick, _), report)| (*tick, report.incarnation))
+            .find(|(_, incarnation)| *incarnation == life)
+            .map(|(tick, _)| tick)
+    }
+
+    fn perform(&mut self, action: &Action) {
+        let within = |robot: u16| robot % self.robots;
+        match *action {
+            Action::Invite(robot) => self.invite(within(robot)),
+            Action::Arrive(robot, ago) => self.arrive(within(robot), ago),
+            Action::Gone(robot, ago) => self.gone(within(robot), ago),
+            Action::Stall(robot) => self.stall(within(robot)),
+            Action::Ask => drop(self.ask()),
+            Action::Answer(robot, broadcasts) => {
+                let (robot, tick) = (within(robot), self.barrier.tick());
+                self.report(robot, self.life(robot), tick, broadcasts);
+            }
+            Action::Stray(robot, life, tick, broadcasts) => {
+                let robot = within(robot);
+                let life = (self.life(robot) + life).saturating_sub(1);
+                let tick = (self.barrier.tick() + tick).saturating_sub(1);
+                self.report(robot, life, tick, broadcasts);
+            }
+            Action::Finish => {
+                if self.barrier.is_complete() {
+                    self.finish();
+                }
+            }
+        }
+        for robot in self.barrier.robots() {
+            let awaited = self.awaited.contains(&robot.0);
+            assert_eq!(self.barrier.is_awaited(robot), awaited, "{robot} after {action:?}");
+        }
+    }
+
+    fn invite(&mut self, robot: u16) {
+        let before = self.life(robot);
+        if let Ok((id, life, first)) = self.barrier.invite(&format!("robot-{robot}")) {
+            assert_eq!((id, life), (RobotId(robot), before + 1));
+            assert!(!self.awaited.contains(&robot), "a live agent's robot was given away");
+            self.promised.insert((robot, life), first);
+        }
+    }
+
+    fn arrive(&mut self, robot: u16, ago: u32) {
+        let life = self.life(robot).saturating_sub(ago);
+        self.barrier.arrive(RobotId(robot), life);
+        self.barrier.start_if_all_here();
+    }
+
+    fn gone(&mut self, robot: u16, ago: u32) {
+        let life = self.life(robot).saturating_sub(ago);
+        self.barrier.gone(RobotId(robot), life);
+        if life == self.life(robot) {
+            self.awaited.remove(&robot);
+        }
+    }
+
+    fn stall(&mut self, robot: u16) {
+        self.barrier.stall(RobotId(robot));
+        self.awaited.remove(&robot);
+    }
+
+    /// A report counts if and only if it is the first answer of an agent that was asked.
+    fn report(&mut self, robot: u16, life: Incarnation, tick: Tick, broadcasts: u16) -> Verdict {
+        let honest = life == self.life(robot) && tick == self.barrier.tick();
+        let counts = self.awaited.contains(&robot) && honest && broadcasts <= MAX_BROADCASTS;
+        let report = report(RobotId(robot), life, tick, broadcasts);
+        let verdict = self.barrier.report(report.clone());
+        assert_eq!(verdict == Verdict::Counted, counts, "{report:?} is {verdict:?}");
+        if counts {
+            let twice = self.counted.insert((tick, robot), report);
+            assert_eq!(twice, None, "counted twice");
+            self.awaited.remove(&robot);
+        }
+        verdict
+    }
+
+    fn ask(&mut self) -> Vec<Question> {
+        let questions = self.barrier.questions();
+        for question in &questions {
+            let robot = question.robot.0;
+            assert!(!self.asked.contains(&robot), "asked twice in a tick");
+            if self.order == StepOrder::InOrder {
+                assert!(self.awaited.is_empty(), "asked while another has the turn");
+                assert!(self.asked.last().is_none_or(|last| *last < robot), "out of order");
+            }
+            self.asked.push(robot);
+            self.awaited.insert(robot);
+            let life = question.incarnation;
+            assert_eq!(life, self.life(robot));
+            assert!(self.promised[&(robot, life)] <= self.barrier.tick(), "before its first tick");
+            assert_eq!(question.last_counted, self.last_counted(robot, life));
+            assert_eq!(question.manifest, self.audible(robot, life));
+        }
+        questions
+    }
+
+    /// What that robot hears in the current tick: what counted since its own last step, and nothing if it did not count in
+    /// the tick before.
+    fn audible(&self, robot: u16, life: Incarnation) -> Vec<ManifestEntry> {
+        let now = self.barrier.tick();
+        let was_there = now > 0 && self.last_counted(robot, life) == Some(now - 1);
+        let hears = |tick: Tick, sender: u16| match self.order {
+            StepOrder::Simultaneous => was_there && tick + 1 == now,
+            StepOrder::InOrder => {
+                (was_there && tick + 1 == now && sender > robot) || (tick == now && sender < robot)
+            }
+        };
+        let mut audible: Vec<ManifestEntry> = self
+            .counted
+            .iter()
+            .filter(|((tick, sender), report)| {
+                *sender != robot && report.broadcasts > 0 && hears(*tick, *sender)
+            })
+            .map(|((tick, sender), report)| ManifestEntry {
+                sender: RobotId(*sender),
+                tick: *tick,
+                incarnation: report.incarnation,
+                count: report.broadcasts,
+            })
+            .collect();
+        audible.sort_unstable_by_key(|entry| (entry.sender, entry.tick));
+        audible
+    }
+
+    fn finish(&mut self) -> Gathered {
+        let tick = self.barrier.tick();
+        assert!(self.awaited.is_empty(), "ended while an answer was due");
+        let gathered = self.barrier.finish();
+        assert_eq!(self.barrier.tick(), tick + 1);
+        for (rank, report) in gathered.reports.iter().enumerate() {
+            assert_eq!(report.as_ref(), self.counted.get(&(tick, rank as u16)));
+        }
+        let mut died = Vec::new();
+        for input in &gathered.inputs {
+            if let Input::Gone {
+                robot,
+                incarnation,
+                last_counted,
+                ..
+            } = input
+            {
+                let rank = self.barrier.places.iter().position(|place| place.name == *robot);
+                let rank = rank.unwrap() as u16;
+                assert_eq!(*last_counted, self.last_counted(rank, *incarnation));
+                died.push(RobotId(rank));
+            }
+        }
+        died.sort_unstable();
+        assert_eq!(gathered.dead, died);
+        self.asked.clear();
+        gathered
+    }
+
+    /// The barrier never waits for anybody but those whom it has asked: without them the tick ends.
+    fn goes_on_without_an_answer(&mut self) {
+        for _ in 0..=self.robots {
+            self.ask();
+            for robot in std::mem::take(&mut self.awaited) {
+                self.barrier.stall(RobotId(robot));
+            }
+        }
+        assert!(
+            !self.barrier.started() || self.barrier.is_complete() || self.barrier.is_idle(),
+            "waits for nobody and does not go on"
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn nothing_counts_twice_and_nothing_that_does_not_count_is_heard(
+        robots in 1..=4_u16,
+        order in order(),
+        started in prop::bool::weighted(0.8),
+        actions in prop::collection::vec(action(), 0..200),
+    ) {
+        let mut watched = if started {
+            Watched::running(robots, order)
+        } else {
+            Watched::new(robots, order)
+        };
+        for action in &actions {
+            watched.perform(action);
+        }
+        watched.goes_on_without_an_answer();
+    }
+}
+
+#[test]
+fn the_clock_starts_when_the_last_robot_arrives_whatever_the_order() {
+    for arrivals in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
+        let mut watched = Watched::new(3, StepOrder::Simultaneous);
+        for (already, robot) in arrivals.into_iter().enumerate() {
+            assert!(!watched.barrier.started(), "with {already} of 3");
+            assert_eq!(watched.ask(), []);
+            watched.invite(robot);
+            watched.arrive(robot, 0);
+        }
+        assert_eq!(watched.ask().len(), 3);
+        for robot in arrivals {
+            assert_eq!(watched.report(robot, 1, 0, 0), Verdict::Counted);
+        }
+        // The order of arrival is in no byte of the log.
+        let joined = |rank: u16| Input::Join {
+            robot: format!("robot-{rank}"),
+            incarnation: 1,
+        };
+        assert_eq!(watched.finish().inputs, [joined(0), joined(1), joined(2)]);
+    }
+}
+
+#[test]
+fn an_unknown_robot_and_a_taken_one_are_refused() {
+    let mut watched = Watched::running(2, StepOrder::Simultaneous);
+    assert_eq!(
+        watched.barrier.invite("robot-7"),
+        Err(Refusal::UnknownRobot {
+            robot: "robot-7".to_owned(),
+            known: vec!["robot-0".to_owned(), "robot-1".to_owned()],
+        })
+    );
+    assert_eq!(
+        watched.barrier.invite("robot-1"),
+        Err(Refusal::Taken {
+            robot: "robot-1".to_owned(),
+            incarnation: 1,
+        })
+    );
+}
+
+#[test]
+fn in_order_a_later_robot_hears_an_earlier_one_in_the_same_tick() {
+    let mut watched = Watched::running(2, StepOrder::InOrder);
+    assert_eq!(watched.ask()[0].robot, RobotId(0));
+    assert_eq!(watched.ask(), [], "the first has not answered");
+    watched.report(0, 1, 0, 2);
+    let second = watched.ask();
+    assert_eq!(second[0].robot, RobotId(1));
+    assert_eq!((second[0].manifest[0].tick, second[0].manifest[0].count), (0, 2));
+}
+
+#[test]
+fn an_agent_that_dies_after_its_report_is_heard_and_before_it_is_not() {
+    for reported in [true, false] {
+        let mut watched = Watched::running(2, StepOrder::Simultaneous);
+        watched.ask();
+        watched.report(0, 1, 0, 0);
+        if reported {
+            watched.report(1, 1, 0, 3);
+        }
+        watched.gone(1, 0);
+        assert_eq!(watched.finish().dead, [RobotId(1)]);
+        assert_eq!(watched.ask()[0].manifest.len(), usize::from(reported));
+    }
+}
+
+#[test]
+fn a_restart_within_the_tick_of_the_death_is_a_new_life_in_the_next_tick() {
+    let mut watched = Watched::running(2, StepOrder::Simultaneous);
+    watched.ask();
+    watched.report(1, 1, 0, 3);
+    watched.gone(1, 0);
+    watched.invite(1);
+    watched.arrive(1, 0);
+    assert_eq!(watched.report(1, 1, 0, 0), Verdict::Superseded);
+    watched.report(0, 1, 0, 1);
+    let gathered = watched.finish();
+    assert_eq!(gathered.dead, [RobotId(1)], "what the old life carried falls");
+    assert!(gathered.reports[1].is_some(), "what the old life did counts");
+    let questions = watched.ask();
+    assert_eq!(questions[1].incarnation, 2);
+    assert_eq!(questions[1].last_counted, None);
+    assert_eq!(questions[1].manifest, [], "it was not there to hear");
+}
+
+#[test]
+fn a_silent_robot_is_deaf_until_the_tick_in_which_it_is_back() {
+    let mut watched = Watched::running(2, StepOrder::Simultaneous);
+    watched.ask();
+    watched.report(0, 1, 0, 1);
+    watched.stall(1);
+    watched.finish();
+    watched.ask();
+    assert_eq!(watched.report(1, 1, 0, 5), Verdict::BackAgain, "late, and not counted");
+    watched.report(0, 1, 1, 1);
+    watched.finish();
+    let questions = watched.ask();
+    assert_eq!(questions[0].manifest, [], "what did not count is not heard");
+    assert_eq!(questions[1].manifest, []);
+    watched.report(0, 1, 2, 1);
+    watched.report(1, 1, 2, 0);
+    watched.finish();
+    assert_eq!(watched.ask()[1].manifest.len(), 1);
+}
+
+#[test]
+fn while_nobody_is_there_the_clock_stands_and_who_comes_enters_the_tick_at_hand() {
+    let mut watched = Watched::running(1, StepOrder::Simultaneous);
+    watched.ask();
+    watched.gone(0, 0);
+    watched.finish();
+    assert!(watched.barrier.is_idle() && watched.barrier.is_deserted());
+    assert!(!watched.barrier.is_complete());
+    watched.invite(0);
+    assert_eq!(watched.promised[&(0, 2)], 1);
+    watched.arrive(0, 0);
+    assert_eq!(watched.ask()[0].incarnation, 2);
+    assert_eq!(watched.barrier.tick(), 1);
+}
