@@ -32,11 +32,13 @@ impl Goal {
         matches!(self, Self::Place { .. }) && self.remaining(position) <= 0.0
     }
 
-    /// How far the robot may go straight ahead before it has arrived, m.
+    /// How far the robot goes straight ahead to arrive, m: a little too far, for rounding would keep it short of the goal for
+    /// ever.
     #[must_use]
     pub fn way(&self, position: Vec2) -> f32 {
+        const BEYOND_M: f32 = 0.005;
         match self {
-            Self::Place { .. } => self.remaining(position),
+            Self::Place { .. } => self.remaining(position) + BEYOND_M,
             Self::Direction(_) => f32::INFINITY,
         }
     }
