@@ -63,5 +63,15 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     }
 }
 
+/// Decodes only what a message begins with, whatever follows.
+///
+/// # Errors
+/// See [`decode`].
+pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
+    bincode::serde::decode_from_slice(bytes, configuration())
+        .map(|(first, _)| first)
+        .map_err(|error| CodecError::Malformed(error.to_string()))
+}
+
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::ids::{Incarnation, RobotId, Tick};
 
 /// Version of everything that crosses the bus; raised with every incompatible change.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// Agent → world: "I want to be this robot."
 ///
@@ -18,6 +18,8 @@ pub struct JoinRequest {
     pub robot: String,
     /// Process id of the agent, for people and for the launcher; no part of the simulation.
     pub pid: u32,
+    /// Random: a request that is put again is not a second one, and the answer is sealed for this one alone.
+    pub nonce: u128,
 }
 
 /// World → agent.
@@ -62,7 +64,9 @@ pub enum Refusal {
         incarnation: Incarnation,
     },
     /// Agent and world speak different versions.
-    #[error("the agent speaks protocol version {agent}, the world {world}: start both from the same build")]
+    #[error(
+        "the agent speaks protocol version {agent}, the world {world}: start both from the same build"
+    )]
     Version {
         /// The agent's.
         agent: u32,

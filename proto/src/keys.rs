@@ -30,19 +30,26 @@ impl Keys {
         format!("{}/alive/world", self.prefix)
     }
 
-    /// Liveliness token of one life of a robot's agent.
+    /// What an answer to a join request is sealed for: that request and no other.
+    #[must_use]
+    pub fn join_answer(&self, nonce: u128) -> String {
+        format!("{}/join/{nonce:032x}", self.prefix)
+    }
+
+    /// Liveliness token of one life of a robot's agent, to be stamped ([`crate::secret::Secret::stamp`]): a token that is there
+    /// before its agent, or without one, must not be taken for it.
     #[must_use]
     pub fn alive(&self, robot: &str, incarnation: Incarnation) -> String {
         format!("{}/alive/{robot}/{incarnation}", self.prefix)
     }
 
-    /// All agents' liveliness tokens.
+    /// All agents' liveliness tokens, stamps included.
     #[must_use]
     pub fn alive_agents(&self) -> String {
-        format!("{}/alive/*/*", self.prefix)
+        format!("{}/alive/*/*/*", self.prefix)
     }
 
-    /// The robot and incarnation of an agent's token, `None` for any other key.
+    /// The robot and incarnation of an agent's token without its stamp, `None` for any other key.
     #[must_use]
     pub fn parse_alive<'k>(&self, key: &'k str) -> Option<(&'k str, Incarnation)> {
         let rest = key.strip_prefix(&self.prefix)?.strip_prefix("/alive/")?;

@@ -7,10 +7,12 @@
 //! - [`process`]: what the launcher sees of the agents; [`view`]: what observers see.
 //! - [`scenario`]: what a run is made of.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
+//! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
 pub mod codec;
 pub mod ids;
+pub mod ignored;
 pub mod join;
 pub mod keys;
 pub mod process;
@@ -18,6 +20,7 @@ pub mod readings;
 pub mod rendezvous;
 pub mod rng;
 pub mod scenario;
+pub mod secret;
 pub mod session;
 pub mod team;
 pub mod telemetry;

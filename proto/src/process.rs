@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Launcher → world. Decides nothing that a token or a deadline would not decide as well, only sooner.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProcessNews {
+    /// Running number of the launcher's news, from 1: what is put again later is no news.
+    pub number: u64,
     /// Name of the robot.
     pub robot: String,
     /// Process id of its agent.

@@ -30,6 +30,8 @@ pub const PANICKED: i32 = 101;
 /// - A token that goes means a closed socket and nothing else: the lease is ten minutes, so a stopped process keeps its token.
 /// - A stopped receiver fills its queue, and whoever sends to it does not wait for it: no wait before a drop. Lockstep bounds
 ///   what is under way to a live one; its queue holds a tick's worth many times over (16 batches of 64 KiB).
+/// - That queue belongs to ticks, reports and team messages alone, which all go with one priority, interactive-high, and so
+///   keep their order: what anybody else puts on the bus waits behind them.
 /// - No message is larger than 1 MiB: what claims to be is not buffered.
 /// - Senders die here on purpose, and shared mappings of a dead sender leak.
 const COMMON: &str = r"
@@ -37,7 +39,7 @@ const COMMON: &str = r"
   timestamping: { enabled: false },
   transport: {
     link: {
-      tx: { lease: 600000, queue: { size: { data: 16 }, congestion_control: { drop: { wait_before_drop: 0 } } } },
+      tx: { lease: 600000, queue: { size: { interactive_high: 16 }, congestion_control: { drop: { wait_before_drop: 0 } } } },
       rx: { max_message_size: 1048576 },
     },
     shared_memory: { enabled: false },

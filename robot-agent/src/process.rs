@@ -5,12 +5,13 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use alliance_proto::codec::{decode, encode};
-use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::ids::{Incarnation, RobotId, Tick};
+use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::Setup;
+use alliance_proto::secret::{self, OpenError, Secret};
 use alliance_proto::team::{Broadcast, BroadcastKind};
 use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
 use alliance_proto::time::SimTime;
@@ -18,6 +19,8 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 use zenoh::pubsub::Publisher;
+use zenoh::qos::Priority;
+use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
@@ -67,9 +70,9 @@ pub enum AgentError {
     /// The world's answer could not be read.
     #[error("the world's answer could not be read: {0}")]
     Answer(String),
-    /// Signals could not be caught.
-    #[error("signals: {0}")]
-    Signals(#[from] std::io::Error),
+    /// Signals could not be caught, or random numbers not be had.
+    #[error("system: {0}")]
+    System(#[from] std::io::Error),
 }
 
 /// Lives as that robot until the run, the world or this agent ends.
@@ -82,6 +85,7 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
         error,
     };
     let keys = Keys::new(&run.run);
+    let secret = Secret::of(&run.token);
     let config =
         zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint)).map_err(bus)?;
     let session = zenoh::open(config).await.map_err(bus)?;
@@ -90,9 +94,10 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
     let shared = Arc::new(Mutex::new(Mind::Unborn {
         ended: Some(ended),
     }));
+    let ignored = Arc::new(Mutex::new(Ignored::default()));
 
     // Whatever is sent to this robot after the handshake finds its subscribers there: they are declared before it.
-    declare_ears(&session, &keys, robot, &shared)
+    declare_ears(&session, &keys, &secret, robot, &shared, &ignored)
         .await
         .map_err(bus)?;
     let (welcome, setup) = join_patiently(&session, &keys, robot, run).await?;
@@ -105,12 +110,14 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
         let ended = ended.take();
         let robot = welcome.robot;
         *mind = Mind::Alive(Box::new(Alive {
+            secret: secret.clone(),
             robot,
             incarnation: welcome.incarnation,
             names: setup.scenario.robots.iter().map(|r| r.name.clone()).collect(),
             step: SimTime(setup.scenario.step_ms),
             agent: TentativeAgent::new(Agent::new(robot, welcome.incarnation, &setup)),
             radio: Radio::default(),
+            latest: None,
             pending: None,
             publishers,
             ended,
@@ -119,12 +126,15 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
     // From here on the world counts on this agent; the token goes when the socket does.
     let _token = session
         .liveliness()
-        .declare_token(keys.alive(robot, welcome.incarnation))
+        .declare_token(secret.stamp(&keys.alive(robot, welcome.incarnation)))
         .await
         .map_err(bus)?;
     tracing::info!(robot, incarnation = welcome.incarnation, "joined");
 
     let end = wait_for_end(end, &shared).await?;
+    for (kind, count) in lock(&ignored).counts() {
+        tracing::warn!(kind, count, "messages ignored in this life");
+    }
     // Teardown may hang; the process ends whether or not it does.
     let _ = timeout(CLOSE_DEADLINE, session.close()).await;
     Ok(end)
@@ -179,25 +189,36 @@ async fn join(
         version: PROTOCOL_VERSION,
         robot: robot.to_owned(),
         pid: std::process::id(),
+        nonce: secret::random()?,
     };
-    let payload = encode(&request).map_err(|error| AgentError::Answer(error.to_string()))?;
+    let secret = Secret::of(&run.token);
+    let payload = secret
+        .seal(&keys.join(), &request)
+        .map_err(|error| AgentError::Answer(error.to_string()))?;
     let replies = session
         .get(keys.join())
         .payload(payload)
+        // Anybody may answer; only what the world sealed is an answer, and nobody else shall stand before it.
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
         .await
         .map_err(|error| AgentError::Bus {
             endpoint: run.endpoint.clone(),
             error,
         })?;
-    let reply = replies
-        .recv_async()
-        .await
-        .map_err(|_| AgentError::NoAnswer(run.endpoint.clone()))?;
-    let sample = reply
-        .into_result()
-        .map_err(|_| AgentError::NoAnswer(run.endpoint.clone()))?;
-    let answer: JoinReply = decode(&sample.payload().to_bytes())
-        .map_err(|error| AgentError::Answer(error.to_string()))?;
+    let answer: JoinReply = loop {
+        let reply = replies
+            .recv_async()
+            .await
+            .map_err(|_| AgentError::NoAnswer(run.endpoint.clone()))?;
+        let Ok(sample) = reply.into_result() else {
+            continue;
+        };
+        match secret.open(&keys.join_answer(request.nonce), &sample.payload().to_bytes()) {
+            Ok(answer) => break answer,
+            Err(error) => tracing::warn!(%error, "answer to the join request ignored"),
+        }
+    };
     match answer {
         JoinReply::Refused(refusal) => Err(refusal.into()),
         JoinReply::Welcome(welcome) => Ok((
@@ -214,33 +235,41 @@ async fn join(
 async fn declare_ears(
     session: &Session,
     keys: &Keys,
+    secret: &Secret,
     robot: &str,
     shared: &Arc<Mutex<Mind>>,
+    ignored: &Arc<Mutex<Ignored>>,
 ) -> zenoh::Result<()> {
-    let mind = Arc::clone(shared);
+    let (mind, log) = (Arc::clone(shared), Arc::clone(ignored));
+    let (opener, key) = (secret.clone(), keys.tick(robot));
     session
-        .declare_subscriber(keys.tick(robot))
-        .callback(move |sample| match decode(&sample.payload().to_bytes()) {
-            Ok(message) => lock(&mind).hear_world(message),
-            Err(error) => tracing::warn!(%error, "message on the tick key ignored"),
+        .declare_subscriber(key.clone())
+        .callback(move |sample| {
+            let heard = match opener.open(&key, &sample.payload().to_bytes()) {
+                Ok(message) => lock(&mind).hear_world(message),
+                Err(error) => Err(error.into()),
+            };
+            note(&log, "tick", heard);
         })
         .background()
         .await?;
 
-    let mind = Arc::clone(shared);
-    let team = keys.clone();
+    let (mind, log) = (Arc::clone(shared), Arc::clone(ignored));
+    let (opener, team) = (secret.clone(), keys.clone());
     session
         .declare_subscriber(keys.team_all())
         // A robot does not hear itself: zenoh would call back from inside its own put, while the lock is held.
         .allowed_origin(Locality::Remote)
         .callback(move |sample| {
-            let Some(name) = team.parse_robot(sample.key_expr().as_str()) else {
-                return;
+            let key = sample.key_expr().as_str();
+            let heard = match opener.open(key, &sample.payload().to_bytes()) {
+                Ok(broadcast) => {
+                    let name = team.parse_robot(key).unwrap_or_default();
+                    lock(&mind).hear_teammate(name, broadcast)
+                }
+                Err(error) => Err(error.into()),
             };
-            match decode(&sample.payload().to_bytes()) {
-                Ok(broadcast) => lock(&mind).hear_teammate(name, broadcast),
-                Err(error) => tracing::debug!(%error, name, "broadcast ignored"),
-            }
+            note(&log, "team", heard);
         })
         .background()
         .await?;
@@ -267,10 +296,15 @@ struct Publishers {
 }
 
 async fn declare_voice(session: &Session, keys: &Keys, robot: &str) -> zenoh::Result<Publishers> {
-    let report = session.declare_publisher(keys.report(robot)).await?;
+    // One priority for all of them, and for ticks: so they keep their order, and nobody else's messages delay them.
+    let publisher = |key| {
+        let declared = session.declare_publisher(key);
+        declared.priority(Priority::InteractiveHigh)
+    };
+    let report = publisher(keys.report(robot)).await?;
     let mut team = Vec::new();
     for kind in BroadcastKind::ALL {
-        team.push(session.declare_publisher(keys.team(robot, kind)).await?);
+        team.push(publisher(keys.team(robot, kind)).await?);
     }
     Ok(Publishers { report, team })
 }
@@ -284,6 +318,7 @@ enum Mind {
 }
 
 struct Alive {
+    secret: Secret,
     robot: RobotId,
     incarnation: Incarnation,
     /// Names of all robots, by rank: a broadcast must come on its sender's key.
@@ -291,6 +326,8 @@ struct Alive {
     step: SimTime,
     agent: TentativeAgent,
     radio: Radio,
+    /// Number of the latest tick that the world sent to this life: an older one is put again by somebody.
+    latest: Option<Tick>,
     /// A tick whose broadcasts have not all arrived, and until when they are waited for.
     pending: Option<(Box<TickMessage>, Instant)>,
     publishers: Publishers,
@@ -298,12 +335,30 @@ struct Alive {
 }
 
 /// A panic ends the process, so a poisoned lock is never seen.
-fn lock(shared: &Mutex<Mind>) -> MutexGuard<'_, Mind> {
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Why a message is ignored.
+#[derive(Debug, thiserror::Error)]
+enum Ignore {
+    #[error(transparent)]
+    Unread(#[from] OpenError),
+    #[error("{0}")]
+    Unfit(&'static str),
+}
+
+/// Counts a message that was ignored, and warns about it at a bounded rate.
+fn note(ignored: &Mutex<Ignored>, kind: &'static str, heard: Result<(), Ignore>) {
+    if let Err(why) = heard
+        && let Some(count) = lock(ignored).count(kind, Instant::now().into_std())
+    {
+        tracing::warn!(kind, count, %why, "message ignored");
+    }
+}
+
 impl Mind {
-    fn hear_world(&mut self, message: ToAgent) {
+    fn hear_world(&mut self, message: ToAgent) -> Result<(), Ignore> {
         match (message, self) {
             (ToAgent::End(outcome), mind) => mind.end(End::RunOver(outcome)),
             (ToAgent::Dismissed(incarnation), Mind::Alive(alive)) => {
@@ -311,14 +366,16 @@ impl Mind {
                     alive.end(End::Superseded);
                 }
             }
-            (ToAgent::Tick(tick), Mind::Alive(alive)) => alive.hear_tick(tick),
+            (ToAgent::Tick(tick), Mind::Alive(alive)) => return alive.hear_tick(tick),
             (_, Mind::Unborn { .. }) => {}
         }
+        Ok(())
     }
 
-    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) {
-        if let Mind::Alive(alive) = self {
-            alive.hear_teammate(name, broadcast);
+    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) -> Result<(), Ignore> {
+        match self {
+            Mind::Alive(alive) => alive.hear_teammate(name, broadcast),
+            Mind::Unborn { .. } => Ok(()),
         }
     }
 
@@ -346,46 +403,50 @@ impl Mind {
 }
 
 impl Alive {
-    fn hear_tick(&mut self, tick: Box<TickMessage>) {
+    fn hear_tick(&mut self, tick: Box<TickMessage>) -> Result<(), Ignore> {
         if tick.incarnation > self.incarnation {
             self.end(End::Superseded);
-        } else if tick.incarnation == self.incarnation {
-            if self.radio.has_all(&tick.manifest) {
-                self.step(&tick);
-            } else {
-                self.pending = Some((tick, Instant::now() + MANIFEST_DEADLINE));
-            }
+            return Ok(());
         }
+        if tick.incarnation < self.incarnation || Some(tick.tick) <= self.latest {
+            return Err(Ignore::Unfit("stale"));
+        }
+        self.latest = Some(tick.tick);
+        if self.radio.has_all(&tick.manifest) {
+            self.step(&tick);
+        } else {
+            self.pending = Some((tick, Instant::now() + MANIFEST_DEADLINE));
+        }
+        Ok(())
     }
 
-    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) {
-        let on_its_key = self
-            .names
-            .get(broadcast.sender.index())
-            .is_some_and(|sender| sender == name);
+    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) -> Result<(), Ignore> {
+        if self.names.get(broadcast.sender.index()).map(String::as_str) != Some(name) {
+            return Err(Ignore::Unfit("on another robot's key"));
+        }
         if broadcast.sender == self.robot {
-            return;
+            return Err(Ignore::Unfit("this robot's own"));
         }
-        if !on_its_key {
-            tracing::debug!(name, "broadcast on another robot's key ignored");
-            return;
+        if !self.radio.receive(broadcast) {
+            return Err(Ignore::Unfit("stale"));
         }
-        self.radio.receive(broadcast);
         if let Some((tick, _)) = &self.pending
             && self.radio.has_all(&tick.manifest)
             && let Some((tick, _)) = self.pending.take()
         {
             self.step(&tick);
         }
+        Ok(())
     }
 
     fn step(&mut self, tick: &TickMessage) {
         let heard = self.radio.listen(&tick.manifest, tick.now, self.step);
         let step = self.agent.step(tick, heard);
         for broadcast in &step.broadcasts {
-            publish(&self.publishers.team[broadcast.body.kind() as usize], broadcast);
+            let publisher = &self.publishers.team[broadcast.body.kind() as usize];
+            publish(&self.secret, publisher, broadcast);
         }
-        publish(&self.publishers.report, &step.report);
+        publish(&self.secret, &self.publishers.report, &step.report);
     }
 
     fn end(&mut self, end: End) {
@@ -396,8 +457,8 @@ impl Alive {
 }
 
 /// A message that cannot be sent is a loss like any other: the world or the teammates will see it missing.
-fn publish<T: serde::Serialize>(publisher: &Publisher<'_>, message: &T) {
-    match encode(message) {
+fn publish<T: serde::Serialize>(secret: &Secret, publisher: &Publisher<'_>, message: &T) {
+    match secret.seal(publisher.key_expr(), message) {
         Ok(bytes) => {
             if let Err(error) = publisher.put(bytes).wait() {
                 tracing::warn!(%error, key = %publisher.key_expr(), "not published");

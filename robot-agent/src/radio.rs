@@ -3,6 +3,7 @@
 //! Anything that no manifest lists is never heard (DESIGN §4), whatever somebody puts on the bus.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::team::{Body, Broadcast};
@@ -30,11 +31,17 @@ pub struct Heard {
 #[derive(Clone, Debug, Default)]
 pub struct Radio {
     arrived: BTreeMap<Key, Broadcast>,
+    /// Broadcasts of earlier ticks are listed no more.
+    oldest: Tick,
 }
 
 impl Radio {
-    /// Takes a broadcast from the bus. The first of each identity stays: a replayed one changes nothing.
-    pub fn receive(&mut self, broadcast: Broadcast) {
+    /// Takes a broadcast from the bus, unless it is too old ever to be listed or is there already: a replayed one changes
+    /// nothing. Says whether it was taken.
+    pub fn receive(&mut self, broadcast: Broadcast) -> bool {
+        if broadcast.tick < self.oldest {
+            return false;
+        }
         if self.arrived.len() >= CAPACITY {
             self.arrived.pop_first();
         }
@@ -44,7 +51,13 @@ impl Radio {
             broadcast.incarnation,
             broadcast.index,
         );
-        self.arrived.entry(key).or_insert(broadcast);
+        match self.arrived.entry(key) {
+            Entry::Vacant(place) => {
+                place.insert(broadcast);
+                true
+            }
+            Entry::Occupied(_) => false,
+        }
     }
 
     /// Whether every broadcast of the manifest has arrived.
@@ -86,6 +99,7 @@ impl Radio {
         });
         if let Some(oldest) = manifest.iter().map(|entry| entry.tick).min() {
             self.arrived = self.arrived.split_off(&(oldest, RobotId(0), 0, 0));
+            self.oldest = oldest;
         }
         heard
     }
@@ -208,10 +222,19 @@ mod tests {
     #[test]
     fn a_replayed_or_forged_second_copy_changes_nothing() {
         let mut radio = Radio::default();
-        radio.receive(broadcast(1, 4, 0, 1));
-        radio.receive(broadcast(1, 4, 0, 77));
+        assert!(radio.receive(broadcast(1, 4, 0, 1)));
+        assert!(!radio.receive(broadcast(1, 4, 0, 77)));
         let heard = radio.listen(&[entry(1, 4, 1)], SimTime(250), SimTime(50));
         assert_eq!(heard.inbox[0].seq, 1);
+    }
+
+    #[test]
+    fn what_is_older_than_all_that_may_be_listed_is_not_kept() {
+        let mut radio = Radio::default();
+        radio.listen(&[entry(1, 4, 0)], SimTime(250), SimTime(50));
+        assert!(!radio.receive(broadcast(1, 3, 0, 1)));
+        assert!(radio.arrived.is_empty());
+        assert!(radio.receive(broadcast(1, 4, 0, 2)));
     }
 
     #[test]

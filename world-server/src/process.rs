@@ -5,21 +5,22 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use alliance_proto::codec::encode;
 use alliance_proto::keys::Keys;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::scenario::Setup;
+use alliance_proto::secret::{self, Secret};
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
+use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::pace::{Pace, Speed};
 use crate::recorder::{Folder, LogLevel, RecordError, Recorder};
-use crate::server::{Ended, Publishers, Server};
+use crate::server::{Bus, Ended, Publishers, Server};
 use crate::simulation::Simulation;
 
 /// How often deadlines are looked at and the log is flushed.
@@ -86,13 +87,18 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
     let recorder = Recorder::new(&setup, options.log, Folder::create(&options.folder)?)?;
     let keys = Keys::new(&options.run);
     let (session, endpoint) = open().await?;
+    let token = format!("{:032x}", secret::random()?);
     let publishers = declare_publishers(&session, &keys, &setup).await?;
     let (ended, end) = oneshot::channel();
     let pace = Pace::new(options.speed, setup.scenario.step_ms, started);
     let server = Server::new(
         Simulation::new(setup),
         recorder,
-        publishers,
+        Bus {
+            keys: keys.clone(),
+            secret: Secret::of(&token),
+            publishers,
+        },
         pace,
         options.stall_after,
         ended,
@@ -104,7 +110,7 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
         run: options.run.clone(),
         endpoint: endpoint.clone(),
         pid: std::process::id(),
-        token: secret()?,
+        token,
     }
     .announce()?;
     tracing::info!(run = options.run, endpoint, "waiting for robots");
@@ -156,7 +162,8 @@ async fn declare_publishers(
 ) -> zenoh::Result<Publishers> {
     let mut ticks = Vec::new();
     for robot in &setup.scenario.robots {
-        ticks.push(session.declare_publisher(keys.tick(&robot.name)).await?);
+        let tick = session.declare_publisher(keys.tick(&robot.name));
+        ticks.push(tick.priority(Priority::InteractiveHigh).await?);
     }
     let view = session.declare_publisher(keys.view()).await?;
     Ok(Publishers { ticks, view })
@@ -167,13 +174,11 @@ async fn declare_ears(
     keys: &Keys,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
-    let (shared, names) = (Arc::clone(server), keys.clone());
+    let shared = Arc::clone(server);
     session
         .declare_subscriber(keys.reports())
         .callback(move |sample| {
-            if let Some(robot) = names.parse_robot(sample.key_expr().as_str()) {
-                lock(&shared).report(robot, &sample.payload().to_bytes());
-            }
+            lock(&shared).report(sample.key_expr(), &sample.payload().to_bytes());
         })
         .background()
         .await?;
@@ -185,15 +190,12 @@ async fn declare_ears(
         .background()
         .await?;
 
-    let (shared, names) = (Arc::clone(server), keys.clone());
+    let shared = Arc::clone(server);
     session
         .liveliness()
         .declare_subscriber(keys.alive_agents())
         .callback(move |sample| {
-            if let Some((robot, incarnation)) = names.parse_alive(sample.key_expr().as_str()) {
-                let alive = sample.kind() == SampleKind::Put;
-                lock(&shared).token(robot, incarnation, alive);
-            }
+            lock(&shared).token(sample.key_expr(), sample.kind() == SampleKind::Put);
         })
         .background()
         .await?;
@@ -203,8 +205,8 @@ async fn declare_ears(
         .declare_queryable(keys.join())
         .callback(move |query| {
             let payload = query.payload().map(|payload| payload.to_bytes());
-            let reply = lock(&shared).join(payload.as_deref().unwrap_or_default());
-            let sent = encode(&reply)
+            let answer = lock(&shared).join(payload.as_deref().unwrap_or_default());
+            let sent = answer
                 .map_err(|error| error.to_string())
                 .and_then(|bytes| {
                     let reply = query.reply(&key, bytes).wait();
@@ -302,20 +304,6 @@ fn host(
         },
         "refused": server.refused().collect::<std::collections::BTreeMap<_, _>>(),
     })
-}
-
-/// 128 random bits in hexadecimal, from the operating system.
-fn secret() -> std::io::Result<String> {
-    use std::fmt::Write as _;
-    use std::io::Read as _;
-    let mut bytes = [0_u8; 16];
-    std::fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
-    let mut text = String::new();
-    for byte in bytes {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-    }
-    Ok(text)
 }
 
 /// A panic ends the process, so a poisoned lock is never seen.

@@ -3,13 +3,16 @@
 //! It sends through publishers that were declared once, writes through the recorder, and reads the wall clock for pace and
 //! deadlines; every decision about the run is the [`Simulation`]'s.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::time::Duration;
 
-use alliance_proto::codec::{decode, encode};
+use alliance_proto::codec::{CodecError, decode_first};
 use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
+use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessState};
+use alliance_proto::secret::Secret;
 use alliance_proto::tick::{Outcome, Report, ToAgent};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
@@ -24,9 +27,6 @@ use crate::simulation::Simulation;
 /// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
 /// somebody starts one again.
 const GRACE: Duration = Duration::from_secs(5);
-
-/// Least time between two warnings of the same kind about ignored messages.
-const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What became of the run.
 pub type Ended = Result<Outcome, RecordError>;
@@ -43,18 +43,13 @@ struct Peer {
     stopped: bool,
 }
 
-/// Messages that were ignored, of one kind.
-#[derive(Default)]
-struct Refused {
-    count: u64,
-    warned: Option<Instant>,
-}
-
 /// The run and its surroundings.
 pub struct Server {
     simulation: Simulation,
     recorder: Recorder<Folder>,
     peers: Vec<Peer>,
+    keys: Keys,
+    secret: Secret,
     view: Publisher<'static>,
     pace: Pace,
     stall_after: Duration,
@@ -62,8 +57,22 @@ pub struct Server {
     begun: Option<u64>,
     deserted_since: Option<Instant>,
     first_tick: Option<Instant>,
-    refused: BTreeMap<&'static str, Refused>,
+    /// Nonces of all join requests: one that is put again is none.
+    asked_to_join: BTreeSet<u128>,
+    /// Number of the launcher's latest news.
+    latest_news: u64,
+    refused: Ignored,
     ended: Option<oneshot::Sender<Ended>>,
+}
+
+/// The world's place on the bus.
+pub struct Bus {
+    /// Keys of the run.
+    pub keys: Keys,
+    /// What its messages are sealed with.
+    pub secret: Secret,
+    /// Its publishers, declared once.
+    pub publishers: Publishers,
 }
 
 /// Publishers of the world, declared once.
@@ -80,7 +89,7 @@ impl Server {
     pub fn new(
         simulation: Simulation,
         recorder: Recorder<Folder>,
-        publishers: Publishers,
+        bus: Bus,
         pace: Pace,
         stall_after: Duration,
         ended: oneshot::Sender<Ended>,
@@ -88,7 +97,7 @@ impl Server {
         let names = &simulation.setup().scenario.robots;
         let peers = names
             .iter()
-            .zip(publishers.ticks)
+            .zip(bus.publishers.ticks)
             .map(|(robot, ticks)| Peer {
                 name: robot.name.clone(),
                 ticks,
@@ -102,13 +111,17 @@ impl Server {
             simulation,
             recorder,
             peers,
-            view: publishers.view,
+            keys: bus.keys,
+            secret: bus.secret,
+            view: bus.publishers.view,
             pace,
             stall_after,
             begun: None,
             deserted_since: None,
             first_tick: None,
-            refused: BTreeMap::new(),
+            asked_to_join: BTreeSet::new(),
+            latest_news: 0,
+            refused: Ignored::default(),
             ended: Some(ended),
         }
     }
@@ -137,7 +150,7 @@ impl Server {
 
     /// Ignored messages by kind.
     pub fn refused(&self) -> impl Iterator<Item = (&'static str, u64)> {
-        self.refused.iter().map(|(kind, refused)| (*kind, refused.count))
+        self.refused.counts()
     }
 
     /// Robots of the scenario that have no agent yet.
@@ -157,20 +170,34 @@ impl Server {
         !self.simulation.barrier().is_deserted()
     }
 
-    /// Answers a request to join.
-    pub fn join(&mut self, payload: &[u8]) -> JoinReply {
-        let request: JoinRequest = match decode(payload) {
-            Ok(request) => request,
+    /// Answers a request to join: the answer, sealed for who asked.
+    ///
+    /// # Errors
+    /// When it is too large to be sent.
+    pub fn join(&mut self, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
+        let request = self.secret.open::<JoinRequest>(&self.keys.join(), payload);
+        let (nonce, reply) = match request {
+            Ok(request) => (request.nonce, self.answer(request)),
             Err(error) => {
                 self.refuse("join", &error);
-                return JoinReply::Refused(Refusal::Malformed);
+                // Another version may seal or encode in another way, but it says first which one it is.
+                let refusal = match decode_first(payload) {
+                    Ok(agent) if agent != PROTOCOL_VERSION => version_refusal(agent),
+                    _ => Refusal::Malformed,
+                };
+                (0, JoinReply::Refused(refusal))
             }
         };
+        self.secret.seal(&self.keys.join_answer(nonce), &reply)
+    }
+
+    fn answer(&mut self, request: JoinRequest) -> JoinReply {
+        if !self.asked_to_join.insert(request.nonce) {
+            self.refuse("join", &"put again");
+            return JoinReply::Refused(Refusal::Malformed);
+        }
         if request.version != PROTOCOL_VERSION {
-            return JoinReply::Refused(Refusal::Version {
-                agent: request.version,
-                world: PROTOCOL_VERSION,
-            });
+            return JoinReply::Refused(version_refusal(request.version));
         }
         let setup = match self.setup_for(&request.robot) {
             Ok(setup) => setup,
@@ -197,9 +224,15 @@ impl Server {
     }
 
     /// A liveliness token of an agent came or went.
-    pub fn token(&mut self, name: &str, incarnation: Incarnation, alive: bool) {
+    pub fn token(&mut self, key: &str, alive: bool) {
+        let secret = self.secret.clone();
+        let Some((name, incarnation)) =
+            secret.stamped(key).and_then(|plain| self.keys.parse_alive(plain))
+        else {
+            return self.refuse("token", &"not stamped by a member of this run");
+        };
         let Some(robot) = self.robot_named(name) else {
-            return;
+            return self.refuse("token", &"unknown robot");
         };
         if alive {
             self.peers[robot.index()].invited = None;
@@ -211,13 +244,14 @@ impl Server {
         self.pump();
     }
 
-    /// A report arrived on the key of that robot.
-    pub fn report(&mut self, name: &str, payload: &[u8]) {
-        let report: Report = match decode(payload) {
+    /// A report arrived on that key.
+    pub fn report(&mut self, key: &str, payload: &[u8]) {
+        let report: Report = match self.secret.open(key, payload) {
             Ok(report) => report,
             Err(error) => return self.refuse("report", &error),
         };
-        if self.robot_named(name) != Some(report.robot) {
+        let name = self.keys.parse_robot(key).unwrap_or_default().to_owned();
+        if self.robot_named(&name) != Some(report.robot) {
             return self.refuse("report", &"on another robot's key");
         }
         let (robot, incarnation) = (report.robot, report.incarnation);
@@ -229,7 +263,7 @@ impl Server {
             }
             Verdict::Superseded => {
                 self.send(robot, &ToAgent::Dismissed(incarnation));
-                return;
+                return self.refuse("report", &"of a superseded life");
             }
             Verdict::Stale => return self.refuse("report", &"stale"),
             Verdict::Malformed => return self.refuse("report", &"impossible contents"),
@@ -239,10 +273,14 @@ impl Server {
 
     /// The launcher reports the state of an agent's process.
     pub fn process(&mut self, payload: &[u8]) {
-        let news: ProcessNews = match decode(payload) {
+        let news: ProcessNews = match self.secret.open(&self.keys.process(), payload) {
             Ok(news) => news,
             Err(error) => return self.refuse("process", &error),
         };
+        if news.number <= self.latest_news {
+            return self.refuse("process", &"stale");
+        }
+        self.latest_news = news.number;
         let Some(robot) = self.robot_named(&news.robot) else {
             return self.refuse("process", &"unknown robot");
         };
@@ -298,7 +336,7 @@ impl Server {
 
     /// Publishes a snapshot for observers, who may miss it.
     pub fn show(&self) {
-        if let Ok(bytes) = encode(&self.simulation.view()) {
+        if let Ok(bytes) = self.secret.seal(self.view.key_expr(), &self.simulation.view()) {
             // An observer's trouble is not the run's.
             let _ = self.view.put(bytes).wait();
         }
@@ -376,7 +414,7 @@ impl Server {
 
     fn send(&self, robot: RobotId, message: &ToAgent) {
         let publisher = &self.peers[robot.index()].ticks;
-        match encode(message) {
+        match self.secret.seal(publisher.key_expr(), message) {
             Ok(bytes) => {
                 if let Err(error) = publisher.put(bytes).wait() {
                     tracing::error!(%error, key = %publisher.key_expr(), "not published");
@@ -407,20 +445,20 @@ impl Server {
 
     /// Counts a message that is ignored, and warns about it at a bounded rate.
     fn refuse(&mut self, kind: &'static str, why: &dyn std::fmt::Display) {
-        let refused = self.refused.entry(kind).or_default();
-        refused.count += 1;
-        let now = Instant::now();
-        if refused
-            .warned
-            .is_none_or(|warned| now.duration_since(warned) > WARNING_INTERVAL)
-        {
-            refused.warned = Some(now);
-            tracing::warn!(kind, count = refused.count, %why, "message ignored");
+        if let Some(count) = self.refused.count(kind, Instant::now().into_std()) {
+            tracing::warn!(kind, count, %why, "message ignored");
         }
     }
 
     fn robot_named(&self, name: &str) -> Option<RobotId> {
         let index = self.peers.iter().position(|peer| peer.name == name)?;
         Some(RobotId(index as u16))
+    }
+}
+
+fn version_refusal(agent: u32) -> Refusal {
+    Refusal::Version {
+        agent,
+        world: PROTOCOL_VERSION,
     }
 }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use alliance_proto::codec::{decode, encode};
 use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::Setup;
+use alliance_proto::secret::Secret;
 use alliance_proto::view::View;
 use anyhow::{Context, bail};
 use nix::sys::signal::Signal;
@@ -124,7 +124,7 @@ impl Team {
         let mut terminate = signal(SignalKind::terminate())?;
         let keys = Keys::new(&plan.run);
         let (sender, mut views) = watch::channel(None::<View>);
-        let mut bus: Option<Session> = None;
+        let mut bus: Option<Bus> = None;
         let mut first_loss: Option<Instant> = None;
         let mut interrupted = false;
 
@@ -144,7 +144,7 @@ impl Team {
                 }
                 () = sleep(pause) => {}
             }
-            self.poll(&keys, bus.as_ref()).await?;
+            self.poll(&keys, bus.as_mut()).await?;
 
             let begun = views.borrow().as_ref().is_some_and(|view| {
                 view.tick > 0 || view.robots.iter().any(|robot| robot.in_barrier)
@@ -165,7 +165,7 @@ impl Team {
         }
         if let Some(bus) = bus {
             // The world is gone, and the session may hang over it.
-            let _ = timeout(Duration::from_millis(200), bus.close()).await;
+            let _ = timeout(Duration::from_millis(200), bus.session.close()).await;
         }
         Ok(())
     }
@@ -176,27 +176,39 @@ impl Team {
         plan: &Plan,
         keys: &Keys,
         views: watch::Sender<Option<View>>,
-    ) -> Option<Session> {
+    ) -> Option<Bus> {
         let joined = async {
             let run = Rendezvous::find(Some(&plan.run))?;
             let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
                 .map_err(anyhow::Error::from_boxed)?;
             let session = zenoh::open(config).await.map_err(anyhow::Error::from_boxed)?;
+            let (secret, key) = (Secret::of(&run.token), keys.view());
+            let opener = secret.clone();
             session
-                .declare_subscriber(keys.view())
+                .declare_subscriber(key.clone())
                 .callback(move |sample| {
-                    // A view that cannot be read is one view less.
-                    if let Ok(view) = decode(&sample.payload().to_bytes()) {
-                        views.send_replace(Some(view));
+                    // A view that cannot be read, or is put again, is one view less.
+                    if let Ok(view) = opener.open::<View>(&key, &sample.payload().to_bytes()) {
+                        views.send_if_modified(|shown| {
+                            let newer = shown.as_ref().is_none_or(|shown| shown.tick <= view.tick);
+                            if newer {
+                                *shown = Some(view);
+                            }
+                            newer
+                        });
                     }
                 })
                 .background()
                 .await
                 .map_err(anyhow::Error::from_boxed)?;
-            anyhow::Ok(session)
+            anyhow::Ok(Bus {
+                session,
+                secret,
+                news: 0,
+            })
         };
         match joined.await {
-            Ok(session) => Some(session),
+            Ok(bus) => Some(bus),
             Err(error) => {
                 self.progress.say(&format!("no view of the run: {error:#}"));
                 None
@@ -205,7 +217,7 @@ impl Team {
     }
 
     /// Looks at every process, and tells the world and the person what has changed.
-    async fn poll(&mut self, keys: &Keys, bus: Option<&Session>) -> anyhow::Result<()> {
+    async fn poll(&mut self, keys: &Keys, mut bus: Option<&mut Bus>) -> anyhow::Result<()> {
         while self.world.poll()?.is_some() {}
         let over = self.world.ending().is_some();
         for agent in &mut self.agents {
@@ -216,16 +228,8 @@ impl Team {
                     Change::Continued => Some(ProcessState::Continued),
                     Change::Ended(_) => None,
                 };
-                if let (Some(state), Some(bus)) = (state, bus) {
-                    let news = ProcessNews {
-                        robot: name.to_owned(),
-                        pid: agent.pid(),
-                        state,
-                    };
-                    if let Ok(bytes) = encode(&news) {
-                        // Lost news only means that the stall deadline has to find out.
-                        let _ = bus.put(keys.process(), bytes).await;
-                    }
+                if let (Some(state), Some(bus)) = (state, bus.as_deref_mut()) {
+                    bus.tell(keys, name, agent.pid(), state).await;
                 }
                 if over {
                     continue;
@@ -295,6 +299,31 @@ impl Team {
                 ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
                 self.world.last_words()
             ),
+        }
+    }
+}
+
+/// The launcher's place on the bus.
+struct Bus {
+    session: Session,
+    secret: Secret,
+    /// Number of the latest news.
+    news: u64,
+}
+
+impl Bus {
+    /// Tells the world what has become of an agent's process.
+    async fn tell(&mut self, keys: &Keys, robot: &str, pid: u32, state: ProcessState) {
+        self.news += 1;
+        let news = ProcessNews {
+            number: self.news,
+            robot: robot.to_owned(),
+            pid,
+            state,
+        };
+        if let Ok(bytes) = self.secret.seal(&keys.process(), &news) {
+            // Lost news only means that the stall deadline has to find out.
+            let _ = self.session.put(keys.process(), bytes).await;
         }
     }
 }

@@ -357,10 +357,11 @@ fn report() -> impl Strategy<Value = Report> {
 }
 
 fn request() -> impl Strategy<Value = JoinRequest> {
-    any::<(u32, String, u32)>().prop_map(|(version, robot, pid)| JoinRequest {
+    any::<(u32, String, u32, u128)>().prop_map(|(version, robot, pid, nonce)| JoinRequest {
         version,
         robot,
         pid,
+        nonce,
     })
 }
 
@@ -389,7 +390,8 @@ fn reply() -> impl Strategy<Value = JoinReply> {
 
 fn process_news() -> impl Strategy<Value = ProcessNews> {
     let state = prop::sample::select(vec![ProcessState::Stopped, ProcessState::Continued]);
-    (any::<(String, u32)>(), state).prop_map(|((robot, pid), state)| ProcessNews {
+    (any::<(u64, String, u32)>(), state).prop_map(|((number, robot, pid), state)| ProcessNews {
+        number,
         robot,
         pid,
         state,
