@@ -22,7 +22,8 @@ fn assert_nothing_lost(log: &RunLog, items: u32) {
     let rows = log.rows::<MissionRow>().unwrap();
     assert!(!rows.is_empty());
     for row in rows {
-        let counts = row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered;
+        let counts =
+            row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered;
         assert_eq!(counts, items, "at {} ms", row.t_ms);
     }
 }
@@ -51,11 +52,17 @@ fn a_killed_robots_load_is_not_lost_and_its_task_is_taken_over() {
     assert_eq!(gone.len(), 1);
     let death = gone[0].t_ms;
     assert!(
-        !events(&log, "activated", &victim).iter().any(|row| row.t_ms > death),
+        !events(&log, "activated", &victim)
+            .iter()
+            .any(|row| row.t_ms > death),
         "a dead robot activates nothing"
     );
     // Whatever it worked on then, a teammate works on afterwards.
-    let task = events(&log, "activated", &victim).last().unwrap().detail.clone();
+    let task = events(&log, "activated", &victim)
+        .last()
+        .unwrap()
+        .detail
+        .clone();
     let taken_over = log.rows::<EventRow>().unwrap().into_iter().any(|row| {
         row.kind == "activated" && row.detail == task && row.robot != victim && row.t_ms > death
     });
@@ -86,12 +93,18 @@ fn two_of_three_killed_and_the_third_completes_the_mission() {
 fn without_blue_the_others_find_the_locations_by_wandering() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
-    team.wait_for_row("events.csv", &[",activated,blue,find-locations-methodical,"]);
+    team.wait_for_row(
+        "events.csv",
+        &[",activated,blue,find-locations-methodical,"],
+    );
     team.kill("blue");
     let finished = team.wait().expect(0);
     assert_eq!(result(&finished)["result"]["items"]["delivered"], 24);
     let log = lab.log("run");
-    assert!(events(&log, "position-update", "blue").is_empty(), "blue died first");
+    assert!(
+        events(&log, "position-update", "blue").is_empty(),
+        "blue died first"
+    );
     let finders: Vec<EventRow> = log
         .rows::<EventRow>()
         .unwrap()
@@ -99,7 +112,11 @@ fn without_blue_the_others_find_the_locations_by_wandering() {
         .filter(|row| row.kind == "position-update")
         .collect();
     assert!(!finders.is_empty());
-    assert!(finders.iter().all(|row| row.robot == "gold" || row.robot == "green"));
+    assert!(
+        finders
+            .iter()
+            .all(|row| row.robot == "gold" || row.robot == "green")
+    );
 }
 
 /// A hundred random moments over one mission. Each victim is replaced by hand at once: a new life that knows nothing.
@@ -129,7 +146,11 @@ fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
     assert_nothing_lost(&log, 24);
     for (robot, lives) in robots.iter().zip(lives) {
         assert_eq!(events(&log, "joined", robot).len() as u32, lives, "{robot}");
-        assert_eq!(events(&log, "gone", robot).len() as u32, lives - 1, "{robot}");
+        assert_eq!(
+            events(&log, "gone", robot).len() as u32,
+            lives - 1,
+            "{robot}"
+        );
     }
     for line in log.inputs().unwrap() {
         assert!(
@@ -161,5 +182,8 @@ fn a_restarted_agent_learns_the_locations_by_radio_and_works() {
     let worked = events(&log, "activated", "gold")
         .into_iter()
         .any(|row| row.t_ms > back && !row.subject.starts_with("find-locations"));
-    assert!(worked, "the new life takes a task, and not the one that is done");
+    assert!(
+        worked,
+        "the new life takes a task, and not the one that is done"
+    );
 }

@@ -42,11 +42,6 @@ impl<'l> Team<'l> {
         }
     }
 
-    /// Id of the run.
-    pub fn id(&self) -> &str {
-        &self.id
-    }
-
     /// The launcher's process.
     pub fn launcher(&self) -> &Process {
         &self.launcher
@@ -66,13 +61,21 @@ impl<'l> Team<'l> {
     pub fn kill(&self, name: &str) {
         self.signal(name, Signal::SIGKILL);
         let pid = self.pid(name);
-        wait_until(&format!("the death of {name}"), || command_line(pid).is_none());
+        wait_until(&format!("the death of {name}"), || {
+            command_line(pid).is_none()
+        });
     }
 
     /// Starts an agent by hand; from now on it is the robot's process.
     pub fn restart(&mut self, name: &str) -> Process {
-        let agent = self.lab.start(&["agent", "--robot", name, "--run", &self.id]);
-        let entry = self.pids.iter_mut().find(|(known, _)| known == name).unwrap();
+        let agent = self
+            .lab
+            .start(&["agent", "--robot", name, "--run", &self.id]);
+        let entry = self
+            .pids
+            .iter_mut()
+            .find(|(known, _)| known == name)
+            .unwrap();
         entry.1 = agent.pid();
         agent
     }

@@ -1,0 +1,105 @@
+//! Missions in a row with random kills and restarts (issue "It holds", item 7): nothing grows, nothing is left.
+//!
+//! Three missions as a normal test; `SOAK_MISSIONS=100 cargo test --release -p alliance-tests --test missions soak --
+//! --nocapture` for the whole thing.
+
+use std::time::Duration;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::harness::{Lab, command_line};
+use crate::team::Team;
+
+/// Kills and restarts in each mission.
+const KILLS: usize = 6;
+
+/// Memory may differ by this much between early and late in a mission, and between missions: page cache of the allocator,
+/// another course of the mission. A leak of 100 bytes a tick would show after one mission.
+const LEVEL_KIB: u64 = 4096;
+
+/// What a process holds.
+#[derive(Clone, Copy, Debug)]
+struct Holdings {
+    /// Resident memory of its own (not shared with other processes), KiB.
+    memory_kib: u64,
+    descriptors: usize,
+}
+
+fn holdings(pid: u32) -> Option<Holdings> {
+    let rollup = std::fs::read_to_string(format!("/proc/{pid}/smaps_rollup")).ok()?;
+    let memory_kib = rollup
+        .lines()
+        .filter(|line| line.starts_with("Private_"))
+        .filter_map(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok())
+        .sum();
+    let descriptors = std::fs::read_dir(format!("/proc/{pid}/fd")).ok()?.count();
+    Some(Holdings {
+        memory_kib,
+        descriptors,
+    })
+}
+
+#[test]
+fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
+    let missions: u64 = std::env::var("SOAK_MISSIONS").map_or(3, |text| text.parse().unwrap());
+    let robots = ["blue", "gold", "green"];
+    let mut rng = ChaCha8Rng::seed_from_u64(100);
+    let mut worlds: Vec<u64> = Vec::new();
+    for seed in 1..=missions {
+        let lab = Lab::new();
+        let seed_text = seed.to_string();
+        let mut team = Team::start(
+            &lab,
+            &[
+                "--seed", &seed_text, "--speed", "150x", "--limit", "20000", "--log", "summary",
+            ],
+        );
+        team.wait_for_row("events.csv", &[",delivered,"]);
+        let early = holdings(team.pid("world")).unwrap();
+        let mut restarted = Vec::new();
+        let mut lives = [1; 3];
+        let mut late = early;
+        for _ in 0..KILLS {
+            team.go_on(Duration::from_millis(rng.random_range(50..500)));
+            let victim = rng.random_range(0..robots.len());
+            team.kill(robots[victim]);
+            restarted.push(team.restart(robots[victim]));
+            lives[victim] += 1;
+            let joined = format!("incarnation {}", lives[victim]);
+            team.wait_for_row("events.csv", &[",joined,", robots[victim], &joined]);
+            late = holdings(team.pid("world")).unwrap_or(late);
+        }
+        let processes: Vec<u32> = ["world", "blue", "gold", "green"]
+            .map(|name| team.pid(name))
+            .to_vec();
+        let finished = team.wait().expect(0);
+        let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
+        assert_eq!(result["result"]["items"]["delivered"], 24, "seed {seed}");
+        for agent in restarted {
+            let ended = agent.wait();
+            // Killed in its turn, or told that the run is over.
+            assert!(matches!(ended.status.code(), Some(0) | None), "{ended:?}");
+        }
+        for pid in processes {
+            assert_eq!(command_line(pid), None, "seed {seed} left a process");
+        }
+        println!("seed {seed}: world {early:?} -> {late:?}");
+        assert_eq!(
+            late.descriptors, early.descriptors,
+            "seed {seed}: descriptors of the world"
+        );
+        assert!(
+            late.memory_kib <= early.memory_kib + LEVEL_KIB,
+            "seed {seed}: {early:?} -> {late:?}"
+        );
+        worlds.push(late.memory_kib);
+        let runtime = std::fs::read_dir(lab.path("runtime/alliance"))
+            .unwrap()
+            .count();
+        assert_eq!(runtime, 0, "seed {seed} left its announcement");
+    }
+    let (least, most) = (worlds.iter().min().unwrap(), worlds.iter().max().unwrap());
+    assert!(most - least <= LEVEL_KIB, "worlds of {least} to {most} KiB");
+}

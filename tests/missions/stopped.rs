@@ -1,0 +1,137 @@
+//! Stopped and continued agents (issue "It holds", item 2).
+
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+use world_server::recorder::{EventRow, MotivationRow, RunLog};
+
+use crate::harness::{Lab, wait_until};
+use crate::team::Team;
+
+/// Simulated times of a robot's events of that kind, ms.
+fn times(log: &RunLog, kind: &str, robot: &str) -> Vec<u64> {
+    let rows = log.rows::<EventRow>().unwrap().into_iter();
+    rows.filter(|row| row.kind == kind && row.robot == robot)
+        .map(|row| row.t_ms.0)
+        .collect()
+}
+
+#[test]
+fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works() {
+    let lab = Lab::new();
+    // A deadline that never passes: only the launcher, which sees the process stop, can tell the world in time.
+    let mut team = Team::start(&lab, &["--speed", "100x", "--stall-after", "3600"]);
+    team.wait_for_row("events.csv", &[",delivered,"]);
+    team.signal("gold", Signal::SIGSTOP);
+    let stalled = team.wait_for_row("events.csv", &[",stalled,gold,"]);
+    let stalled: u64 = stalled.split(',').next().unwrap().parse().unwrap();
+    // Ten more seconds of simulated time pass without it.
+    wait_until("the others to go on", || {
+        let mission = std::fs::read_to_string(lab.path("run/poses.csv")).unwrap();
+        let last = mission.trim_end().lines().last().unwrap_or_default();
+        let now = last.split(',').next().unwrap().parse().unwrap_or(0);
+        now > stalled + 10_000
+    });
+    team.signal("gold", Signal::SIGCONT);
+    team.wait_for_row("events.csv", &[",back,gold,"]);
+    let finished = team.wait().expect(0);
+    let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
+    assert_eq!(result["result"]["items"]["delivered"], 24);
+    assert_eq!(result["unscripted"], true, "nobody's scenario asked for it");
+
+    let log = lab.log("run");
+    let (away, back) = (
+        times(&log, "stalled", "gold")[0],
+        times(&log, "back", "gold")[0],
+    );
+    assert!(back > away + 10_000);
+    // A robot has rows of motivations for exactly the ticks in which it counts.
+    let counted: Vec<u64> = log
+        .rows::<MotivationRow>()
+        .unwrap()
+        .into_iter()
+        .filter(|row| row.robot == "gold")
+        .map(|row| row.t_ms.0)
+        .collect();
+    assert!(!counted.iter().any(|t| (away..back).contains(t)), "stopped");
+    assert!(counted.contains(&back), "and back at that very tick");
+    assert_eq!(
+        counted.last(),
+        log.last.as_ref().map(|last| last.now.0).as_ref(),
+        "to the end"
+    );
+    assert_eq!(
+        result["result"]["robots"]["gold"]["lives"], 1,
+        "still the same life"
+    );
+}
+
+#[test]
+fn an_agent_stopped_and_continued_fifty_times_stays_one_life_and_the_mission_completes() {
+    let lab = Lab::new();
+    let mut team = Team::start(
+        &lab,
+        &[
+            "--speed",
+            "100x",
+            "--stall-after",
+            "3600",
+            "--limit",
+            "20000",
+        ],
+    );
+    team.wait_for_row("events.csv", &[",activated,"]);
+    let stalls = |lab: &Lab, kind: &str| {
+        let events = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();
+        events
+            .lines()
+            .filter(|line| line.contains(&format!(",{kind},green,")))
+            .count()
+    };
+    for round in 1..=50 {
+        team.signal("green", Signal::SIGSTOP);
+        wait_until("the stall", || stalls(&lab, "stalled") == round);
+        team.signal("green", Signal::SIGCONT);
+        wait_until("the return", || stalls(&lab, "back") == round);
+        team.go_on(Duration::from_millis(20));
+    }
+    let finished = team.wait().expect(0);
+    let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
+    assert_eq!(result["result"]["items"]["delivered"], 24);
+    assert_eq!(result["result"]["robots"]["green"]["lives"], 1);
+    let log = lab.log("run");
+    assert_eq!(times(&log, "stalled", "green").len(), 50);
+    assert_eq!(times(&log, "back", "green").len(), 50);
+}
+
+#[test]
+fn by_hand_the_stall_deadline_finds_a_stopped_agent() {
+    let lab = Lab::new();
+    let world = lab.start(&[
+        "world",
+        "--out",
+        "run",
+        "--speed",
+        "100x",
+        "--stall-after",
+        "0.3",
+    ]);
+    let robots = ["blue", "gold", "green"];
+    let agents: Vec<_> = robots
+        .iter()
+        .map(|robot| lab.start(&["agent", "--robot", robot]))
+        .collect();
+    let has = |text: &str| {
+        std::fs::read_to_string(lab.path("run/events.csv"))
+            .is_ok_and(|events| events.contains(text))
+    };
+    wait_until("work", || has(",delivered,"));
+    agents[1].signal(Signal::SIGSTOP);
+    wait_until("the deadline", || has(",stalled,gold,"));
+    agents[1].signal(Signal::SIGCONT);
+    wait_until("the return", || has(",back,gold,"));
+    world.wait().expect(0);
+    for agent in agents {
+        agent.wait().expect(0);
+    }
+}
