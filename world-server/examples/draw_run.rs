@@ -1,0 +1,327 @@
+//! Draws a run from above: `cargo run -p world-server --example draw_run -- runs/latest > run.svg`.
+//!
+//! Also an example of how to read a run's folder.
+
+use std::fmt::{self, Write as _};
+use std::path::PathBuf;
+
+use alliance_proto::scenario::Scenario;
+use glam::Vec2;
+use world_server::recorder::{EventRow, PoseRow, RunLog};
+
+/// Pixels per meter.
+const SCALE: f32 = 80.0;
+
+/// Around the room, px.
+const MARGIN: f32 = 32.0;
+
+/// Below the room, for the legend, px.
+const LEGEND: f32 = 64.0;
+
+/// A way is drawn to this exactness, m.
+const TOLERANCE_M: f32 = 0.02;
+
+/// One per robot, by rank; then they repeat.
+const COLORS: [&str; 8] = [
+    "#2a6db5", "#c98f0a", "#2e8b57", "#a04ba5", "#c2452d", "#148f9b", "#6b6f2a", "#7a5c3e",
+];
+
+const FONT: &str = "font-family=\"Helvetica, Arial, DejaVu Sans, sans-serif\"";
+
+/// One way of a robot during which it did the same kind of thing.
+struct Way {
+    points: Vec<Vec2>,
+    style: &'static str,
+}
+
+fn main() -> anyhow::Result<()> {
+    let folder = std::env::args_os()
+        .nth(1)
+        .map_or_else(|| PathBuf::from("runs/latest"), PathBuf::from);
+    let log = RunLog::open(&folder)?;
+    print!("{}", draw(&log)?);
+    Ok(())
+}
+
+fn draw(log: &RunLog) -> anyhow::Result<String> {
+    let scenario = &log.run.setup.scenario;
+    let (poses, events) = (log.rows::<PoseRow>()?, log.rows::<EventRow>()?);
+    let (width, height) = (
+        scenario.room.width_m * SCALE,
+        scenario.room.height_m * SCALE,
+    );
+    let (full_width, full_height) = (width + 2.0 * MARGIN, height + 2.0 * MARGIN + LEGEND);
+
+    let mut svg = String::new();
+    writeln!(
+        svg,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {full_width} {full_height}\" role=\"img\">"
+    )?;
+    writeln!(
+        svg,
+        "<title>{}, seed {}</title>",
+        scenario.name, log.run.setup.seed
+    )?;
+    writeln!(
+        svg,
+        "<rect width=\"{full_width}\" height=\"{full_height}\" rx=\"12\" fill=\"#eceae4\"/>"
+    )?;
+    writeln!(svg, "<g transform=\"translate({MARGIN} {MARGIN})\">")?;
+    room(&mut svg, scenario)?;
+    let robots = scenario.robots.iter().zip(COLORS.iter().cycle());
+    for (robot, color) in robots.clone() {
+        let own: Vec<&PoseRow> = poses
+            .iter()
+            .filter(|pose| pose.robot == robot.name)
+            .collect();
+        for way in ways(&own) {
+            let points: Vec<String> = way.points.iter().map(|at| pair(scenario, *at)).collect();
+            writeln!(
+                svg,
+                "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-linejoin=\"round\" {}/>",
+                points.join(" "),
+                way.style
+            )?;
+        }
+    }
+    for (robot, color) in robots.clone() {
+        let own: Vec<&PoseRow> = poses
+            .iter()
+            .filter(|pose| pose.robot == robot.name)
+            .collect();
+        for event in events.iter().filter(|event| event.robot == robot.name) {
+            let fill = match event.kind.as_str() {
+                "picked" => "#fffdf8",
+                "delivered" => color,
+                _ => continue,
+            };
+            if let Some(pose) = own.iter().find(|pose| pose.t_ms >= event.t_ms) {
+                let reach = scenario.body.radius_m + scenario.waste.item_radius_m;
+                let at = position(pose) + Vec2::from_angle(pose.heading_rad) * reach;
+                let at = pixels(scenario, at);
+                writeln!(
+                    svg,
+                    "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"1.5\"/>",
+                    at.x, at.y
+                )?;
+            }
+        }
+        if let Some(last) = own.last() {
+            body(&mut svg, scenario, last, color)?;
+        }
+    }
+    writeln!(svg, "</g>")?;
+    legend(&mut svg, log, Vec2::new(MARGIN, 2.0 * MARGIN + height))?;
+    writeln!(svg, "</svg>")?;
+    Ok(svg)
+}
+
+/// What is in the room before the robots are.
+fn room(svg: &mut String, scenario: &Scenario) -> fmt::Result {
+    let (width, height) = (
+        scenario.room.width_m * SCALE,
+        scenario.room.height_m * SCALE,
+    );
+    writeln!(
+        svg,
+        "<rect width=\"{width}\" height=\"{height}\" fill=\"#fffdf8\" stroke=\"#4a4842\" stroke-width=\"5\"/>"
+    )?;
+    let site = &scenario.waste.report_site;
+    let top = pixels(
+        scenario,
+        Vec2::new(0.0, (scenario.room.height_m + site.height_m) / 2.0),
+    )
+    .y;
+    let (site_width, site_height) = (site.width_m * SCALE, site.height_m * SCALE);
+    writeln!(
+        svg,
+        "<rect x=\"2.5\" y=\"{top}\" width=\"{site_width}\" height=\"{site_height}\" fill=\"#e3dff0\"/>"
+    )?;
+    label(
+        svg,
+        Vec2::new(8.0, top + site_height + 20.0),
+        "start",
+        "report site",
+    )?;
+    for spill in &scenario.waste.spills {
+        let place = Vec2::new(spill.x_fraction, spill.y_fraction);
+        let name = format!("spill {}", spill.name);
+        disc(
+            svg,
+            scenario,
+            place,
+            scenario.waste.spill_radius_m,
+            "#f6dcd2",
+            &name,
+        )?;
+    }
+    let deposit = &scenario.waste.deposit;
+    let place = Vec2::new(deposit.x_fraction, deposit.y_fraction);
+    disc(svg, scenario, place, deposit.radius_m, "#dcebdc", "deposit")?;
+    for obstacle in &scenario.obstacles {
+        let corner = Vec2::new(obstacle.x_m, obstacle.y_m + obstacle.height_m);
+        let at = pixels(scenario, corner);
+        writeln!(
+            svg,
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"#8d897f\"/>",
+            at.x,
+            at.y,
+            obstacle.width_m * SCALE,
+            obstacle.height_m * SCALE
+        )?;
+    }
+    Ok(())
+}
+
+fn disc(
+    svg: &mut String,
+    scenario: &Scenario,
+    place: Vec2,
+    radius_m: f32,
+    fill: &str,
+    name: &str,
+) -> fmt::Result {
+    let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let (at, radius) = (pixels(scenario, place * room), radius_m * SCALE);
+    writeln!(
+        svg,
+        "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"{fill}\"/>",
+        at.x, at.y
+    )?;
+    label(svg, at - Vec2::new(0.0, radius + 8.0), "middle", name)
+}
+
+/// Splits a robot's way where it begins to do another kind of thing.
+fn ways(poses: &[&PoseRow]) -> Vec<Way> {
+    poses
+        .chunk_by(|a, b| style(a) == style(b))
+        .map(|part| Way {
+            points: corners(part.iter().map(|pose| position(pose)).collect()),
+            style: style(part[0]),
+        })
+        .collect()
+}
+
+/// The points of a way without those that a straight line can stand for.
+fn corners(mut way: Vec<Vec2>) -> Vec<Vec2> {
+    // A robot that waits would make the search below slow.
+    way.dedup();
+    let mut corners = Vec::new();
+    let mut rest = way.as_slice();
+    while let [first, others @ ..] = rest {
+        corners.push(*first);
+        let is_straight = |end: usize| {
+            others[..end]
+                .iter()
+                .all(|at| distance_to_line(*at, *first, others[end]) < TOLERANCE_M)
+        };
+        let end = (1..others.len())
+            .find(|end| !is_straight(*end))
+            .unwrap_or(others.len());
+        rest = &others[end.saturating_sub(1)..];
+    }
+    corners
+}
+
+fn distance_to_line(point: Vec2, from: Vec2, to: Vec2) -> f32 {
+    let along = to - from;
+    let share = (point - from).dot(along) / along.length_squared().max(f32::EPSILON);
+    point.distance(from + along * share.clamp(0.0, 1.0))
+}
+
+fn style(pose: &PoseRow) -> &'static str {
+    if pose.carrying {
+        "stroke-width=\"2.4\" stroke-opacity=\"0.75\""
+    } else if pose.behavior_set.starts_with("find-locations") {
+        "stroke-width=\"2.4\" stroke-opacity=\"0.9\" stroke-dasharray=\"2 7\" stroke-linecap=\"round\""
+    } else {
+        "stroke-width=\"1.1\" stroke-opacity=\"0.45\""
+    }
+}
+
+fn body(svg: &mut String, scenario: &Scenario, pose: &PoseRow, color: &str) -> fmt::Result {
+    let radius = scenario.body.radius_m * SCALE;
+    let at = pixels(scenario, position(pose));
+    let nose = at + Vec2::new(pose.heading_rad.cos(), -pose.heading_rad.sin()) * radius;
+    writeln!(
+        svg,
+        "<circle cx=\"{0:.1}\" cy=\"{1:.1}\" r=\"{radius}\" fill=\"{color}\" stroke=\"#fffdf8\" stroke-width=\"2\"/>\
+         <line x1=\"{0:.1}\" y1=\"{1:.1}\" x2=\"{2:.1}\" y2=\"{3:.1}\" stroke=\"#fffdf8\" stroke-width=\"3\"/>",
+        at.x, at.y, nose.x, nose.y
+    )
+}
+
+fn legend(svg: &mut String, log: &RunLog, corner: Vec2) -> fmt::Result {
+    let scenario = &log.run.setup.scenario;
+    let mut x = corner.x + 12.0;
+    for (robot, color) in scenario.robots.iter().zip(COLORS.iter().cycle()) {
+        let figures = log
+            .run
+            .result
+            .robots
+            .get(&robot.name)
+            .copied()
+            .unwrap_or_default();
+        let text = format!("{}: {} items", robot.name, figures.items_delivered);
+        writeln!(
+            svg,
+            "<circle cx=\"{x}\" cy=\"{}\" r=\"9\" fill=\"{color}\"/>",
+            corner.y
+        )?;
+        label(svg, Vec2::new(x + 16.0, corner.y + 5.0), "start", &text)?;
+        x += 150.0;
+    }
+    let kinds = [
+        (
+            "exploring",
+            "stroke-width=\"2.4\" stroke-dasharray=\"2 7\" stroke-linecap=\"round\"",
+        ),
+        ("with an item", "stroke-width=\"2.4\""),
+        ("without", "stroke-width=\"1.1\" stroke-opacity=\"0.6\""),
+    ];
+    let mut x = corner.x;
+    let y = corner.y + 34.0;
+    for (text, style) in kinds {
+        writeln!(
+            svg,
+            "<line x1=\"{x}\" y1=\"{y}\" x2=\"{}\" y2=\"{y}\" stroke=\"#4a4842\" {style}/>",
+            x + 40.0
+        )?;
+        label(svg, Vec2::new(x + 50.0, y + 5.0), "start", text)?;
+        x += 170.0;
+    }
+    let right = corner.x + scenario.room.width_m * SCALE;
+    writeln!(
+        svg,
+        "<line x1=\"{}\" y1=\"{y}\" x2=\"{right}\" y2=\"{y}\" stroke=\"#4a4842\" stroke-width=\"3\"/>",
+        right - SCALE
+    )?;
+    label(
+        svg,
+        Vec2::new(right - SCALE / 2.0, y - 8.0),
+        "middle",
+        "1 m",
+    )
+}
+
+fn label(svg: &mut String, at: Vec2, anchor: &str, text: &str) -> fmt::Result {
+    writeln!(
+        svg,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\" {FONT} font-size=\"16\" fill=\"#4a4842\">{text}</text>",
+        at.x, at.y
+    )
+}
+
+fn position(pose: &PoseRow) -> Vec2 {
+    Vec2::new(pose.x_m, pose.y_m)
+}
+
+/// The room's y points up, the drawing's down.
+fn pixels(scenario: &Scenario, at: Vec2) -> Vec2 {
+    Vec2::new(at.x, scenario.room.height_m - at.y) * SCALE
+}
+
+fn pair(scenario: &Scenario, at: Vec2) -> String {
+    let at = pixels(scenario, at);
+    format!("{:.1},{:.1}", at.x, at.y)
+}
