@@ -3,8 +3,8 @@
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use alliance_proto::tick::{Outcome, TickMessage};
+use alliance_proto::time::SimTime;
 use robot_agent::agent::Agent;
 use robot_agent::radio::Radio;
 use world_server::recorder::{LogLevel, RecordError, Recorder, Sink};
@@ -91,7 +91,9 @@ impl<S: Sink> Team<S> {
 
     fn ask(&mut self, robot: RobotId, message: &TickMessage) {
         let member = &mut self.members[robot.index()];
-        let heard = member.radio.listen(&message.manifest, message.now, self.step);
+        let heard = member
+            .radio
+            .listen(&message.manifest, message.now, self.step);
         let step = member.agent.step(message, heard);
         for broadcast in step.broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {

@@ -91,9 +91,7 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
     let session = zenoh::open(config).await.map_err(bus)?;
 
     let (ended, end) = oneshot::channel();
-    let shared = Arc::new(Mutex::new(Mind::Unborn {
-        ended: Some(ended),
-    }));
+    let shared = Arc::new(Mutex::new(Mind::Unborn { ended: Some(ended) }));
     let ignored = Arc::new(Mutex::new(Ignored::default()));
 
     // Whatever is sent to this robot after the handshake finds its subscribers there: they are declared before it.
@@ -113,7 +111,12 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
             secret: secret.clone(),
             robot,
             incarnation: welcome.incarnation,
-            names: setup.scenario.robots.iter().map(|r| r.name.clone()).collect(),
+            names: setup
+                .scenario
+                .robots
+                .iter()
+                .map(|r| r.name.clone())
+                .collect(),
             step: SimTime(setup.scenario.step_ms),
             agent: TentativeAgent::new(Agent::new(robot, welcome.incarnation, &setup)),
             radio: Radio::default(),
@@ -214,7 +217,10 @@ async fn join(
         let Ok(sample) = reply.into_result() else {
             continue;
         };
-        match secret.open(&keys.join_answer(request.nonce), &sample.payload().to_bytes()) {
+        match secret.open(
+            &keys.join_answer(request.nonce),
+            &sample.payload().to_bytes(),
+        ) {
             Ok(answer) => break answer,
             Err(error) => tracing::warn!(%error, "answer to the join request ignored"),
         }

@@ -201,10 +201,7 @@ mod tests {
         radio.receive(broadcast(1, 4, 1, 2));
         radio.receive(broadcast(1, 99, 0, 3));
         let heard = radio.listen(&[entry(1, 4, 1)], SimTime(250), SimTime(50));
-        assert_eq!(
-            heard.inbox.iter().map(|b| b.seq).collect::<Vec<_>>(),
-            [1]
-        );
+        assert_eq!(heard.inbox.iter().map(|b| b.seq).collect::<Vec<_>>(), [1]);
         assert_eq!(heard.receptions.len(), 1);
     }
 

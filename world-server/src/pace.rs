@@ -20,7 +20,8 @@ impl FromStr for Speed {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let wrong = || format!("'{text}' is no speed: use 'max', or a factor such as '5x' or '0.5x'");
+        let wrong =
+            || format!("'{text}' is no speed: use 'max', or a factor such as '5x' or '0.5x'");
         if text == "max" {
             return Ok(Self::Max);
         }

@@ -14,7 +14,7 @@ use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
-use zenoh::qos::Priority;
+use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
@@ -209,7 +209,9 @@ async fn declare_ears(
             let sent = answer
                 .map_err(|error| error.to_string())
                 .and_then(|bytes| {
-                    let reply = query.reply(&key, bytes).wait();
+                    // Who asks and does not listen shall not hold the world.
+                    let reply = query.reply(&key, bytes).congestion_control(CongestionControl::Drop);
+                    let reply = reply.wait();
                     reply.map_err(|error| error.to_string())
                 });
             if let Err(error) = sent {

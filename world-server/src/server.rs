@@ -159,7 +159,12 @@ impl Server {
         let barrier = self.simulation.barrier();
         barrier
             .robots()
-            .filter(|robot| matches!(barrier.presence(*robot), Presence::Empty | Presence::Invited))
+            .filter(|robot| {
+                matches!(
+                    barrier.presence(*robot),
+                    Presence::Empty | Presence::Invited
+                )
+            })
             .map(|robot| self.peers[robot.index()].name.as_str())
             .collect()
     }
@@ -226,8 +231,9 @@ impl Server {
     /// A liveliness token of an agent came or went.
     pub fn token(&mut self, key: &str, alive: bool) {
         let secret = self.secret.clone();
-        let Some((name, incarnation)) =
-            secret.stamped(key).and_then(|plain| self.keys.parse_alive(plain))
+        let Some((name, incarnation)) = secret
+            .stamped(key)
+            .and_then(|plain| self.keys.parse_alive(plain))
         else {
             return self.refuse("token", &"not stamped by a member of this run");
         };
@@ -238,7 +244,12 @@ impl Server {
             self.peers[robot.index()].invited = None;
             self.simulation.arrive(robot, incarnation);
         } else {
-            tracing::info!(robot = name, incarnation, tick = self.simulation.tick(), "agent gone");
+            tracing::info!(
+                robot = name,
+                incarnation,
+                tick = self.simulation.tick(),
+                "agent gone"
+            );
             self.simulation.gone(robot, incarnation);
         }
         self.pump();
@@ -336,7 +347,10 @@ impl Server {
 
     /// Publishes a snapshot for observers, who may miss it.
     pub fn show(&self) {
-        if let Ok(bytes) = self.secret.seal(self.view.key_expr(), &self.simulation.view()) {
+        if let Ok(bytes) = self
+            .secret
+            .seal(self.view.key_expr(), &self.simulation.view())
+        {
             // An observer's trouble is not the run's.
             let _ = self.view.put(bytes).wait();
         }

@@ -14,7 +14,9 @@ use alliance_proto::view::{RobotView, View};
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
 use crate::input::Input;
-use crate::recorder::{BodyRecord, Counted, Event, EventKind, RecordError, Recorder, RobotRecord, Sink, TickRecord};
+use crate::recorder::{
+    BodyRecord, Counted, Event, EventKind, RecordError, Recorder, RobotRecord, Sink, TickRecord,
+};
 use crate::world::{World, WorldEvent};
 
 /// A run.
@@ -305,7 +307,10 @@ impl Simulation {
                     && (0.0..=threshold).contains(&motivation.motivation)
                     && motivation.impatience.is_finite()
             })
-            && report.changes.iter().all(|change| change.set.index() < sets)
+            && report
+                .changes
+                .iter()
+                .all(|change| change.set.index() < sets)
             && report.receptions.iter().all(|reception| {
                 reception.sender.index() < robots
                     && reception.said.is_none_or(|said| {
@@ -337,7 +342,11 @@ impl Simulation {
                 ..Event::new(EventKind::Picked, Some(robot))
             },
             WorldEvent::PickFailed { robot } => Event::new(EventKind::PickFailed, Some(robot)),
-            WorldEvent::Dropped { robot, item: id, at } => Event {
+            WorldEvent::Dropped {
+                robot,
+                item: id,
+                at,
+            } => Event {
                 subject: item(id),
                 detail: format!("{} {}", at.x, at.y),
                 ..Event::new(EventKind::Dropped, Some(robot))

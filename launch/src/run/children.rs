@@ -128,7 +128,10 @@ impl Process {
         let text = String::from_utf8_lossy(&text);
         let lines: Vec<&str> = text.lines().collect();
         let from = lines.len().saturating_sub(LAST_LINES);
-        lines[from..].iter().map(|line| format!("    {line}\n")).collect()
+        lines[from..]
+            .iter()
+            .map(|line| format!("    {line}\n"))
+            .collect()
     }
 }
 

@@ -34,8 +34,19 @@ enum Style {
 impl Progress {
     /// Nothing shown yet.
     pub fn new(setup: &Setup) -> Self {
-        let names: Vec<String> = setup.scenario.robots.iter().map(|r| r.name.clone()).collect();
-        let items: u32 = setup.scenario.waste.spills.iter().map(|spill| spill.items).sum();
+        let names: Vec<String> = setup
+            .scenario
+            .robots
+            .iter()
+            .map(|r| r.name.clone())
+            .collect();
+        let items: u32 = setup
+            .scenario
+            .waste
+            .spills
+            .iter()
+            .map(|spill| spill.items)
+            .sum();
         let style = if std::io::stderr().is_terminal() {
             let bars = MultiProgress::new();
             let mission = bars.add(ProgressBar::new(u64::from(items)));
@@ -92,7 +103,10 @@ impl Progress {
                 if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
                     *last = Some(now);
                     let (delivered, total) = (view.items.delivered, view.items.total());
-                    eprintln!("{clock}, {delivered}/{total} delivered; {}", doing.join("; "));
+                    eprintln!(
+                        "{clock}, {delivered}/{total} delivered; {}",
+                        doing.join("; ")
+                    );
                 }
             }
         }
@@ -121,7 +135,11 @@ impl Progress {
             (.., None) => "idle",
             (.., Some(set)) => self.catalog.set_name(set),
         };
-        let load = if robot.carrying { ", carries waste" } else { "" };
+        let load = if robot.carrying {
+            ", carries waste"
+        } else {
+            ""
+        };
         format!("{name}: {doing}{load}")
     }
 }

@@ -37,7 +37,9 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
     let late = result
         .report_lateness_max_ms
-        .map_or_else(String::new, |ms| format!(", the latest {} late", SimTime(ms)));
+        .map_or_else(String::new, |ms| {
+            format!(", the latest {} late", SimTime(ms))
+        });
     eprintln!(
         "{}: {} of {} items delivered, {} progress reports{late}",
         outcome(run),

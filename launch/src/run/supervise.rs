@@ -50,8 +50,8 @@ pub struct Plan {
 /// When a process cannot be started or fails, or the bus does.
 pub fn supervise(plan: &Plan) -> anyhow::Result<bool> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
-            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
-            .worker_threads(1)
+        // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
+        .worker_threads(1)
         .enable_all()
         .build()
         .context("starting the runtime")?;
@@ -113,7 +113,8 @@ impl Team {
             .map(|process| format!("{} {}", process.name(), process.pid()))
             .collect();
         team.progress.say(&format!("run {}", plan.run));
-        team.progress.say(&format!("process ids: {}", pids.join(", ")));
+        team.progress
+            .say(&format!("process ids: {}", pids.join(", ")));
         Ok(team)
     }
 
@@ -132,7 +133,11 @@ impl Team {
             if bus.is_none() && Rendezvous::find(Some(&plan.run)).is_ok() {
                 bus = self.observe(plan, &keys, sender.clone()).await;
             }
-            let pause = if bus.is_none() { INTERVAL / 10 } else { INTERVAL };
+            let pause = if bus.is_none() {
+                INTERVAL / 10
+            } else {
+                INTERVAL
+            };
             tokio::select! {
                 _ = children.recv() => {}
                 _ = interrupt.recv() => interrupted = self.interrupt(interrupted),
@@ -181,7 +186,9 @@ impl Team {
             let run = Rendezvous::find(Some(&plan.run))?;
             let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
                 .map_err(anyhow::Error::from_boxed)?;
-            let session = zenoh::open(config).await.map_err(anyhow::Error::from_boxed)?;
+            let session = zenoh::open(config)
+                .await
+                .map_err(anyhow::Error::from_boxed)?;
             let (secret, key) = (Secret::of(&run.token), keys.view());
             let opener = secret.clone();
             session
@@ -263,14 +270,19 @@ impl Team {
 
     /// No process outlives its run: first they may end by themselves, then they are asked, then killed.
     async fn end_all(&mut self) {
-        let mut processes: Vec<&mut Process> =
-            std::iter::once(&mut self.world).chain(&mut self.agents).collect();
+        let mut processes: Vec<&mut Process> = std::iter::once(&mut self.world)
+            .chain(&mut self.agents)
+            .collect();
         let steps = [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)];
         for step in steps {
             if let Some(signal) = step {
-                for process in processes.iter().filter(|process| process.ending().is_none()) {
+                for process in processes
+                    .iter()
+                    .filter(|process| process.ending().is_none())
+                {
                     if signal == Signal::SIGKILL {
-                        self.progress.say(&format!("{} had to be killed", process.name()));
+                        self.progress
+                            .say(&format!("{} had to be killed", process.name()));
                     }
                     process.signal(signal);
                 }

@@ -104,7 +104,11 @@ impl Watched {
 
     /// Latest tick in which that life counted.
     fn last_counted(&self, robot: u16, life: Incarnation) -> Option<Tick> {
-        let of_robot = self.counted.iter().rev().filter(|((_, rank), _)| *rank == robot);
+        let of_robot = self
+            .counted
+            .iter()
+            .rev()
+            .filter(|((_, rank), _)| *rank == robot);
         of_robot
             .map(|((tick, _), report)| (*tick, report.incarnation))
             .find(|(_, incarnation)| *incarnation == life)
@@ -137,7 +141,11 @@ impl Watched {
         }
         for robot in self.barrier.robots() {
             let awaited = self.awaited.contains(&robot.0);
-            assert_eq!(self.barrier.is_awaited(robot), awaited, "{robot} after {action:?}");
+            assert_eq!(
+                self.barrier.is_awaited(robot),
+                awaited,
+                "{robot} after {action:?}"
+            );
         }
     }
 
@@ -145,7 +153,10 @@ impl Watched {
         let before = self.life(robot);
         if let Ok((id, life, first)) = self.barrier.invite(&format!("robot-{robot}")) {
             assert_eq!((id, life), (RobotId(robot), before + 1));
-            assert!(!self.awaited.contains(&robot), "a live agent's robot was given away");
+            assert!(
+                !self.awaited.contains(&robot),
+                "a live agent's robot was given away"
+            );
             self.promised.insert((robot, life), first);
         }
     }
@@ -175,7 +186,11 @@ impl Watched {
         let counts = self.awaited.contains(&robot) && honest && broadcasts <= MAX_BROADCASTS;
         let report = report(RobotId(robot), life, tick, broadcasts);
         let verdict = self.barrier.report(report.clone());
-        assert_eq!(verdict == Verdict::Counted, counts, "{report:?} is {verdict:?}");
+        assert_eq!(
+            verdict == Verdict::Counted,
+            counts,
+            "{report:?} is {verdict:?}"
+        );
         if counts {
             let twice = self.counted.insert((tick, robot), report);
             assert_eq!(twice, None, "counted twice");
@@ -191,13 +206,19 @@ impl Watched {
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
             if self.order == StepOrder::InOrder {
                 assert!(self.awaited.is_empty(), "asked while another has the turn");
-                assert!(self.asked.last().is_none_or(|last| *last < robot), "out of order");
+                assert!(
+                    self.asked.last().is_none_or(|last| *last < robot),
+                    "out of order"
+                );
             }
             self.asked.push(robot);
             self.awaited.insert(robot);
             let life = question.incarnation;
             assert_eq!(life, self.life(robot));
-            assert!(self.promised[&(robot, life)] <= self.barrier.tick(), "before its first tick");
+            assert!(
+                self.promised[&(robot, life)] <= self.barrier.tick(),
+                "before its first tick"
+            );
             assert_eq!(question.last_counted, self.last_counted(robot, life));
             assert_eq!(question.manifest, self.audible(robot, life));
         }
@@ -249,7 +270,11 @@ impl Watched {
                 ..
             } = input
             {
-                let rank = self.barrier.places.iter().position(|place| place.name == *robot);
+                let rank = self
+                    .barrier
+                    .places
+                    .iter()
+                    .position(|place| place.name == *robot);
                 let rank = rank.unwrap() as u16;
                 assert_eq!(*last_counted, self.last_counted(rank, *incarnation));
                 died.push(RobotId(rank));
@@ -346,7 +371,10 @@ fn in_order_a_later_robot_hears_an_earlier_one_in_the_same_tick() {
     watched.report(0, 1, 0, 2);
     let second = watched.ask();
     assert_eq!(second[0].robot, RobotId(1));
-    assert_eq!((second[0].manifest[0].tick, second[0].manifest[0].count), (0, 2));
+    assert_eq!(
+        (second[0].manifest[0].tick, second[0].manifest[0].count),
+        (0, 2)
+    );
 }
 
 #[test]
@@ -375,8 +403,15 @@ fn a_restart_within_the_tick_of_the_death_is_a_new_life_in_the_next_tick() {
     assert_eq!(watched.report(1, 1, 0, 0), Verdict::Superseded);
     watched.report(0, 1, 0, 1);
     let gathered = watched.finish();
-    assert_eq!(gathered.dead, [RobotId(1)], "what the old life carried falls");
-    assert!(gathered.reports[1].is_some(), "what the old life did counts");
+    assert_eq!(
+        gathered.dead,
+        [RobotId(1)],
+        "what the old life carried falls"
+    );
+    assert!(
+        gathered.reports[1].is_some(),
+        "what the old life did counts"
+    );
     let questions = watched.ask();
     assert_eq!(questions[1].incarnation, 2);
     assert_eq!(questions[1].last_counted, None);
@@ -391,7 +426,11 @@ fn a_silent_robot_is_deaf_until_the_tick_in_which_it_is_back() {
     watched.stall(1);
     watched.finish();
     watched.ask();
-    assert_eq!(watched.report(1, 1, 0, 5), Verdict::BackAgain, "late, and not counted");
+    assert_eq!(
+        watched.report(1, 1, 0, 5),
+        Verdict::BackAgain,
+        "late, and not counted"
+    );
     watched.report(0, 1, 1, 1);
     watched.finish();
     let questions = watched.ask();

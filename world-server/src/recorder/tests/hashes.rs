@@ -168,10 +168,7 @@ fn every_part_counts_in_its_section() {
     let stall = || Input::StallBegin {
         robot: "gold".to_owned(),
     };
-    assert_eq!(
-        changed(|tick| tick.inputs.push(stall())),
-        ["world inputs"]
-    );
+    assert_eq!(changed(|tick| tick.inputs.push(stall())), ["world inputs"]);
 
     let gold = [
         "gold commands",
