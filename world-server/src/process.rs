@@ -105,7 +105,10 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
     );
     let server = Arc::new(Mutex::new(server));
     declare_ears(&session, &keys, &server).await?;
-    let _token = session.liveliness().declare_token(keys.alive_world()).await?;
+    let _token = session
+        .liveliness()
+        .declare_token(keys.alive_world())
+        .await?;
     let announcement = Rendezvous {
         run: options.run.clone(),
         endpoint: endpoint.clone(),
@@ -206,14 +209,14 @@ async fn declare_ears(
         .callback(move |query| {
             let payload = query.payload().map(|payload| payload.to_bytes());
             let answer = lock(&shared).join(payload.as_deref().unwrap_or_default());
-            let sent = answer
-                .map_err(|error| error.to_string())
-                .and_then(|bytes| {
-                    // Who asks and does not listen shall not hold the world.
-                    let reply = query.reply(&key, bytes).congestion_control(CongestionControl::Drop);
-                    let reply = reply.wait();
-                    reply.map_err(|error| error.to_string())
-                });
+            let sent = answer.map_err(|error| error.to_string()).and_then(|bytes| {
+                // Who asks and does not listen shall not hold the world.
+                let reply = query
+                    .reply(&key, bytes)
+                    .congestion_control(CongestionControl::Drop);
+                let reply = reply.wait();
+                reply.map_err(|error| error.to_string())
+            });
             if let Err(error) = sent {
                 tracing::warn!(error, "join request not answered");
             }
@@ -273,12 +276,7 @@ async fn bid_farewell(server: &Mutex<Server>) {
 }
 
 /// Contents of host.json: what belongs to this machine and this hour.
-fn host(
-    server: &Server,
-    options: &Options,
-    endpoint: &str,
-    started: Instant,
-) -> serde_json::Value {
+fn host(server: &Server, options: &Options, endpoint: &str, started: Instant) -> serde_json::Value {
     let wall = |instant: Instant| {
         let ago = Instant::now().duration_since(instant);
         // The log says when it happened; the simulation never does.
