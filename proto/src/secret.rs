@@ -81,7 +81,9 @@ impl Secret {
         (self.stamp(plain) == key).then_some(plain)
     }
 
-    fn mark(&self, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
+    /// The seal of these bytes for that key.
+    #[must_use]
+    pub fn mark(&self, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
         let mut hasher = self.keyed;
         hasher.write(key.as_bytes());
         // No key expression has a zero byte, so key and message cannot be cut differently.

@@ -1,6 +1,7 @@
 //! The thin shell around a run: a zenoh session, a folder, signals, timers.
 
 use std::net::{Ipv4Addr, TcpListener};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -14,7 +15,7 @@ use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
-use zenoh::qos::{CongestionControl, Priority};
+use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
@@ -119,12 +120,13 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
     tracing::info!(run = options.run, endpoint, "waiting for robots");
 
     let outcome = supervise(&server, end).await?;
+    let ended = Instant::now();
     drop(announcement);
     bid_farewell(&server).await;
     let (unscripted, hash) = {
         let mut server = lock(&server);
         let unscripted = server.simulation().is_unscripted();
-        let host = host(&server, options, &endpoint, started);
+        let host = host(&server, options, &endpoint, started..ended);
         let recorder = server.recorder();
         recorder.finish(outcome, unscripted)?;
         recorder.write_host(&host)?;
@@ -210,11 +212,7 @@ async fn declare_ears(
             let payload = query.payload().map(|payload| payload.to_bytes());
             let answer = lock(&shared).join(payload.as_deref().unwrap_or_default());
             let sent = answer.map_err(|error| error.to_string()).and_then(|bytes| {
-                // Who asks and does not listen shall not hold the world.
-                let reply = query
-                    .reply(&key, bytes)
-                    .congestion_control(CongestionControl::Drop);
-                let reply = reply.wait();
+                let reply = query.reply(&key, bytes).wait();
                 reply.map_err(|error| error.to_string())
             });
             if let Err(error) = sent {
@@ -276,7 +274,12 @@ async fn bid_farewell(server: &Mutex<Server>) {
 }
 
 /// Contents of host.json: what belongs to this machine and this hour.
-fn host(server: &Server, options: &Options, endpoint: &str, started: Instant) -> serde_json::Value {
+fn host(
+    server: &Server,
+    options: &Options,
+    endpoint: &str,
+    time: Range<Instant>,
+) -> serde_json::Value {
     let wall = |instant: Instant| {
         let ago = Instant::now().duration_since(instant);
         // The log says when it happened; the simulation never does.
@@ -287,15 +290,15 @@ fn host(server: &Server, options: &Options, endpoint: &str, started: Instant) ->
     };
     let seconds = server
         .first_tick()
-        .map(|first| Instant::now().duration_since(first).as_secs_f64());
+        .map(|first| time.end.duration_since(first).as_secs_f64());
     let ticks = server.simulation().tick();
     json!({
         "run": options.run,
         "speed": options.speed.to_string(),
         "endpoint": endpoint,
-        "started_unix_ms": wall(started),
-        "ended_unix_ms": wall(Instant::now()),
-        "start_to_first_tick_s": server.first_tick().map(|first| first.duration_since(started).as_secs_f64()),
+        "started_unix_ms": wall(time.start),
+        "ended_unix_ms": wall(time.end),
+        "start_to_first_tick_s": server.first_tick().map(|first| first.duration_since(time.start).as_secs_f64()),
         "running_s": seconds,
         "ticks_per_s": seconds.filter(|seconds| *seconds > 0.0).map(|seconds| ticks as f64 / seconds),
         "pids": {

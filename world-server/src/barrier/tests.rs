@@ -456,3 +456,16 @@ fn while_nobody_is_there_the_clock_stands_and_who_comes_enters_the_tick_at_hand(
     assert_eq!(watched.ask()[0].incarnation, 2);
     assert_eq!(watched.barrier.tick(), 1);
 }
+
+#[test]
+fn an_old_report_that_somebody_puts_again_does_not_bring_a_silent_robot_back() {
+    let mut watched = Watched::running(2, StepOrder::Simultaneous);
+    watched.ask();
+    watched.report(0, 1, 0, 0);
+    watched.report(1, 1, 0, 0);
+    watched.finish();
+    watched.ask();
+    watched.stall(1);
+    assert_eq!(watched.report(1, 1, 0, 0), Verdict::Stale);
+    assert_eq!(watched.report(1, 1, 1, 0), Verdict::BackAgain);
+}

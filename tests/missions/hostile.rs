@@ -1,0 +1,449 @@
+//! A hostile client on the bus: whatever it puts there is counted and ignored (issue "It holds", item 5).
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex};
+
+use alliance_proto::codec::{LIMIT_BYTES, encode};
+use alliance_proto::ids::RobotId;
+use alliance_proto::join::{JoinRequest, PROTOCOL_VERSION};
+use alliance_proto::keys::Keys;
+use alliance_proto::process::{ProcessNews, ProcessState};
+use alliance_proto::readings::{Actuation, Readings};
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::secret::{SEAL_BYTES, Secret};
+use alliance_proto::team::{Body, Broadcast, BroadcastKind, Withdrawal};
+use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
+use alliance_proto::time::SimTime;
+use rand::{Rng, RngExt};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
+
+use crate::harness::{Finished, Lab, Process, wait_until};
+
+const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
+
+/// How many messages of each kind are put while a mission runs.
+const EACH: usize = 10_000;
+
+/// More resident memory than this, MiB, and a process has kept what was thrown at it: the oversized messages alone weigh ten
+/// times as much.
+const MEMORY_MIB: u64 = 256;
+
+/// What is put on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    /// Random bytes.
+    Noise,
+    /// A real message without its end.
+    Truncated,
+    /// More bytes than any message may have, sometimes more than the bus carries.
+    Oversized,
+    /// A real message on the key of another robot, or another key.
+    Misplaced,
+    /// A real message of the run's first ticks, on its own key.
+    Stale,
+    /// One of the latest real messages, on its own key.
+    Replayed,
+    /// A message that fits, without a true seal.
+    Forged,
+    /// A message with a true seal that no member in its right mind sends: of a former life, an old tick, another robot, or none.
+    Mad,
+}
+
+const KINDS: [Kind; 8] = [
+    Kind::Noise,
+    Kind::Truncated,
+    Kind::Oversized,
+    Kind::Misplaced,
+    Kind::Stale,
+    Kind::Replayed,
+    Kind::Forged,
+    Kind::Mad,
+];
+
+/// Real messages of a key.
+#[derive(Default)]
+struct Captured {
+    first: Vec<Vec<u8>>,
+    latest: VecDeque<Vec<u8>>,
+}
+
+/// The hostile client of one run.
+struct Stranger {
+    session: Session,
+    keys: Keys,
+    secret: Secret,
+    captured: Arc<Mutex<BTreeMap<String, Captured>>>,
+    tokens: Arc<Mutex<Vec<String>>>,
+    rng: ChaCha8Rng,
+}
+
+impl Stranger {
+    /// Joins the bus of the lab's only run, and listens to everything.
+    fn intrude(lab: &Lab) -> Self {
+        let run = announced(lab);
+        let config = alliance_proto::session::client(&run.endpoint);
+        let config = zenoh::Config::from_json5(&config).unwrap();
+        let session = zenoh::open(config).wait().unwrap();
+        let keys = Keys::new(&run.run);
+        let captured = Arc::new(Mutex::new(BTreeMap::<String, Captured>::new()));
+        let heard = Arc::clone(&captured);
+        session
+            .declare_subscriber(format!("alliance/{}/**", run.run))
+            .callback(move |sample| keep(&heard, sample.key_expr(), &sample.payload().to_bytes()))
+            .background()
+            .wait()
+            .unwrap();
+        // Asked like the world, it answers noise, and keeps the request.
+        let (heard, key) = (Arc::clone(&captured), keys.join());
+        session
+            .declare_queryable(keys.join())
+            .complete(true)
+            .callback(move |query| {
+                let request = query.payload().map(|payload| payload.to_bytes());
+                keep(&heard, &key, request.as_deref().unwrap_or_default());
+                let _ = query.reply(&key, vec![7; 40]).wait();
+            })
+            .background()
+            .wait()
+            .unwrap();
+        let tokens = Arc::new(Mutex::new(Vec::new()));
+        let seen = Arc::clone(&tokens);
+        session
+            .liveliness()
+            .declare_subscriber(format!("alliance/{}/alive/**", run.run))
+            .history(true)
+            .callback(move |sample| seen.lock().unwrap().push(sample.key_expr().to_string()))
+            .background()
+            .wait()
+            .unwrap();
+        Self {
+            session,
+            keys,
+            secret: Secret::of(&run.token),
+            captured,
+            tokens,
+            rng: ChaCha8Rng::seed_from_u64(3),
+        }
+    }
+
+    /// Every key that carries messages.
+    fn all_keys(&self) -> Vec<String> {
+        let mut keys = vec![self.keys.join(), self.keys.process(), self.keys.view()];
+        for robot in ROBOTS {
+            keys.push(self.keys.tick(robot));
+            keys.push(self.keys.report(robot));
+            keys.extend(BroadcastKind::ALL.map(|kind| self.keys.team(robot, kind)));
+        }
+        keys
+    }
+
+    /// Puts one message of that kind on that key.
+    fn put(&mut self, kind: Kind, key: &str) {
+        let payload = self.make(kind, key);
+        if key == self.keys.join() {
+            let asked = self.session.get(key).payload(payload).callback(|_| {});
+            asked.wait().unwrap();
+        } else {
+            self.session
+                .put(key, payload)
+                .congestion_control(CongestionControl::Block)
+                .wait()
+                .unwrap();
+        }
+    }
+
+    fn make(&mut self, kind: Kind, key: &str) -> Vec<u8> {
+        match kind {
+            Kind::Noise => self.noise(0..2000),
+            Kind::Oversized if self.rng.random_ratio(1, 200) => self.noise(2 << 20..3 << 20),
+            Kind::Oversized => self.noise(LIMIT_BYTES + SEAL_BYTES + 1..LIMIT_BYTES + 1000),
+            Kind::Truncated => {
+                let mut message = self.real(key, true);
+                message.truncate(self.rng.random_range(0..message.len().max(1)));
+                message
+            }
+            Kind::Misplaced => {
+                let others = self.all_keys();
+                let other = others.iter().cycle().skip_while(|other| *other != key);
+                // The same leaf of the next robot where there is one: there are five keys to a robot.
+                let other = other.clone().nth(5).unwrap().clone();
+                self.real(&other, true)
+            }
+            Kind::Stale => self.real(key, false),
+            Kind::Replayed => self.real(key, true),
+            Kind::Forged => {
+                let mut message = self.invent(key, 1);
+                message.extend(self.noise(SEAL_BYTES..SEAL_BYTES + 1));
+                message
+            }
+            Kind::Mad => {
+                if self.rng.random_bool(0.5) {
+                    let noise = self.noise(0..200);
+                    return self.sealed(key, &noise);
+                }
+                let message = self.invent(key, 0);
+                self.sealed(key, &message)
+            }
+        }
+    }
+
+    fn noise(&mut self, length: std::ops::Range<usize>) -> Vec<u8> {
+        let mut bytes = vec![0; self.rng.random_range(length)];
+        self.rng.fill_bytes(&mut bytes);
+        bytes
+    }
+
+    /// A message that was heard on that key; noise if none was yet.
+    fn real(&mut self, key: &str, late: bool) -> Vec<u8> {
+        let pick = self.rng.random_range(0..KEPT);
+        let captured = self.captured.lock().unwrap();
+        let found = captured.get(key).and_then(|heard| {
+            if late {
+                heard.latest.iter().cycle().nth(pick).cloned()
+            } else {
+                heard.first.iter().cycle().nth(pick).cloned()
+            }
+        });
+        drop(captured);
+        found.unwrap_or_else(|| self.noise(1..100))
+    }
+
+    /// A well-formed message that would do harm on that key, in the name of that life.
+    fn invent(&mut self, key: &str, incarnation: u32) -> Vec<u8> {
+        let robot = RobotId(self.rng.random_range(0..3));
+        let tick = self.rng.random_range(0..3);
+        if key == self.keys.join() {
+            let request = JoinRequest {
+                version: PROTOCOL_VERSION,
+                robot: "nobody".to_owned(),
+                pid: 1,
+                nonce: self.rng.random(),
+            };
+            return encode(&request).unwrap();
+        }
+        if key == self.keys.process() {
+            let news = ProcessNews {
+                number: u64::from(incarnation) * 1000,
+                robot: "blue".to_owned(),
+                pid: std::process::id(),
+                state: ProcessState::Stopped,
+            };
+            return encode(&news).unwrap();
+        }
+        if key.ends_with("/tick") {
+            let message = match self.rng.random_range(incarnation..4) {
+                1 => ToAgent::End(Outcome::Interrupted),
+                2 => ToAgent::Dismissed(incarnation),
+                _ => ToAgent::Tick(Box::new(TickMessage {
+                    incarnation,
+                    tick: u64::MAX * u64::from(incarnation),
+                    now: SimTime(0),
+                    last_counted: None,
+                    manifest: Vec::new(),
+                    readings: Readings::default(),
+                })),
+            };
+            // Whoever knows the secret can end a run: that is what it is for.
+            if incarnation == 0 && matches!(message, ToAgent::End(_)) {
+                return encode(&ToAgent::Dismissed(0)).unwrap();
+            }
+            return encode(&message).unwrap();
+        }
+        if key.ends_with("/report") {
+            let report = Report {
+                robot,
+                incarnation,
+                tick,
+                actuation: Actuation::default(),
+                broadcasts: 0,
+                motivations: Vec::new(),
+                changes: Vec::new(),
+                notes: Vec::new(),
+                receptions: Vec::new(),
+            };
+            return encode(&report).unwrap();
+        }
+        let broadcast = Broadcast {
+            sender: robot,
+            incarnation,
+            tick,
+            index: 0,
+            seq: 0,
+            sent: SimTime(0),
+            body: Body::Withdrawal(Withdrawal {
+                finder: robot,
+                seen: SimTime(1 << 40),
+            }),
+        };
+        encode(&broadcast).unwrap()
+    }
+
+    /// Seals any bytes for that key, as only a member can.
+    fn sealed(&self, key: &str, bytes: &[u8]) -> Vec<u8> {
+        [bytes, &self.secret.mark(key, bytes)].concat()
+    }
+
+    /// Declares tokens of lives that are not, and copies of those that are, and takes them all back.
+    fn juggle_tokens(&mut self) {
+        let mut keys = vec![self.keys.alive_world(), self.keys.alive("nobody", 1)];
+        for robot in ROBOTS {
+            keys.extend((0..4).map(|life| self.keys.alive(robot, life)));
+            keys.push(format!(
+                "{}/{:016x}",
+                self.keys.alive(robot, 1),
+                self.rng.random::<u64>()
+            ));
+        }
+        keys.extend(self.tokens.lock().unwrap().iter().cloned());
+        keys.sort();
+        keys.dedup();
+        let declared: Vec<_> = keys
+            .iter()
+            .map(|key| {
+                self.session
+                    .liveliness()
+                    .declare_token(key.clone())
+                    .wait()
+                    .unwrap()
+            })
+            .collect();
+        for token in declared {
+            token.undeclare().wait().unwrap();
+        }
+    }
+}
+
+/// How many messages of a key are kept of the first, and of the latest.
+const KEPT: usize = 50;
+
+fn keep(captured: &Mutex<BTreeMap<String, Captured>>, key: &str, bytes: &[u8]) {
+    let mut captured = captured.lock().unwrap();
+    let heard = captured.entry(key.to_owned()).or_default();
+    if heard.first.len() < KEPT {
+        heard.first.push(bytes.to_vec());
+    }
+    if heard.latest.len() == KEPT {
+        heard.latest.pop_front();
+    }
+    heard.latest.push_back(bytes.to_vec());
+}
+
+/// The announcement of the lab's only live run.
+fn announced(lab: &Lab) -> Rendezvous {
+    let folder = lab.path("runtime").join("alliance");
+    let mut found = None;
+    wait_until("the run's announcement", || {
+        found = std::fs::read_dir(&folder).ok().and_then(|entries| {
+            let mut paths = entries.flatten().map(|entry| entry.path());
+            let path = paths.find(|path| path.extension().is_some_and(|end| end == "json"))?;
+            serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
+        });
+        found.is_some()
+    });
+    found.unwrap()
+}
+
+/// Most memory that a live process has ever taken, MiB.
+fn peak_memory(process: &Process) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", process.pid())).ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() / 1024)
+}
+
+fn hash(lab: &Lab, run: &str) -> String {
+    let text = std::fs::read_to_string(lab.path(run).join("run.json")).unwrap();
+    let run: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(run["outcome"], "complete");
+    assert_eq!(run["unscripted"], false);
+    run["hash"].as_str().unwrap().to_owned()
+}
+
+/// A mission by hand under fire. `fire` is called again and again while it runs.
+fn mission_under_fire(
+    lab: &Lab,
+    out: &str,
+    mut fire: impl FnMut(&mut Stranger),
+) -> (Finished, Vec<Finished>) {
+    let mut world = lab.start(&["world", "--out", out, "--speed", "30x"]);
+    let mut stranger = Stranger::intrude(lab);
+    // Tokens that are there before their agents.
+    stranger.juggle_tokens();
+    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    world.wait_for_stderr("all robots are here; started");
+    while world.is_running() {
+        fire(&mut stranger);
+        for process in agents.iter().chain([&world]) {
+            let peak = peak_memory(process).unwrap_or(0);
+            assert!(peak < MEMORY_MIB, "{peak} MiB:\n{}", process.stderr());
+        }
+    }
+    let _ = stranger.session.close().wait();
+    let agents = agents.map(|agent| agent.wait().expect(0));
+    (world.wait().expect(0), agents.into())
+}
+
+#[test]
+fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
+    let lab = Lab::new();
+    lab.mission("quiet", &["--log", "off"]).expect(0);
+    let quiet = hash(&lab, "quiet");
+
+    let mut left: BTreeMap<Kind, usize> = KINDS.iter().map(|kind| (*kind, EACH)).collect();
+    let mut round = 0;
+    while left.values().any(|count| *count > 0) {
+        round += 1;
+        let out = format!("round-{round}");
+        let mut put = BTreeMap::<String, u64>::new();
+        let (world, agents) = mission_under_fire(&lab, &out, |stranger| {
+            let keys = stranger.all_keys();
+            stranger.juggle_tokens();
+            for key in keys.iter().cycle().take(20 * keys.len()) {
+                for kind in KINDS {
+                    let left = left.get_mut(&kind).unwrap();
+                    if *left > 0 {
+                        *left -= 1;
+                        stranger.put(kind, key);
+                        let leaf = key.rsplit('/').next().unwrap();
+                        *put.entry(leaf.to_owned()).or_default() += 1;
+                    }
+                }
+            }
+        });
+        assert_eq!(hash(&lab, &out), quiet, "{}", world.stderr);
+
+        let host = std::fs::read_to_string(lab.path(&out).join("host.json")).unwrap();
+        let host: serde_json::Value = serde_json::from_str(&host).unwrap();
+        println!("put {put:?}, refused {}", host["refused"]);
+        // Ticks, broadcasts and views are the agents' and observers' to refuse.
+        for (kind, count) in [
+            ("join", put["join"]),
+            ("process", put["process"]),
+            ("report", put["report"]),
+            ("token", 1),
+        ] {
+            // What is larger than the bus carries does not arrive, what was put when the run ended came too late, and a
+            // request for a robot that nobody knows is refused by an answer.
+            let refused = host["refused"][kind].as_u64().unwrap_or(0);
+            assert!(refused * 10 >= count * 8, "{refused} of {count} {kind}");
+        }
+        for process in agents.iter().chain([&world]) {
+            let said = process.stderr.matches("message ignored").count();
+            assert!(
+                (1..1000).contains(&said),
+                "{said} lines of {}",
+                process.name
+            );
+        }
+        for agent in agents {
+            for kind in ["tick", "team"] {
+                let counted = format!("messages ignored in this life kind=\"{kind}\"");
+                assert!(agent.stderr.contains(&counted), "{}", agent.stderr);
+            }
+        }
+    }
+}
