@@ -3,7 +3,7 @@
 //! - [`chassis`]: what the drive can do within a step.
 //! - [`goal`]: a place to reach, or a direction to keep.
 //! - [`navigator`]: straight to the goal, giving way to teammates, and round whatever blocks the way.
-//! - [`detour`]: following the outline of an obstacle, with the memory that keeps it from circling for ever.
+//! - `detour`: following the outline of an obstacle, with the memory that keeps it from circling for ever.
 
 pub mod chassis;
 mod detour;
