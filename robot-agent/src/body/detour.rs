@@ -184,10 +184,10 @@ impl Detour {
     fn may_leave(&self, goal: &Goal, around: &Surroundings) -> bool {
         let position = around.pose.position;
         let outward = -self.side.sign() * wrap(goal.direction(position) - around.pose.heading_rad);
-        let clear = if self.contact == Contact::Touching {
-            outward >= -PARALLEL_RAD
-        } else {
-            outward >= -FRAC_PI_2
+        let clear = match self.contact {
+            Contact::Touching => outward >= -PARALLEL_RAD,
+            Contact::Passing(since) => outward >= -FRAC_PI_2 && is_past_corner(since, position),
+            Contact::Turned(_) => outward >= -FRAC_PI_2,
         };
         clear && goal.remaining(position) < self.met - GAIN_M
     }
@@ -223,7 +223,7 @@ impl Detour {
         }
         match self.contact {
             Contact::Touching => self.contact = Contact::Passing(position),
-            Contact::Passing(since) if length(position - since) >= PAST_CORNER_M - 0.01 => {
+            Contact::Passing(since) if is_past_corner(since, position) => {
                 self.along = wrap(self.along + self.side.sign() * FRAC_PI_2);
                 self.contact = Contact::Turned(position);
             }
@@ -265,6 +265,11 @@ impl Detour {
         self.away |= distance > 2.0 * chassis.radius_m;
         self.away && distance < chassis.radius_m
     }
+}
+
+/// Whether a robot that lost touch at `since` is far enough beyond the corner to turn.
+fn is_past_corner(since: Vec2, position: Vec2) -> bool {
+    length(position - since) >= PAST_CORNER_M - CLOSE_M
 }
 
 impl Surroundings {

@@ -94,7 +94,7 @@ pub enum Status {
     Going,
     /// At the goal; it stands still.
     Arrived,
-    /// No way was found; it stands still for a while and then tries again.
+    /// No way was found. It says so once, stands still for a while and then tries again.
     Blocked,
 }
 
@@ -153,7 +153,7 @@ impl Navigator {
             return stand(Status::Arrived);
         }
         if self.resting_until.is_some_and(|until| now < until) {
-            return stand(Status::Blocked);
+            return stand(Status::Going);
         }
         self.resting_until = None;
         if self.is_out_of_patience(goal.remaining(position), now) {

@@ -18,8 +18,8 @@ const STEER_MAX_RAD: f32 = 0.08;
 const FACING_RAD: f32 = 0.1;
 /// A leg of the first round of wandering.
 const FIRST_LEG: SimTime = SimTime(30_000);
-/// Wandering on a leg that is blocked for so long, the robot takes the next one.
-const BLOCKED: SimTime = SimTime(5_000);
+/// Wandering, the robot takes the next leg when it has found the way blocked so often.
+const BLOCKED: u32 = 2;
 /// An extreme that moved by this much is progress (ALLIANCE.md §3), m.
 const PROGRESS_M: f32 = 0.1;
 
@@ -125,7 +125,7 @@ pub(super) struct Wander {
     leg: usize,
     leg_time: SimTime,
     spent: SimTime,
-    blocked: SimTime,
+    blocked: u32,
     /// Reach of the extremes in the leg's direction when progress was last counted, m.
     counted: Option<f32>,
 }
@@ -136,7 +136,7 @@ impl Default for Wander {
             leg: 0,
             leg_time: FIRST_LEG,
             spent: SimTime::ZERO,
-            blocked: SimTime::ZERO,
+            blocked: 0,
             counted: None,
         }
     }
@@ -154,7 +154,7 @@ impl Wander {
         let direction = Compass::CLOCKWISE[self.leg];
         self.spent = self.spent + step;
         if status == Status::Blocked {
-            self.blocked = self.blocked + step;
+            self.blocked += 1;
         }
         let reach = extremes.reach(direction);
         let counted = *self.counted.get_or_insert(reach);
@@ -192,7 +192,7 @@ impl Wander {
             }
         }
         self.spent = SimTime::ZERO;
-        self.blocked = SimTime::ZERO;
+        self.blocked = 0;
         self.counted = None;
     }
 }

@@ -10,6 +10,7 @@ mod extremes;
 mod find;
 mod memory;
 mod report;
+mod sight;
 mod spill;
 mod teammates;
 
@@ -28,6 +29,7 @@ use extremes::Extremes;
 use find::{Methodical, Search, Wander};
 use memory::{Memory, SAME_PLACE_M};
 use report::{Errand, errand};
+use sight::Sight;
 use spill::{Scene, SpillWork, Work, nearest_spill};
 use teammates::Teammates;
 
@@ -35,9 +37,6 @@ use teammates::Teammates;
 const STANDS_BACK: SimTime = SimTime(60_000);
 /// A spill sensed this much farther from its computed center than its radius is still that spill, m.
 const SPILL_TOLERANCE_M: f32 = 0.2;
-/// The waste sensor tells at most this many items apart: with so many, what lies beyond the last is unseen.
-const WASTE_MOST: usize = 8;
-
 /// Result of [`WasteMission::perceive`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Perception {
@@ -299,30 +298,19 @@ impl WasteMission {
         {
             self.memory.confirm();
         }
-        let waste = waste_outside_deposit(readings, &self.briefing, &places);
-        for &item in &waste {
+        let Some(sight) = Sight::of(readings, &self.briefing, &places) else {
+            return;
+        };
+        for &item in &sight.waste {
             match own_spill(item, 0.0) {
                 Some(spill) => self.memory.see_spill(spill, false, now),
                 None => self.memory.see_loose(item, true, now),
             }
         }
-        let Some(sensed) = &readings.waste else {
-            return;
-        };
-        let seen_to = if sensed.len() < WASTE_MOST {
-            self.briefing.sight_m
-        } else {
-            sensed.last().map_or(0.0, |farthest| length(*farthest))
-        };
         let gone: Vec<Vec2> = self
             .memory
             .loose()
-            .filter(|&place| length(place - pose.position) + SAME_PLACE_M < seen_to)
-            .filter(|&place| {
-                !waste
-                    .iter()
-                    .any(|&item| length(item - place) < SAME_PLACE_M)
-            })
+            .filter(|&place| sight.shows_nothing_at(place, SAME_PLACE_M))
             .collect();
         for place in gone {
             self.memory.see_loose(place, false, now);
@@ -430,15 +418,16 @@ impl WasteMission {
         readings: &Readings,
         action: &mut Action,
     ) {
-        let (Some(places), Some(pose)) = (self.places(), readings.pose) else {
+        let Some(places) = self.places() else {
             return;
         };
-        let waste = waste_outside_deposit(readings, &self.briefing, &places);
+        let Some(sight) = Sight::of(readings, &self.briefing, &places) else {
+            return;
+        };
         let scene = Scene {
             now,
-            position: pose.position,
+            sight: &sight,
             holding: self.holding,
-            waste: &waste,
             in_deposit: readings.zone.map(|zone| zone == Zone::Deposit),
             in_spill: readings.zone.map(|zone| zone == Zone::Spill),
             status: self.status,
@@ -522,17 +511,4 @@ impl WasteMission {
             });
         }
     }
-}
-
-/// Waste that the robot senses outside the deposit, nearest first, m.
-fn waste_outside_deposit(readings: &Readings, briefing: &Briefing, places: &Places) -> Vec<Vec2> {
-    let (Some(pose), Some(waste)) = (readings.pose, &readings.waste) else {
-        return Vec::new();
-    };
-    let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
-    waste
-        .iter()
-        .map(|offset| pose.position + ahead * offset.x + ahead.perp() * offset.y)
-        .filter(|&item| length(item - places.deposit) > briefing.deposit_radius_m)
-        .collect()
 }

@@ -9,6 +9,7 @@ use glam::Vec2;
 
 use super::briefing::{Briefing, Places};
 use super::memory::{Memory, SAME_PLACE_M};
+use super::sight::Sight;
 use crate::body::goal::length;
 use crate::body::{Goal, Status};
 
@@ -18,6 +19,8 @@ const INSIDE_DEPOSIT_M: f32 = 0.1;
 const VIEW_WITHIN_M: f32 = 0.15;
 /// Items are gripped this much nearer than the gripper's reach, m.
 const REACH_MARGIN_M: f32 = 0.02;
+/// An item seen this near to where one was seen before is the same, m.
+const SAME_ITEM_M: f32 = 0.05;
 /// How long an item that could not be reached is left alone.
 const UNREACHABLE: SimTime = SimTime(30_000);
 /// Places to look around from when the spill's center cannot be reached or does not overlook it.
@@ -39,10 +42,8 @@ pub(super) enum Work {
 /// What the robot senses and remembers while it works.
 pub(super) struct Scene<'a> {
     pub now: SimTime,
-    pub position: Vec2,
+    pub sight: &'a Sight,
     pub holding: bool,
-    /// Waste outside the deposit, nearest first, m.
-    pub waste: &'a [Vec2],
     pub in_deposit: Option<bool>,
     pub in_spill: Option<bool>,
     /// How the body got on in the step before.
@@ -70,7 +71,6 @@ pub(super) struct SpillWork {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     Item(Vec2),
-    Loose(Vec2),
     View,
     Deposit,
 }
@@ -112,7 +112,7 @@ impl SpillWork {
         self.target = Target::Deposit;
         let deposit = scene.places.deposit;
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;
-        if length(deposit - scene.position) > within {
+        if length(deposit - scene.sight.position) > within {
             return Work::Go(Goal::Place {
                 at: deposit,
                 within,
@@ -127,32 +127,41 @@ impl SpillWork {
 
     fn collect(&mut self, briefing: &Briefing, scene: &Scene) -> Work {
         let within = briefing.reach_m - REACH_MARGIN_M;
-        if let Some(&item) = scene.waste.iter().find(|&&item| self.is_mine(scene, item)) {
+        let mut mine = scene.sight.waste.iter().copied();
+        if let Some(item) = mine.find(|&item| self.is_mine(scene, item)) {
             self.viewed = 0;
             self.from_deposit = false;
-            self.target = Target::Item(item);
-            return if length(item - scene.position) <= within {
-                Work::Grip(Gripper::Pick)
-            } else {
-                Work::Go(Goal::Place { at: item, within })
-            };
+            if length(item - scene.sight.position) <= within {
+                return Work::Grip(Gripper::Pick);
+            }
         }
-        let distance = |place: &Vec2| length(*place - scene.position);
-        let loose = scene
-            .memory
-            .loose()
-            .filter(|&place| self.is_mine(scene, place));
-        if let Some(place) = loose.min_by(|a, b| distance(a).total_cmp(&distance(b))) {
-            self.target = Target::Loose(place);
-            return Work::Go(Goal::Place { at: place, within });
+        if let Some(at) = self.choose(scene) {
+            self.target = Target::Item(at);
+            return Work::Go(Goal::Place { at, within });
         }
         self.look_around(briefing, scene)
+    }
+
+    /// What to fetch: what was chosen before, until it is seen to be gone, lest the robot change its mind on its way round an
+    /// obstacle; else the nearest that it sees, or that it knows to lie somewhere.
+    fn choose(&self, scene: &Scene) -> Option<Vec2> {
+        let is_mine = |item: &Vec2| self.is_mine(scene, *item);
+        if let Target::Item(before) = self.target
+            && is_mine(&before)
+            && !scene.sight.shows_nothing_at(before, SAME_ITEM_M)
+        {
+            return scene.sight.item_at(before, SAME_ITEM_M).or(Some(before));
+        }
+        let distance = |place: &Vec2| length(*place - scene.sight.position);
+        let seen = scene.sight.waste.iter().copied().find(is_mine);
+        let known = scene.memory.loose().filter(is_mine);
+        seen.or_else(|| known.min_by(|a, b| distance(a).total_cmp(&distance(b))))
     }
 
     /// From the spill's center, or all around, and once along the way to the deposit.
     fn look_around(&mut self, briefing: &Briefing, scene: &Scene) -> Work {
         if let Some(&view) = self.views.get(self.viewed) {
-            if length(view - scene.position) > VIEW_WITHIN_M {
+            if length(view - scene.sight.position) > VIEW_WITHIN_M {
                 self.target = Target::View;
                 return Work::Go(Goal::Place {
                     at: view,
@@ -165,11 +174,17 @@ impl SpillWork {
             self.viewed += 1;
             return self.look_around(briefing, scene);
         }
+        if !self.unreachable.is_empty() {
+            // What is left could not be reached before; others may have moved since.
+            self.unreachable.clear();
+            self.viewed = 0;
+            return self.collect(briefing, scene);
+        }
         if scene.in_spill.is_some() && !scene.memory.is_confirmed() {
             return Work::Wrong;
         }
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;
-        if !self.from_deposit && length(scene.places.deposit - scene.position) > within {
+        if !self.from_deposit && length(scene.places.deposit - scene.sight.position) > within {
             self.target = Target::Deposit;
             return Work::Go(Goal::Place {
                 at: scene.places.deposit,
@@ -182,7 +197,7 @@ impl SpillWork {
     /// There was no way to the target: leave it alone for a while.
     fn pass_over(&mut self, briefing: &Briefing, scene: &Scene) {
         match self.target {
-            Target::Item(at) | Target::Loose(at) => {
+            Target::Item(at) => {
                 if !self.is_unreachable(at) {
                     self.unreachable.push((at, scene.now + UNREACHABLE));
                 }

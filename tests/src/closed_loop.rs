@@ -1,0 +1,53 @@
+//! Whole missions in one process, as fast as they go, and what came of them.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::Pose;
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::ItemCounts;
+use launch::in_process::Team;
+use world_server::recorder::{LogLevel, Memory};
+
+/// What came of a mission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mission {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// When, in simulated time.
+    pub took: SimTime,
+    /// Where the items were then.
+    pub items: ItemCounts,
+}
+
+/// Runs the mission of a scenario to its end; `watch` sees all poses, by rank, after each tick.
+///
+/// # Panics
+/// If the scenario is not valid.
+pub fn run(scenario: Scenario, seed: u64, mut watch: impl FnMut(SimTime, &[Pose], ItemCounts)) -> Mission {
+    let setup = match Setup::resolve(scenario, seed, None) {
+        Ok(resolved) => resolved.setup,
+        Err(error) => panic!("{error}"),
+    };
+    let robots = setup.scenario.robots.len() as u16;
+    let mut team = match Team::new(setup, LogLevel::Off, Memory::default()) {
+        Ok(team) => team,
+        Err(error) => panic!("{error}"),
+    };
+    loop {
+        let outcome = match team.tick() {
+            Ok(outcome) => outcome,
+            Err(error) => panic!("{error}"),
+        };
+        let world = team.simulation().world();
+        let poses: Vec<Pose> = (0..robots).map(|rank| world.pose(RobotId(rank))).collect();
+        watch(world.now(), &poses, world.item_counts());
+        if let Some(outcome) = outcome {
+            return Mission {
+                outcome,
+                took: world.now(),
+                items: world.item_counts(),
+            };
+        }
+    }
+}
