@@ -18,6 +18,7 @@ use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use zenoh::qos::CongestionControl;
+use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
 use crate::harness::{Finished, Lab, Process, wait_until};
@@ -92,6 +93,8 @@ impl Stranger {
         let heard = Arc::clone(&captured);
         session
             .declare_subscriber(format!("alliance/{}/**", run.run))
+            // Not what it puts there itself.
+            .allowed_origin(Locality::Remote)
             .callback(move |sample| keep(&heard, sample.key_expr(), &sample.payload().to_bytes()))
             .background()
             .wait()
@@ -101,6 +104,7 @@ impl Stranger {
         session
             .declare_queryable(keys.join())
             .complete(true)
+            .allowed_origin(Locality::Remote)
             .callback(move |query| {
                 let request = query.payload().map(|payload| payload.to_bytes());
                 keep(&heard, &key, request.as_deref().unwrap_or_default());
