@@ -140,3 +140,6 @@ impl TentativeAgent {
         self.agent.step(tick, heard)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,117 @@
+//! Roll-back: a step that did not count leaves no trace.
+
+use alliance_proto::codec::encode;
+use alliance_proto::readings::{Pose, Proximity, Readings, Zone};
+use alliance_proto::scenario::Scenario;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use proptest::prelude::*;
+
+use super::*;
+
+const BLUE: RobotId = RobotId(0);
+const GOLD: RobotId = RobotId(1);
+
+/// Long steps, so that motivations reach the threshold within a few of them.
+const STEP_MS: u64 = 500;
+
+/// A tick as the robot meets it.
+#[derive(Clone, Debug)]
+struct Moment {
+    readings: Readings,
+    /// What the teammate senses in the same tick; what it says then is heard.
+    teammate: Readings,
+    counted: bool,
+}
+
+fn setup() -> Setup {
+    let scenario = Scenario {
+        step_ms: STEP_MS,
+        ..Scenario::default()
+    };
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+fn message(tick: Tick, last_counted: Option<Tick>, readings: &Readings) -> TickMessage {
+    TickMessage {
+        incarnation: 1,
+        tick,
+        now: SimTime(tick * STEP_MS),
+        last_counted,
+        manifest: Vec::new(),
+        readings: readings.clone(),
+    }
+}
+
+fn readings() -> impl Strategy<Value = Readings> {
+    let border = || prop::option::of(0.0..0.5_f32);
+    let place = (0.2..11.8_f32, 0.2..8.8_f32, -3.0..3.0_f32);
+    let waste = prop::collection::vec((0.0..1.0_f32, -1.0..1.0_f32), 0..3);
+    let floor = (0..3_u8, any::<bool>(), any::<bool>());
+    (place, border(), border(), waste, floor).prop_map(
+        |((x, y, heading_rad), front, side, waste, (zone, report_site, holding))| Readings {
+            pose: Some(Pose {
+                position: Vec2::new(x, y),
+                heading_rad,
+            }),
+            front_border: Some(front),
+            side_border: Some(side),
+            proximity: Some(Proximity::default()),
+            waste: Some(waste.into_iter().map(Vec2::from).collect()),
+            zone: Some([Zone::None, Zone::Spill, Zone::Deposit][usize::from(zone)]),
+            report_site: Some(report_site),
+            holding: Some(holding),
+            ..Readings::default()
+        },
+    )
+}
+
+fn moment() -> impl Strategy<Value = Moment> {
+    (readings(), readings(), prop::bool::weighted(0.7)).prop_map(|(readings, teammate, counted)| {
+        Moment {
+            readings,
+            teammate,
+            counted,
+        }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn a_step_that_did_not_count_leaves_no_trace(moments in prop::collection::vec(moment(), 1..120)) {
+        let setup = setup();
+        let mut tentative = TentativeAgent::new(Agent::new(BLUE, 1, &setup));
+        // Takes only the steps that count.
+        let mut undisturbed = Agent::new(BLUE, 1, &setup);
+        let mut gold = Agent::new(GOLD, 1, &setup);
+        let mut last_counted = None;
+        for (tick, moment) in (0..).zip(&moments) {
+            let said = gold.step(&message(tick, None, &moment.teammate), Heard::default());
+            let heard = Heard {
+                inbox: said.broadcasts,
+                receptions: Vec::new(),
+            };
+            let message = message(tick, last_counted, &moment.readings);
+            let step = tentative.step(&message, heard.clone());
+            if moment.counted {
+                let expected = undisturbed.step(&message, heard);
+                prop_assert_eq!(&step, &expected, "in tick {}", tick);
+                prop_assert_eq!(encode(&step.report).unwrap(), encode(&expected.report).unwrap());
+                last_counted = Some(tick);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
+    let mut agent = TentativeAgent::new(Agent::new(BLUE, 1, &setup()));
+    let readings = Readings::default();
+    let first = agent.step(&message(0, None, &readings), Heard::default());
+    assert!(!first.broadcasts.is_empty(), "an idle heartbeat");
+    let again = agent.step(&message(1, None, &readings), Heard::default());
+    assert_eq!(again.broadcasts[0].seq, 0);
+    let then = agent.step(&message(6, Some(1), &readings), Heard::default());
+    assert_eq!(then.broadcasts[0].seq, again.broadcasts.len() as u64);
+}
