@@ -1,5 +1,7 @@
 //! The fuzzer's corpus without the fuzzer: each of its messages, cut at every length, and damaged in many ways.
 
+#![allow(clippy::unwrap_used)] // Also outside the test functions themselves.
+
 use std::path::Path;
 
 use rand::RngExt;
