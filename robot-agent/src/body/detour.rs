@@ -6,7 +6,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use alliance_proto::readings::Actuation;
+use alliance_proto::readings::{Actuation, Hit};
 use glam::Vec2;
 
 use super::chassis::FACING_RAD;
@@ -20,8 +20,8 @@ pub const CLEARANCE_M: f32 = 0.08;
 const CLOSE_M: f32 = 0.01;
 /// How much nearer to the goal a detour must have come before it may end, m.
 const GAIN_M: f32 = 0.05;
-/// How far the robot goes on after its rear has passed a corner, m: turning exactly at it would graze it.
-const PAST_CORNER_M: f32 = 0.05;
+/// How far the robot goes on after a change of course, m. Turning exactly at a corner would graze it.
+const A_LITTLE_M: f32 = 0.05;
 /// Steering back to the clearance, rad per m.
 const STEER_RAD_PER_M: f32 = 1.5;
 /// Largest such correction, rad; below [`FACING_RAD`], so that it never stops the robot.
@@ -77,7 +77,10 @@ impl Side {
 /// Contact with the outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Contact {
-    /// A side beam, or the one ahead, touches it.
+    /// It was ahead: the robot aligns with it here, and goes on a little before it looks to the side. At a corner the side
+    /// beams see another face than the one that is in the way, and the robot must not turn to and fro between the two.
+    Aligned(Vec2),
+    /// A side beam touches it.
     Touching,
     /// All beams are free since this place: the robot passes the corner.
     Passing(Vec2),
@@ -126,7 +129,7 @@ impl Detour {
         Self {
             side,
             along: side.along(normal),
-            contact: Contact::Touching,
+            contact: Contact::Aligned(around.pose.position),
             met,
             start: around.pose.position,
             away: false,
@@ -173,7 +176,7 @@ impl Detour {
         let way = around.free_ahead() - CLEARANCE_M;
         let way = match self.contact {
             // Not far beyond the corner in one long step.
-            Contact::Passing(_) => way.min(PAST_CORNER_M),
+            Contact::Aligned(_) | Contact::Passing(_) => way.min(A_LITTLE_M),
             _ => way,
         };
         let bearing = wrap(self.along - around.pose.heading_rad);
@@ -185,8 +188,8 @@ impl Detour {
         let position = around.pose.position;
         let outward = -self.side.sign() * wrap(goal.direction(position) - around.pose.heading_rad);
         let clear = match self.contact {
-            Contact::Touching => outward >= -PARALLEL_RAD,
-            Contact::Passing(since) => outward >= -FRAC_PI_2 && is_past_corner(since, position),
+            Contact::Aligned(_) | Contact::Touching => outward >= -PARALLEL_RAD,
+            Contact::Passing(since) => outward >= -FRAC_PI_2 && has_moved(since, position),
             Contact::Turned(_) => outward >= -FRAC_PI_2,
         };
         clear && goal.remaining(position) < self.met - GAIN_M
@@ -203,9 +206,12 @@ impl Detour {
                 }
                 self.turn_back(position);
             } else {
-                self.along = self.side.along(heading + hit.normal_rad);
-                self.contact = Contact::Touching;
+                self.along = self.beside(heading, &hit);
+                self.contact = Contact::Aligned(position);
             }
+            return None;
+        }
+        if matches!(self.contact, Contact::Aligned(since) if !has_moved(since, position)) {
             return None;
         }
         let beside = around.beside(self.side);
@@ -214,16 +220,13 @@ impl Detour {
             .flatten()
             .min_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         if let Some(hit) = nearest {
-            let off = (hit.distance_m - CLEARANCE_M) * STEER_RAD_PER_M;
-            let correction = off.clamp(-STEER_MAX_RAD, STEER_MAX_RAD);
-            self.along =
-                wrap(self.side.along(heading + hit.normal_rad) + self.side.sign() * correction);
+            self.along = self.beside(heading, hit);
             self.contact = Contact::Touching;
             return None;
         }
         match self.contact {
-            Contact::Touching => self.contact = Contact::Passing(position),
-            Contact::Passing(since) if is_past_corner(since, position) => {
+            Contact::Aligned(_) | Contact::Touching => self.contact = Contact::Passing(position),
+            Contact::Passing(since) if has_moved(since, position) => {
                 self.along = wrap(self.along + self.side.sign() * FRAC_PI_2);
                 self.contact = Contact::Turned(position);
             }
@@ -236,6 +239,13 @@ impl Detour {
             }
         }
         None
+    }
+
+    /// The course along a surface that was hit, back to the clearance (rad in the world's frame).
+    fn beside(&self, heading: f32, hit: &Hit) -> f32 {
+        let off = (hit.distance_m - CLEARANCE_M) * STEER_RAD_PER_M;
+        let correction = off.clamp(-STEER_MAX_RAD, STEER_MAX_RAD);
+        wrap(self.side.along(heading + hit.normal_rad) + self.side.sign() * correction)
     }
 
     /// The border blocks this side: try the other one.
@@ -267,15 +277,15 @@ impl Detour {
     }
 }
 
-/// Whether a robot that lost touch at `since` is far enough beyond the corner to turn.
-fn is_past_corner(since: Vec2, position: Vec2) -> bool {
-    length(position - since) >= PAST_CORNER_M - CLOSE_M
+/// Whether a robot that changed its course at `since` has gone on for a little.
+fn has_moved(since: Vec2, position: Vec2) -> bool {
+    length(position - since) >= A_LITTLE_M - CLOSE_M
 }
 
 impl Surroundings {
     /// What is straight ahead within the clearance.
     #[must_use]
-    pub fn blocked_by(&self) -> Option<alliance_proto::readings::Hit> {
+    pub fn blocked_by(&self) -> Option<Hit> {
         self.proximity.ahead[1].filter(|hit| hit.distance_m <= CLEARANCE_M + CLOSE_M)
     }
 }
