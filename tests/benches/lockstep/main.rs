@@ -1,0 +1,63 @@
+//! How fast real processes run in lockstep, against the limit that the bus sets; and what a stopped agent costs the others.
+//!
+//! `cargo bench -p alliance-tests --bench lockstep -- [--agents 3,10] [--rounds 3] [--only rates|stop] [--minutes 5]`;
+//! results with their explanation: BENCHMARKS.md.
+
+#![allow(clippy::disallowed_methods)] // Benchmarks take the real clock.
+
+mod bare;
+mod cpu;
+mod figures;
+mod rates;
+mod real;
+mod stop;
+mod team;
+mod traffic;
+
+use std::time::Duration;
+
+use clap::{Parser, ValueEnum};
+
+/// Measure runs by real processes.
+#[derive(Parser)]
+struct Options {
+    /// Sizes of the teams
+    #[arg(long, value_delimiter = ',', default_value = "3,10")]
+    agents: Vec<usize>,
+    /// How often everything is measured
+    #[arg(long, default_value_t = 3)]
+    rounds: usize,
+    /// Simulated time after which a run ends, in seconds
+    #[arg(long, default_value_t = 1000.0)]
+    limit: f64,
+    /// How long an agent is stopped, in minutes
+    #[arg(long, default_value_t = 1.0 / 3.0)]
+    minutes: f64,
+    /// Measure only this
+    #[arg(long)]
+    only: Option<Part>,
+    /// What `cargo bench` adds
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Part {
+    Rates,
+    Stop,
+}
+
+fn main() {
+    alliance_proto::session::prepare_process();
+    let options = Options::parse();
+    if options.only != Some(Part::Stop) {
+        rates::default_mission(options.rounds);
+        rates::measure(&options.agents, options.rounds, options.limit);
+    }
+    if options.only != Some(Part::Rates) {
+        stop::measure(
+            options.rounds,
+            Duration::from_secs_f64(60.0 * options.minutes),
+        );
+    }
+}

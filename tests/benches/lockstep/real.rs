@@ -1,0 +1,172 @@
+//! `alliance run`, started in a folder of its own and looked at from outside.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use alliance_proto::rendezvous::Rendezvous;
+use tempfile::TempDir;
+use world_server::recorder::RunFile;
+
+use crate::team::Team;
+
+/// How often a run is looked at. Seldom, so that looking costs nothing.
+const INTERVAL: Duration = Duration::from_millis(200);
+
+/// A run under way; ended when dropped.
+pub struct Run {
+    folder: TempDir,
+    launcher: Child,
+    started: SystemTime,
+}
+
+/// What a finished run tells.
+pub struct Finished {
+    pub ticks_per_s: f64,
+    /// From the start of `alliance run` to the first tick.
+    pub start_s: f64,
+    /// From the start of the world to the first tick.
+    pub world_start_s: f64,
+    pub running_s: f64,
+    pub run: RunFile,
+    /// Largest that was seen of any agent, and of the world.
+    pub agent: Memory,
+    pub world: Memory,
+}
+
+/// Memory of a process, MB: what it has mapped, and its share of it, where what several processes map counts in parts.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Memory {
+    pub resident: f64,
+    pub share: f64,
+}
+
+impl Run {
+    pub fn start(team: &Team, log: &str) -> Self {
+        let folder = TempDir::new().unwrap();
+        std::fs::write(folder.path().join("team.toml"), &team.text).unwrap();
+        std::fs::create_dir(folder.path().join("runtime")).unwrap();
+        let started = SystemTime::now();
+        let launcher = Command::new(env!("CARGO_BIN_EXE_alliance-under-test"))
+            .args(["run", "team.toml", "--out=run", "--log", log])
+            .current_dir(folder.path())
+            .env("XDG_RUNTIME_DIR", folder.path().join("runtime"))
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        Self {
+            folder,
+            launcher,
+            started,
+        }
+    }
+
+    /// Process id of a part of the run, "world" or a robot's name, once it lives.
+    pub fn pid(&self, part: &str) -> Option<u32> {
+        self.parts()
+            .find(|(name, _)| name == part)
+            .map(|(_, pid)| pid)
+    }
+
+    /// How to join its bus, once it is there.
+    pub fn rendezvous(&self) -> Option<Rendezvous> {
+        let runs = std::fs::read_dir(self.folder.path().join("runtime/alliance")).ok()?;
+        let announced = runs.flatten().find(|file| {
+            file.path()
+                .extension()
+                .is_some_and(|extension| extension == "json")
+        })?;
+        serde_json::from_str(&std::fs::read_to_string(announced.path()).ok()?).ok()
+    }
+
+    /// Waits for its end.
+    pub fn finish(mut self) -> Finished {
+        let (mut agent, mut world) = (Memory::default(), Memory::default());
+        while self.launcher.try_wait().unwrap().is_none() {
+            for (name, pid) in self.parts() {
+                let seen = if name == "world" {
+                    &mut world
+                } else {
+                    &mut agent
+                };
+                *seen = seen.max(Memory::of(pid));
+            }
+            std::thread::sleep(INTERVAL);
+        }
+        let out = self.folder.path().join("run");
+        let document = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+        let host: serde_json::Value = serde_json::from_str(&document("host.json")).unwrap();
+        let number = |key: &str| host[key].as_f64().unwrap();
+        let began = self
+            .started
+            .duration_since(UNIX_EPOCH)
+            .unwrap()
+            .as_secs_f64();
+        Finished {
+            ticks_per_s: number("ticks_per_s"),
+            start_s: number("started_unix_ms") / 1000.0 + number("start_to_first_tick_s") - began,
+            world_start_s: number("start_to_first_tick_s"),
+            running_s: number("running_s"),
+            run: serde_json::from_str(&document("run.json")).unwrap(),
+            agent,
+            world,
+        }
+    }
+
+    /// World and agents that live, by name.
+    fn parts(&self) -> impl Iterator<Item = (String, u32)> {
+        let launcher = self.launcher.id();
+        let children = read(format!("/proc/{launcher}/task/{launcher}/children"));
+        let children: Vec<u32> = children
+            .split_whitespace()
+            .filter_map(|child| child.parse().ok())
+            .collect();
+        children.into_iter().filter_map(|pid| {
+            let command = read(format!("/proc/{pid}/cmdline"));
+            let mut arguments = command.split('\0').skip(1);
+            match arguments.next()? {
+                "agent" => arguments.nth(1).map(|robot| (robot.to_owned(), pid)),
+                part => Some((part.to_owned(), pid)),
+            }
+        })
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        // The others end with the launcher.
+        let _ = self.launcher.kill();
+        let _ = self.launcher.wait();
+    }
+}
+
+impl Memory {
+    /// Of a live process.
+    pub fn of(pid: u32) -> Self {
+        let now = read(format!("/proc/{pid}/smaps_rollup"));
+        let megabytes = |what: &str| {
+            let line = now.lines().find_map(|line| line.strip_prefix(what));
+            let number = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+            number.map_or(0.0, |kilobytes| kilobytes / 1024.0)
+        };
+        Self {
+            resident: megabytes("Rss:"),
+            share: megabytes("Pss:"),
+        }
+    }
+
+    fn max(self, other: Self) -> Self {
+        Self {
+            resident: self.resident.max(other.resident),
+            share: self.share.max(other.share),
+        }
+    }
+}
+
+/// Empty when it is not there: processes end while they are looked at.
+fn read(path: impl AsRef<Path>) -> String {
+    std::fs::read_to_string(path).unwrap_or_default()
+}

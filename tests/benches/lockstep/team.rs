@@ -1,0 +1,38 @@
+//! Scenarios of teams of any size.
+
+use alliance_proto::scenario::{Scenario, Setup};
+
+/// A scenario file and what it resolves to.
+pub struct Team {
+    pub size: usize,
+    pub text: String,
+    pub setup: Setup,
+}
+
+impl Team {
+    /// The default mission, just as it is.
+    pub fn default_mission() -> Self {
+        Self::of("name = \"default\"\n".to_owned(), 3)
+    }
+
+    /// So many robots, the first as blue is and the others as gold is, with so many items in each of the two spills.
+    pub fn busy(size: usize, items: usize, limit_s: f64) -> Self {
+        let spills = [("top", 0.667), ("bottom", 0.333)].map(|(name, y)| {
+            format!("[[waste.spills]]\nname = \"{name}\"\nitems = {items}\ny_fraction = {y}\n")
+        });
+        let robots: String = (0..size)
+            .map(|rank| {
+                let side_sensor = rank == 0;
+                format!("[[robots]]\nname = \"r{rank}\"\nside_sensor = {side_sensor}\n")
+            })
+            .collect();
+        let head = format!("name = \"team-of-{size}\"\nlimit_s = {limit_s:.1}\n");
+        Self::of(head + &spills.concat() + &robots, size)
+    }
+
+    fn of(text: String, size: usize) -> Self {
+        let scenario = Scenario::parse("team.toml", &text).unwrap();
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        Self { size, text, setup }
+    }
+}

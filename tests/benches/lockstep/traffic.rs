@@ -1,0 +1,96 @@
+//! What a run puts on the bus: counted by stepping world and agents in this process and encoding their messages.
+
+use std::time::Instant;
+
+use alliance_proto::codec::encode;
+use alliance_proto::scenario::Setup;
+use alliance_proto::secret::SEAL_BYTES;
+use alliance_proto::tick::ToAgent;
+use alliance_proto::time::SimTime;
+use launch::in_process::Team;
+use robot_agent::agent::Agent;
+use robot_agent::radio::Radio;
+use serde::Serialize;
+use world_server::recorder::{LogLevel, Memory, Recorder};
+use world_server::simulation::Simulation;
+
+/// Mean sizes in bytes, and how often agents broadcast.
+#[derive(Clone, Copy, Debug)]
+pub struct Traffic {
+    pub ticks: u64,
+    pub tick_bytes: usize,
+    pub report_bytes: usize,
+    pub broadcast_bytes: usize,
+    /// Ticks from one broadcast of an agent to its next.
+    pub broadcast_every: u64,
+}
+
+/// Messages of one kind.
+#[derive(Default)]
+struct Count {
+    messages: u64,
+    bytes: u64,
+}
+
+impl Count {
+    fn add(&mut self, message: &impl Serialize) {
+        self.messages += 1;
+        self.bytes += (encode(message).unwrap().len() + SEAL_BYTES) as u64;
+    }
+
+    fn mean_bytes(&self) -> usize {
+        (self.bytes / self.messages.max(1)) as usize
+    }
+}
+
+impl Traffic {
+    /// Of a whole run.
+    pub fn of(setup: &Setup) -> Self {
+        let mut recorder = Recorder::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let mut simulation = Simulation::new(setup.clone());
+        let mut agents = Vec::new();
+        for robot in &setup.scenario.robots {
+            let (id, incarnation, _) = simulation.invite(&robot.name).unwrap();
+            simulation.arrive(id, incarnation);
+            agents.push((Agent::new(id, incarnation, setup), Radio::default()));
+        }
+        let step = SimTime(setup.scenario.step_ms);
+        let [mut ticks, mut reports, mut broadcasts] = [(); 3].map(|()| Count::default());
+        while simulation.outcome().is_none() {
+            for (robot, message) in simulation.questions() {
+                let (agent, radio) = &mut agents[robot.index()];
+                let heard = radio.listen(&message.manifest, message.now, step);
+                let done = agent.step(&message, heard);
+                ticks.add(&ToAgent::Tick(Box::new(message)));
+                reports.add(&done.report);
+                for broadcast in done.broadcasts {
+                    broadcasts.add(&broadcast);
+                    for (rank, (_, radio)) in agents.iter_mut().enumerate() {
+                        if rank != robot.index() {
+                            radio.receive(broadcast.clone());
+                        }
+                    }
+                }
+                simulation.report(done.report);
+            }
+            if simulation.is_complete() {
+                simulation.finish(&mut recorder).unwrap();
+            }
+        }
+        Self {
+            ticks: simulation.tick(),
+            tick_bytes: ticks.mean_bytes(),
+            report_bytes: reports.mean_bytes(),
+            broadcast_bytes: broadcasts.mean_bytes(),
+            broadcast_every: reports.messages / broadcasts.messages.max(1),
+        }
+    }
+}
+
+/// Ticks per second of the same run in this one process: what is left when the bus is taken out.
+pub fn computed_alone(setup: &Setup) -> f64 {
+    let mut team = Team::new(setup.clone(), LogLevel::Off, Memory::default()).unwrap();
+    let began = Instant::now();
+    while team.tick().unwrap().is_none() {}
+    team.simulation().tick() as f64 / began.elapsed().as_secs_f64()
+}

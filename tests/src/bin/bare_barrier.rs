@@ -1,0 +1,254 @@
+//! The limit that the bus sets: the barrier of a run with everything but the bus taken out.
+//!
+//! The same number of processes, sessions, callbacks, keys and messages of the same sizes as in a run, over zenoh in the same
+//! configuration; nothing is sensed, thought, moved or logged. Started by the benchmark, one process per part.
+
+#![allow(clippy::disallowed_methods)] // Times itself with the real clock: that is what it is for.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use alliance_proto::keys::Keys;
+use alliance_proto::session;
+use alliance_proto::team::BroadcastKind;
+use clap::{Args, Parser, Subcommand};
+use nix::sys::prctl::set_pdeathsig;
+use nix::sys::signal::Signal;
+use tokio::sync::Notify;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::Priority;
+use zenoh::sample::{Locality, SampleKind};
+use zenoh::{Session, Wait};
+
+/// Exchange the messages of a run, and nothing else.
+#[derive(Parser)]
+struct Command {
+    #[command(subcommand)]
+    part: Part,
+}
+
+#[derive(Subcommand)]
+enum Part {
+    /// Send ticks, gather reports, print ticks per second
+    World(World),
+    /// Answer ticks with reports, now and then with a broadcast before
+    Agent(Agent),
+}
+
+#[derive(Args)]
+struct World {
+    /// Locator to listen on
+    #[arg(long)]
+    endpoint: String,
+    /// Number of agents
+    #[arg(long)]
+    agents: usize,
+    /// Number of ticks
+    #[arg(long)]
+    ticks: u64,
+    /// Size of a tick message, at least 8
+    #[arg(long)]
+    tick_bytes: usize,
+}
+
+#[derive(Args)]
+struct Agent {
+    /// Locator of the world
+    #[arg(long)]
+    endpoint: String,
+    /// Place in the team, from 0
+    #[arg(long)]
+    rank: u64,
+    /// Size of a report
+    #[arg(long)]
+    report_bytes: usize,
+    /// Size of a broadcast
+    #[arg(long)]
+    broadcast_bytes: usize,
+    /// Ticks from one broadcast to the next
+    #[arg(long)]
+    broadcast_every: u64,
+}
+
+fn main() -> zenoh::Result<()> {
+    session::prepare_process();
+    set_pdeathsig(Signal::SIGKILL)?;
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        // As in world and agent.
+        .worker_threads(1)
+        .enable_all()
+        .build()?;
+    runtime.block_on(async {
+        match Command::parse().part {
+            Part::World(world) => world.run().await,
+            Part::Agent(agent) => agent.run().await,
+        }
+    })
+}
+
+/// Robots have no names here, but numbers.
+fn name(rank: impl std::fmt::Display) -> String {
+    format!("r{rank}")
+}
+
+/// An agent that is there.
+fn token(name: &str) -> String {
+    format!("alliance/bare/alive/{name}")
+}
+
+fn keys() -> Keys {
+    Keys::new("bare")
+}
+
+/// The barrier: how far it is.
+struct Barrier {
+    ticks: Vec<Publisher<'static>>,
+    tick_bytes: usize,
+    /// Tokens of the agents that are there; an agent may come before the world listens, and its token be seen twice.
+    here: BTreeSet<String>,
+    tick: u64,
+    last: u64,
+    reports: usize,
+    began: Option<Instant>,
+    took: Option<Duration>,
+}
+
+impl Barrier {
+    fn arrive(&mut self, token: &str, over: &Notify) {
+        if self.here.insert(token.to_owned()) && self.here.len() == self.ticks.len() {
+            self.began = Some(Instant::now());
+            self.ask(over);
+        }
+    }
+
+    fn report(&mut self, over: &Notify) {
+        self.reports += 1;
+        if self.reports == self.ticks.len() {
+            self.reports = 0;
+            self.tick += 1;
+            self.ask(over);
+        }
+    }
+
+    /// Sends the tick, or after the last one an empty message, which ends the agents.
+    fn ask(&mut self, over: &Notify) {
+        let is_over = self.tick == self.last;
+        let mut message = self.tick.to_le_bytes().to_vec();
+        message.resize(if is_over { 0 } else { self.tick_bytes }, 0);
+        for publisher in &self.ticks {
+            publish(publisher, message.clone());
+        }
+        if is_over {
+            self.took = self.began.map(|began| began.elapsed());
+            over.notify_one();
+        }
+    }
+}
+
+impl World {
+    async fn run(&self) -> zenoh::Result<()> {
+        let session = open(&session::world(&self.endpoint)).await?;
+        let keys = keys();
+        let mut ticks = Vec::new();
+        for rank in 0..self.agents {
+            ticks.push(declare(&session, keys.tick(&name(rank))).await?);
+        }
+        let barrier = Arc::new(Mutex::new(Barrier {
+            ticks,
+            tick_bytes: self.tick_bytes.max(8),
+            here: BTreeSet::new(),
+            tick: 0,
+            last: self.ticks,
+            reports: 0,
+            began: None,
+            took: None,
+        }));
+        let over = Arc::new(Notify::new());
+
+        let (shared, end) = (Arc::clone(&barrier), Arc::clone(&over));
+        session
+            .declare_subscriber(keys.reports())
+            .callback(move |_| lock(&shared).report(&end))
+            .background()
+            .await?;
+        let (shared, end) = (Arc::clone(&barrier), Arc::clone(&over));
+        session
+            .liveliness()
+            .declare_subscriber(token("*"))
+            .history(true)
+            .callback(move |sample| {
+                if sample.kind() == SampleKind::Put {
+                    lock(&shared).arrive(sample.key_expr().as_str(), &end);
+                }
+            })
+            .background()
+            .await?;
+
+        over.notified().await;
+        if let Some(took) = lock(&barrier).took {
+            println!("{}", self.ticks as f64 / took.as_secs_f64());
+        }
+        // The agents' last message is still on its way.
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        Ok(())
+    }
+}
+
+impl Agent {
+    async fn run(&self) -> zenoh::Result<()> {
+        let session = open(&session::client(&self.endpoint)).await?;
+        let (keys, name) = (keys(), name(self.rank));
+        let report = declare(&session, keys.report(&name)).await?;
+        let team = declare(&session, keys.team(&name, BroadcastKind::Heartbeat)).await?;
+        let (rank, every) = (self.rank, self.broadcast_every.max(1));
+        let (report_bytes, broadcast_bytes) = (self.report_bytes, self.broadcast_bytes);
+        let over = Arc::new(Notify::new());
+        let end = Arc::clone(&over);
+        session
+            .declare_subscriber(keys.tick(&name))
+            .callback(move |sample| {
+                let message = sample.payload().to_bytes();
+                let Some(tick) = message.first_chunk() else {
+                    return end.notify_one();
+                };
+                // Robots do not all speak in the same tick.
+                if (u64::from_le_bytes(*tick) + rank).is_multiple_of(every) {
+                    publish(&team, vec![0; broadcast_bytes]);
+                }
+                publish(&report, vec![0; report_bytes]);
+            })
+            .background()
+            .await?;
+        session
+            .declare_subscriber(keys.team_all())
+            .allowed_origin(Locality::Remote)
+            .callback(drop)
+            .background()
+            .await?;
+        let _token = session.liveliness().declare_token(token(&name)).await?;
+        over.notified().await;
+        Ok(())
+    }
+}
+
+async fn open(config: &str) -> zenoh::Result<Session> {
+    zenoh::open(zenoh::Config::from_json5(config)?).await
+}
+
+/// In the priority of a run's lockstep.
+async fn declare(session: &Session, key: String) -> zenoh::Result<Publisher<'static>> {
+    let declared = session.declare_publisher(key);
+    declared.priority(Priority::InteractiveHigh).await
+}
+
+/// A message that is lost stops the barrier, and the benchmark says so.
+fn publish(publisher: &Publisher<'_>, message: Vec<u8>) {
+    if let Err(error) = publisher.put(message).wait() {
+        eprintln!("{error}");
+    }
+}
+
+fn lock(barrier: &Mutex<Barrier>) -> MutexGuard<'_, Barrier> {
+    barrier.lock().unwrap_or_else(PoisonError::into_inner)
+}
