@@ -24,6 +24,9 @@ use super::summary;
 /// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed.
 const GRACE: Duration = Duration::from_secs(3);
 
+/// How long after a request to end the next one is meant as a new one.
+const AGAIN: Duration = Duration::from_millis(500);
+
 /// How long a run that has not begun outlives one of its agents.
 const STILLBORN: Duration = Duration::from_secs(1);
 
@@ -127,7 +130,7 @@ impl Team {
         let (sender, mut views) = watch::channel(None::<View>);
         let mut bus: Option<Bus> = None;
         let mut first_loss: Option<Instant> = None;
-        let mut interrupted = false;
+        let mut interrupted = None;
 
         while self.world.ending().is_none() {
             if bus.is_none() && Rendezvous::find(Some(&plan.run)).is_ok() {
@@ -156,7 +159,7 @@ impl Team {
             });
             if let Some(agent) = self.agents.iter().find(|agent| agent.ending().is_some())
                 && !begun
-                && !interrupted
+                && interrupted.is_none()
                 && self.world.ending().is_none()
                 && first_loss.get_or_insert_with(Instant::now).elapsed() > STILLBORN
             {
@@ -257,15 +260,22 @@ impl Team {
         Ok(())
     }
 
-    /// Asks the world to end the run; the second time, nobody is asked any more.
-    fn interrupt(&self, again: bool) -> bool {
-        if again {
-            self.world.signal(Signal::SIGKILL);
-        } else {
-            self.progress.say("ending the run (again: at once)");
-            self.world.signal(Signal::SIGTERM);
+    /// Asks the world to end the run; later on, nobody is asked any more. Some programs send one signal twice, to a process
+    /// and to its group: the second counts only after a moment.
+    fn interrupt(&self, before: Option<Instant>) -> Option<Instant> {
+        match before {
+            None => {
+                self.progress.say("ending the run (again: at once)");
+                self.world.signal(Signal::SIGTERM);
+                Some(Instant::now())
+            }
+            Some(first) => {
+                if first.elapsed() > AGAIN {
+                    self.world.signal(Signal::SIGKILL);
+                }
+                before
+            }
         }
-        true
     }
 
     /// No process outlives its run: first they may end by themselves, then they are asked, then killed.
