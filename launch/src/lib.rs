@@ -10,6 +10,7 @@ use clap::{Parser, Subcommand};
 use robot_agent::args::AgentArgs;
 use world_server::args::{WorldArgs, log_to_stderr};
 
+mod arguments;
 pub mod in_process;
 pub mod run;
 pub mod scenarios;
@@ -45,7 +46,11 @@ pub fn main() -> ExitCode {
         return ExitCode::from(3);
     }
     log_to_stderr();
-    match Command::parse().part {
+    let command: Command = match arguments::parse() {
+        Ok(command) => command,
+        Err(status) => return status,
+    };
+    match command.part {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(scenarios::text_of),
         Part::Agent(agent) => agent.run(),

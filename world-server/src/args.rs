@@ -26,7 +26,7 @@ pub struct MissionArgs {
     #[arg(value_name = "SCENARIO|FILE")]
     pub scenario: Option<String>,
     /// Seed of all random streams
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// Parameter file of the thesis' form (Fig. 3.4); its values beat the scenario's
     #[arg(long, value_name = "FILE")]
@@ -35,7 +35,7 @@ pub struct MissionArgs {
     #[arg(long, value_name = "ORDER", value_parser = step_order)]
     pub step_order: Option<StepOrder>,
     /// End the run after this much simulated time, in seconds [default: the scenario's]
-    #[arg(long, value_name = "SIM-SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SIM-SECONDS", value_parser = positive, allow_negative_numbers = true)]
     pub limit: Option<f64>,
 }
 
@@ -52,7 +52,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "LEVEL", value_enum, default_value_t)]
     pub log: LogLevel,
     /// Go on without an agent that has not answered for this long, in seconds of wall-clock time
-    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive, allow_negative_numbers = true)]
     pub stall_after: f64,
 }
 
@@ -231,6 +231,11 @@ pub fn log_to_stderr() {
         // A log file wants no colors.
         .with_ansi(std::io::stderr().is_terminal())
         .init();
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("use a whole number from 0 to {}", u64::MAX))
 }
 
 fn step_order(text: &str) -> Result<StepOrder, String> {

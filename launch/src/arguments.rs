@@ -1,0 +1,78 @@
+//! The arguments of this process. A mistake in them is answered in one line, like every other mistake.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+/// What the arguments say.
+///
+/// # Errors
+/// The exit status, when everything has been said that there is to say.
+pub fn parse<C: Parser>() -> Result<C, ExitCode> {
+    C::try_parse().map_err(|error| match error.kind() {
+        // Whoever gave no argument at all wants to know what there is.
+        ErrorKind::DisplayHelp
+        | ErrorKind::DisplayVersion
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
+        _ => {
+            eprintln!("alliance: {}; try --help", one_line(&error.to_string()));
+            ExitCode::from(2)
+        }
+    })
+}
+
+/// What clap says without the usage, which is for whoever asks for help.
+fn one_line(text: &str) -> String {
+    let mut line = String::new();
+    let said = text
+        .lines()
+        .map(str::trim)
+        .take_while(|said| !said.starts_with("Usage:") && !said.starts_with("For more information"))
+        .filter(|said| !said.is_empty());
+    for said in said {
+        if !line.is_empty() {
+            line += if line.ends_with(':') { " " } else { "; " };
+        }
+        line += said.strip_prefix("error: ").unwrap_or(said);
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Arg, Command};
+
+    use super::*;
+
+    #[track_caller]
+    fn check(arguments: &[&str], expected: &str) {
+        let command = Command::new("alliance")
+            .arg(
+                Arg::new("robot")
+                    .long("robot")
+                    .value_name("NAME")
+                    .required(true),
+            )
+            .arg(Arg::new("log").long("log").value_parser(["full", "off"]));
+        let all = std::iter::once(&"alliance").chain(arguments);
+        let error = command.try_get_matches_from(all).unwrap_err();
+        assert_eq!(one_line(&error.to_string()), expected);
+    }
+
+    #[test]
+    fn what_is_wrong_and_what_would_be_right_in_one_line() {
+        check(
+            &[],
+            "the following required arguments were not provided: --robot <NAME>",
+        );
+        check(
+            &["--robto=blue"],
+            "unexpected argument '--robto' found; tip: a similar argument exists: '--robot'",
+        );
+        check(
+            &["--robot=blue", "--log=loud"],
+            "invalid value 'loud' for '--log <log>'; [possible values: full, off]",
+        );
+    }
+}
