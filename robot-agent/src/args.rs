@@ -10,7 +10,7 @@ use tokio::time::{Instant, sleep};
 
 use crate::process::{End, live};
 
-/// How long an agent waits for its run to appear.
+/// How long an agent waits for the run that was named to appear.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// How often it looks.
@@ -57,18 +57,23 @@ impl AgentArgs {
         })
     }
 
-    /// Robots and world may be started in any order, so a run that is not there yet is waited for.
+    /// Robots and world may be started in any order: an agent waits for a run for as long as there is none. One that was
+    /// named is about to begin or will never do so.
     async fn find_run(&self) -> Result<Rendezvous, RendezvousError> {
         let patience = Instant::now() + PATIENCE;
+        let mut waiting = false;
         loop {
             match Rendezvous::find(self.run.as_deref()) {
-                Err(RendezvousError::None | RendezvousError::Unknown { .. })
-                    if Instant::now() < patience =>
-                {
-                    sleep(LOOK_INTERVAL).await;
+                Err(RendezvousError::None) => {
+                    if !waiting {
+                        tracing::info!("no run is live yet; waiting for one");
+                    }
+                    waiting = true;
                 }
+                Err(RendezvousError::Unknown { .. }) if Instant::now() < patience => {}
                 found => return found,
             }
+            sleep(LOOK_INTERVAL).await;
         }
     }
 

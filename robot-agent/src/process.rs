@@ -209,20 +209,25 @@ async fn join(
             endpoint: run.endpoint.clone(),
             error,
         })?;
+    let mut other_version = None;
     let answer: JoinReply = loop {
-        let reply = replies
-            .recv_async()
-            .await
-            .map_err(|_| AgentError::NoAnswer(run.endpoint.clone()))?;
+        let Ok(reply) = replies.recv_async().await else {
+            return Err(other_version.unwrap_or_else(|| AgentError::NoAnswer(run.endpoint.clone())));
+        };
         let Ok(sample) = reply.into_result() else {
             continue;
         };
-        match secret.open(
-            &keys.join_answer(request.nonce),
-            &sample.payload().to_bytes(),
-        ) {
+        let bytes = sample.payload().to_bytes();
+        match secret.open(&keys.join_answer(request.nonce), &bytes) {
             Ok(answer) => break answer,
-            Err(error) => tracing::warn!(%error, "answer to the join request ignored"),
+            Err(error) => match secret.open(&keys.join_answer(0), &bytes) {
+                // A world of another version may not have understood whose request it answers. Such an answer may also be an
+                // old one that somebody puts again, so that any other goes before it.
+                Ok(JoinReply::Refused(refusal @ Refusal::Version { .. })) => {
+                    other_version = Some(refusal.into());
+                }
+                _ => tracing::warn!(%error, "answer to the join request ignored"),
+            },
         }
     };
     match answer {
