@@ -1,13 +1,170 @@
-//! `alliance run`, start to end.
+//! `alliance run`, start to end: what it starts, what it shows, how it ends.
 
-use crate::harness::Lab;
+use std::collections::BTreeSet;
+
+use alliance_proto::tick::Outcome;
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use world_server::recorder::{
+    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
+};
+
+use crate::harness::{Lab, command_line};
+use crate::team::Team;
+
+/// The four processes of a default mission are children of the launcher, and each says in its arguments what it is.
+#[track_caller]
+fn assert_world_and_one_agent_per_robot(team: &Team<'_>) -> Vec<u32> {
+    let names = ["world", "blue", "gold", "green"];
+    let pids = names.map(|name| team.pid(name));
+    let children: BTreeSet<u32> = team.launcher().children().into_iter().collect();
+    assert_eq!(children, BTreeSet::from(pids));
+    for (name, pid) in names.iter().zip(pids) {
+        let command = command_line(pid).unwrap();
+        let part = match *name {
+            "world" => " world ".to_owned(),
+            robot => format!(" agent --robot {robot} "),
+        };
+        assert!(command.contains(&part), "{name}: {command}");
+    }
+    pids.to_vec()
+}
+
+/// Every table can be read, and is whole up to the same last tick.
+#[track_caller]
+fn assert_readable(log: &RunLog) {
+    log.rows::<MotivationRow>().unwrap();
+    log.rows::<MessageRow>().unwrap();
+    log.rows::<EventRow>().unwrap();
+    log.rows::<PoseRow>().unwrap();
+    log.rows::<MissionRow>().unwrap();
+    log.inputs().unwrap();
+    let last = log.rows::<TickRow>().unwrap().pop().unwrap();
+    assert_eq!(last.tick + 1, log.run.result.ticks);
+    assert_eq!(Some(format!("{:016x}", last.hash)), log.run.hash);
+}
 
 #[test]
 fn the_default_mission_completes_and_every_item_is_delivered() {
     let lab = Lab::new();
     let finished = lab.mission("run", &["--json"]).expect(0);
-    let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
+    let result = finished.json();
     assert_eq!(result["outcome"], "complete");
     assert_eq!(result["unscripted"], false);
     assert_eq!(result["result"]["items"]["delivered"], 24);
+    assert_readable(&lab.log("run"));
+}
+
+#[test]
+fn a_run_shows_its_processes_its_progress_and_a_summary() {
+    let lab = Lab::new();
+    let arguments = ["--seed", "7", "--limit", "20", "--speed", "10x"];
+    // The time limit passes before the mission is complete.
+    let finished = lab.mission("run", &arguments).expect(1);
+    let said = &finished.stderr;
+    let line = |part: &str| {
+        let found = said.lines().find(|line| line.contains(part));
+        found.unwrap_or_else(|| panic!("no '{part}' in:\n{said}"))
+    };
+    for part in ["world ", ", blue ", ", gold ", ", green "] {
+        assert!(
+            line("process ids: ").contains(part),
+            "no '{part}' in:\n{said}"
+        );
+    }
+    for part in [
+        " s simulated, ",
+        "x, 0/24 delivered; ",
+        "blue: ",
+        "; gold: ",
+        "; green: ",
+    ] {
+        assert!(
+            line(" delivered; ").contains(part),
+            "no '{part}' in:\n{said}"
+        );
+    }
+    line("┆ items delivered ┆");
+    line("time-limit: 0 of 24 items delivered, 0 progress reports");
+    assert_eq!(line("folder"), "folder  run");
+    assert_eq!(line("seed"), "seed    7");
+    let hash = lab.log("run").run.hash.unwrap();
+    assert_eq!(line("hash"), format!("hash    {hash}"));
+    assert_eq!(finished.stdout, "", "what is for people goes to stderr");
+}
+
+#[test]
+fn every_process_is_a_child_and_the_result_is_on_stdout_as_json() {
+    let lab = Lab::new();
+    let team = Team::start(&lab, &["--seed", "7", "--limit", "20", "--speed", "20x"]);
+    let pids = assert_world_and_one_agent_per_robot(&team);
+    let finished = team.wait().expect(1);
+    assert!(
+        pids.iter().all(|pid| command_line(*pid).is_none()),
+        "none outlives its run"
+    );
+    let result = finished.json();
+    assert_eq!(result["outcome"], "time-limit");
+    assert_eq!(result["seed"], 7);
+    assert_eq!(result["folder"], "run");
+    assert_eq!(result["unscripted"], false);
+    let run = lab.log("run").run;
+    assert_eq!(result["hash"], Value::from(run.hash));
+    assert_eq!(result["result"], serde_json::to_value(run.result).unwrap());
+    let host = &result["host"]["pids"];
+    let robots = &host["robots"];
+    assert_eq!(
+        [
+            &host["world"],
+            &robots["blue"],
+            &robots["gold"],
+            &robots["green"]
+        ]
+        .map(Value::as_u64),
+        [0, 1, 2, 3].map(|index: usize| Some(u64::from(pids[index])))
+    );
+}
+
+#[test]
+fn without_a_folder_of_its_own_a_run_makes_one_below_runs() {
+    let lab = Lab::new();
+    for number in 1..=2 {
+        lab.run(&["run", "--seed", "3", "--limit", "1"]).expect(1);
+        let entries = std::fs::read_dir(lab.path("runs")).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        assert_eq!(names.len(), number + 1, "{names:?}");
+        assert_eq!(names[0], "latest");
+        assert!(
+            names[1..]
+                .iter()
+                .all(|name| name.starts_with("waste-cleanup-seed3-"))
+        );
+        assert_eq!(lab.log("runs/latest").run.setup.seed, 3);
+    }
+}
+
+#[test]
+fn an_interrupt_ends_every_process_and_leaves_a_readable_log() {
+    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+        let lab = Lab::new();
+        let mut team = Team::start(&lab, &["--speed", "20x"]);
+        team.wait_for_row("events.csv", &[",activated,"]);
+        let pids = assert_world_and_one_agent_per_robot(&team);
+        team.launcher().signal(signal);
+        let finished = team.wait().expect(1);
+        assert!(pids.iter().all(|pid| command_line(*pid).is_none()));
+        assert!(
+            !finished.stderr.contains("had to be killed"),
+            "{}",
+            finished.stderr
+        );
+        assert_eq!(finished.json()["outcome"], "interrupted");
+        let log = lab.log("run");
+        assert_eq!(log.run.outcome, RunOutcome::Ended(Outcome::Interrupted));
+        assert!(!log.run.unscripted);
+        assert_readable(&log);
+    }
 }

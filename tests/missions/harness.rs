@@ -203,6 +203,11 @@ impl Drop for Process {
 }
 
 impl Finished {
+    /// What `alliance run --json` printed.
+    pub fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.stdout).unwrap()
+    }
+
     /// Asserts its exit status, and shows everything if it is another one.
     #[track_caller]
     pub fn expect(self, code: i32) -> Self {

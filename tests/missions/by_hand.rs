@@ -1,0 +1,94 @@
+//! World and agents from separate terminals, in any order.
+
+use crate::harness::{Lab, Process};
+
+const LIMIT: &str = "50";
+
+fn world(lab: &Lab) -> Process {
+    lab.start(&["world", "--out", "run", "--limit", LIMIT])
+}
+
+fn agent(lab: &Lab, robot: &str) -> Process {
+    lab.start(&["agent", "--robot", robot])
+}
+
+/// Hash of the same run under `alliance run`.
+fn expected(lab: &Lab) -> Option<String> {
+    lab.mission("expected", &["--limit", LIMIT]).expect(1);
+    lab.log("expected").run.hash
+}
+
+#[test]
+fn the_world_says_which_robots_are_missing_and_refuses_who_does_not_belong() {
+    let lab = Lab::new();
+    let mut world = world(&lab);
+    world.wait_for_stderr("waiting for blue, gold, green");
+    let gold = agent(&lab, "gold");
+    world.wait_for_stderr("waiting for blue, green");
+
+    let second = agent(&lab, "gold").wait().expect(3);
+    let why = "robot-agent gold: refused: robot 'gold' already has a live agent (incarnation 1)";
+    assert!(second.stderr.contains(why), "{}", second.stderr);
+    let unknown = agent(&lab, "red").wait().expect(3);
+    let why = "robot-agent red: refused: the scenario has no robot 'red'; its robots are blue, gold, green";
+    assert!(unknown.stderr.contains(why), "{}", unknown.stderr);
+
+    let green = agent(&lab, "green");
+    let blue = agent(&lab, "blue");
+    world.wait_for_stderr("all robots are here; started");
+    for agent in [blue, gold, green] {
+        agent.wait().expect(0);
+    }
+    let world = world.wait().expect(1);
+    assert!(!world.stderr.contains("waiting for \n"), "{}", world.stderr);
+    // Whom the world refused is in no byte of the log.
+    assert_eq!(lab.log("run").run.hash, expected(&lab));
+    lab.assert_same_bytes("run", "expected");
+}
+
+#[test]
+fn the_order_in_which_the_processes_start_changes_no_byte() {
+    let orders = [
+        ["world", "blue", "gold", "green"],
+        ["green", "gold", "blue", "world"],
+        ["gold", "world", "green", "blue"],
+    ];
+    for order in orders {
+        let lab = Lab::new();
+        let mut processes = Vec::new();
+        for name in order {
+            let mut process = match name {
+                "world" => world(&lab),
+                robot => agent(&lab, robot),
+            };
+            // Each has begun before the next is started.
+            let begun = match name {
+                "world" => "waiting for ",
+                _ if processes.iter().any(|(name, _)| *name == "world") => "joined",
+                _ => "no run is live yet; waiting for one",
+            };
+            process.wait_for_stderr(begun);
+            processes.push((name, process));
+        }
+        for (name, process) in processes {
+            process.wait().expect(i32::from(name == "world"));
+        }
+        assert_eq!(lab.log("run").run.hash, expected(&lab), "{order:?}");
+        lab.assert_same_bytes("run", "expected");
+    }
+}
+
+#[test]
+fn an_agent_of_a_run_that_is_not_there_says_so() {
+    let lab = Lab::new();
+    let lonely = lab
+        .run(&["agent", "--robot", "blue", "--run", "gone"])
+        .expect(3);
+    assert!(
+        lonely
+            .stderr
+            .contains("robot-agent blue: no live run 'gone'; live runs: none"),
+        "{}",
+        lonely.stderr
+    );
+}

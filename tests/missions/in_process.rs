@@ -1,0 +1,61 @@
+//! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
+
+use alliance_proto::scenario::{Scenario, Setup, StepOrder};
+use alliance_proto::tick::Outcome;
+use launch::in_process::Team;
+use world_server::recorder::{Document, LogLevel, Memory, Recorder, Table};
+
+use crate::harness::Lab;
+
+/// The default mission as `alliance run --seed … --limit … --step-order …` resolves it.
+pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
+    let mut scenario = Scenario {
+        limit_s,
+        ..Scenario::default()
+    };
+    scenario.alliance.switches.step_order = Some(order);
+    Setup::resolve(scenario, seed, None).unwrap().setup
+}
+
+/// Runs it to its end within this process.
+pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<Memory>) {
+    Team::new(setup, log, Memory::default())
+        .unwrap()
+        .run()
+        .unwrap()
+}
+
+#[test]
+fn one_process_and_many_write_the_same_bytes() {
+    let lab = Lab::new();
+    for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
+        for seed in 1..=3 {
+            let out = format!("{}-{seed}", order.as_str());
+            let (seed_text, order_text) = (seed.to_string(), order.as_str());
+            let arguments = [
+                "--limit",
+                "100",
+                "--seed",
+                &seed_text,
+                "--step-order",
+                order_text,
+            ];
+            lab.mission(&out, &arguments).expect(1);
+
+            let (outcome, recorder) = run(setup(seed, 100.0, order), LogLevel::Full);
+            assert_eq!(outcome, Outcome::TimeLimit);
+            assert_eq!(lab.log(&out).run.hash, Some(recorder.hash()), "{out}");
+            let memory = recorder.into_sink();
+            let read = |file: &str| std::fs::read(lab.path(&out).join(file)).unwrap();
+            for table in Table::ALL {
+                assert!(
+                    read(table.file_name()) == memory.tables[&table],
+                    "{} of {out}",
+                    table.file_name()
+                );
+            }
+            let run_file = memory.documents[&Document::Run].as_bytes();
+            assert!(read("run.json") == run_file, "run.json of {out}");
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Agent and world of different builds: refused with the reason, whichever of the two is the newer one.
+
+use std::net::TcpListener;
+
+use alliance_proto::codec::encode;
+use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
+use alliance_proto::keys::Keys;
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::secret::Secret;
+use zenoh::{Config, Session, Wait};
+
+use crate::harness::Lab;
+
+const RUN: &str = "run";
+const OTHER: u32 = PROTOCOL_VERSION + 1;
+const NONCE: u128 = 7;
+
+fn session(config: &str) -> Session {
+    zenoh::open(Config::from_json5(config).unwrap())
+        .wait()
+        .unwrap()
+}
+
+/// The answer of the world, sealed for that nonce, to a request of these bytes.
+#[track_caller]
+fn answer(session: &Session, secret: &Secret, request: Vec<u8>, nonce: u128) -> JoinReply {
+    let keys = Keys::new(RUN);
+    let replies = session.get(keys.join()).payload(request).wait().unwrap();
+    let reply = replies.recv().unwrap().into_result().unwrap();
+    secret
+        .open(&keys.join_answer(nonce), &reply.payload().to_bytes())
+        .unwrap()
+}
+
+#[test]
+fn the_world_refuses_an_agent_of_another_version() {
+    let lab = Lab::new();
+    let mut world = lab.start(&["world", "--run", RUN, "--out", "out", "--limit", "5"]);
+    world.wait_for_stderr("waiting for blue, gold, green");
+    let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
+    let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
+    let (session, secret) = (
+        session(&alliance_proto::session::client(&run.endpoint)),
+        Secret::of(&run.token),
+    );
+    let refused = JoinReply::Refused(Refusal::Version {
+        agent: OTHER,
+        world: PROTOCOL_VERSION,
+    });
+
+    let request = JoinRequest {
+        version: OTHER,
+        robot: "blue".to_owned(),
+        pid: 1,
+        nonce: NONCE,
+    };
+    let same_shape = secret.seal(&Keys::new(RUN).join(), &request).unwrap();
+    assert_eq!(answer(&session, &secret, same_shape, NONCE), refused);
+    // Whatever else another version may say and however it seals it, the number comes first.
+    let other_shape = encode(&(OTHER, [1_u8; 20])).unwrap();
+    assert_eq!(answer(&session, &secret, other_shape, 0), refused);
+
+    // The robot is still free.
+    let agents = ["blue", "gold", "green"].map(|robot| lab.start(&["agent", "--robot", robot]));
+    for agent in agents {
+        agent.wait().expect(0);
+    }
+    world.wait().expect(1);
+}
+
+/// A world that refuses every agent for its version, sealed for the agent's nonce or, not understanding it, for none.
+struct OtherWorld {
+    _session: Session,
+}
+
+impl OtherWorld {
+    fn new(lab: &Lab, understands: bool) -> Self {
+        // Free a moment ago, and nobody else in this lab listens.
+        let port = TcpListener::bind("127.0.0.1:0")
+            .unwrap()
+            .local_addr()
+            .unwrap()
+            .port();
+        let run = Rendezvous {
+            run: RUN.to_owned(),
+            endpoint: format!("tcp/127.0.0.1:{port}"),
+            pid: std::process::id(),
+            token: "secret".to_owned(),
+        };
+        let session = session(&alliance_proto::session::world(&run.endpoint));
+        let (keys, secret) = (Keys::new(RUN), Secret::of(&run.token));
+        let join = keys.join();
+        session
+            .declare_queryable(keys.join())
+            .callback(move |query| {
+                let bytes = query.payload().unwrap().to_bytes();
+                let request: JoinRequest = secret.open(&join, &bytes).unwrap();
+                let refusal = JoinReply::Refused(Refusal::Version {
+                    agent: request.version,
+                    world: OTHER,
+                });
+                let nonce = if understands { request.nonce } else { 0 };
+                let answer = secret.seal(&keys.join_answer(nonce), &refusal).unwrap();
+                query.reply(&join, answer).wait().unwrap();
+            })
+            .background()
+            .wait()
+            .unwrap();
+        let folder = lab.path("runtime/alliance");
+        std::fs::create_dir_all(&folder).unwrap();
+        let private = std::os::unix::fs::PermissionsExt::from_mode(0o700);
+        std::fs::set_permissions(&folder, private).unwrap();
+        std::fs::write(folder.join("run.json"), serde_json::to_vec(&run).unwrap()).unwrap();
+        Self { _session: session }
+    }
+}
+
+#[test]
+fn an_agent_says_that_its_world_speaks_another_version() {
+    for understands in [true, false] {
+        let lab = Lab::new();
+        let _world = OtherWorld::new(&lab, understands);
+        let agent = lab.run(&["agent", "--robot", "blue"]).expect(3);
+        let why = format!(
+            "robot-agent blue: refused: the agent speaks protocol version {PROTOCOL_VERSION}, the world {OTHER}: start both from the same build"
+        );
+        assert!(agent.stderr.contains(&why), "{}", agent.stderr);
+    }
+}

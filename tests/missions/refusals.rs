@@ -1,0 +1,145 @@
+//! Mistakes in arguments, scenario and parameters: one line that says what is wrong and what would be right, exit status 2,
+//! and nothing started.
+
+use crate::harness::Lab;
+
+/// Refused in one line that begins with `alliance` and holds these texts; no process, no folder.
+#[track_caller]
+fn assert_refused(lab: &Lab, arguments: &[&str], texts: &[&str]) {
+    let finished = lab.run(arguments).expect(2);
+    let said = &finished.stderr;
+    let name = &finished.name;
+    assert_eq!(said.lines().count(), 1, "not one line for {name}:\n{said}");
+    assert!(
+        said.starts_with("alliance") || said.starts_with("world-server"),
+        "{name}: {said}"
+    );
+    for text in texts {
+        assert!(said.contains(text), "no '{text}' for {name}: {said}");
+    }
+    assert_eq!(finished.stdout, "");
+    assert!(
+        !lab.path("runs").exists() && !lab.path("out").exists(),
+        "{name}: a folder was made"
+    );
+    // The first thing that a world or an agent does is to look for others here.
+    assert!(
+        !lab.path("runtime/alliance").exists(),
+        "{name}: a process was started"
+    );
+}
+
+#[test]
+fn arguments() {
+    let lab = Lab::new();
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["rum"], &["unrecognized subcommand 'rum'", "'run'"]),
+        (&["run", "--limt", "3"], &["'--limt'", "'--limit'"]),
+        (&["run", "a", "b"], &["unexpected argument 'b'"]),
+        (
+            &["run", "--seed", "first"],
+            &["'first'", "--seed", "a whole number from 0 to"],
+        ),
+        (
+            &["run", "--limit", "0"],
+            &["'0'", "--limit", "a number of seconds above 0"],
+        ),
+        (
+            &["run", "--speed", "fast"],
+            &["'fast'", "--speed", "'max'", "'5x'"],
+        ),
+        (
+            &["run", "--log", "loud"],
+            &["'loud'", "--log", "full, summary, off"],
+        ),
+        (
+            &["run", "--step-order", "random"],
+            &["'random'", "'simultaneous' or 'in-order'"],
+        ),
+        (
+            &["run", "--stall-after", "-1"],
+            &["'-1'", "--stall-after", "a number of seconds above 0"],
+        ),
+        (
+            &["world", "--run", "a/b"],
+            &["'a/b'", "--run", "letters, digits"],
+        ),
+        (&["agent"], &["--robot <NAME>"]),
+        (&["scenarios", "nowhere"], &["'nowhere'", "waste-cleanup"]),
+    ];
+    for (arguments, texts) in cases {
+        assert_refused(&lab, arguments, texts);
+    }
+}
+
+#[test]
+fn scenarios_and_parameter_files() {
+    let lab = Lab::new();
+    let write = |name: &str, text: &str| std::fs::write(lab.path(name), text).unwrap();
+    write("key.toml", "name = 'mine'\n\nstepms = 5\n");
+    write("torn.toml", "name = 'mine'\n[room\n");
+    write("crowded.toml", "[room]\nwidth_m = 0.5\nheight_m = 0.5\n");
+    write(
+        "key.properties",
+        "# comment\nimpatience.report-progress = 1\n",
+    );
+    write(
+        "value.properties",
+        "threshold = 100\nbroadcastRate.report-progress =\n",
+    );
+    write(
+        "rule.properties",
+        "\n\nslowImpatience.gold.report-progress = 1000\n",
+    );
+    let cases: &[(&[&str], &[&str])] = &[
+        (
+            &["nowhere"],
+            &[
+                "'nowhere' is neither a built-in scenario nor a file",
+                "`alliance scenarios`",
+            ],
+        ),
+        (
+            &["key.toml"],
+            &["key.toml:3: stepms: ", "did you mean 'step_ms'?"],
+        ),
+        (&["torn.toml"], &["torn.toml:2: ", "`]`"]),
+        (&["crowded.toml"], &["crowded.toml"]),
+        (
+            &["--params", "nowhere.properties"],
+            &["nowhere.properties: "],
+        ),
+        (
+            &["--params", "key.properties"],
+            &["key.properties:2: impatience.report-progress: unknown parameter"],
+        ),
+        (
+            &["--params", "value.properties"],
+            &["value.properties:2: ", "the value is missing", "above 0 Hz"],
+        ),
+        (
+            &["--params", "rule.properties"],
+            &["rule.properties:3: ", "the rule is 0 < slow < fast"],
+        ),
+    ];
+    for (arguments, texts) in cases {
+        for part in ["run", "world"] {
+            let mut all = vec![part, "--out", "out"];
+            all.extend(*arguments);
+            assert_refused(&lab, &all, texts);
+        }
+    }
+}
+
+#[test]
+fn a_folder_that_holds_a_run() {
+    let lab = Lab::new();
+    lab.mission("run", &["--limit", "1"]).expect(1);
+    let before = std::fs::read(lab.path("run/run.json")).unwrap();
+    let again = lab.mission("run", &["--limit", "2"]).expect(2);
+    assert_eq!(
+        again.stderr,
+        "alliance run: --out run: already holds a run; name a new folder\n"
+    );
+    assert_eq!(std::fs::read(lab.path("run/run.json")).unwrap(), before);
+}
