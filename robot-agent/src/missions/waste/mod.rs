@@ -13,6 +13,7 @@ mod report;
 mod sight;
 mod spill;
 mod teammates;
+mod views;
 
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::readings::{Actuation, Gripper, Readings, Zone};
@@ -431,11 +432,12 @@ impl WasteMission {
             in_deposit: readings.zone.map(|zone| zone == Zone::Deposit),
             in_spill: readings.zone.map(|zone| zone == Zone::Spill),
             status: self.status,
-            memory: &self.memory,
             places: &places,
         };
-        let work = self.work.get_or_insert_with(|| SpillWork::new(spill));
-        match work.step(&self.briefing, &scene) {
+        let work = self
+            .work
+            .get_or_insert_with(|| SpillWork::new(spill, &self.briefing, &places));
+        match work.step(&self.briefing, &scene, &mut self.memory) {
             Work::Go(goal) => self.go(now, goal, readings, action),
             Work::Grip(gripper) => {
                 action.actuation.gripper = gripper;

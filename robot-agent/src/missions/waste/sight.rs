@@ -13,6 +13,8 @@ const WASTE_MOST: usize = 8;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sight {
     pub position: Vec2,
+    /// Unit vector of the heading.
+    pub ahead: Vec2,
     /// Waste outside the deposit, nearest first, m.
     pub waste: Vec<Vec2>,
     /// Up to here all waste is seen, m.
@@ -30,6 +32,7 @@ impl Sight {
         let farthest = sensed.last().filter(|_| sensed.len() >= WASTE_MOST);
         Some(Self {
             position: pose.position,
+            ahead,
             waste: items
                 .filter(|&item| length(item - places.deposit) > briefing.deposit_radius_m)
                 .collect(),
