@@ -1,0 +1,131 @@
+//! A superseded incarnation is told to end (issue "It holds", item 3).
+//!
+//! On one machine a link breaks only with its process, so the former life is played by this test: it joins, loses its token as
+//! if its link had broken, and speaks again when another agent has the robot.
+
+use std::sync::{Arc, Mutex};
+
+use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
+use alliance_proto::keys::Keys;
+use alliance_proto::readings::Actuation;
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::secret::Secret;
+use alliance_proto::tick::{Report, ToAgent};
+use zenoh::Wait;
+
+use crate::harness::{Lab, wait_until};
+
+const RUN: &str = "run";
+
+#[test]
+fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() {
+    let lab = Lab::new();
+    let mut world = lab.start(&[
+        "world",
+        "--run",
+        RUN,
+        "--out",
+        "out",
+        "--speed",
+        "20x",
+        "--limit",
+        "300",
+        "--stall-after",
+        "0.2",
+    ]);
+    world.wait_for_stderr("waiting for blue, gold, green");
+    let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
+    let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
+    let (keys, secret) = (Keys::new(RUN), Secret::of(&run.token));
+    let config = alliance_proto::session::client(&run.endpoint);
+    let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
+        .wait()
+        .unwrap();
+
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let (ear, opener, key) = (Arc::clone(&told), secret.clone(), keys.tick("gold"));
+    session
+        .declare_subscriber(keys.tick("gold"))
+        .callback(move |sample| {
+            let message: ToAgent = opener.open(&key, &sample.payload().to_bytes()).unwrap();
+            ear.lock().unwrap().push(message);
+        })
+        .background()
+        .wait()
+        .unwrap();
+    let request = JoinRequest {
+        version: PROTOCOL_VERSION,
+        robot: "gold".to_owned(),
+        pid: std::process::id(),
+        nonce: 1,
+    };
+    let request = secret.seal(&keys.join(), &request).unwrap();
+    let replies = session.get(keys.join()).payload(request).wait().unwrap();
+    let reply = replies.recv().unwrap().into_result().unwrap();
+    let answer = secret
+        .open(&keys.join_answer(1), &reply.payload().to_bytes())
+        .unwrap();
+    let JoinReply::Welcome(welcome) = answer else {
+        panic!("{answer:?}");
+    };
+    assert_eq!(welcome.incarnation, 1);
+    let token = secret.stamp(&keys.alive("gold", 1));
+    let token = session.liveliness().declare_token(token).wait().unwrap();
+    let teammates =
+        ["blue", "green"].map(|robot| lab.start(&["agent", "--robot", robot, "--run", RUN]));
+    let happened = |text: &str| {
+        std::fs::read_to_string(lab.path("out/events.csv"))
+            .is_ok_and(|events| events.contains(text))
+    };
+    wait_until("the first life's ticks", || {
+        !told.lock().unwrap().is_empty()
+    });
+    token.undeclare().wait().unwrap();
+    wait_until("the end of the first life", || {
+        happened(",gone,gold,,,incarnation 1")
+    });
+
+    let mut successor = lab.start(&["agent", "--robot", "gold", "--run", RUN]);
+    wait_until("the second life", || {
+        happened(",joined,gold,,,incarnation 2")
+    });
+    let dismissed = |message: &ToAgent| *message == ToAgent::Dismissed(1);
+    assert!(
+        !told.lock().unwrap().iter().any(dismissed),
+        "it has not spoken yet"
+    );
+    let late = Report {
+        robot: welcome.robot,
+        incarnation: 1,
+        tick: 0,
+        actuation: Actuation::default(),
+        broadcasts: 0,
+        motivations: Vec::new(),
+        changes: Vec::new(),
+        notes: Vec::new(),
+        receptions: Vec::new(),
+    };
+    let late = secret.seal(&keys.report("gold"), &late).unwrap();
+    session.put(keys.report("gold"), late).wait().unwrap();
+    wait_until("its dismissal", || {
+        told.lock().unwrap().iter().any(dismissed)
+    });
+    assert!(successor.is_running(), "the successor is not meant");
+
+    // A real agent that is told so ends, and says why.
+    let dismissal = secret
+        .seal(&keys.tick("gold"), &ToAgent::Dismissed(2))
+        .unwrap();
+    session.put(keys.tick("gold"), dismissal).wait().unwrap();
+    let ended = successor.wait().expect(3);
+    assert!(
+        ended.stderr.contains("a newer agent has the robot"),
+        "{}",
+        ended.stderr
+    );
+
+    world.wait();
+    for agent in teammates {
+        agent.wait().expect(0);
+    }
+}
