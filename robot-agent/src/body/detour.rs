@@ -30,6 +30,9 @@ const STEER_MAX_RAD: f32 = 0.15;
 /// A goal at most this far on the obstacle's side of the heading counts as straight ahead, rad.
 const PARALLEL_RAD: f32 = 0.05;
 
+/// With a heading this exact the side beams see what they should, rad.
+const ALIGNED_RAD: f32 = 0.03;
+
 /// On which side of the robot the obstacle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
@@ -77,8 +80,8 @@ impl Side {
 /// Contact with the outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Contact {
-    /// It was ahead: the robot aligns with it here, and goes on a little before it looks to the side. At a corner the side
-    /// beams see another face than the one that is in the way, and the robot must not turn to and fro between the two.
+    /// It was ahead: the robot aligns with it here, and goes on a little before it looks to the side. Near a corner the side
+    /// beams see another face than the one that matters, and the robot must not turn to and fro between the two.
     Aligned(Vec2),
     /// A side beam touches it.
     Touching,
@@ -188,9 +191,8 @@ impl Detour {
         let position = around.pose.position;
         let outward = -self.side.sign() * wrap(goal.direction(position) - around.pose.heading_rad);
         let clear = match self.contact {
-            Contact::Aligned(_) | Contact::Touching => outward >= -PARALLEL_RAD,
-            Contact::Passing(since) => outward >= -FRAC_PI_2 && has_moved(since, position),
-            Contact::Turned(_) => outward >= -FRAC_PI_2,
+            Contact::Passing(since) if has_moved(since, position) => outward >= -FRAC_PI_2,
+            _ => outward >= -PARALLEL_RAD,
         };
         clear && goal.remaining(position) < self.met - GAIN_M
     }
@@ -211,7 +213,11 @@ impl Detour {
             }
             return None;
         }
-        if matches!(self.contact, Contact::Aligned(since) if !has_moved(since, position)) {
+        let holds = match self.contact {
+            Contact::Aligned(since) | Contact::Turned(since) => !has_moved(since, position),
+            Contact::Touching | Contact::Passing(_) => false,
+        };
+        if holds || wrap(self.along - heading).abs() > ALIGNED_RAD {
             return None;
         }
         let beside = around.beside(self.side);
