@@ -119,11 +119,22 @@ fn without_blue_the_others_find_the_locations_by_wandering() {
     );
 }
 
+/// A mission long enough for a hundred deaths.
+const LONG: &str = r#"
+name = "long"
+[waste]
+spills = [
+  { name = "top", items = 80, x_fraction = 0.333, y_fraction = 0.667 },
+  { name = "bottom", items = 80, x_fraction = 0.333, y_fraction = 0.333 },
+]
+"#;
+
 /// A hundred random moments over one mission. Each victim is replaced by hand at once: a new life that knows nothing.
 #[test]
 fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "100x", "--limit", "100000"]);
+    std::fs::write(lab.path("long.toml"), LONG).unwrap();
+    let mut team = Team::start(&lab, &["long.toml", "--speed", "60x", "--limit", "100000"]);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let robots = ["blue", "gold", "green"];
     team.wait_for_row("events.csv", &[",activated,"]);
@@ -131,7 +142,7 @@ fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
     let mut agents = Vec::new();
     let mut lives = [1_u32; 3];
     for _ in 0..100 {
-        team.go_on(Duration::from_millis(rng.random_range(20..400)));
+        team.go_on(Duration::from_millis(rng.random_range(20..300)));
         let victim = rng.random_range(0..robots.len());
         team.kill(robots[victim]);
         agents.push(team.restart(robots[victim]));
@@ -141,9 +152,9 @@ fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
     }
     let finished = team.wait().expect(0);
     assert_eq!(result(&finished)["outcome"], "complete");
-    assert_eq!(result(&finished)["result"]["items"]["delivered"], 24);
+    assert_eq!(result(&finished)["result"]["items"]["delivered"], 160);
     let log = lab.log("run");
-    assert_nothing_lost(&log, 24);
+    assert_nothing_lost(&log, 160);
     for (robot, lives) in robots.iter().zip(lives) {
         assert_eq!(events(&log, "joined", robot).len() as u32, lives, "{robot}");
         assert_eq!(
