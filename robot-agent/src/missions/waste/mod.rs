@@ -24,7 +24,7 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::body::goal::length;
-use crate::body::{Goal, Navigator, Status, Surroundings};
+use crate::body::{Goal, Navigator, Status, Surroundings, Teammate};
 use briefing::{Briefing, Places};
 use extremes::Extremes;
 use find::{Methodical, Search, Wander};
@@ -36,6 +36,8 @@ use teammates::Teammates;
 
 /// How long a finder whose update was withdrawn leaves the search to others.
 const STANDS_BACK: SimTime = SimTime(60_000);
+/// An idle robot leaves this much room between itself and a teammate at work, m.
+const ROOM_M: f32 = 0.2;
 /// A spill sensed this much farther from its computed center than its radius is still that spill, m.
 const SPILL_TOLERANCE_M: f32 = 0.2;
 /// Result of [`WasteMission::perceive`].
@@ -187,6 +189,7 @@ impl WasteMission {
         }
         let Some(set) = active else {
             self.work = None;
+            self.make_room(now, readings, &mut action);
             return action;
         };
         let spec = &self.briefing.catalog.sets[set.index()];
@@ -219,8 +222,6 @@ impl WasteMission {
         let locations = self.memory.locations()?;
         Some(self.briefing.places(&locations.value))
     }
-
-    // --- perceive ---
 
     fn see_effects(&mut self, now: SimTime, readings: &Readings) {
         let holding = readings.holding.unwrap_or(false);
@@ -267,6 +268,9 @@ impl WasteMission {
 
     fn learned(&mut self, from: RobotId, notes: &mut Vec<Note>) {
         self.stands_back_since = None;
+        // Whoever searches again, because they prove wrong, starts anew.
+        self.methodical = Methodical::default();
+        self.extremes = Extremes::default();
         notes.push(Note {
             kind: NoteKind::LocationsLearned,
             detail: format!("from {from}"),
@@ -354,8 +358,6 @@ impl WasteMission {
         }
     }
 
-    // --- act ---
-
     /// The set hibernates while the robot carries something: it puts that down and remembers where.
     fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
         action.actuation.gripper = Gripper::Drop;
@@ -369,6 +371,22 @@ impl WasteMission {
         });
         if readings.zone == Some(Zone::None) {
             self.memory.see_loose(at, true, now);
+        }
+    }
+
+    /// Idle, it steps aside for a teammate at work that comes near: it may be what keeps that one in.
+    fn make_room(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
+        let Some(position) = self.position else {
+            return;
+        };
+        let near = 2.0 * self.briefing.chassis.radius_m + ROOM_M;
+        let Some(at_work) = self.teammates.nearest_at_work(position, now) else {
+            return;
+        };
+        let away = position - at_work;
+        let distance = length(away);
+        if distance < near && distance > 0.0 {
+            self.drive(now, Goal::Direction(away / distance), &[], readings, action);
         }
     }
 
@@ -497,13 +515,24 @@ impl WasteMission {
     }
 
     fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {
+        let right_of_way = self.teammates.right_of_way(self.briefing.robot, now);
+        self.drive(now, goal, &right_of_way, readings, action);
+    }
+
+    fn drive(
+        &mut self,
+        now: SimTime,
+        goal: Goal,
+        right_of_way: &[Teammate],
+        readings: &Readings,
+        action: &mut Action,
+    ) {
         let Some(around) = Surroundings::of(readings) else {
             return;
         };
-        let right_of_way = self.teammates.right_of_way(self.briefing.robot, now);
         let drive = self
             .navigator
-            .drive(&self.briefing.chassis, goal, &around, &right_of_way, now);
+            .drive(&self.briefing.chassis, goal, &around, right_of_way, now);
         self.status = drive.status;
         action.actuation = drive.actuation;
         if let Some(side) = drive.detour {

@@ -46,8 +46,13 @@ impl Sight {
         items.find(|&item| length(item - place) < slack)
     }
 
+    /// Whether all waste within `around` of that place is seen.
+    pub fn covers(&self, place: Vec2, around: f32) -> bool {
+        length(place - self.position) + around < self.range
+    }
+
     /// Whether nothing lies within `slack` of that place, for certain.
     pub fn shows_nothing_at(&self, place: Vec2, slack: f32) -> bool {
-        length(place - self.position) + slack < self.range && self.item_at(place, slack).is_none()
+        self.covers(place, slack) && self.item_at(place, slack).is_none()
     }
 }

@@ -8,14 +8,12 @@ use glam::Vec2;
 use super::briefing::{Briefing, Places};
 use super::memory::{Memory, SAME_PLACE_M};
 use super::sight::Sight;
-use super::views::Views;
+use super::views::{AT_POINT_M, Views};
 use crate::body::goal::length;
 use crate::body::{Goal, Status};
 
 /// How far inside the deposit's edge the robot lets go when it faces inward, m.
 const INSIDE_DEPOSIT_M: f32 = 0.1;
-/// How exactly it goes to where it looks around, m.
-const VIEW_WITHIN_M: f32 = 0.15;
 /// Items are gripped this much nearer than the gripper's reach, m.
 const REACH_MARGIN_M: f32 = 0.02;
 /// An item seen this near to where one was seen before is the same, m.
@@ -70,21 +68,19 @@ pub(super) struct SpillWork {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     Item(Vec2),
-    View,
+    View(Vec2),
     Deposit,
 }
 
 impl SpillWork {
     pub fn new(spill: usize, briefing: &Briefing, places: &Places) -> Self {
-        let radius_m = briefing.spill_radius_m;
-        let overlooks = briefing.sight_m >= radius_m + VIEW_WITHIN_M;
         Self {
             spill,
-            views: Views::new(places.spills[spill], radius_m, overlooks),
+            views: Views::new(places.spills[spill], briefing.spill_radius_m),
             from_deposit: false,
             seen: Vec::new(),
             unreachable: Vec::new(),
-            target: Target::View,
+            target: Target::Deposit,
             gripped_at: None,
         }
     }
@@ -170,31 +166,32 @@ impl SpillWork {
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// From the spill's center, or all around, and once along the way to the deposit.
+    /// All over the spill, and once along the way to the deposit.
     fn look_around(&mut self, briefing: &Briefing, scene: &Scene, memory: &Memory) -> Work {
         let position = scene.sight.position;
-        if let Some(at) = self.views.next() {
-            if length(at - position) <= VIEW_WITHIN_M {
-                if at == scene.places.spills[self.spill] && scene.in_spill == Some(false) {
-                    return Work::Wrong;
-                }
-                self.views.reach();
-            }
-            self.target = Target::View;
-            let within = VIEW_WITHIN_M;
-            return Work::Go(Goal::Place { at, within });
+        let going = match self.target {
+            Target::View(at) => Some(at),
+            _ => None,
+        };
+        if let Some(at) = self.views.next(position, going) {
+            self.target = Target::View(at);
+            return Work::Go(Goal::Place {
+                at,
+                within: AT_POINT_M,
+            });
         }
         // All round, and no spill was sensed: it is somewhere else.
         if scene.in_spill.is_some() && !memory.is_confirmed() {
             return Work::Wrong;
         }
-        if !self.views.have_shown_all() || !self.unreachable.is_empty() {
+        if !self.views.show_enough() || !self.unreachable.is_empty() {
             // What could not be reached before is tried again: others may have moved.
             self.unreachable.clear();
             self.views.restart();
+            self.views.unblock();
             return Work::Go(Goal::Place {
                 at: position,
-                within: VIEW_WITHIN_M,
+                within: AT_POINT_M,
             });
         }
         let at = scene.places.deposit;
@@ -209,6 +206,7 @@ impl SpillWork {
     /// Joins what is in sight to what was seen before.
     fn look(&mut self, scene: &Scene) {
         let sight = scene.sight;
+        self.views.look(sight);
         self.seen
             .retain(|&item| !sight.shows_nothing_at(item, SAME_ITEM_M));
         for &item in &sight.waste {
@@ -226,7 +224,7 @@ impl SpillWork {
     fn pass_over(&mut self, scene: &Scene) {
         match self.target {
             Target::Item(at) => self.leave_alone(at, scene),
-            Target::View => self.views.block(),
+            Target::View(at) => self.views.block(at),
             Target::Deposit => self.from_deposit |= !scene.holding,
         }
     }

@@ -8,6 +8,7 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::body::Teammate;
+use crate::body::goal::length;
 
 /// After this a teammate's position says nothing about what is in the way now.
 const POSITION_EXPIRES: SimTime = SimTime(3_000);
@@ -63,15 +64,27 @@ impl Teammates {
 
     /// The teammates that `robot` gives way to: those of lower rank that are at work.
     pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> Vec<Teammate> {
-        self.last
-            .range(..robot)
-            .filter(|(_, last)| last.executes.is_some() && now.since(last.heard) < POSITION_EXPIRES)
-            .filter_map(|(_, last)| {
-                Some(Teammate {
-                    position: last.position?,
-                    heard: last.heard,
-                })
-            })
-            .collect()
+        let lower = self.last.range(..robot);
+        lower.filter_map(|(_, last)| last.at_work(now)).collect()
+    }
+
+    /// Where the nearest teammate at work was when it last said so.
+    pub fn nearest_at_work(&self, position: Vec2, now: SimTime) -> Option<Vec2> {
+        let distance = |place: &Vec2| length(*place - position);
+        let at_work = self.last.values().filter_map(|last| last.at_work(now));
+        at_work
+            .map(|teammate| teammate.position)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+impl Last {
+    fn at_work(&self, now: SimTime) -> Option<Teammate> {
+        let fresh = now.since(self.heard) < POSITION_EXPIRES;
+        self.executes.filter(|_| fresh)?;
+        Some(Teammate {
+            position: self.position?,
+            heard: self.heard,
+        })
     }
 }

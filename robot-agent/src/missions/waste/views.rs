@@ -1,76 +1,101 @@
-//! From where a robot looks a spill over.
+//! What a robot has seen of a spill.
 
 use std::f32::consts::TAU;
 
 use glam::Vec2;
 
-/// Places all round a spill whose center cannot be reached, or does not overlook it.
-const RING: usize = 6;
-/// Their distance from the center, in radii of the spill: inside, so that the spill can be sensed there.
-const RING_RADII: f32 = 0.75;
+use super::sight::Sight;
+use crate::body::goal::length;
 
-/// Places to look around from, in order.
+/// Points on a ring inside the spill that together with its center stand for all of it.
+const RING: usize = 6;
+/// Radius of the ring, in radii of the spill.
+const RING_RADII: f32 = 0.75;
+/// Each point stands for what lies this near to it, in radii of the spill: together they cover it.
+const AROUND_RADII: f32 = 0.5;
+/// At a point the robot has seen it, however short its sight, m.
+pub(super) const AT_POINT_M: f32 = 0.15;
+
+/// What a robot has seen of a spill, point by point.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Views {
-    center: Vec2,
-    radius_m: f32,
-    places: Vec<Vec2>,
-    next: usize,
-    reached: usize,
+    points: Vec<Point>,
+    around_m: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point {
+    at: Vec2,
+    seen: bool,
+    /// There is no way to it.
+    blocked: bool,
 }
 
 impl Views {
-    /// Those of a spill. From its center alone where that `overlooks` all of it.
-    pub fn new(center: Vec2, radius_m: f32, overlooks: bool) -> Self {
-        let mut places = vec![center];
-        if !overlooks {
-            places.extend(ring(center, radius_m));
-        }
+    pub fn new(center: Vec2, radius_m: f32) -> Self {
+        let ring = (0..RING).map(|index| {
+            let angle = TAU * index as f32 / RING as f32;
+            center + Vec2::new(libm::cosf(angle), libm::sinf(angle)) * (radius_m * RING_RADII)
+        });
         Self {
-            center,
-            radius_m,
-            places,
-            next: 0,
-            reached: 0,
+            points: std::iter::once(center)
+                .chain(ring)
+                .map(|at| Point {
+                    at,
+                    seen: false,
+                    blocked: false,
+                })
+                .collect(),
+            around_m: radius_m * AROUND_RADII,
         }
     }
 
-    /// Where to look around from next; `None` when all places are done.
-    pub fn next(&self) -> Option<Vec2> {
-        self.places.get(self.next).copied()
-    }
-
-    /// The robot is at the next place.
-    pub fn reach(&mut self) {
-        self.next += 1;
-        self.reached += 1;
-    }
-
-    /// There is no way to the next place. For the center the ring takes its place, for good.
-    pub fn block(&mut self) {
-        if self.next() == Some(self.center) {
-            self.places = ring(self.center, self.radius_m).collect();
-            self.restart();
-        } else {
-            self.next += 1;
+    /// Joins what is in sight.
+    pub fn look(&mut self, sight: &Sight) {
+        for point in &mut self.points {
+            let at_it = length(point.at - sight.position) <= AT_POINT_M;
+            point.seen |= at_it || sight.covers(point.at, self.around_m);
         }
     }
 
-    /// Everything has to be looked over again.
+    /// Where to go to see more: where the robot is going already, else to the nearest point that is still unseen; `None` when
+    /// there is no such point left that can be reached.
+    pub fn next(&self, position: Vec2, going: Option<Vec2>) -> Option<Vec2> {
+        let distance = |point: &&Point| length(point.at - position);
+        let open = || {
+            self.points
+                .iter()
+                .filter(|point| !point.seen && !point.blocked)
+        };
+        let same = open().find(|point| going == Some(point.at));
+        same.or_else(|| open().min_by(|a, b| distance(a).total_cmp(&distance(b))))
+            .map(|point| point.at)
+    }
+
+    /// There is no way to that point.
+    pub fn block(&mut self, at: Vec2) {
+        for point in &mut self.points {
+            point.blocked |= point.at == at;
+        }
+    }
+
+    /// There is something to carry: all has to be looked over again after that.
     pub fn restart(&mut self) {
-        self.next = 0;
-        self.reached = 0;
+        for point in &mut self.points {
+            point.seen = false;
+        }
     }
 
-    /// Whether enough of the places were reached to have seen the spill.
-    pub fn have_shown_all(&self) -> bool {
-        self.next().is_none() && 2 * self.reached >= self.places.len()
+    /// Points without a way to them may have one by now.
+    pub fn unblock(&mut self) {
+        for point in &mut self.points {
+            point.blocked = false;
+        }
     }
-}
 
-fn ring(center: Vec2, radius_m: f32) -> impl Iterator<Item = Vec2> {
-    (0..RING).map(move |index| {
-        let angle = TAU * index as f32 / RING as f32;
-        center + Vec2::new(libm::cosf(angle), libm::sinf(angle)) * (radius_m * RING_RADII)
-    })
+    /// Whether enough has been seen to say what is there; the rest may lie under obstacles.
+    pub fn show_enough(&self) -> bool {
+        let seen = self.points.iter().filter(|point| point.seen).count();
+        2 * seen > self.points.len()
+    }
 }
