@@ -14,6 +14,7 @@ mod log_folder;
 mod other_version;
 mod refusals;
 mod repeatable;
+mod rooms;
 mod soak;
 mod stopped;
 mod superseded;

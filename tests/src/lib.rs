@@ -1,1 +1,4 @@
 //! What the tests across processes and the benchmarks share.
+
+pub mod closed_loop;
+pub mod rooms;
