@@ -24,7 +24,11 @@ pub struct Mission {
 ///
 /// # Panics
 /// If the scenario is not valid.
-pub fn run(scenario: Scenario, seed: u64, mut watch: impl FnMut(SimTime, &[Pose], ItemCounts)) -> Mission {
+pub fn run(
+    scenario: Scenario,
+    seed: u64,
+    mut watch: impl FnMut(SimTime, &[Pose], ItemCounts),
+) -> Mission {
     let setup = match Setup::resolve(scenario, seed, None) {
         Ok(resolved) => resolved.setup,
         Err(error) => panic!("{error}"),

@@ -29,7 +29,10 @@ pub fn random_room(seed: u64) -> Scenario {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let wanted = rng.random_range(1..=8);
     let deposit = scenario.waste.deposit;
-    let (deposit_x, deposit_y) = (deposit.x_fraction * room.width_m, deposit.y_fraction * room.height_m);
+    let (deposit_x, deposit_y) = (
+        deposit.x_fraction * room.width_m,
+        deposit.y_fraction * room.height_m,
+    );
     let site_half_m = scenario.waste.report_site.height_m / 2.0;
     let kept_free: [Rectangle; 2] = [
         [
@@ -59,7 +62,9 @@ pub fn random_room(seed: u64) -> Scenario {
                 _ => (left, low),
             };
             let candidate = [left, low, left + width, low + height];
-            let clear = |others: &[Rectangle], least: f32| others.iter().all(|other| gap(&candidate, other) >= least);
+            let clear = |others: &[Rectangle], least: f32| {
+                others.iter().all(|other| gap(&candidate, other) >= least)
+            };
             if clear(&placed, CORRIDOR_M) && clear(&kept_free, 0.0) {
                 placed.push(candidate);
                 break;
@@ -83,5 +88,9 @@ pub fn random_room(seed: u64) -> Scenario {
 fn gap(a: &Rectangle, b: &Rectangle) -> f32 {
     let x = (a[0] - b[2]).max(b[0] - a[2]);
     let y = (a[1] - b[3]).max(b[1] - a[3]);
-    if x > 0.0 && y > 0.0 { (x * x + y * y).sqrt() } else { x.max(y) }
+    if x > 0.0 && y > 0.0 {
+        (x * x + y * y).sqrt()
+    } else {
+        x.max(y)
+    }
 }

@@ -1,0 +1,258 @@
+//! Second half of a step: what the active behavior set wants becomes what the body does.
+
+use alliance_proto::ids::{SetId, TaskId};
+use alliance_proto::readings::{Actuation, Gripper, Readings, Zone};
+use alliance_proto::scenario::BehaviorKind;
+use alliance_proto::team::Body;
+use alliance_proto::telemetry::{Note, NoteKind};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use super::extremes::Extremes;
+use super::find::{Methodical, Search};
+use super::report::{Errand, errand};
+use super::sight::Sight;
+use super::spill::{Scene, SpillWork, Work};
+use super::{Pending, WasteMission};
+use crate::body::goal::length;
+use crate::body::{Goal, Surroundings, Teammate};
+
+/// An idle robot leaves this much room between itself and a teammate at work, m.
+const ROOM_M: f32 = 0.2;
+
+/// Result of [`WasteMission::act`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Action {
+    /// What the body shall do.
+    pub actuation: Actuation,
+    /// What to broadcast beside heartbeats.
+    pub bodies: Vec<Body>,
+    /// For the log.
+    pub notes: Vec<Note>,
+}
+
+impl WasteMission {
+    /// Second half of a step: does what the active set wants, on the readings that were perceived.
+    pub fn act(&mut self, now: SimTime, active: Option<SetId>, readings: &Readings) -> Action {
+        let mut action = Action::default();
+        if self.holding && active != self.load_of {
+            self.put_down(now, readings, &mut action);
+            return action;
+        }
+        let Some(set) = active else {
+            self.work = None;
+            self.make_room(now, readings, &mut action);
+            return action;
+        };
+        let spec = &self.briefing.catalog.sets[set.index()];
+        let (kind, task) = (spec.kind, spec.task);
+        let spill = match kind {
+            BehaviorKind::MoveSpill(spill) => Some(usize::from(spill)),
+            _ => None,
+        };
+        self.work.take_if(|work| spill != Some(work.spill()));
+        match kind {
+            BehaviorKind::FindLocationsMethodical => {
+                let search = self.methodical.step(readings);
+                self.search(now, set, task, search, readings, &mut action);
+            }
+            BehaviorKind::FindLocationsWander => {
+                let step = SimTime::from_secs_f64(f64::from(self.briefing.chassis.step_s));
+                let search = self
+                    .wander
+                    .step(readings, &self.extremes, step, self.status);
+                self.search(now, set, task, search, readings, &mut action);
+            }
+            BehaviorKind::MoveSpill(spill) => {
+                self.move_spill(now, set, task, usize::from(spill), readings, &mut action)
+            }
+            BehaviorKind::ReportProgress => self.report_progress(now, task, readings, &mut action),
+        }
+        action
+    }
+
+    /// The set hibernates while the robot carries something: it puts that down and remembers where.
+    fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
+        action.actuation.gripper = Gripper::Drop;
+        self.work = None;
+        let Some(pose) = readings.pose else { return };
+        let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
+        let at = pose.position + ahead * self.briefing.chassis.radius_m;
+        action.notes.push(Note {
+            kind: NoteKind::PutDown,
+            detail: format!("at {:.2} {:.2}", at.x, at.y),
+        });
+        if readings.zone == Some(Zone::None) {
+            self.memory.see_loose(at, true, now);
+        }
+    }
+
+    /// Idle, it steps aside for a teammate at work that comes near: it may be what keeps that one in.
+    fn make_room(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
+        let Some(position) = self.position else {
+            return;
+        };
+        let near = 2.0 * self.briefing.chassis.radius_m + ROOM_M;
+        let Some(at_work) = self.teammates.nearest_at_work(position, now) else {
+            return;
+        };
+        let away = position - at_work;
+        let distance = length(away);
+        if distance < near && distance > 0.0 {
+            self.drive(now, Goal::Direction(away / distance), &[], readings, action);
+        }
+    }
+
+    fn search(
+        &mut self,
+        now: SimTime,
+        set: SetId,
+        task: TaskId,
+        search: Search,
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        let progress = match search {
+            Search::Go { goal, progress } => {
+                self.go(now, goal, readings, action);
+                progress
+            }
+            Search::Finished { progress } => {
+                self.methodical = Methodical::default();
+                if let Some(border) = self.extremes.border() {
+                    self.extremes = Extremes::default();
+                    let locations = self.memory.find(border, now);
+                    action.notes.push(Note {
+                        kind: NoteKind::PositionUpdate,
+                        detail: format!("{} to {}", border.min, border.max),
+                    });
+                    action.bodies.push(Body::PositionUpdate {
+                        task,
+                        set,
+                        progress: self.progress[task.index()] + u32::from(progress),
+                        locations,
+                    });
+                }
+                progress
+            }
+        };
+        if progress {
+            self.progressed.push(task);
+        }
+    }
+
+    fn move_spill(
+        &mut self,
+        now: SimTime,
+        set: SetId,
+        task: TaskId,
+        spill: usize,
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        let Some(places) = self.places() else {
+            return;
+        };
+        let Some(sight) = Sight::of(readings, &self.briefing, &places) else {
+            return;
+        };
+        let scene = Scene {
+            now,
+            sight: &sight,
+            holding: self.holding,
+            in_deposit: readings.zone.map(|zone| zone == Zone::Deposit),
+            in_spill: readings.zone.map(|zone| zone == Zone::Spill),
+            status: self.status,
+            places: &places,
+        };
+        let work = self
+            .work
+            .get_or_insert_with(|| SpillWork::new(spill, &self.briefing, &places));
+        match work.step(&self.briefing, &scene, &mut self.memory) {
+            Work::Go(goal) => self.go(now, goal, readings, action),
+            Work::Grip(gripper) => {
+                action.actuation.gripper = gripper;
+                match gripper {
+                    Gripper::Pick => self.load_of = Some(set),
+                    _ => self.pending = Some(Pending::Delivery(task)),
+                }
+            }
+            Work::Empty => {
+                self.memory.see_spill(spill, true, now);
+                action.notes.push(Note {
+                    kind: NoteKind::SpillEmpty,
+                    detail: self.briefing.catalog.task_name(task).to_owned(),
+                });
+            }
+            Work::Wrong => self.withdraw(now, action),
+        }
+    }
+
+    fn report_progress(
+        &mut self,
+        now: SimTime,
+        task: TaskId,
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        let (Some(places), Some(pose)) = (self.places(), readings.pose) else {
+            return;
+        };
+        match errand(
+            &places,
+            pose.position,
+            readings.report_site,
+            self.briefing.chassis.radius_m,
+        ) {
+            Errand::Go(goal) => self.go(now, goal, readings, action),
+            Errand::Report => {
+                action.actuation.report_progress = true;
+                self.pending = Some(Pending::Report(task));
+            }
+            Errand::Wrong => self.withdraw(now, action),
+        }
+    }
+
+    fn withdraw(&mut self, now: SimTime, action: &mut Action) {
+        let Some(withdrawal) = self.memory.withdraw() else {
+            return;
+        };
+        if withdrawal.finder == self.briefing.robot {
+            self.stands_back_since = Some(now);
+        }
+        action.notes.push(Note {
+            kind: NoteKind::LocationsWithdrawn,
+            detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
+        });
+        action.bodies.push(Body::Withdrawal(withdrawal));
+    }
+
+    fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {
+        let right_of_way = self.teammates.right_of_way(self.briefing.robot, now);
+        self.drive(now, goal, &right_of_way, readings, action);
+    }
+
+    fn drive(
+        &mut self,
+        now: SimTime,
+        goal: Goal,
+        right_of_way: &[Teammate],
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        let Some(around) = Surroundings::of(readings) else {
+            return;
+        };
+        let drive = self
+            .navigator
+            .drive(&self.briefing.chassis, goal, &around, right_of_way, now);
+        self.status = drive.status;
+        action.actuation = drive.actuation;
+        if let Some(side) = drive.detour {
+            action.notes.push(Note {
+                kind: NoteKind::Detour,
+                detail: format!("obstacle to the {}", side.as_str()),
+            });
+        }
+    }
+}

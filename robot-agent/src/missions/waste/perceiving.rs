@@ -1,0 +1,207 @@
+//! First half of a step: what the robot senses and hears becomes what it knows, and what it could do.
+
+use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::readings::{Readings, Zone};
+use alliance_proto::scenario::BehaviorKind;
+use alliance_proto::team::{Body, Broadcast, TaskState};
+use alliance_proto::telemetry::{Note, NoteKind};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use super::extremes::Extremes;
+use super::find::Methodical;
+use super::memory::SAME_PLACE_M;
+use super::sight::Sight;
+use super::spill::nearest_spill;
+use super::{Pending, WasteMission};
+use crate::body::goal::length;
+
+/// How long a finder whose update was withdrawn leaves the search to others.
+const STANDS_BACK: SimTime = SimTime(60_000);
+/// A spill sensed this much farther from its computed center than its radius is still that spill, m.
+const SPILL_TOLERANCE_M: f32 = 0.2;
+
+/// Result of [`WasteMission::perceive`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Perception {
+    /// sensory_feedback (eq. 2.1) of each of the robot's sets, in the order of `Catalog::sets_of`.
+    pub applicable: Vec<bool>,
+    /// The tasks on which the robot had an effect on the world since the last step, one entry each.
+    pub progressed: Vec<TaskId>,
+    /// For the log.
+    pub notes: Vec<Note>,
+}
+
+impl WasteMission {
+    /// First half of a step: joins what the robot senses and hears to what it knows.
+    pub fn perceive(
+        &mut self,
+        now: SimTime,
+        readings: &Readings,
+        heard: &[Broadcast],
+    ) -> Perception {
+        let mut notes = Vec::new();
+        self.position = readings.pose.map(|pose| pose.position);
+        self.see_effects(now, readings);
+        for broadcast in heard {
+            self.hear(now, broadcast, &mut notes);
+        }
+        for place in self.teammates.fallen_silent(now, self.briefing.silence) {
+            self.search_later(place, now);
+        }
+        self.extremes.join(readings, self.briefing.chassis.radius_m);
+        self.see_waste(now, readings);
+        self.memory.expire(now);
+        for &task in &self.progressed {
+            self.progress[task.index()] += 1;
+            notes.push(Note {
+                kind: NoteKind::Progress,
+                detail: self.briefing.catalog.task_name(task).to_owned(),
+            });
+        }
+        Perception {
+            applicable: self
+                .own_sets
+                .iter()
+                .map(|&set| self.is_applicable(set, now, readings))
+                .collect(),
+            progressed: std::mem::take(&mut self.progressed),
+            notes,
+        }
+    }
+
+    fn see_effects(&mut self, now: SimTime, readings: &Readings) {
+        let holding = readings.holding.unwrap_or(false);
+        match self.pending.take() {
+            Some(Pending::Delivery(task)) if self.holding && !holding => self.progressed.push(task),
+            Some(Pending::Report(task)) => {
+                self.memory.report(now);
+                self.progressed.push(task);
+            }
+            _ => {}
+        }
+        self.holding = holding;
+        if !holding {
+            self.load_of = None;
+        }
+    }
+
+    fn hear(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
+        let find = TaskId(0);
+        match &broadcast.body {
+            Body::Heartbeat(heartbeat) => {
+                if let Some(place) = self.teammates.hear(broadcast, heartbeat) {
+                    self.search_later(place, now);
+                }
+                if heartbeat.task == Some(find) && heartbeat.state == TaskState::Executing {
+                    self.stands_back_since = None;
+                }
+                if self.memory.hear(&heartbeat.knowledge, now) {
+                    self.learned(broadcast.sender, notes);
+                }
+            }
+            Body::PositionUpdate { locations, .. } => {
+                if self.memory.hear_locations(*locations, now) {
+                    self.learned(broadcast.sender, notes);
+                }
+            }
+            Body::Withdrawal(withdrawal) => {
+                if self.memory.hear_withdrawal(*withdrawal) {
+                    self.stands_back_since = Some(now);
+                }
+            }
+        }
+    }
+
+    fn learned(&mut self, from: RobotId, notes: &mut Vec<Note>) {
+        self.stands_back_since = None;
+        // Whoever searches again, because they prove wrong, starts anew.
+        self.methodical = Methodical::default();
+        self.extremes = Extremes::default();
+        notes.push(Note {
+            kind: NoteKind::LocationsLearned,
+            detail: format!("from {from}"),
+        });
+    }
+
+    /// A teammate lost its load somewhere on the way from here to the deposit, since its last heartbeat.
+    fn search_later(&mut self, last_place: Vec2, now: SimTime) {
+        let Some(places) = self.places() else { return };
+        let way = self.briefing.chassis.speed_m_s * self.briefing.heartbeat.as_secs_f64() as f32;
+        let offset = places.deposit - last_place;
+        let distance = length(offset);
+        let ahead = (way / 2.0).min((distance - self.briefing.deposit_radius_m).max(0.0));
+        let place = last_place + offset * (ahead / distance.max(ahead).max(f32::EPSILON));
+        self.memory.see_loose(place, true, now);
+    }
+
+    /// Own sight of the spills and of what lies loose.
+    fn see_waste(&mut self, now: SimTime, readings: &Readings) {
+        let (Some(pose), Some(places)) = (readings.pose, self.places()) else {
+            return;
+        };
+        let own_spill = |at: Vec2, slack: f32| {
+            nearest_spill(&places, at).filter(|&spill| {
+                length(places.spills[spill] - at) <= self.briefing.spill_radius_m + slack
+            })
+        };
+        if readings.zone == Some(Zone::Spill)
+            && own_spill(pose.position, SPILL_TOLERANCE_M).is_some()
+        {
+            self.memory.confirm();
+        }
+        let Some(sight) = Sight::of(readings, &self.briefing, &places) else {
+            return;
+        };
+        for &item in &sight.waste {
+            match own_spill(item, 0.0) {
+                Some(spill) => self.memory.see_spill(spill, false, now),
+                None => self.memory.see_loose(item, true, now),
+            }
+        }
+        let gone: Vec<Vec2> = self
+            .memory
+            .loose()
+            .filter(|&place| sight.shows_nothing_at(place, SAME_PLACE_M))
+            .collect();
+        for place in gone {
+            self.memory.see_loose(place, false, now);
+        }
+    }
+
+    fn is_applicable(&self, set: SetId, now: SimTime, readings: &Readings) -> bool {
+        let Some(places) = self.places() else {
+            let sensors_work = readings.pose.is_some() && readings.front_border.is_some();
+            let stands_back = self.briefing.team_size > 1
+                && self
+                    .stands_back_since
+                    .is_some_and(|since| now.since(since) < STANDS_BACK);
+            return match self.briefing.catalog.sets[set.index()].kind {
+                BehaviorKind::FindLocationsMethodical => {
+                    sensors_work && readings.side_border.is_some() && !stands_back
+                }
+                BehaviorKind::FindLocationsWander => sensors_work && !stands_back,
+                _ => false,
+            };
+        };
+        if readings.pose.is_none() {
+            return false;
+        }
+        match self.briefing.catalog.sets[set.index()].kind {
+            BehaviorKind::MoveSpill(spill) => {
+                let spill = usize::from(spill);
+                let loads = self.holding && self.load_of == Some(set);
+                let loose = self
+                    .memory
+                    .loose()
+                    .any(|place| nearest_spill(&places, place) == Some(spill));
+                let works = readings.waste.is_some() && readings.holding.is_some();
+                works && (loads || loose || !self.memory.believes_empty(spill, now))
+            }
+            BehaviorKind::ReportProgress => {
+                now.since(self.memory.last_report()) >= self.briefing.report_period
+            }
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Whole missions in one process, in rooms that are easy, hard, tiny and large. More rooms by hand: `examples/rooms.rs`.
+
+use alliance_proto::scenario::{Obstacle, Robot, Scenario, TaskSection};
+use alliance_proto::tick::Outcome;
+use alliance_tests::closed_loop::{Mission, run};
+use alliance_tests::rooms::random_room;
+
+fn mission(scenario: Scenario, seed: u64) -> Mission {
+    run(scenario, seed, |_, _, _| ())
+}
+
+/// The mission ends with every item in the deposit before the limit in simulated seconds.
+fn assert_complete(scenario: Scenario, seed: u64, limit_s: f64) {
+    let name = scenario.name.clone();
+    let mission = mission(
+        Scenario {
+            limit_s,
+            ..scenario
+        },
+        seed,
+    );
+    assert_eq!(
+        mission.outcome,
+        Outcome::Complete,
+        "{name}, seed {seed}: {mission:?}"
+    );
+    assert_eq!(
+        mission.items.delivered,
+        mission.items.total(),
+        "{name}, seed {seed}"
+    );
+}
+
+fn in_room(width_m: f32, height_m: f32) -> Scenario {
+    let mut scenario = Scenario::default();
+    scenario.room.width_m = width_m;
+    scenario.room.height_m = height_m;
+    scenario
+}
+
+fn with_robots(count: usize) -> Scenario {
+    let robot = |rank: usize| Robot {
+        name: format!("robot{rank}"),
+        side_sensor: rank == 0,
+        start: None,
+    };
+    Scenario {
+        robots: (0..count).map(robot).collect(),
+        ..Scenario::default()
+    }
+}
+
+fn with_items(top: u32, bottom: u32) -> Scenario {
+    let mut scenario = Scenario::default();
+    scenario.waste.spills[0].items = top;
+    scenario.waste.spills[1].items = bottom;
+    scenario
+}
+
+#[test]
+fn the_default_mission_completes() {
+    for seed in 1..=5 {
+        assert_complete(Scenario::default(), seed, 420.0);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_mission() {
+    assert_eq!(mission(random_room(7), 7), mission(random_room(7), 7));
+}
+
+/// A fixed part of the 200 rooms, within three times their median.
+#[test]
+fn random_rooms_complete() {
+    for seed in 1..=12 {
+        assert_complete(random_room(seed), seed, 1230.0);
+    }
+}
+
+/// The longest of the 200 rooms: spills that are half covered, and obstacles in the way to the deposit.
+#[test]
+fn hard_rooms_complete() {
+    for seed in [14, 26, 123, 164, 194] {
+        assert_complete(random_room(seed), seed, 1230.0);
+    }
+}
+
+#[test]
+fn long_and_short_steps_make_little_difference() {
+    for step_ms in [10, 200, 500] {
+        let scenario = Scenario {
+            step_ms,
+            ..Scenario::default()
+        };
+        assert_complete(scenario, 1, 450.0);
+        let scenario = Scenario {
+            step_ms,
+            ..random_room(2)
+        };
+        assert_complete(scenario, 2, 1230.0);
+    }
+}
+
+#[test]
+fn a_tiny_room_completes() {
+    assert_complete(in_room(4.0, 3.0), 1, 400.0);
+}
+
+#[test]
+fn a_large_room_completes() {
+    assert_complete(in_room(60.0, 40.0), 1, 4000.0);
+}
+
+#[test]
+fn wander_alone_finds_the_locations_of_a_large_room() {
+    let mut scenario = in_room(60.0, 40.0);
+    for robot in &mut scenario.robots {
+        robot.side_sensor = false;
+    }
+    assert_complete(scenario, 1, 4000.0);
+}
+
+#[test]
+fn one_robot_completes_alone() {
+    assert_complete(with_robots(1), 1, 900.0);
+    assert_complete(
+        Scenario {
+            robots: with_robots(1).robots,
+            ..random_room(58)
+        },
+        58,
+        2500.0,
+    );
+}
+
+#[test]
+fn eight_robots_complete() {
+    assert_complete(with_robots(8), 1, 600.0);
+}
+
+/// Several robots on each spill meet at the deposit all the time.
+#[test]
+fn a_crowd_completes() {
+    let mut scenario = Scenario {
+        robots: with_robots(8).robots,
+        ..random_room(3)
+    };
+    for task in ["move-spill(top)", "move-spill(bottom)"] {
+        let section = TaskSection {
+            max_robots: 4,
+            ..TaskSection::default()
+        };
+        scenario.tasks.insert(task.to_owned(), section);
+    }
+    assert_complete(scenario, 3, 1200.0);
+}
+
+#[test]
+fn a_spill_that_touches_an_obstacle_is_moved() {
+    let mut scenario = Scenario::default();
+    scenario.obstacles.push(Obstacle {
+        x_m: 4.5,
+        y_m: 5.0,
+        width_m: 1.0,
+        height_m: 1.5,
+        penetrability: 0.0,
+    });
+    assert_complete(scenario, 1, 700.0);
+}
+
+#[test]
+fn all_items_in_one_spill_are_moved() {
+    assert_complete(with_items(24, 0), 1, 1000.0);
+}
+
+#[test]
+fn no_items_at_all_is_complete_at_once() {
+    let mission = mission(with_items(0, 0), 1);
+    assert_eq!(mission.outcome, Outcome::Complete);
+    assert_eq!(mission.took.0, 0);
+}
