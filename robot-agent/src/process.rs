@@ -65,13 +65,13 @@ pub enum AgentError {
     #[error("the world at {0} does not answer")]
     NoAnswer(String),
     /// The world said no.
-    #[error("refused: {0}")]
+    #[error("refused")]
     Refused(#[from] Refusal),
     /// The world's answer could not be read.
     #[error("the world's answer could not be read: {0}")]
     Answer(String),
     /// Signals could not be caught, or random numbers not be had.
-    #[error("system: {0}")]
+    #[error("system")]
     System(#[from] std::io::Error),
 }
 

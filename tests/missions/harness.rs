@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use alliance_proto::scenario::Scenario;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
@@ -82,6 +83,17 @@ impl Lab {
     /// Runs the command to its end.
     pub fn run(&self, arguments: &[&str]) -> Finished {
         self.start(arguments).wait()
+    }
+
+    /// A scenario file for the default mission with so many items, half of them in each spill.
+    pub fn mission_of(&self, items: u32) -> String {
+        let mut scenario = Scenario::default();
+        for spill in &mut scenario.waste.spills {
+            spill.items = items / 2;
+        }
+        let file = format!("mission-of-{items}.toml");
+        std::fs::write(self.path(&file), toml::to_string(&scenario).unwrap()).unwrap();
+        file
     }
 
     /// `alliance run` with `--out NAME` and these arguments, to its end.

@@ -119,22 +119,12 @@ fn without_blue_the_others_find_the_locations_by_wandering() {
     );
 }
 
-/// A mission long enough for a hundred deaths.
-const LONG: &str = r#"
-name = "long"
-[waste]
-spills = [
-  { name = "top", items = 80, x_fraction = 0.333, y_fraction = 0.667 },
-  { name = "bottom", items = 80, x_fraction = 0.333, y_fraction = 0.333 },
-]
-"#;
-
 /// A hundred random moments over one mission. Each victim is replaced by hand at once: a new life that knows nothing.
 #[test]
 fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
     let lab = Lab::new();
-    std::fs::write(lab.path("long.toml"), LONG).unwrap();
-    let mut team = Team::start(&lab, &["long.toml", "--speed", "60x", "--limit", "100000"]);
+    let long = lab.mission_of(160);
+    let mut team = Team::start(&lab, &[&long, "--speed", "60x", "--limit", "100000"]);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let robots = ["blue", "gold", "green"];
     team.wait_for_row("events.csv", &[",activated,"]);

@@ -15,6 +15,9 @@ use crate::team::Team;
 /// Kills and restarts in each mission.
 const KILLS: usize = 6;
 
+/// Enough work for all of them to fall into it.
+const ITEMS: u32 = 60;
+
 /// Memory may differ by this much between early and late in a mission, and between missions: page cache of the allocator,
 /// another course of the mission. A leak of 100 bytes a tick would show after one mission.
 const LEVEL_KIB: u64 = 4096;
@@ -49,11 +52,13 @@ fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
     let mut worlds: Vec<u64> = Vec::new();
     for seed in 1..=missions {
         let lab = Lab::new();
+        let long = lab.mission_of(ITEMS);
         let seed_text = seed.to_string();
         let mut team = Team::start(
             &lab,
             &[
-                "--seed", &seed_text, "--speed", "150x", "--limit", "20000", "--log", "summary",
+                &long, "--seed", &seed_text, "--speed", "150x", "--limit", "20000", "--log",
+                "summary",
             ],
         );
         team.wait_for_row("events.csv", &[",delivered,"]);
@@ -76,7 +81,7 @@ fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
             .to_vec();
         let finished = team.wait().expect(0);
         let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
-        assert_eq!(result["result"]["items"]["delivered"], 24, "seed {seed}");
+        assert_eq!(result["result"]["items"]["delivered"], ITEMS, "seed {seed}");
         for agent in restarted {
             let ended = agent.wait();
             // Killed in its turn, or told that the run is over.

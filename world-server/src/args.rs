@@ -178,7 +178,7 @@ impl WorldArgs {
         let (folder, setup) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                eprintln!("world-server: {error:#}");
+                eprintln!("world: {error:#}");
                 return ExitCode::from(2);
             }
         };
@@ -186,7 +186,7 @@ impl WorldArgs {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
             Err(error) => {
-                eprintln!("world-server: {error:#}");
+                eprintln!("world: {error:#}");
                 ExitCode::from(3)
             }
         }

@@ -66,7 +66,7 @@ pub struct Finished {
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
     /// The bus failed.
-    #[error("bus: {0}")]
+    #[error("bus")]
     Bus(#[from] zenoh::Error),
     /// The log could not be written.
     #[error(transparent)]
@@ -75,7 +75,7 @@ pub enum WorldError {
     #[error(transparent)]
     Rendezvous(#[from] RendezvousError),
     /// Signals, ports or random numbers could not be had.
-    #[error("{0}")]
+    #[error("system")]
     System(#[from] std::io::Error),
 }
 

@@ -81,8 +81,12 @@ impl Progress {
         let sim = view.now.as_secs_f64();
         let (since, from) = *self.started.get_or_insert((now, sim));
         let real = now.duration_since(since).as_secs_f64();
-        let speed = if real > 0.0 { (sim - from) / real } else { 0.0 };
-        let clock = format!("{sim:.1} s simulated, {speed:.0}x");
+        // Too early to tell the speed of a run that has only just been seen.
+        let clock = if real < 0.05 {
+            format!("{sim:.1} s simulated")
+        } else {
+            format!("{sim:.1} s simulated, {:.0}x", (sim - from) / real)
+        };
         let doing: Vec<String> = self
             .names
             .iter()
