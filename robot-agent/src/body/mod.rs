@@ -22,3 +22,6 @@ use std::f32::consts::TAU;
 pub fn wrap(angle: f32) -> f32 {
     libm::remainderf(angle, TAU)
 }
+
+#[cfg(test)]
+mod tests;
