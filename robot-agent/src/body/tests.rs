@@ -1,0 +1,324 @@
+//! Body control against made-up surroundings. Whole ways round real obstacles are driven in the closed-loop tests.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use alliance_proto::readings::{Actuation, Hit, Pose, Proximity};
+use alliance_proto::scenario::Scenario;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use proptest::prelude::*;
+
+use super::chassis::FACING_RAD;
+use super::detour::CLEARANCE_M;
+use super::*;
+
+const STEP_MS: u64 = 50;
+
+fn chassis() -> Chassis {
+    Chassis::of(&Scenario::default())
+}
+
+/// At the origin, looking along x, nothing around.
+fn in_the_open() -> Surroundings {
+    Surroundings {
+        pose: Pose::default(),
+        proximity: Proximity::default(),
+        border_ahead: None,
+    }
+}
+
+fn hit(distance_m: f32, normal_rad: f32) -> Option<Hit> {
+    Some(Hit {
+        distance_m,
+        normal_rad,
+    })
+}
+
+/// A flat wall straight ahead at the clearance.
+fn before_a_wall() -> Surroundings {
+    let mut around = in_the_open();
+    around.proximity.ahead = [hit(CLEARANCE_M, PI); 3];
+    around
+}
+
+/// A disc straight ahead at the clearance: only the wide beam meets it.
+fn before_a_disc() -> Surroundings {
+    let mut around = in_the_open();
+    around.proximity.ahead = [None, hit(CLEARANCE_M, PI), None];
+    around
+}
+
+/// A wall to the left, as far as the clearance from the body.
+fn beside_a_wall(at: Vec2, heading_rad: f32) -> Surroundings {
+    let mut around = in_the_open();
+    around.pose = Pose {
+        position: at,
+        heading_rad,
+    };
+    around.proximity.left = [hit(CLEARANCE_M, -FRAC_PI_2); 3];
+    around
+}
+
+fn far_ahead() -> Goal {
+    Goal::Place {
+        at: Vec2::new(10.0, 0.0),
+        within: 0.1,
+    }
+}
+
+fn drive(navigator: &mut Navigator, goal: Goal, around: &Surroundings, now_ms: u64) -> Drive {
+    navigator.drive(&chassis(), goal, around, &[], SimTime(now_ms))
+}
+
+#[test]
+fn a_free_way_is_driven_straight_at_top_speed() {
+    let drive = drive(&mut Navigator::default(), far_ahead(), &in_the_open(), 0);
+    assert_eq!(drive.status, Status::Going);
+    assert_eq!(drive.actuation.speed_m_s, chassis().speed_m_s);
+    assert_eq!(drive.actuation.turn_rad_s, 0.0);
+}
+
+#[test]
+fn it_turns_on_the_spot_before_it_goes() {
+    let behind = Goal::Direction(Vec2::NEG_X);
+    let drive = drive(&mut Navigator::default(), behind, &in_the_open(), 0);
+    assert_eq!(drive.actuation.speed_m_s, 0.0);
+    assert_eq!(drive.actuation.turn_rad_s.abs(), chassis().turn_rad_s);
+}
+
+#[test]
+fn it_stands_still_at_the_goal() {
+    let here = Goal::Place {
+        at: Vec2::new(0.05, 0.0),
+        within: 0.1,
+    };
+    let drive = drive(&mut Navigator::default(), here, &in_the_open(), 0);
+    assert_eq!(drive.status, Status::Arrived);
+    assert_eq!(drive.actuation, Default::default());
+}
+
+#[test]
+fn what_is_beyond_the_goal_is_not_in_the_way() {
+    let near = Goal::Place {
+        at: Vec2::new(0.1, 0.0),
+        within: 0.05,
+    };
+    let drive = drive(&mut Navigator::default(), near, &before_a_wall(), 0);
+    assert_eq!(drive.detour, None);
+}
+
+#[test]
+fn where_no_side_is_better_it_keeps_right() {
+    let drive = drive(&mut Navigator::default(), far_ahead(), &before_a_wall(), 0);
+    assert_eq!(drive.detour, Some(Side::Left));
+    assert!(drive.actuation.turn_rad_s < 0.0);
+}
+
+#[test]
+fn it_takes_the_side_that_leads_toward_the_goal() {
+    for (normal, side) in [(PI - 0.5, Side::Right), (PI + 0.5, Side::Left)] {
+        let mut around = before_a_wall();
+        around.proximity.ahead = [hit(CLEARANCE_M, normal); 3];
+        let drive = drive(&mut Navigator::default(), far_ahead(), &around, 0);
+        // The surface faces to the right of the robot for the smaller angle, and so leads on to its left.
+        let leads_on = side.along(normal).cos();
+        assert!(leads_on > 0.0, "{normal}");
+        assert_eq!(drive.detour, Some(side), "{normal}");
+    }
+}
+
+#[test]
+fn the_border_ahead_is_no_obstacle_to_go_round() {
+    let mut around = before_a_wall();
+    around.border_ahead = Some(CLEARANCE_M);
+    let mut navigator = Navigator::default();
+    assert_eq!(
+        drive(&mut navigator, far_ahead(), &around, 0).status,
+        Status::Blocked
+    );
+    // It says so once, and rests.
+    let rest = drive(&mut navigator, far_ahead(), &around, 1_000);
+    assert_eq!(
+        (rest.status, rest.actuation),
+        (Status::Going, Default::default())
+    );
+    assert_eq!(
+        drive(&mut navigator, far_ahead(), &around, 2_000).status,
+        Status::Blocked
+    );
+}
+
+#[test]
+fn a_teammate_of_lower_rank_is_given_way_to_for_a_while() {
+    let mut navigator = Navigator::default();
+    let near = Teammate {
+        position: Vec2::new(0.5, 0.0),
+        heard: SimTime(0),
+    };
+    let mut at = |now_ms| {
+        let now = SimTime(now_ms);
+        navigator.drive(&chassis(), far_ahead(), &before_a_disc(), &[near], now)
+    };
+    for now_ms in (0..4_000).step_by(STEP_MS as usize) {
+        assert_eq!(at(now_ms).actuation, Default::default(), "{now_ms}");
+    }
+    assert!(at(4_000).detour.is_some());
+}
+
+#[test]
+fn a_wall_is_not_taken_for_a_teammate() {
+    let near = Teammate {
+        position: Vec2::new(0.5, 0.0),
+        heard: SimTime(0),
+    };
+    let mut navigator = Navigator::default();
+    let drive = navigator.drive(
+        &chassis(),
+        far_ahead(),
+        &before_a_wall(),
+        &[near],
+        SimTime(0),
+    );
+    assert!(drive.detour.is_some());
+}
+
+/// Meets a wall at x = 0.28 and turns right, so that it is to its left.
+fn on_a_detour() -> Navigator {
+    let mut navigator = Navigator::default();
+    let start = drive(&mut navigator, far_ahead(), &before_a_wall(), 0);
+    assert_eq!(start.detour, Some(Side::Left));
+    navigator
+}
+
+#[test]
+fn it_follows_a_wall_at_the_clearance() {
+    let mut navigator = on_a_detour();
+    let around = beside_a_wall(Vec2::new(0.0, -0.5), -FRAC_PI_2);
+    let drive = drive(&mut navigator, far_ahead(), &around, 1_000);
+    assert_eq!(drive.actuation.speed_m_s, chassis().speed_m_s);
+    assert!(drive.actuation.turn_rad_s.abs() < 1e-4);
+}
+
+#[test]
+fn it_steers_back_to_the_clearance() {
+    for (off, toward_wall) in [(0.1, 1.0), (-0.05, -1.0)] {
+        let mut navigator = on_a_detour();
+        let mut around = beside_a_wall(Vec2::new(0.0, -0.5), -FRAC_PI_2);
+        around.proximity.left = [hit(CLEARANCE_M + off, -FRAC_PI_2); 3];
+        let drive = drive(&mut navigator, far_ahead(), &around, 1_000);
+        assert!(drive.actuation.turn_rad_s * toward_wall > 0.0, "{off}");
+        assert!(drive.actuation.speed_m_s > 0.0);
+    }
+}
+
+/// Southward along the wall to its left and past its corner; the actuations of the last two steps.
+fn round_the_corner(navigator: &mut Navigator) -> [Actuation; 2] {
+    let mut south = |y: f32, wall: bool, now_ms| {
+        let mut around = beside_a_wall(Vec2::new(0.0, y), -FRAC_PI_2);
+        if !wall {
+            around.proximity.left = [None; 3];
+        }
+        drive(navigator, far_ahead(), &around, now_ms).actuation
+    };
+    south(-1.0, true, 1_000);
+    [south(-1.02, false, 1_050), south(-1.08, false, 1_100)]
+}
+
+#[test]
+fn it_turns_round_a_corner_a_little_after_it() {
+    let [passing, turning] = round_the_corner(&mut on_a_detour());
+    assert_eq!(passing.turn_rad_s, 0.0);
+    assert!(passing.speed_m_s > 0.0);
+    // Not nearer to the goal than where the wall was met: round the corner, with the wall still to the left.
+    assert_eq!(turning.speed_m_s, 0.0);
+    assert!(turning.turn_rad_s > 0.0);
+}
+
+#[test]
+fn it_leaves_the_wall_only_where_it_is_nearer_to_the_goal() {
+    // Eastward with the wall to the left, and the goal straight ahead.
+    for (x, leaves) in [(-1.0, false), (1.0, true)] {
+        let mut navigator = on_a_detour();
+        round_the_corner(&mut navigator);
+        let mut along = beside_a_wall(Vec2::new(x, 0.0), 0.0);
+        along.proximity.left = [hit(CLEARANCE_M + 0.1, -FRAC_PI_2); 3];
+        let course = drive(&mut navigator, far_ahead(), &along, 1_200).actuation;
+        // Going straight at the goal it does not care for the wall; on the detour it steers toward it.
+        assert_eq!(course.turn_rad_s == 0.0, leaves, "{x}: {course:?}");
+    }
+}
+
+#[test]
+fn boxed_in_it_gives_up_for_a_while() {
+    let mut navigator = Navigator::default();
+    let mut heading = 0.0;
+    let mut blocked = false;
+    for step in 0..400 {
+        let mut around = before_a_wall();
+        around.pose.heading_rad = heading;
+        let drive = drive(&mut navigator, far_ahead(), &around, step * STEP_MS);
+        assert_eq!(drive.actuation.speed_m_s, 0.0);
+        heading = wrap(heading + drive.actuation.turn_rad_s * chassis().step_s);
+        blocked |= drive.status == Status::Blocked;
+    }
+    assert!(blocked);
+}
+
+#[test]
+fn a_new_goal_ends_a_detour() {
+    let mut navigator = on_a_detour();
+    let elsewhere = Goal::Direction(Vec2::NEG_Y);
+    let around = beside_a_wall(Vec2::new(0.0, -0.5), -FRAC_PI_2);
+    let drive = drive(&mut navigator, elsewhere, &around, 1_000);
+    assert_eq!(drive.actuation.speed_m_s, chassis().speed_m_s);
+    assert_eq!(drive.actuation.turn_rad_s, 0.0);
+}
+
+#[test]
+fn a_goal_that_shifts_a_little_is_the_same() {
+    let place = |x| Goal::Place {
+        at: Vec2::new(x, 0.0),
+        within: 0.1,
+    };
+    assert!(place(1.0).continues(&place(1.1)));
+    assert!(!place(1.0).continues(&place(1.5)));
+    assert!(!place(1.0).continues(&Goal::Direction(Vec2::X)));
+    assert!(Goal::Direction(Vec2::X).continues(&Goal::Direction(Vec2::X)));
+    assert!(!Goal::Direction(Vec2::X).continues(&Goal::Direction(Vec2::Y)));
+}
+
+proptest! {
+    #[test]
+    fn a_step_stays_within_the_limits_and_never_overshoots(
+        bearing in -PI..PI,
+        way in 0.0f32..10.0,
+        step_ms in 1u64..=500,
+    ) {
+        let chassis = Chassis { step_s: step_ms as f32 / 1000.0, ..chassis() };
+        let actuation = chassis.drive(bearing, way);
+        prop_assert!(actuation.turn_rad_s.abs() <= chassis.turn_rad_s);
+        prop_assert!(actuation.turn_rad_s.abs() * chassis.step_s <= bearing.abs() * 1.00001);
+        prop_assert!((0.0..=chassis.speed_m_s).contains(&actuation.speed_m_s));
+        prop_assert!(actuation.speed_m_s * chassis.step_s <= way * 1.00001);
+        prop_assert!(bearing.abs() <= FACING_RAD || actuation.speed_m_s == 0.0);
+    }
+
+    #[test]
+    fn a_wrapped_angle_is_the_same_direction(angle in -50.0f32..50.0) {
+        let wrapped = wrap(angle);
+        prop_assert!(wrapped.abs() <= PI + 1e-6);
+        prop_assert!((libm::cosf(wrapped) - libm::cosf(angle)).abs() < 1e-4);
+        prop_assert!((libm::sinf(wrapped) - libm::sinf(angle)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_obstacle_is_on_its_side_of_the_course(normal in -PI..PI) {
+        let outward = Vec2::new(libm::cosf(normal), libm::sinf(normal));
+        for side in [Side::Left, Side::Right] {
+            let along = side.along(normal);
+            let course = Vec2::new(libm::cosf(along), libm::sinf(along));
+            let left = course.perp();
+            prop_assert!(left.dot(-outward) * side.sign() > 0.999);
+        }
+    }
+}
