@@ -73,8 +73,8 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
         );
     }
     for part in [
-        " s simulated, ",
-        "x, 0/24 delivered; ",
+        " s simulated",
+        ", 0/24 delivered; ",
         "blue: ",
         "; gold: ",
         "; green: ",

@@ -1,14 +1,15 @@
-//! Whole missions by real processes: the command as its users run it.
+//! Whole missions by real processes, as users run the command, and some within one process.
 
 #![allow(clippy::unwrap_used)] // Clippy takes only test functions for tests, not what they share.
 
 mod by_command;
 mod by_hand;
+mod closed_loop;
 mod ends;
 mod golden;
 mod harness;
-mod in_process;
 mod hostile;
+mod in_process;
 mod killed;
 mod log_folder;
 mod other_version;

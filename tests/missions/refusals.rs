@@ -11,7 +11,7 @@ fn assert_refused(lab: &Lab, arguments: &[&str], texts: &[&str]) {
     let name = &finished.name;
     assert_eq!(said.lines().count(), 1, "not one line for {name}:\n{said}");
     assert!(
-        said.starts_with("alliance") || said.starts_with("world-server"),
+        said.starts_with("alliance") || said.starts_with("world: "),
         "{name}: {said}"
     );
     for text in texts {
