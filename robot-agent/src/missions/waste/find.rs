@@ -196,3 +196,135 @@ impl Wander {
         self.counted = None;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::readings::Pose;
+
+    use super::*;
+
+    const STEP: SimTime = SimTime(500);
+
+    fn facing(direction: Compass, wall_m: Option<f32>) -> Readings {
+        Readings {
+            pose: Some(Pose {
+                position: Vec2::ONE,
+                heading_rad: direction.heading(),
+            }),
+            front_border: Some(wall_m),
+            ..Readings::default()
+        }
+    }
+
+    fn heads(search: Search, direction: Compass) -> bool {
+        matches!(search, Search::Go { goal: Goal::Direction(way), .. } if way.dot(direction.vector()) > 0.99)
+    }
+
+    #[test]
+    fn methodical_goes_clockwise_and_each_wall_it_followed_is_progress() {
+        let mut methodical = Methodical::default();
+        for (index, wall) in Compass::CLOCKWISE.into_iter().enumerate() {
+            assert!(heads(methodical.step(&facing(wall, None)), wall));
+            assert!(heads(methodical.step(&facing(wall, Some(0.4))), wall));
+            let at_wall = methodical.step(&facing(wall, Some(0.1)));
+            let (Search::Go { progress, .. } | Search::Finished { progress }) = at_wall;
+            assert_eq!(progress, index > 0);
+            assert_eq!(matches!(at_wall, Search::Finished { .. }), index == 3);
+        }
+    }
+
+    #[test]
+    fn a_wall_beside_the_way_is_not_the_one_ahead() {
+        let mut methodical = Methodical::default();
+        let search = methodical.step(&facing(Compass::North, Some(0.1)));
+        assert!(heads(search, Compass::West));
+    }
+
+    #[test]
+    fn methodical_keeps_its_distance_from_the_wall_it_follows() {
+        let mut methodical = Methodical::default();
+        methodical.step(&facing(Compass::West, Some(0.1)));
+        let mut heading = |side_m| {
+            let mut readings = facing(Compass::North, None);
+            readings.side_border = Some(side_m);
+            let Search::Go {
+                goal: Goal::Direction(way),
+                ..
+            } = methodical.step(&readings)
+            else {
+                panic!("finished");
+            };
+            way
+        };
+        assert!(heading(Some(0.4)).x < 0.0);
+        assert!(heading(Some(0.05)).x > 0.0);
+        assert_eq!(heading(None), Vec2::Y);
+    }
+
+    #[test]
+    fn a_wander_leg_ends_at_the_border_after_its_time_or_when_blocked() {
+        let extremes = Extremes::default();
+        let open = facing(Compass::West, None);
+        let mut wander = Wander::default();
+        let at_wall = facing(Compass::West, Some(0.1));
+        assert!(heads(
+            wander.step(&at_wall, &extremes, STEP, Status::Going),
+            Compass::North
+        ));
+
+        let mut wander = Wander::default();
+        for _ in 1..FIRST_LEG.0 / STEP.0 {
+            assert!(heads(
+                wander.step(&open, &extremes, STEP, Status::Going),
+                Compass::West
+            ));
+        }
+        assert!(heads(
+            wander.step(&open, &extremes, STEP, Status::Going),
+            Compass::North
+        ));
+
+        let mut wander = Wander::default();
+        wander.step(&open, &extremes, STEP, Status::Blocked);
+        assert!(heads(
+            wander.step(&open, &extremes, STEP, Status::Blocked),
+            Compass::North
+        ));
+    }
+
+    #[test]
+    fn the_legs_of_the_next_round_are_twice_as_long() {
+        let extremes = Extremes::default();
+        let open = facing(Compass::West, None);
+        let mut wander = Wander::default();
+        let round = 4 * FIRST_LEG.0 / STEP.0;
+        let legs = |wander: &mut Wander, steps: u64| {
+            for _ in 0..steps {
+                wander.step(&open, &extremes, STEP, Status::Going);
+            }
+        };
+        legs(&mut wander, round);
+        assert_eq!((wander.leg, wander.leg_time), (0, FIRST_LEG + FIRST_LEG));
+        legs(&mut wander, 2 * round);
+        assert_eq!(wander.leg_time, SimTime(4 * FIRST_LEG.0));
+    }
+
+    #[test]
+    fn progress_of_wandering_is_an_extreme_that_moved() {
+        let mut extremes = Extremes::default();
+        let mut wander = Wander::default();
+        let mut progress = 0;
+        for step in 0..40 {
+            let mut readings = facing(Compass::West, None);
+            readings.pose = Some(Pose {
+                position: Vec2::new(20.0 - 0.0625 * step as f32, 1.0),
+                heading_rad: PI,
+            });
+            extremes.join(&readings, 0.2);
+            let search = wander.step(&readings, &extremes, STEP, Status::Going);
+            progress += u32::from(matches!(search, Search::Go { progress: true, .. }));
+        }
+        // Two steps of 0.0625 m each time.
+        assert_eq!(progress, 19);
+    }
+}

@@ -228,3 +228,211 @@ fn newer<T: Copy>(mine: Option<Fact<T>>, told: Option<Fact<T>>, now: SimTime) ->
         _ => mine,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ME: RobotId = RobotId(0);
+    const OTHER: RobotId = RobotId(1);
+
+    fn at(seconds: u64) -> SimTime {
+        SimTime(seconds * 1000)
+    }
+
+    fn locations(width: f32) -> Locations {
+        Locations {
+            min: Vec2::ZERO,
+            max: Vec2::new(width, 9.0),
+        }
+    }
+
+    fn found_by(robot: RobotId, width: f32, seen: SimTime) -> Fact<Locations> {
+        Fact {
+            value: locations(width),
+            seen_by: robot,
+            seen,
+        }
+    }
+
+    fn memory() -> Memory {
+        Memory::new(ME, 2)
+    }
+
+    fn told_empty(value: bool, seen: SimTime) -> Knowledge {
+        let fact = Fact {
+            value,
+            seen_by: OTHER,
+            seen,
+        };
+        Knowledge {
+            empty: vec![Some(fact), None],
+            ..Knowledge::default()
+        }
+    }
+
+    fn told_loose(at: Vec2, present: bool, seen: SimTime) -> Knowledge {
+        let fact = Fact {
+            value: LooseWaste { at, present },
+            seen_by: OTHER,
+            seen,
+        };
+        Knowledge {
+            loose: vec![fact],
+            ..Knowledge::default()
+        }
+    }
+
+    #[test]
+    fn of_two_facts_the_newer_wins() {
+        let mut memory = memory();
+        memory.see_spill(0, false, at(10));
+        memory.hear(&told_empty(true, at(9)), at(11));
+        assert!(!memory.believes_empty(0, at(11)));
+        memory.hear(&told_empty(true, at(11)), at(11));
+        assert!(memory.believes_empty(0, at(11)));
+        assert!(!memory.believes_empty(1, at(11)));
+    }
+
+    #[test]
+    fn of_facts_of_the_same_time_own_sight_wins() {
+        let mut memory = memory();
+        memory.see_spill(0, false, at(10));
+        memory.hear(&told_empty(true, at(10)), at(11));
+        assert!(!memory.believes_empty(0, at(11)));
+    }
+
+    #[test]
+    fn what_is_said_to_be_seen_in_the_future_is_ignored() {
+        let mut memory = memory();
+        memory.hear(&told_empty(true, at(12)), at(11));
+        assert!(!memory.believes_empty(0, at(12)));
+        assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(12)), at(11)));
+        memory.hear(&told_loose(Vec2::ONE, true, at(12)), at(11));
+        assert_eq!(memory.loose().count(), 0);
+    }
+
+    #[test]
+    fn empty_expires() {
+        let mut memory = memory();
+        memory.see_spill(0, true, at(10));
+        assert!(memory.believes_empty(0, at(10)));
+        assert!(!memory.believes_empty(0, at(10) + EMPTY_EXPIRES));
+    }
+
+    #[test]
+    fn nonsense_is_no_location() {
+        for bad in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
+            assert!(
+                !memory().hear_locations(found_by(OTHER, bad, at(1)), at(2)),
+                "{bad}"
+            );
+        }
+    }
+
+    #[test]
+    fn newer_locations_replace_hearsay_but_not_own_finding_or_sight() {
+        let old = found_by(OTHER, 11.0, at(1));
+        let new = found_by(RobotId(2), 12.0, at(2));
+        let mut hearsay = memory();
+        assert!(hearsay.hear_locations(old, at(3)));
+        assert!(hearsay.hear_locations(new, at(3)));
+        assert!(!hearsay.hear_locations(old, at(3)));
+
+        let mut confirmed = memory();
+        confirmed.hear_locations(old, at(3));
+        confirmed.confirm();
+        assert!(!confirmed.hear_locations(new, at(3)));
+
+        let mut own = memory();
+        own.find(locations(12.0), at(1));
+        assert!(!own.hear_locations(new, at(3)));
+    }
+
+    #[test]
+    fn a_withdrawal_takes_back_that_update_and_older_ones_only() {
+        let mut memory = memory();
+        memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
+        let withdrawal = Withdrawal {
+            finder: OTHER,
+            seen: at(5),
+        };
+        assert!(!memory.hear_withdrawal(withdrawal));
+        assert_eq!(memory.locations(), None);
+        assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(4)), at(6)));
+        assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(6)));
+        assert!(memory.hear_locations(found_by(OTHER, 12.0, at(6)), at(6)));
+        // Heard again, late, it does no harm to the newer one.
+        memory.hear_withdrawal(withdrawal);
+        assert!(memory.locations().is_some());
+        // Another finder's update is another matter.
+        assert_eq!(memory.knowledge().withdrawn, vec![withdrawal]);
+    }
+
+    #[test]
+    fn who_has_sensed_the_spill_ignores_a_withdrawal() {
+        let mut memory = memory();
+        memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
+        memory.confirm();
+        memory.hear_withdrawal(Withdrawal {
+            finder: OTHER,
+            seen: at(5),
+        });
+        assert!(memory.locations().is_some());
+        assert!(memory.knowledge().withdrawn.is_empty());
+    }
+
+    #[test]
+    fn the_finder_learns_that_its_update_was_withdrawn() {
+        let mut memory = memory();
+        memory.find(locations(12.0), at(5));
+        let withdrawal = Withdrawal {
+            finder: ME,
+            seen: at(5),
+        };
+        assert!(memory.hear_withdrawal(withdrawal));
+        assert!(!memory.hear_withdrawal(withdrawal));
+    }
+
+    #[test]
+    fn own_withdrawal_is_what_the_others_hear() {
+        let mut memory = memory();
+        assert_eq!(memory.withdraw(), None);
+        memory.hear_locations(found_by(OTHER, 12.0, at(5)), at(5));
+        memory.confirm();
+        let withdrawal = memory.withdraw();
+        assert_eq!(
+            withdrawal,
+            Some(Withdrawal {
+                finder: OTHER,
+                seen: at(5)
+            })
+        );
+        assert_eq!(memory.locations(), None);
+        assert!(!memory.is_confirmed());
+    }
+
+    #[test]
+    fn places_that_are_near_are_one_and_searched_ones_are_gone() {
+        let mut memory = memory();
+        memory.see_loose(Vec2::ONE, true, at(1));
+        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(2));
+        assert_eq!(memory.loose().count(), 1);
+        memory.see_loose(Vec2::new(1.1, 1.0), false, at(3));
+        assert_eq!(memory.loose().count(), 0);
+        // Older hearsay does not bring it back, as long as the search is remembered.
+        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(4));
+        assert_eq!(memory.loose().count(), 0);
+        memory.expire(at(3) + SEARCHED_EXPIRES);
+        assert!(memory.knowledge().loose.is_empty());
+    }
+
+    #[test]
+    fn loose_places_are_limited() {
+        let mut memory = memory();
+        for index in 0..100 {
+            memory.see_loose(Vec2::new(index as f32, 0.0), true, at(1));
+        }
+        assert_eq!(memory.loose().count(), LOOSE_LIMIT);
+    }
+}

@@ -27,6 +27,9 @@ mod spill;
 mod teammates;
 mod views;
 
+#[cfg(test)]
+mod tests;
+
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, SetId, TaskId};

@@ -19,7 +19,7 @@ const REACH_MARGIN_M: f32 = 0.02;
 /// An item seen this near to where one was seen before is the same, m.
 const SAME_ITEM_M: f32 = 0.05;
 /// How long an item that could not be reached or gripped is left alone.
-const UNREACHABLE: SimTime = SimTime(30_000);
+const UNREACHABLE: SimTime = SimTime(10_000);
 
 /// What the work on a spill wants next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -184,15 +184,18 @@ impl SpillWork {
         if scene.in_spill.is_some() && !memory.is_confirmed() {
             return Work::Wrong;
         }
-        if !self.views.show_enough() || !self.unreachable.is_empty() {
-            // What could not be reached before is tried again: others may have moved.
-            self.unreachable.clear();
+        let stay = Work::Go(Goal::Place {
+            at: position,
+            within: AT_POINT_M,
+        });
+        if !self.views.show_enough() {
+            // There may be a way by now: others have moved.
             self.views.restart();
             self.views.unblock();
-            return Work::Go(Goal::Place {
-                at: position,
-                within: AT_POINT_M,
-            });
+            return stay;
+        }
+        if !self.unreachable.is_empty() {
+            return stay;
         }
         let at = scene.places.deposit;
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;

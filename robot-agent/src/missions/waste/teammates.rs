@@ -88,3 +88,84 @@ impl Last {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::team::{Body, Knowledge};
+
+    use super::*;
+
+    const HERE: Vec2 = Vec2::new(2.0, 3.0);
+
+    /// A heartbeat of that robot's `incarnation`, sent after that many seconds.
+    fn say(
+        teammates: &mut Teammates,
+        sender: u16,
+        incarnation: Incarnation,
+        seconds: u64,
+        carrying: bool,
+        executes: bool,
+    ) -> Option<Vec2> {
+        let heartbeat = Heartbeat {
+            state: if executes {
+                TaskState::Executing
+            } else {
+                TaskState::Idle
+            },
+            since: SimTime::ZERO,
+            set: None,
+            task: executes.then_some(TaskId(1)),
+            progress: 0,
+            position: Some(HERE),
+            carrying,
+            knowledge: Knowledge::default(),
+        };
+        let broadcast = Broadcast {
+            sender: RobotId(sender),
+            incarnation,
+            tick: 0,
+            index: 0,
+            seq: 0,
+            sent: SimTime(seconds * 1000),
+            body: Body::Heartbeat(heartbeat.clone()),
+        };
+        teammates.hear(&broadcast, &heartbeat)
+    }
+
+    #[test]
+    fn the_place_of_a_silent_carrier_is_given_once() {
+        let mut teammates = Teammates::default();
+        say(&mut teammates, 1, 1, 10, true, true);
+        say(&mut teammates, 2, 1, 10, false, true);
+        let silence = SimTime(5_000);
+        assert!(teammates.fallen_silent(SimTime(15_000), silence).is_empty());
+        assert_eq!(teammates.fallen_silent(SimTime(15_001), silence), [HERE]);
+        assert!(teammates.fallen_silent(SimTime(15_002), silence).is_empty());
+    }
+
+    #[test]
+    fn a_new_life_of_a_carrier_has_lost_its_load() {
+        let mut teammates = Teammates::default();
+        assert_eq!(say(&mut teammates, 1, 1, 10, true, true), None);
+        assert_eq!(say(&mut teammates, 1, 1, 11, true, true), None);
+        assert_eq!(say(&mut teammates, 1, 2, 12, false, false), Some(HERE));
+        assert_eq!(say(&mut teammates, 1, 3, 13, false, false), None);
+    }
+
+    #[test]
+    fn lower_ranks_at_work_have_the_right_of_way_while_their_position_is_fresh() {
+        let mut teammates = Teammates::default();
+        for sender in [0, 2] {
+            say(&mut teammates, sender, 1, 10, false, true);
+        }
+        say(&mut teammates, 1, 1, 10, false, false);
+        let heard = |robot, ms| teammates.right_of_way(RobotId(robot), SimTime(ms)).len();
+        assert_eq!(heard(0, 10_000), 0);
+        assert_eq!(heard(1, 10_000), 1);
+        assert_eq!(heard(2, 10_000), 1);
+        assert_eq!(heard(3, 10_000), 2);
+        assert_eq!(heard(3, 13_000), 0);
+        assert_eq!(teammates.nearest_at_work(HERE, SimTime(10_000)), Some(HERE));
+        assert_eq!(teammates.nearest_at_work(HERE, SimTime(13_000)), None);
+    }
+}
