@@ -21,7 +21,7 @@ const NEARER_M: f32 = 0.1;
 const SAME_OBSTACLE_M: f32 = 1.0;
 /// Beams that differ by less than this see one flat side, m.
 const FLAT_M: f32 = 0.02;
-/// Slower than its surface's tangent prefers a side, the rule of the road decides (cosine).
+/// A surface that leads toward the goal by less than this on either side prefers none: the rule of the road decides (cosine).
 const UNDECIDED: f32 = 0.2;
 
 /// What the body control senses.
