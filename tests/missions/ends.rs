@@ -91,7 +91,7 @@ fn when_the_launcher_is_killed_nothing_is_left_running_not_even_a_stopped_agent(
 #[test]
 fn an_agent_that_panics_is_reported_as_a_crash_with_its_last_words_and_the_team_goes_on() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "100x", "--limit", "10000"]);
+    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
     team.wait_for_row("events.csv", &[",delivered,"]);
     team.signal("gold", Signal::SIGUSR1);
     team.wait_for_row("events.csv", &[",gone,gold,"]);

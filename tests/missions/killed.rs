@@ -72,7 +72,7 @@ fn a_killed_robots_load_is_not_lost_and_its_task_is_taken_over() {
 #[test]
 fn two_of_three_killed_and_the_third_completes_the_mission() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "100x", "--limit", "10000"]);
+    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
     team.wait_for_row("events.csv", &[",delivered,"]);
     team.kill("blue");
     team.wait_for_row("events.csv", &[",gone,blue,"]);
@@ -92,7 +92,7 @@ fn two_of_three_killed_and_the_third_completes_the_mission() {
 #[test]
 fn without_blue_the_others_find_the_locations_by_wandering() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
+    let mut team = Team::start(&lab, &["--speed", "30x", "--limit", "10000"]);
     team.wait_for_row(
         "events.csv",
         &[",activated,blue,find-locations-methodical,"],

@@ -67,7 +67,7 @@ fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
         let mut lives = [1; 3];
         let mut late = early;
         for _ in 0..KILLS {
-            team.go_on(Duration::from_millis(rng.random_range(50..500)));
+            team.go_on(Duration::from_millis(rng.random_range(20..200)));
             let victim = rng.random_range(0..robots.len());
             team.kill(robots[victim]);
             restarted.push(team.restart(robots[victim]));

@@ -20,7 +20,7 @@ fn times(log: &RunLog, kind: &str, robot: &str) -> Vec<u64> {
 fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works() {
     let lab = Lab::new();
     // A deadline that never passes: only the launcher, which sees the process stop, can tell the world in time.
-    let mut team = Team::start(&lab, &["--speed", "100x", "--stall-after", "3600"]);
+    let mut team = Team::start(&lab, &["--speed", "50x", "--stall-after", "3600"]);
     team.wait_for_row("events.csv", &[",delivered,"]);
     team.signal("gold", Signal::SIGSTOP);
     let stalled = team.wait_for_row("events.csv", &[",stalled,gold,"]);
@@ -69,11 +69,14 @@ fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works()
 #[test]
 fn an_agent_stopped_and_continued_fifty_times_stays_one_life_and_the_mission_completes() {
     let lab = Lab::new();
+    // Enough work for all fifty times to fall into it.
+    let long = lab.mission_of(100);
     let mut team = Team::start(
         &lab,
         &[
+            &long,
             "--speed",
-            "100x",
+            "40x",
             "--stall-after",
             "3600",
             "--limit",
@@ -97,7 +100,7 @@ fn an_agent_stopped_and_continued_fifty_times_stays_one_life_and_the_mission_com
     }
     let finished = team.wait().expect(0);
     let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
-    assert_eq!(result["result"]["items"]["delivered"], 24);
+    assert_eq!(result["result"]["items"]["delivered"], 100);
     assert_eq!(result["result"]["robots"]["green"]["lives"], 1);
     let log = lab.log("run");
     assert_eq!(times(&log, "stalled", "green").len(), 50);
@@ -112,7 +115,7 @@ fn by_hand_the_stall_deadline_finds_a_stopped_agent() {
         "--out",
         "run",
         "--speed",
-        "100x",
+        "50x",
         "--stall-after",
         "0.3",
     ]);

@@ -36,7 +36,7 @@ struct Results {
 pub fn measure(sizes: &[usize], rounds: usize, limit_s: f64) {
     let teams: Vec<Team> = sizes
         .iter()
-        .map(|size| Team::busy(*size, ITEMS, limit_s))
+        .map(|size| Team::busy(*size, 0.5, ITEMS, limit_s))
         .collect();
     for team in &teams {
         let traffic = Traffic::of(&team.setup);

@@ -25,6 +25,10 @@ const WARM_UP: Duration = Duration::from_secs(3);
 /// Longest look at the time before and after the stop.
 const ASIDE: Duration = Duration::from_secs(60);
 
+/// Robots so slow, and so many items in each spill, that the mission outlasts the stop at any rate.
+const SLOW_M_S: f64 = 0.05;
+const ITEMS: usize = 1000;
+
 /// Longer than any measurement lasts, s of simulated time.
 const NO_LIMIT: f64 = 1e6;
 
@@ -43,9 +47,7 @@ struct Results {
 
 /// Team with the stop and team without the robot take turns.
 pub fn measure(rounds: usize, stop: Duration) {
-    // The mission must outlast the stop at any rate.
-    let items = (100 + 8 * stop.as_secs() as usize).min(1000);
-    let [ten, nine] = [TEAM, TEAM - 1].map(|size| Team::busy(size, items, NO_LIMIT));
+    let [ten, nine] = [TEAM, TEAM - 1].map(|size| Team::busy(size, SLOW_M_S, ITEMS, NO_LIMIT));
     let mut results = Results::default();
     for _ in 0..rounds {
         let without = Watched::start(&nine).rate(stop.min(ASIDE));

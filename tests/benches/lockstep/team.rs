@@ -15,8 +15,9 @@ impl Team {
         Self::of("name = \"default\"\n".to_owned(), 3)
     }
 
-    /// So many robots, the first as blue is and the others as gold is, with so many items in each of the two spills.
-    pub fn busy(size: usize, items: usize, limit_s: f64) -> Self {
+    /// So many robots of that top speed, the first as blue is and the others as gold is, with so many items in each of the two
+    /// spills.
+    pub fn busy(size: usize, speed_m_s: f64, items: usize, limit_s: f64) -> Self {
         let spills = [("top", 0.667), ("bottom", 0.333)].map(|(name, y)| {
             format!("[[waste.spills]]\nname = \"{name}\"\nitems = {items}\ny_fraction = {y}\n")
         });
@@ -26,7 +27,9 @@ impl Team {
                 format!("[[robots]]\nname = \"r{rank}\"\nside_sensor = {side_sensor}\n")
             })
             .collect();
-        let head = format!("name = \"team-of-{size}\"\nlimit_s = {limit_s:.1}\n");
+        let head = format!(
+            "name = \"team-of-{size}\"\nlimit_s = {limit_s:.1}\n[body]\nspeed_m_s = {speed_m_s}\n"
+        );
         Self::of(head + &spills.concat() + &robots, size)
     }
 
