@@ -73,6 +73,12 @@ pub enum Refusal {
         /// The world's.
         world: u32,
     },
+    /// The robot is not in the mission yet, or no more.
+    #[error("robot '{robot}' is not in the mission; `alliance fault add {robot}` brings it")]
+    Absent {
+        /// The robot.
+        robot: String,
+    },
     /// The request could not be read.
     #[error("malformed join request")]
     Malformed,

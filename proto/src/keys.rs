@@ -97,10 +97,29 @@ impl Keys {
         rest.split_once('/').map(|(robot, _)| robot)
     }
 
-    /// Launcher → world: what the operating system says of the agents' processes.
+    /// Launcher → world: what the operating system says of the agents' processes; and the launcher's queryable.
     #[must_use]
     pub fn process(&self) -> String {
         format!("{}/process", self.prefix)
+    }
+
+    /// Anyone → world: [`crate::control::Request`]; put, or query for a [`crate::control::Reply`].
+    #[must_use]
+    pub fn control(&self) -> String {
+        format!("{}/control", self.prefix)
+    }
+
+    /// What a query on [`Keys::process`] is sealed for, [`crate::process::ProcessOrder`], and its answer: so neither passes
+    /// for the launcher's news.
+    #[must_use]
+    pub fn process_order(&self) -> String {
+        format!("{}/process/order", self.prefix)
+    }
+
+    /// World → observers: [`crate::event::EventNews`], droppable.
+    #[must_use]
+    pub fn event(&self) -> String {
+        format!("{}/event", self.prefix)
     }
 
     /// World → observers: [`crate::view::View`], at a bounded rate, droppable.

@@ -4,17 +4,22 @@
 //! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
 //! - [`team`]: what robots tell each other.
-//! - [`process`]: what the launcher sees of the agents; [`view`]: what observers see.
+//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see.
+//! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
 //! - [`scenario`]: what a run is made of.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
 pub mod codec;
+pub mod control;
+pub mod event;
+pub mod fault;
 pub mod ids;
 pub mod ignored;
 pub mod join;
 pub mod keys;
+pub mod link;
 pub mod process;
 pub mod readings;
 pub mod rendezvous;

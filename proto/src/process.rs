@@ -1,4 +1,5 @@
-//! What the launcher, which owns the process ids, tells the world about the agents' processes (DESIGN §3, key `process`).
+//! The agents' processes, which the launcher owns (DESIGN §3, key `process`): what it tells the world of them, and what the
+//! world asks it to do to them.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,4 +23,42 @@ pub enum ProcessState {
     Stopped,
     /// Continued by SIGCONT.
     Continued,
+    /// Ended, however.
+    Ended,
+}
+
+/// World → launcher: do this to the process of a robot's agent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProcessOrder {
+    /// Running number of the world's orders, from 1: one that is put again is ignored.
+    pub number: u64,
+    /// Name of the robot.
+    pub robot: String,
+    /// What to do.
+    pub act: ProcessAct,
+}
+
+/// What can be done to a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProcessAct {
+    /// Start one.
+    Start,
+    /// SIGKILL.
+    Kill,
+    /// SIGTERM.
+    Terminate,
+    /// SIGSTOP.
+    Stop,
+    /// SIGCONT.
+    Continue,
+}
+
+/// Launcher → world, the answer: done, which of a signal means that the operating system has seen it take effect, or not.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProcessReply {
+    /// Number of the order.
+    pub number: u64,
+    /// The process id, or why it could not be done.
+    pub result: Result<u32, String>,
 }

@@ -13,6 +13,14 @@ pub enum Purpose {
     Items = 1,
     /// A robot's own choices.
     Behavior = 2,
+    /// The fate of messages on a link.
+    Link = 3,
+    /// Bursts of losses on a link.
+    Burst = 4,
+    /// Errors of a robot's sensors.
+    Sensor = 5,
+    /// Random faults of a robot.
+    Campaign = 6,
 }
 
 /// The stream of that purpose that belongs to no robot.

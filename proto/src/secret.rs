@@ -8,8 +8,10 @@ use std::fs::File;
 use std::hash::Hasher;
 use std::io::{self, Read};
 
+use hmac::{Hmac, KeyInit, Mac};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use sha2::Sha256;
 use siphasher::sip::SipHasher24;
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -22,6 +24,7 @@ pub const SEAL_BYTES: usize = 8;
 #[derive(Clone)]
 pub struct Secret {
     keyed: SipHasher24,
+    hmac: Hmac<Sha256>,
 }
 
 /// Why a sealed message was not opened.
@@ -43,6 +46,8 @@ impl Secret {
         let key = xxh3_128(token.as_bytes()).to_le_bytes();
         Self {
             keyed: SipHasher24::new_with_key(&key),
+            // HMAC takes a key of any length.
+            hmac: Hmac::new_from_slice(token.as_bytes()).expect("any token is a key"),
         }
     }
 
@@ -79,6 +84,18 @@ impl Secret {
     pub fn stamped<'k>(&self, key: &'k str) -> Option<&'k str> {
         let (plain, _) = key.rsplit_once('/')?;
         (self.stamp(plain) == key).then_some(plain)
+    }
+
+    /// The seal of a JSON request or reply for that key, for its attachment: HMAC-SHA256 in hexadecimal, with the run's token
+    /// as the key, over the key expression, a zero byte and the text.
+    #[must_use]
+    pub fn mark_text(&self, key: &str, text: &[u8]) -> String {
+        let mut mac = self.hmac.clone();
+        mac.update(key.as_bytes());
+        mac.update(&[0]);
+        mac.update(text);
+        let digest = mac.finalize().into_bytes();
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// The seal of these bytes for that key.

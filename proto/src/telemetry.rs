@@ -115,6 +115,16 @@ pub enum Fate {
     Heard,
     /// Listed by the world but never arrived: a real loss.
     Lost,
+    /// Heard later, for a fault of the link delayed it, held it back or had it overtaken.
+    Delayed,
+    /// A second copy, ignored.
+    Duplicate,
+    /// Lost by a fault of the link.
+    Dropped,
+    /// Cut off: mute, deaf, partition, out of range, or due when the receiver took no part.
+    Cut,
+    /// On its way: [`Fate::Delayed`] or [`Fate::Cut`] will follow, unless the receiver or the run ends first.
+    Pending,
 }
 
 impl Fate {
@@ -124,6 +134,11 @@ impl Fate {
         match self {
             Self::Heard => "heard",
             Self::Lost => "lost",
+            Self::Delayed => "delayed",
+            Self::Duplicate => "duplicate",
+            Self::Dropped => "dropped",
+            Self::Cut => "cut",
+            Self::Pending => "pending",
         }
     }
 }

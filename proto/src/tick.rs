@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::ids::{Incarnation, RobotId, Tick};
+use crate::link::LinkState;
 use crate::readings::{Actuation, Readings};
 use crate::telemetry::{Motivation, Note, Reception, StateChange};
 use crate::time::SimTime;
@@ -20,6 +21,8 @@ pub struct TickMessage {
     pub last_counted: Option<Tick>,
     /// The broadcasts that count since this agent's last step, by (sender, tick).
     pub manifest: Vec<ManifestEntry>,
+    /// Senders whose messages are held back in this tick; held ones of all others are let go. By rank.
+    pub held: Vec<RobotId>,
     /// What the robot senses.
     pub readings: Readings,
 }
@@ -35,6 +38,8 @@ pub struct ManifestEntry {
     pub incarnation: Incarnation,
     /// How many: their indices run from 0 to `count - 1`.
     pub count: u16,
+    /// State of the link from the sender to this receiver; `None` is an undisturbed one.
+    pub link: Option<LinkState>,
 }
 
 /// What the world publishes on an agent's tick key.

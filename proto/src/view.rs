@@ -1,5 +1,6 @@
 //! A snapshot of the run for eyes: the progress line, and later the live page (DESIGN §3, key `view`).
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ids::{Incarnation, SetId, Tick};
@@ -20,7 +21,7 @@ pub struct View {
 }
 
 /// How many items are where (mission.csv).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ItemCounts {
     /// Inside an initial spill.
     pub in_spills: u32,

@@ -165,6 +165,7 @@ mod tests {
             tick,
             incarnation: 1,
             count,
+            link: None,
         }
     }
 

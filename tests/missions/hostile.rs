@@ -247,6 +247,7 @@ impl Stranger {
                     now: SimTime(0),
                     last_counted: None,
                     manifest: Vec::new(),
+                    held: Vec::new(),
                     readings: Readings::default(),
                 })),
             };

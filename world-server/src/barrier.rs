@@ -9,10 +9,14 @@
 //!   +------------------+--------------------|------- gone ---------+-----------------+
 //!                                           +------------- speaks again -------------+
 //! ```
+//!
+//! What the scenario asks of a process happens at a tick, and the tick waits for it: a robot that is [doomed](Barrier::doom)
+//! counts once more and is not listed; one that is [suspended](Barrier::suspend) is out until it is
+//! [readmitted](Barrier::readmit); one that is [expected](Barrier::expect) holds the tick back until it has arrived.
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
-use alliance_proto::scenario::StepOrder;
+use alliance_proto::scenario::{Robot, StepOrder};
 use alliance_proto::tick::{ManifestEntry, Report};
 
 use crate::input::Input;
@@ -71,6 +75,14 @@ struct Place {
     report: Option<Report>,
     /// Its process died in this tick.
     gone: bool,
+    /// Its robot is not in the mission.
+    absent: bool,
+    /// The scenario kills it in this tick: its report counts, its broadcasts are not listed.
+    doomed: bool,
+    /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
+    suspended: bool,
+    /// The scenario starts it in this tick.
+    expected: bool,
 }
 
 /// What a robot is to be sent.
@@ -108,13 +120,13 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// A barrier at tick 0 for robots of these names, by rank; nobody is there yet.
+    /// A barrier at tick 0 for these robots, by rank; nobody is there yet.
     #[must_use]
-    pub fn new(names: impl IntoIterator<Item = String>, order: StepOrder) -> Self {
-        let places = names
+    pub fn new<'r>(robots: impl IntoIterator<Item = &'r Robot>, order: StepOrder) -> Self {
+        let places = robots
             .into_iter()
-            .map(|name| Place {
-                name,
+            .map(|robot| Place {
+                name: robot.name.clone(),
                 presence: Presence::Empty,
                 incarnation: 0,
                 last_counted: None,
@@ -123,6 +135,10 @@ impl Barrier {
                 asked: false,
                 report: None,
                 gone: false,
+                absent: robot.absent,
+                doomed: false,
+                suspended: false,
+                expected: false,
             })
             .collect();
         Self {
@@ -175,9 +191,15 @@ impl Barrier {
                 known: self.places.iter().map(|place| place.name.clone()).collect(),
             });
         };
-        // While nobody takes part no tick ends, so that whoever comes enters the current one.
-        let first_tick = self.tick + Tick::from(self.started && !self.is_idle());
+        // While nobody takes part no tick ends, so that whoever comes enters the current one; so does whom the tick waits for.
+        let later = self.started && !self.is_idle() && !self.places[index].expected;
+        let first_tick = self.tick + Tick::from(later);
         let place = &mut self.places[index];
+        if place.absent {
+            return Err(Refusal::Absent {
+                robot: name.to_owned(),
+            });
+        }
         // An agent that died in this tick has left already, though the tick still has to record it.
         if place.presence != Presence::Empty && !place.gone {
             return Err(Refusal::Taken {
@@ -196,6 +218,9 @@ impl Barrier {
         let place = &mut self.places[robot.index()];
         if place.presence == Presence::Invited && place.incarnation == incarnation {
             place.presence = Presence::Entering { again: false };
+            if std::mem::take(&mut place.expected) {
+                place.enter(true, &mut self.inputs);
+            }
             self.enter_if_idle();
         }
     }
@@ -214,13 +239,20 @@ impl Barrier {
             _ if place.gone => {}
             Presence::Present | Presence::Silent | Presence::Entering { again: true } => {
                 place.gone = true;
+                place.suspended = false;
                 place.manifest.clear();
                 let counted_now = place.report.is_some().then_some(self.tick);
+                // A doomed robot that owes its report has died of something else.
+                let scripted = place.doomed
+                    && (counted_now.is_some()
+                        || !place.asked
+                        || place.presence != Presence::Present);
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
                     incarnation,
                     last_counted: counted_now.or(place.last_counted),
-                    listed: true,
+                    listed: !place.doomed,
+                    scripted,
                 });
             }
         }
@@ -230,13 +262,86 @@ impl Barrier {
     pub fn stall(&mut self, robot: RobotId) {
         if self.is_awaited(robot) {
             let place = &mut self.places[robot.index()];
-            place.presence = Presence::Silent;
-            place.unanswered = self.tick;
-            place.manifest.clear();
-            self.inputs.push(Input::StallBegin {
-                robot: place.name.clone(),
-            });
+            place.fall_silent(self.tick, false, &mut self.inputs);
         }
+    }
+
+    /// The scenario kills the robot's agent in this tick: what it does in it still counts, but nobody hears of it.
+    pub fn doom(&mut self, robot: RobotId) {
+        self.places[robot.index()].doomed = true;
+    }
+
+    /// The killing could not be done.
+    pub fn spare(&mut self, robot: RobotId) {
+        self.places[robot.index()].doomed = false;
+    }
+
+    /// Whether the scenario kills the robot's agent in this tick, and it still lives.
+    #[must_use]
+    pub fn is_doomed(&self, robot: RobotId) -> bool {
+        let place = &self.places[robot.index()];
+        place.doomed && place.presence != Presence::Empty && !place.gone
+    }
+
+    /// The scenario stops the robot's agent before it is asked in this tick: it is out until it is readmitted.
+    pub fn suspend(&mut self, robot: RobotId) {
+        let place = &mut self.places[robot.index()];
+        if place.presence == Presence::Present && !place.asked && !place.gone {
+            place.suspended = true;
+            place.fall_silent(self.tick, true, &mut self.inputs);
+        }
+    }
+
+    /// Whether the scenario has stopped the robot's agent.
+    #[must_use]
+    pub fn is_suspended(&self, robot: RobotId) -> bool {
+        self.places[robot.index()].suspended
+    }
+
+    /// A suspended agent goes on: it takes part in this tick.
+    pub fn readmit(&mut self, robot: RobotId) {
+        let place = &mut self.places[robot.index()];
+        if std::mem::take(&mut place.suspended) && place.presence == Presence::Silent && !place.gone
+        {
+            place.presence = Presence::Entering { again: true };
+            place.enter(true, &mut self.inputs);
+        }
+    }
+
+    /// The scenario starts an agent for the robot in this tick, which waits for it.
+    pub fn expect(&mut self, robot: RobotId) {
+        let place = &mut self.places[robot.index()];
+        place.absent = false;
+        place.expected = true;
+    }
+
+    /// The agent that was expected does not come.
+    pub fn expect_no_more(&mut self, robot: RobotId) {
+        self.places[robot.index()].expected = false;
+    }
+
+    /// The robot is not in the mission from now on.
+    pub fn dismiss(&mut self, robot: RobotId) {
+        self.places[robot.index()].absent = true;
+    }
+
+    /// Whether the robot is not in the mission.
+    #[must_use]
+    pub fn is_absent(&self, robot: RobotId) -> bool {
+        self.places[robot.index()].absent
+    }
+
+    /// In a replay: the agent that the log knows takes part again, in that life, from the next tick on, or from this one
+    /// while nobody takes part.
+    pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let place = &mut self.places[robot.index()];
+        let again = place.presence != Presence::Empty && place.incarnation == incarnation;
+        if !again {
+            place.last_counted = None;
+        }
+        place.incarnation = incarnation;
+        place.presence = Presence::Entering { again };
+        self.enter_if_idle();
     }
 
     /// An agent's report.
@@ -251,7 +356,11 @@ impl Barrier {
             return Verdict::Superseded;
         }
         // Only the answer to what it was asked last shows that it is back: an older report is one that somebody put again.
-        if place.presence == Presence::Silent && !place.gone && report.tick == place.unanswered {
+        if place.presence == Presence::Silent
+            && !place.gone
+            && !place.suspended
+            && report.tick == place.unanswered
+        {
             place.presence = Presence::Entering { again: true };
             self.enter_if_idle();
             return Verdict::BackAgain;
@@ -291,7 +400,7 @@ impl Barrier {
         let all_here = self
             .places
             .iter()
-            .all(|place| matches!(place.presence, Presence::Entering { .. }));
+            .all(|place| place.absent || matches!(place.presence, Presence::Entering { .. }));
         if !self.started && all_here {
             self.started = true;
             self.enter();
@@ -301,7 +410,7 @@ impl Barrier {
 
     /// Whom the current tick is to be sent to now. In order, the next robot is asked when the one before it has answered.
     pub fn questions(&mut self) -> Vec<Question> {
-        if !self.started {
+        if !self.started || self.places.iter().any(|place| place.expected) {
             return Vec::new();
         }
         let mut questions = Vec::new();
@@ -383,6 +492,7 @@ impl Barrier {
             }
         }
         for (index, place) in self.places.iter_mut().enumerate() {
+            place.doomed = false;
             if std::mem::take(&mut place.gone) {
                 let succeeded = matches!(
                     place.presence,
@@ -402,7 +512,7 @@ impl Barrier {
 
     /// Puts a report's broadcasts into the manifests of all teammates that take part.
     fn list(&mut self, report: &Report) {
-        if report.broadcasts == 0 {
+        if report.broadcasts == 0 || self.places[report.robot.index()].doomed {
             return;
         }
         let entry = ManifestEntry {
@@ -410,6 +520,7 @@ impl Barrier {
             tick: report.tick,
             incarnation: report.incarnation,
             count: report.broadcasts,
+            link: None,
         };
         for (index, place) in self.places.iter_mut().enumerate() {
             if index != report.robot.index() && place.presence == Presence::Present && !place.gone {
@@ -427,21 +538,38 @@ impl Barrier {
 
     fn enter(&mut self) {
         for place in &mut self.places {
-            if let Presence::Entering { again } = place.presence {
-                place.presence = Presence::Present;
-                place.manifest.clear();
-                self.inputs.push(if again {
-                    Input::StallEnd {
-                        robot: place.name.clone(),
-                    }
-                } else {
-                    Input::Join {
-                        robot: place.name.clone(),
-                        incarnation: place.incarnation,
-                    }
-                });
-            }
+            place.enter(false, &mut self.inputs);
         }
+    }
+}
+
+impl Place {
+    /// Who is about to enter takes part from now on.
+    fn enter(&mut self, scripted: bool, inputs: &mut Vec<Input>) {
+        if let Presence::Entering { again } = self.presence {
+            self.presence = Presence::Present;
+            self.manifest.clear();
+            let robot = self.name.clone();
+            inputs.push(if again {
+                Input::StallEnd { robot, scripted }
+            } else {
+                Input::Join {
+                    robot,
+                    incarnation: self.incarnation,
+                    scripted,
+                }
+            });
+        }
+    }
+
+    fn fall_silent(&mut self, tick: Tick, scripted: bool, inputs: &mut Vec<Input>) {
+        self.presence = Presence::Silent;
+        self.unanswered = tick;
+        self.manifest.clear();
+        inputs.push(Input::StallBegin {
+            robot: self.name.clone(),
+            scripted,
+        });
     }
 }
 

@@ -1,10 +1,12 @@
 //! What came from outside and changed the run. Scenario + seed + inputs = the run (DESIGN §5).
 
+use alliance_proto::fault::Order;
 use alliance_proto::ids::{Incarnation, Tick};
+use alliance_proto::process::ProcessAct;
 use serde::{Deserialize, Serialize};
 
 /// One line of inputs.jsonl.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputLine {
     /// The tick whose course it changed.
     pub tick: Tick,
@@ -12,8 +14,9 @@ pub struct InputLine {
     pub input: Input,
 }
 
-/// An event from outside; robots by name.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// An event from outside; robots by name. What is `scripted` happened because a fault asked for it: a replay makes it happen
+/// again by itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Input {
     /// A new agent of the robot takes part from this tick on.
@@ -22,6 +25,9 @@ pub enum Input {
         robot: String,
         /// Its new life.
         incarnation: Incarnation,
+        /// Whether a fault asked for it.
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
     },
     /// The robot's agent is dead; noticed while this tick's reports were gathered.
     Gone {
@@ -33,16 +39,25 @@ pub enum Input {
         last_counted: Option<Tick>,
         /// Whether that tick's broadcasts were listed in the team's manifests.
         listed: bool,
+        /// Whether a fault asked for it.
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
     },
     /// The agent did not answer this tick and is out of the barrier.
     StallBegin {
         /// The robot.
         robot: String,
+        /// Whether a fault asked for it.
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
     },
     /// The agent spoke again and takes part from this tick on.
     StallEnd {
         /// The robot.
         robot: String,
+        /// Whether a fault asked for it.
+        #[serde(default, skip_serializing_if = "is_false")]
+        scripted: bool,
     },
     /// A listed broadcast never arrived, though nobody asked for its loss.
     Lost {
@@ -55,4 +70,25 @@ pub enum Input {
         /// Which of its sender's broadcasts of that tick.
         index: u16,
     },
+    /// An operator ordered a fault; it is armed from the beginning of this tick on.
+    Order {
+        /// The order, with its id.
+        order: Order,
+    },
+    /// An operator cleared faults, before this tick began.
+    Clear {
+        /// Their ids.
+        ids: Vec<String>,
+    },
+    /// What a fault asked for could not be done to a process.
+    Failed {
+        /// Whose.
+        robot: String,
+        /// What.
+        act: ProcessAct,
+    },
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }

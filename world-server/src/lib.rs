@@ -11,6 +11,7 @@
 
 pub mod args;
 pub mod barrier;
+pub mod faults;
 pub mod input;
 pub mod pace;
 pub mod process;

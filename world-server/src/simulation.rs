@@ -40,8 +40,7 @@ impl Simulation {
         let catalog = Catalog::of(&setup.scenario);
         let world = World::new(&setup);
         let robots = setup.scenario.robots.len();
-        let names = setup.scenario.robots.iter().map(|robot| robot.name.clone());
-        let barrier = Barrier::new(names, setup.alliance.switches.step_order);
+        let barrier = Barrier::new(&setup.scenario.robots, setup.alliance.switches.step_order);
         let mut simulation = Self {
             catalog,
             world,
@@ -152,6 +151,7 @@ impl Simulation {
                     now,
                     last_counted: question.last_counted,
                     manifest: question.manifest,
+                    held: Vec::new(),
                     readings,
                 };
                 (question.robot, message)

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::ids::{RobotId, SetId, TaskId};
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
+use crate::link::{LinkState, Probability};
 use crate::process::{ProcessNews, ProcessState};
 use crate::readings::{Actuation, Gripper, Ground, Hit, Pose, Proximity, Readings, Zone};
 use crate::team::{
@@ -103,28 +104,42 @@ fn readings() -> impl Strategy<Value = Readings> {
 }
 
 fn to_agent() -> impl Strategy<Value = ToAgent> {
-    let entry = (robot(), any::<u64>(), any::<u32>(), any::<u16>()).prop_map(
-        |(sender, tick, incarnation, count)| ManifestEntry {
+    let link = (any::<(bool, bool, f64, f64, f64)>(), time(), time()).prop_map(
+        |((cut, hold, drop, duplicate, reorder), delay, jitter)| LinkState {
+            cut,
+            hold,
+            drop: Probability::of(drop),
+            delay,
+            jitter,
+            duplicate: Probability::of(duplicate),
+            reorder: Probability::of(reorder),
+        },
+    );
+    let entry = (robot(), any::<(u64, u32, u16)>(), option::of(link)).prop_map(
+        |(sender, (tick, incarnation, count), link)| ManifestEntry {
             sender,
             tick,
             incarnation,
             count,
+            link,
         },
     );
     let tick = (
         any::<(u32, u64, Option<u64>)>(),
         time(),
         vec(entry, 0..4),
+        vec(robot(), 0..4),
         readings(),
     )
         .prop_map(
-            |((incarnation, tick, last_counted), now, manifest, readings)| {
+            |((incarnation, tick, last_counted), now, manifest, held, readings)| {
                 ToAgent::Tick(Box::new(TickMessage {
                     incarnation,
                     tick,
                     now,
                     last_counted,
                     manifest,
+                    held,
                     readings,
                 }))
             },
@@ -306,7 +321,15 @@ fn reception() -> impl Strategy<Value = Reception> {
             task,
             progress,
         });
-    let fate = prop::sample::select(vec![Fate::Heard, Fate::Lost]);
+    let fate = prop::sample::select(vec![
+        Fate::Heard,
+        Fate::Lost,
+        Fate::Delayed,
+        Fate::Duplicate,
+        Fate::Dropped,
+        Fate::Cut,
+        Fate::Pending,
+    ]);
     (
         time(),
         robot(),

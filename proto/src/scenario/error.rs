@@ -107,7 +107,7 @@ impl Problem {
 }
 
 /// What to write instead of `wrong`: the nearest of the known names if one is near, and all of them if they are few.
-pub(super) fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const FEW: usize = 20;
     let known: Vec<&str> = known.into_iter().collect();
     let nearest = known

@@ -22,12 +22,15 @@ mod values;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use crate::fault::Faults;
+
 pub use alliance::{
     Alliance, AllianceSection, HistoryOrigin, Preset, RobotParams, RobotSection, SetParams,
     SetSection, StepOrder, SwitchSection, Switches,
 };
 pub use catalog::{BehaviorKind, Catalog, SetSpec, TaskSpec};
 pub use error::ScenarioError;
+pub(crate) use error::instead;
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
 
@@ -69,6 +72,9 @@ pub struct Scenario {
     pub robots: Vec<Robot>,
     /// Rectangles on the floor: obstacles, and patches that slow down or speed up.
     pub obstacles: Vec<Obstacle>,
+    /// What goes wrong, and when.
+    #[serde(skip_serializing_if = "Faults::is_empty")]
+    pub faults: Faults,
     /// How many robots may work on a task, and its priority; by task name.
     pub tasks: BTreeMap<String, TaskSection>,
     /// ALLIANCE: preset, switches, parameters.
@@ -91,20 +97,24 @@ impl Default for Scenario {
                 Robot {
                     name: "blue".to_owned(),
                     side_sensor: true,
+                    absent: false,
                     start: None,
                 },
                 Robot {
                     name: "gold".to_owned(),
                     side_sensor: false,
+                    absent: false,
                     start: None,
                 },
                 Robot {
                     name: "green".to_owned(),
                     side_sensor: false,
+                    absent: false,
                     start: None,
                 },
             ],
             obstacles: Vec::new(),
+            faults: Faults::default(),
             tasks: BTreeMap::new(),
             alliance: AllianceSection::default(),
         }
@@ -318,6 +328,9 @@ pub struct Robot {
     /// Whether it has the side border sensor, and with it find-locations-methodical.
     #[serde(default)]
     pub side_sensor: bool,
+    /// Not in the mission until the fault `add` brings it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub absent: bool,
     /// Where it starts; absent: on the report site, facing the left wall.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,

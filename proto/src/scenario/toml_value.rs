@@ -4,10 +4,10 @@ use std::fmt;
 use std::iter::Enumerate;
 use std::slice::Iter;
 
-use serde::de::value::{BorrowedStrDeserializer, StrDeserializer};
+use serde::de::value::{BorrowedStrDeserializer, MapAccessDeserializer, StrDeserializer};
 use serde::de::{self, DeserializeSeed, Deserializer, Error, Expected, Unexpected, Visitor};
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeTable, DeValue};
 
 use super::error::{Problem, instead};
 use super::path::{Path, Step};
@@ -140,12 +140,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
                 "no key of a scenario takes one",
             )),
             DeValue::Array(array) => visitor.visit_seq(Elements(array.iter().enumerate())),
-            DeValue::Table(table) => visitor.visit_map(Entries {
-                rest: table
-                    .iter()
-                    .map(|(key, value)| (key.get_ref().as_ref(), value.get_ref())),
-                next: None,
-            }),
+            DeValue::Table(table) => visitor.visit_map(entries(table)),
         }
     }
 
@@ -161,9 +156,12 @@ impl<'de> Deserializer<'de> for Value<'de> {
     ) -> Result<V::Value, Mistake> {
         match self.0 {
             DeValue::String(name) => visitor.visit_enum(StrDeserializer::new(name)),
+            DeValue::Table(table) if table.len() == 1 => {
+                visitor.visit_enum(MapAccessDeserializer::new(entries(table)))
+            }
             other => Err(Mistake::new(
                 format!("the {} does not fit", other.type_str()),
-                format!("write one of {} in quotes", variants.join(", ")),
+                format!("write one of {}", variants.join(", ")),
             )),
         }
     }
@@ -196,6 +194,17 @@ impl<'de> de::SeqAccess<'de> for Elements<'de> {
 struct Entries<'de, I> {
     rest: I,
     next: Option<(&'de str, &'de DeValue<'de>)>,
+}
+
+fn entries<'de>(
+    table: &'de DeTable<'de>,
+) -> Entries<'de, impl Iterator<Item = (&'de str, &'de DeValue<'de>)>> {
+    Entries {
+        rest: table
+            .iter()
+            .map(|(key, value)| (key.get_ref().as_ref(), value.get_ref())),
+        next: None,
+    }
 }
 
 impl<'de, I> de::MapAccess<'de> for Entries<'de, I>

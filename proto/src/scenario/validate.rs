@@ -123,6 +123,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     robots(scenario)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
+    faults(scenario)?;
     alliance(scenario, catalog)
 }
 
@@ -219,6 +220,28 @@ fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
         SIZE.check(at.key("width_m"), obstacle.width_m)?;
         SIZE.check(at.key("height_m"), obstacle.height_m)?;
         PENETRABILITY.check(at.key("penetrability"), obstacle.penetrability)?;
+    }
+    Ok(())
+}
+
+fn faults(scenario: &Scenario) -> Result<(), Problem> {
+    let at = Path::of(["faults", "timeline"]);
+    let mut first = BTreeMap::new();
+    for (index, order) in scenario.faults.timeline.iter().enumerate() {
+        let at = at.index(index);
+        order.check(scenario).map_err(|error| {
+            let path = error
+                .field
+                .iter()
+                .fold(at.clone(), |path, key| path.key(key));
+            Problem::at(path, error.what, error.remedy)
+        })?;
+        if let Some(id) = &order.id
+            && let Some(first) = first.insert(id, index)
+        {
+            let what = format!("'{id}' is already the id of faults.timeline[{first}]");
+            return Err(Problem::at(at.key("id"), what, "give each its own id"));
+        }
     }
     Ok(())
 }

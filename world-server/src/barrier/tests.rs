@@ -75,9 +75,14 @@ struct Watched {
 
 impl Watched {
     fn new(robots: u16, order: StepOrder) -> Self {
-        let names = (0..robots).map(|rank| format!("robot-{rank}"));
+        let team: Vec<Robot> = (0..robots)
+            .map(|rank| Robot {
+                name: format!("robot-{rank}"),
+                ..Robot::default()
+            })
+            .collect();
         Self {
-            barrier: Barrier::new(names, order),
+            barrier: Barrier::new(&team, order),
             order,
             robots,
             counted: BTreeMap::new(),
@@ -247,6 +252,7 @@ impl Watched {
                 tick: *tick,
                 incarnation: report.incarnation,
                 count: report.broadcasts,
+                link: None,
             })
             .collect();
         audible.sort_unstable_by_key(|entry| (entry.sender, entry.tick));
@@ -339,6 +345,7 @@ fn the_clock_starts_when_the_last_robot_arrives_whatever_the_order() {
         let joined = |rank: u16| Input::Join {
             robot: format!("robot-{rank}"),
             incarnation: 1,
+            scripted: false,
         };
         assert_eq!(watched.finish().inputs, [joined(0), joined(1), joined(2)]);
     }

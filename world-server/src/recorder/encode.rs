@@ -99,8 +99,7 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>)
         let row = Row::new(rows).number(record.now.0).number(kind);
         rest.into_iter().fold(row, Row::text).end();
     };
-    for input in record.inputs {
-        let (kind, robot, subject, detail) = describe(input);
+    for (kind, robot, subject, detail) in record.inputs.iter().filter_map(describe) {
         row(kind, [robot, subject, "", &detail]);
     }
     for counted in record.robots.iter().filter_map(|robot| robot.counted) {
@@ -124,10 +123,12 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>)
     }
 }
 
-/// Kind, robot, subject and detail of an input's row.
-fn describe(input: &Input) -> (EventKind, &str, &str, String) {
-    match input {
-        Input::Join { robot, incarnation } => (
+/// Kind, robot, subject and detail of an input's row; of what concerns faults, the schedule's events tell.
+fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
+    Some(match input {
+        Input::Join {
+            robot, incarnation, ..
+        } => (
             EventKind::Joined,
             robot,
             "",
@@ -138,6 +139,7 @@ fn describe(input: &Input) -> (EventKind, &str, &str, String) {
             incarnation,
             last_counted,
             listed,
+            ..
         } => {
             let counted = match last_counted {
                 Some(tick) => format!("last counted in tick {tick}"),
@@ -148,8 +150,8 @@ fn describe(input: &Input) -> (EventKind, &str, &str, String) {
                 format!("incarnation {incarnation}; {counted}; last broadcasts {broadcasts}");
             (EventKind::Gone, robot, "", detail)
         }
-        Input::StallBegin { robot } => (EventKind::Stalled, robot, "", String::new()),
-        Input::StallEnd { robot } => (EventKind::Back, robot, "", String::new()),
+        Input::StallBegin { robot, .. } => (EventKind::Stalled, robot, "", String::new()),
+        Input::StallEnd { robot, .. } => (EventKind::Back, robot, "", String::new()),
         Input::Lost {
             receiver,
             sender,
@@ -159,7 +161,8 @@ fn describe(input: &Input) -> (EventKind, &str, &str, String) {
             let detail = format!("broadcast {index} of tick {sent_tick}");
             (EventKind::Lost, receiver, sender, detail)
         }
-    }
+        Input::Order { .. } | Input::Clear { .. } | Input::Failed { .. } => return None,
+    })
 }
 
 /// poses.csv: a row per robot.

@@ -41,7 +41,7 @@ use run_file::Tally;
 pub use hash::Section;
 pub use level::LogLevel;
 pub use read::{ReadError, RunLog, Seal};
-pub use record::{BodyRecord, Counted, Event, EventKind, RobotRecord, TickRecord};
+pub use record::{BodyRecord, Counted, Event, EventKind, FaultEvent, RobotRecord, TickRecord};
 pub use rows::{EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow};
 pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
 pub use sink::{Document, Folder, Memory, Sink};

@@ -123,6 +123,25 @@ pub enum EventKind {
     Back,
     /// A broadcast got lost, though nobody asked for it.
     Lost,
+    /// Something about a fault, whose id is the subject.
+    Fault(FaultEvent),
+}
+
+/// What happened to a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultEvent {
+    /// It waits for its trigger.
+    Armed,
+    /// It takes effect.
+    Applied,
+    /// It has changed something, for the first time since it was applied.
+    Hit,
+    /// It is in force no more.
+    Healed,
+    /// It was taken back before it took effect.
+    Disarmed,
+    /// It could not do what it should.
+    Failed,
 }
 
 impl fmt::Display for EventKind {
@@ -143,6 +162,12 @@ impl fmt::Display for EventKind {
             Self::Stalled => "stalled",
             Self::Back => "back",
             Self::Lost => "lost",
+            Self::Fault(FaultEvent::Armed) => "armed",
+            Self::Fault(FaultEvent::Applied) => "applied",
+            Self::Fault(FaultEvent::Hit) => "hit",
+            Self::Fault(FaultEvent::Healed) => "healed",
+            Self::Fault(FaultEvent::Disarmed) => "disarmed",
+            Self::Fault(FaultEvent::Failed) => "failed",
         })
     }
 }

@@ -82,7 +82,7 @@ pub struct RobotFigures {
     pub messages_sent: u64,
     /// Broadcasts of teammates heard.
     pub messages_heard: u64,
-    /// Broadcasts of teammates that should have been heard, but never arrived.
+    /// Broadcasts of teammates that were not heard: really lost, or dropped or cut off by a fault.
     pub messages_lost: u64,
 }
 
@@ -181,8 +181,9 @@ impl RobotFigures {
         self.messages_sent += u64::from(report.broadcasts);
         for reception in &report.receptions {
             match reception.fate {
-                Fate::Heard => self.messages_heard += 1,
-                Fate::Lost => self.messages_lost += 1,
+                Fate::Heard | Fate::Delayed => self.messages_heard += 1,
+                Fate::Lost | Fate::Dropped | Fate::Cut => self.messages_lost += 1,
+                Fate::Duplicate | Fate::Pending => {}
             }
         }
         let activated = report

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
+use crate::fault::Faults;
 use crate::scenario::{
     AllianceSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset, ReportSite, Robot,
     RobotSection, Room, Scenario, Sensors, SetSection, Setup, Spill, Start, StepOrder,
@@ -132,12 +133,14 @@ fn populated() -> Scenario {
         robots: vec![Robot {
             name: String::new(),
             side_sensor: true,
+            absent: false,
             start: Some(Start {
                 x_m: 1.0,
                 y_m: 1.0,
                 heading_deg: 0.0,
             }),
         }],
+        faults: Faults::default(),
         obstacles: vec![Obstacle {
             x_m: 1.0,
             y_m: 1.0,

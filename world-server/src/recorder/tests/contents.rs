@@ -95,15 +95,18 @@ fn rows_of_every_input() {
             incarnation: 2,
             last_counted: Some(41),
             listed: true,
+            scripted: false,
         },
         Input::Gone {
             robot: robot.clone(),
             incarnation: 3,
             last_counted: None,
             listed: false,
+            scripted: true,
         },
         Input::StallEnd {
             robot: robot.clone(),
+            scripted: false,
         },
         Input::Lost {
             receiver: robot,

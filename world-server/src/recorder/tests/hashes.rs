@@ -167,6 +167,7 @@ fn every_part_counts_in_its_section() {
     assert_eq!(changed(|tick| tick.inputs.clear()), ["world inputs"]);
     let stall = || Input::StallBegin {
         robot: "gold".to_owned(),
+        scripted: false,
     };
     assert_eq!(changed(|tick| tick.inputs.push(stall())), ["world inputs"]);
 

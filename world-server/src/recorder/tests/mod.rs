@@ -143,12 +143,14 @@ fn sample() -> Vec<OwnedTick> {
     let join = |robot: &str| Input::Join {
         robot: robot.to_owned(),
         incarnation: 1,
+        scripted: false,
     };
     ticks[0].inputs = ["blue", "gold", "green"].map(join).to_vec();
 
     let second = &mut ticks[1];
     second.inputs = vec![Input::StallBegin {
         robot: "green".to_owned(),
+        scripted: false,
     }];
     second.robots[0].0 = BodyRecord {
         speed_m_s: 0.5,

@@ -33,6 +33,7 @@ fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
         .map(|(rank, &(x_m, y_m, heading_deg))| Robot {
             name: format!("r{rank}"),
             side_sensor: rank == 0,
+            absent: false,
             start: Some(Start {
                 x_m,
                 y_m,

@@ -43,6 +43,7 @@ fn setups() -> impl Strategy<Value = Setup> {
             let robot = |rank| Robot {
                 name: format!("r{rank}"),
                 side_sensor: true,
+                absent: false,
                 start: None,
             };
             scenario.robots = (0..count).map(robot).collect();

@@ -11,6 +11,7 @@ fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {
     let robot = |rank: usize| Robot {
         name: format!("r{rank}"),
         side_sensor: false,
+        absent: false,
         start: None,
     };
     Scenario {

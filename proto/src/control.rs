@@ -1,0 +1,225 @@
+//! Commands to a running mission, on the key `control` (DESIGN §3, §6), and its answers.
+//!
+//! Two forms of the same types. Members of the run's own programs send bincode, sealed like every message
+//! ([`crate::secret`]). Everybody else sends JSON with the encoding `application/json` and, as the attachment, the seal
+//! [`crate::secret::Secret::mark_text`]: HMAC-SHA256 in hexadecimal, which any language can make. Answers come in the form of
+//! the request. A put is obeyed without an answer, a query is answered.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::fault::Order;
+use crate::ids::{Incarnation, Tick};
+use crate::time::SimTime;
+use crate::view::ItemCounts;
+
+/// Somebody → world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// Any text that no other request of the run has, at most 64 bytes: a request that is put again is ignored.
+    pub nonce: String,
+    /// What is asked for.
+    pub command: Command,
+}
+
+/// What can be asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Command {
+    /// Let this happen.
+    Fault(Order),
+    /// Heal the fault of that id, or disarm it; `null`: all of them.
+    Clear(Option<String>),
+    /// Which faults are there?
+    List,
+    /// How does the run go?
+    Status,
+    /// The step clock; changes no byte of the run.
+    Clock(ClockCommand),
+}
+
+/// Commands to the step clock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClockCommand {
+    /// No further tick begins.
+    Pause,
+    /// The clock goes on.
+    Resume,
+    /// This many further ticks, then a pause.
+    Step(u64),
+    /// A multiple of real time, above 0; `null`: as fast as possible.
+    Speed(Option<f64>),
+}
+
+/// World → who asked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reply {
+    /// The fault is armed.
+    Armed(Armed),
+    /// These faults are healed or disarmed.
+    Cleared(Cleared),
+    /// The run's faults, in the order in which they were armed.
+    Faults(Vec<FaultStatus>),
+    /// The run.
+    Status(Box<Status>),
+    /// The clock does as it was told.
+    Clock(ClockStatus),
+    /// Nothing was done; what is wrong, and what would be right.
+    Refused(String),
+}
+
+/// An armed fault.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Armed {
+    /// The fault's id.
+    pub id: String,
+    /// Tick at which it takes effect; `null` if it waits for an event.
+    pub tick: Option<Tick>,
+    /// Simulated time of that tick.
+    pub t_ms: Option<SimTime>,
+}
+
+/// Cleared faults.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Cleared {
+    /// Their ids.
+    pub ids: Vec<String>,
+    /// Tick from which they are healed.
+    pub tick: Tick,
+    /// Simulated time of that tick.
+    pub t_ms: SimTime,
+}
+
+/// A fault as the world sees it now.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FaultStatus {
+    /// Its id.
+    pub id: String,
+    /// What was ordered.
+    pub order: Order,
+    /// Where it stands.
+    pub phase: Phase,
+    /// When it last took effect.
+    pub applied_ms: Option<SimTime>,
+    /// When it last healed.
+    pub healed_ms: Option<SimTime>,
+    /// How often it has changed something: messages, ticks with a false reading or a disobeyed command, signals.
+    pub hits: u64,
+}
+
+/// Where a fault stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Phase {
+    /// It waits for its trigger.
+    Armed,
+    /// It is in force.
+    InForce,
+    /// It is over.
+    Over,
+}
+
+/// How a run goes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Status {
+    /// Id of the run.
+    pub run: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed.
+    pub seed: u64,
+    /// The tick under way.
+    pub tick: Tick,
+    /// Its simulated time.
+    pub t_ms: SimTime,
+    /// The step clock.
+    pub clock: ClockStatus,
+    /// Where the items are.
+    pub items: ItemCounts,
+    /// The robots, by rank.
+    pub robots: Vec<RobotStatus>,
+    /// Faults that are armed or in force.
+    pub faults: Vec<FaultStatus>,
+}
+
+/// The step clock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ClockStatus {
+    /// Whether no further tick begins.
+    pub paused: bool,
+    /// Multiple of real time; `null`: as fast as possible.
+    pub speed: Option<f64>,
+    /// Ticks that a step command has left.
+    pub steps_left: u64,
+    /// The tick under way, or the next one.
+    pub tick: Tick,
+}
+
+/// A robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RobotStatus {
+    /// Its name.
+    pub robot: String,
+    /// Process id of its agent.
+    pub pid: Option<u32>,
+    /// Life of its agent, if it has one.
+    pub incarnation: Option<Incarnation>,
+    /// What its agent is up to.
+    pub state: AgentState,
+    /// Center, m.
+    pub x_m: f32,
+    /// Center, m.
+    pub y_m: f32,
+    /// Heading, rad counter-clockwise from x.
+    pub heading_rad: f32,
+    /// Whether it carries an item.
+    pub carrying: bool,
+    /// Task of its active behavior set.
+    pub task: Option<String>,
+    /// Its behavior sets, in the order of the catalog.
+    pub sets: Vec<SetStatus>,
+}
+
+/// What an agent is up to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AgentState {
+    /// Its robot is not in the mission.
+    Absent,
+    /// There is none.
+    Dead,
+    /// It has been invited or is about to enter.
+    Coming,
+    /// It takes part.
+    Present,
+    /// It does not answer, or is stopped.
+    Silent,
+}
+
+impl AgentState {
+    /// In a word.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Absent => "absent",
+            Self::Dead => "dead",
+            Self::Coming => "coming",
+            Self::Present => "present",
+            Self::Silent => "silent",
+        }
+    }
+}
+
+/// A behavior set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SetStatus {
+    /// Its name.
+    pub behavior_set: String,
+    /// Its motivation.
+    pub motivation: f64,
+    /// hibernating, waiting or active.
+    pub state: String,
+}

@@ -1,0 +1,290 @@
+//! What is wrong with an order, whatever form it came in.
+
+use super::{ActuatorMode, Fault, Order, SensorMode, Who};
+use crate::keys::is_name;
+use crate::scenario::{Catalog, Scenario, instead};
+
+/// Longest times, s; as in scenario files.
+const LONGEST_S: f64 = 1e9;
+
+/// Farthest places and largest sizes, m; as in scenario files.
+const FARTHEST_M: f64 = 1e3;
+
+/// Most items that one order adds.
+const MAX_ITEMS: u32 = 1000;
+
+/// An order that cannot be obeyed. It displays as one line: where, what is wrong; what would be right.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {what}; {remedy}", field.join("."))]
+pub struct OrderError {
+    /// Way to the value, from the order down.
+    pub field: Vec<&'static str>,
+    /// What is wrong.
+    pub what: String,
+    /// What would be right.
+    pub remedy: String,
+}
+
+type Checked = Result<(), OrderError>;
+
+impl Order {
+    /// Checks robots, behavior sets and ranges.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn check(&self, scenario: &Scenario) -> Checked {
+        if let Some(id) = &self.id
+            && !is_name(id)
+        {
+            let remedy =
+                "use at most 32 letters, digits, '-' and '_', with a letter or a digit first";
+            return Err(wrong(&["id"], format!("'{id}' is not a name"), remedy));
+        }
+        let checker = Checker { scenario };
+        checker.fault(&self.fault)?;
+        self.check_trigger(&checker)
+    }
+
+    fn check_trigger(&self, checker: &Checker<'_>) -> Checked {
+        if let Some(at_s) = self.at_s {
+            within(&["at_s"], at_s, 0.0, LONGEST_S, "s")?;
+        }
+        if let Some(every_s) = self.every_s {
+            above_zero(&["every_s"], every_s, LONGEST_S, "s")?;
+        }
+        if let Some(for_s) = self.for_s {
+            above_zero(&["for_s"], for_s, LONGEST_S, "s")?;
+            if self.fault.is_momentary() {
+                let what = format!("'{}' happens in a moment", self.fault.name());
+                return Err(wrong(&["for_s"], what, "leave the duration out"));
+            }
+            if let Some(every_s) = self.every_s
+                && for_s >= every_s
+            {
+                let what = format!("{for_s} s is no shorter than every {every_s} s");
+                return Err(wrong(&["for_s"], what, "let it heal before it comes again"));
+            }
+        } else if self.every_s.is_some() && !self.fault.is_momentary() {
+            let what = "it comes again but never heals".to_owned();
+            return Err(wrong(&["every_s"], what, "give it a duration as well"));
+        }
+        let Some(when) = &self.when else {
+            return Ok(());
+        };
+        if self.at_s.is_some() || self.every_s.is_some() {
+            let what = "both an event and a time trigger it".to_owned();
+            return Err(wrong(&["when"], what, "give one of them"));
+        }
+        if let Some(robot) = &when.robot {
+            checker.robot(&["when"], robot)?;
+        }
+        if let Some(set) = &when.subject
+            && when.what.is_about_a_set()
+        {
+            let catalog = Catalog::of(checker.scenario);
+            let mut known = catalog.sets.iter().map(|set| set.name.as_str());
+            if !known.clone().any(|name| name == set) {
+                let what = format!("there is no behavior set '{set}'");
+                return Err(wrong(&["when"], what, &instead(set, &mut known)));
+            }
+        }
+        Ok(())
+    }
+}
+
+struct Checker<'s> {
+    scenario: &'s Scenario,
+}
+
+impl Checker<'_> {
+    fn fault(&self, fault: &Fault) -> Checked {
+        let name = fault.name();
+        if let Some(robot) = fault.robot() {
+            self.robot(&["fault", name], robot)?;
+        }
+        let at = |key| ["fault", name, key];
+        match fault {
+            Fault::Add(robot) => self.absent(&["fault", name], robot),
+            Fault::Drop(loss) => {
+                self.ends(name, &loss.from, &loss.to)?;
+                within(&at("burst_s"), loss.burst_s, 0.0, LONGEST_S, "s")?;
+                share(&at("p"), loss.p)
+            }
+            Fault::Delay(delay) => {
+                self.ends(name, &delay.from, &delay.to)?;
+                within(&at("delay_s"), delay.delay_s, 0.0, LONGEST_S, "s")?;
+                within(&at("jitter_s"), delay.jitter_s, 0.0, LONGEST_S, "s")
+            }
+            Fault::Duplicate(chance) | Fault::Reorder(chance) => {
+                self.ends(name, &chance.from, &chance.to)?;
+                share(&at("p"), chance.p)
+            }
+            Fault::Hold(link) => self.ends(name, &link.from, &link.to),
+            Fault::Partition(partition) => self.partition(&at("groups"), &partition.groups),
+            Fault::Range(range) => above_zero(&at("range_m"), range.range_m, FARTHEST_M, "m"),
+            Fault::Sensor(fault) => {
+                let field = at("mode");
+                match fault.mode {
+                    SensorMode::Dropout(p) => share(&field, p),
+                    SensorMode::Noise(error) | SensorMode::Bias(error) => {
+                        if !fault.device.tells_lengths() {
+                            let what = format!("'{}' tells no lengths", fault.device.as_str());
+                            return Err(wrong(&field, what, "use dead, stuck or dropout"));
+                        }
+                        within(&field, error.m, -FARTHEST_M, FARTHEST_M, "m")?;
+                        within(&field, error.deg, -360.0, 360.0, "degrees")
+                    }
+                    SensorMode::Dead | SensorMode::Stuck => Ok(()),
+                }
+            }
+            Fault::Actuator(fault) => match fault.mode {
+                ActuatorMode::Slowed(part) => share(&at("mode"), part),
+                ActuatorMode::TurnBias(deg_s) => {
+                    within(&at("mode"), deg_s, -3600.0, 3600.0, "degrees/s")
+                }
+                ActuatorMode::Dead | ActuatorMode::OneWheel(_) | ActuatorMode::Gripper => Ok(()),
+            },
+            Fault::Obstacle(rectangle) => {
+                anywhere(name, rectangle.x_m, rectangle.y_m)?;
+                above_zero(&at("width_m"), rectangle.width_m, FARTHEST_M, "m")?;
+                above_zero(&at("height_m"), rectangle.height_m, FARTHEST_M, "m")?;
+                within(
+                    &at("penetrability"),
+                    rectangle.penetrability,
+                    0.0,
+                    100.0,
+                    "",
+                )
+            }
+            Fault::Waste(waste) => {
+                within(&at("items"), waste.items, 1.0, f64::from(MAX_ITEMS), "")?;
+                self.inside(name, waste.x_m, waste.y_m)
+            }
+            Fault::MoveWaste(moved) => self.inside(name, moved.x_m, moved.y_m),
+            Fault::MoveRobot(moved) => {
+                if let Some(heading_deg) = moved.heading_deg {
+                    within(&at("heading_deg"), heading_deg, -360.0, 360.0, "degrees")?;
+                }
+                self.inside(name, moved.x_m, moved.y_m)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn robot(&self, field: &[&'static str], robot: &str) -> Checked {
+        let mut known = self.scenario.robots.iter().map(|robot| robot.name.as_str());
+        if known.clone().any(|name| name == robot) {
+            return Ok(());
+        }
+        let what = format!("the scenario has no robot '{robot}'");
+        Err(wrong(field, what, &instead(robot, &mut known)))
+    }
+
+    fn absent(&self, field: &[&'static str], robot: &str) -> Checked {
+        let mut absent = self.scenario.robots.iter().filter(|robot| robot.absent);
+        if absent.clone().any(|absent| absent.name == robot) {
+            return Ok(());
+        }
+        let what = format!("'{robot}' is in the mission from its start");
+        let known = &mut absent.by_ref().map(|robot| robot.name.as_str());
+        let remedy = format!(
+            "name a robot that the scenario calls absent: {}",
+            instead(robot, known)
+        );
+        Err(wrong(field, what, &remedy))
+    }
+
+    fn ends(&self, name: &'static str, from: &Who, to: &Who) -> Checked {
+        for (key, who) in [("from", from), ("to", to)] {
+            if let Who::Robot(robot) = who {
+                self.robot(&["fault", name, key], robot)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn partition(&self, field: &[&'static str], groups: &[Vec<String>]) -> Checked {
+        if groups.len() < 2 || groups.iter().any(Vec::is_empty) {
+            let what = "a partition has at least two groups, none of them empty".to_owned();
+            return Err(wrong(field, what, "write them as in \"blue,gold / green\""));
+        }
+        let mut seen = Vec::new();
+        for robot in groups.iter().flatten() {
+            self.robot(field, robot)?;
+            if seen.contains(&robot) {
+                let what = format!("'{robot}' is in two groups");
+                return Err(wrong(field, what, "name it once"));
+            }
+            seen.push(robot);
+        }
+        Ok(())
+    }
+
+    /// What lies on the floor lies inside the border.
+    fn inside(&self, name: &'static str, x_m: f32, y_m: f32) -> Checked {
+        let room = self.scenario.room;
+        within(
+            &["fault", name, "x_m"],
+            x_m,
+            0.0,
+            f64::from(room.width_m),
+            "m",
+        )?;
+        within(
+            &["fault", name, "y_m"],
+            y_m,
+            0.0,
+            f64::from(room.height_m),
+            "m",
+        )
+    }
+}
+
+fn anywhere(name: &'static str, x_m: f32, y_m: f32) -> Checked {
+    within(&["fault", name, "x_m"], x_m, -FARTHEST_M, FARTHEST_M, "m")?;
+    within(&["fault", name, "y_m"], y_m, -FARTHEST_M, FARTHEST_M, "m")
+}
+
+fn share(field: &[&'static str], value: impl Into<f64>) -> Checked {
+    within(field, value, 0.0, 1.0, "")
+}
+
+fn above_zero(field: &[&'static str], value: impl Into<f64>, to: f64, unit: &str) -> Checked {
+    let value = value.into();
+    if value > 0.0 && value <= to {
+        return Ok(());
+    }
+    let remedy = format!("it must be above 0 and at most {to} {unit}");
+    Err(wrong(
+        field,
+        format!("{value} is out of range"),
+        remedy.trim_end(),
+    ))
+}
+
+fn within(
+    field: &[&'static str],
+    value: impl Into<f64>,
+    from: f64,
+    to: f64,
+    unit: &str,
+) -> Checked {
+    let value = value.into();
+    if (from..=to).contains(&value) {
+        return Ok(());
+    }
+    let remedy = format!("it must be at least {from} and at most {to} {unit}");
+    Err(wrong(
+        field,
+        format!("{value} is out of range"),
+        remedy.trim_end(),
+    ))
+}
+
+fn wrong(field: &[&'static str], what: String, remedy: &str) -> OrderError {
+    OrderError {
+        field: field.to_vec(),
+        what,
+        remedy: remedy.to_owned(),
+    }
+}

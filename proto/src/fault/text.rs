@@ -1,0 +1,268 @@
+//! A fault as text: as the command line takes it.
+
+use std::fmt::{self, Display, Formatter};
+
+use super::{
+    ActuatorMode, Chance, Device, Fault, Happening, Link, Order, SensorError, SensorMode, Side,
+    When, Who,
+};
+
+impl Fault {
+    /// Its name: the command, and the key in JSON and TOML.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Kill(_) => "kill",
+            Self::Terminate(_) => "terminate",
+            Self::Pause(_) => "pause",
+            Self::Continue(_) => "continue",
+            Self::Restart(_) => "restart",
+            Self::Add(_) => "add",
+            Self::Remove(_) => "remove",
+            Self::Drop(_) => "drop",
+            Self::Delay(_) => "delay",
+            Self::Duplicate(_) => "duplicate",
+            Self::Reorder(_) => "reorder",
+            Self::Hold(_) => "hold",
+            Self::Partition(_) => "partition",
+            Self::Mute(_) => "mute",
+            Self::Deaf(_) => "deaf",
+            Self::Range(_) => "range",
+            Self::Radio(_) => "radio",
+            Self::Sensor(_) => "sensor",
+            Self::Actuator(_) => "actuator",
+            Self::Power(_) => "power",
+            Self::Babble(_) => "babble",
+            Self::Obstacle(_) => "obstacle",
+            Self::Waste(_) => "waste",
+            Self::MoveWaste(_) => "move-waste",
+            Self::MoveRobot(_) => "move-robot",
+        }
+    }
+
+    /// The robot that it befalls, where it is one alone.
+    #[must_use]
+    pub fn robot(&self) -> Option<&str> {
+        match self {
+            Self::Kill(robot)
+            | Self::Terminate(robot)
+            | Self::Pause(robot)
+            | Self::Continue(robot)
+            | Self::Restart(robot)
+            | Self::Add(robot)
+            | Self::Remove(robot)
+            | Self::Mute(robot)
+            | Self::Deaf(robot)
+            | Self::Power(robot)
+            | Self::Babble(robot) => Some(robot),
+            Self::Sensor(fault) => Some(&fault.robot),
+            Self::Actuator(fault) => Some(&fault.robot),
+            Self::MoveRobot(fault) => Some(&fault.robot),
+            _ => None,
+        }
+    }
+
+    /// Whether it happens in a moment, so that it has no duration and cannot heal.
+    #[must_use]
+    pub fn is_momentary(&self) -> bool {
+        matches!(
+            self,
+            Self::Continue(_)
+                | Self::Restart(_)
+                | Self::Waste(_)
+                | Self::MoveWaste(_)
+                | Self::MoveRobot(_)
+        )
+    }
+
+    /// Whether it acts on the process of an agent, which only the launcher that started it can.
+    #[must_use]
+    pub fn is_about_a_process(&self) -> bool {
+        matches!(
+            self,
+            Self::Kill(_)
+                | Self::Terminate(_)
+                | Self::Pause(_)
+                | Self::Continue(_)
+                | Self::Restart(_)
+                | Self::Add(_)
+                | Self::Remove(_)
+        )
+    }
+}
+
+impl Display for Fault {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())?;
+        if let Some(robot) = self.robot() {
+            write!(f, " {robot}")?;
+        }
+        match self {
+            Self::Drop(loss) => {
+                ends(f, &loss.from, &loss.to)?;
+                write!(f, " --p {}", loss.p)?;
+                option(f, "burst", loss.burst_s, "s")
+            }
+            Self::Delay(delay) => {
+                ends(f, &delay.from, &delay.to)?;
+                write!(f, " --by {}s", delay.delay_s)?;
+                option(f, "jitter", delay.jitter_s, "s")
+            }
+            Self::Duplicate(Chance { from, to, p }) | Self::Reorder(Chance { from, to, p }) => {
+                ends(f, from, to)?;
+                write!(f, " --p {p}")
+            }
+            Self::Hold(Link { from, to }) => ends(f, from, to),
+            Self::Partition(partition) => {
+                for (index, group) in partition.groups.iter().enumerate() {
+                    let slash = if index > 0 { "/ " } else { "" };
+                    write!(f, " {slash}{}", group.join(","))?;
+                }
+                f.write_str(if partition.one_way { " --one-way" } else { "" })
+            }
+            Self::Range(range) => write!(f, " {}", range.range_m),
+            Self::Radio(quality) => write!(f, " {}", quality.as_str()),
+            Self::Sensor(fault) => write!(f, " {} {}", fault.device.as_str(), fault.mode),
+            Self::Actuator(fault) => write!(f, " {}", fault.mode),
+            Self::Obstacle(rectangle) => {
+                let (x, y, w, h) = (
+                    rectangle.x_m,
+                    rectangle.y_m,
+                    rectangle.width_m,
+                    rectangle.height_m,
+                );
+                write!(f, " {x} {y} {w} {h}")?;
+                option(f, "penetrability", rectangle.penetrability, "")
+            }
+            Self::Waste(waste) => write!(f, " {} {} --items {}", waste.x_m, waste.y_m, waste.items),
+            Self::MoveWaste(moved) => write!(f, " {} {} {}", moved.item, moved.x_m, moved.y_m),
+            Self::MoveRobot(moved) => {
+                write!(f, " {} {}", moved.x_m, moved.y_m)?;
+                match moved.heading_deg {
+                    Some(heading_deg) => write!(f, " --heading {heading_deg}"),
+                    None => Ok(()),
+                }
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// As the command line takes it, trigger and duration included.
+impl Display for Order {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.fault)?;
+        let seconds = [
+            ("at", self.at_s),
+            ("every", self.every_s),
+            ("for", self.for_s),
+        ];
+        for (name, seconds) in seconds {
+            if let Some(seconds) = seconds {
+                write!(f, " --{name} {seconds}s")?;
+            }
+        }
+        match &self.when {
+            Some(when) => write!(f, " --when \"{when}\""),
+            None => Ok(()),
+        }
+    }
+}
+
+fn ends(f: &mut Formatter<'_>, from: &Who, to: &Who) -> fmt::Result {
+    write!(f, " --from {} --to {}", from.as_str(), to.as_str())
+}
+
+/// An option that stands only where it says something.
+fn option<T: Display + Default + PartialEq>(
+    f: &mut Formatter<'_>,
+    name: &str,
+    value: T,
+    unit: &str,
+) -> fmt::Result {
+    if value == T::default() {
+        return Ok(());
+    }
+    write!(f, " --{name} {value}{unit}")
+}
+
+impl Device {
+    /// All, in the order of their declaration.
+    pub const ALL: [Self; 9] = [
+        Self::Position,
+        Self::FrontBorder,
+        Self::SideBorder,
+        Self::Avoidance,
+        Self::Waste,
+        Self::SpillZone,
+        Self::ReportSite,
+        Self::Gripper,
+        Self::Ground,
+    ];
+
+    /// Its name.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::FrontBorder => "front-border",
+            Self::SideBorder => "side-border",
+            Self::Avoidance => "avoidance",
+            Self::Waste => "waste",
+            Self::SpillZone => "spill-zone",
+            Self::ReportSite => "report-site",
+            Self::Gripper => "gripper",
+            Self::Ground => "ground",
+        }
+    }
+
+    /// Whether it tells lengths, so that it can be noisy or biased.
+    #[must_use]
+    pub fn tells_lengths(self) -> bool {
+        matches!(
+            self,
+            Self::Position | Self::FrontBorder | Self::SideBorder | Self::Avoidance | Self::Waste
+        )
+    }
+}
+
+impl Display for SensorMode {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let sized = |f: &mut Formatter<'_>, name, error: &SensorError| {
+            write!(f, "{name} {}", error.m)?;
+            option(f, "deg", error.deg, "")
+        };
+        match self {
+            Self::Dead => f.write_str("dead"),
+            Self::Stuck => f.write_str("stuck"),
+            Self::Noise(error) => sized(f, "noise", error),
+            Self::Bias(error) => sized(f, "bias", error),
+            Self::Dropout(share) => write!(f, "dropout {share}"),
+        }
+    }
+}
+
+impl Display for ActuatorMode {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Dead => f.write_str("dead"),
+            Self::Slowed(share) => write!(f, "slowed {share}"),
+            Self::TurnBias(deg_s) => write!(f, "turn-bias {deg_s}"),
+            Self::OneWheel(Side::Left) => f.write_str("one-wheel left"),
+            Self::OneWheel(Side::Right) => f.write_str("one-wheel right"),
+            Self::Gripper => f.write_str("gripper"),
+        }
+    }
+}
+
+impl When {
+    /// "The next time that this robot, or any, does this."
+    #[must_use]
+    pub fn new(robot: Option<&str>, what: Happening, subject: Option<&str>) -> Self {
+        Self {
+            robot: robot.map(str::to_owned),
+            what,
+            subject: subject.map(str::to_owned),
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! When faults begin and end: triggers, durations, phases and hits. Knows nothing of what a fault does.
+
+use alliance_proto::control::{FaultStatus, Phase};
+use alliance_proto::fault::{Fault, Order, When};
+use alliance_proto::time::SimTime;
+
+/// A fault of the run, by its place in the order in which they were armed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FaultIndex(pub usize);
+
+/// What the schedule asks for at the beginning of a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// The fault takes effect.
+    Apply(FaultIndex),
+    /// It is over.
+    Heal(FaultIndex),
+}
+
+/// An order with an id that another fault of the run has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("id: '{0}' is the id of another fault of this run; give it another one, or none")]
+pub struct TakenId(pub String);
+
+/// All faults of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Schedule {
+    entries: Vec<Entry>,
+}
+
+#[derive(Clone, Debug)]
+struct Entry {
+    status: FaultStatus,
+    /// When it takes effect next.
+    due: Option<SimTime>,
+    /// When it heals.
+    until: Option<SimTime>,
+    /// Hits before it was applied last.
+    earlier_hits: u64,
+}
+
+impl Schedule {
+    /// Arms a fault from `now` on: by its own id, or as `f1`, `f2`, ….
+    ///
+    /// # Errors
+    /// When another fault has the id.
+    pub fn arm(&mut self, mut order: Order, now: SimTime) -> Result<FaultIndex, TakenId> {
+        let id = match order.id.take() {
+            Some(id) if self.find(&id).is_some() => return Err(TakenId(id)),
+            Some(id) => id,
+            None => self.free_id(),
+        };
+        order.id = Some(id.clone());
+        let due = match (&order.when, order.at()) {
+            (Some(_), _) => None,
+            (None, at) => Some(at.unwrap_or(now).max(now)),
+        };
+        self.entries.push(Entry {
+            due,
+            until: None,
+            earlier_hits: 0,
+            status: FaultStatus {
+                id,
+                order,
+                phase: Phase::Armed,
+                applied_ms: None,
+                healed_ms: None,
+                hits: 0,
+            },
+        });
+        Ok(FaultIndex(self.entries.len() - 1))
+    }
+
+    fn free_id(&self) -> String {
+        let mut number = self.entries.len() + 1;
+        loop {
+            let id = format!("f{number}");
+            if self.find(&id).is_none() {
+                return id;
+            }
+            number += 1;
+        }
+    }
+
+    /// The fault of that id.
+    #[must_use]
+    pub fn find(&self, id: &str) -> Option<FaultIndex> {
+        let place = self.entries.iter().position(|entry| entry.status.id == id);
+        place.map(FaultIndex)
+    }
+
+    /// A fault as it stands.
+    #[must_use]
+    pub fn status(&self, fault: FaultIndex) -> &FaultStatus {
+        &self.entries[fault.0].status
+    }
+
+    /// All faults, in the order in which they were armed.
+    pub fn statuses(&self) -> impl Iterator<Item = &FaultStatus> {
+        self.entries.iter().map(|entry| &entry.status)
+    }
+
+    /// Simulated time at which it takes effect; `None` if it waits for an event.
+    #[must_use]
+    pub fn due(&self, fault: FaultIndex) -> Option<SimTime> {
+        self.entries[fault.0].due
+    }
+
+    /// The faults in force.
+    pub fn in_force(&self) -> impl Iterator<Item = (FaultIndex, &Fault)> {
+        self.entries
+            .iter()
+            .enumerate()
+            .filter(|(_, entry)| entry.status.phase == Phase::InForce)
+            .map(|(index, entry)| (FaultIndex(index), &entry.status.order.fault))
+    }
+
+    /// What is due at `now`: first all that heals, then all that takes effect, each in the order of arming. Ask again until
+    /// nothing is due: something armed meanwhile may be.
+    pub fn next(&mut self, now: SimTime) -> Option<Turn> {
+        let is_due = |time: Option<SimTime>| time.is_some_and(|time| time <= now);
+        if let Some(index) = self.entries.iter().position(|entry| is_due(entry.until)) {
+            self.heal(FaultIndex(index), now);
+            return Some(Turn::Heal(FaultIndex(index)));
+        }
+        let index = self.entries.iter().position(|entry| is_due(entry.due))?;
+        self.apply(FaultIndex(index), now);
+        Some(Turn::Apply(FaultIndex(index)))
+    }
+
+    /// Puts a fault in force.
+    pub fn apply(&mut self, fault: FaultIndex, now: SimTime) {
+        let entry = &mut self.entries[fault.0];
+        let order = &entry.status.order;
+        entry.due = order
+            .every_s
+            .map(|every_s| now + SimTime::from_secs_f64(every_s).max(SimTime(1)));
+        entry.until = order.duration().map(|duration| now + duration);
+        entry.earlier_hits = entry.status.hits;
+        entry.status.phase = match (order.fault.is_momentary(), entry.due) {
+            (false, _) => Phase::InForce,
+            (true, Some(_)) => Phase::Armed,
+            (true, None) => Phase::Over,
+        };
+        entry.status.applied_ms = Some(now);
+    }
+
+    fn heal(&mut self, fault: FaultIndex, now: SimTime) {
+        let entry = &mut self.entries[fault.0];
+        entry.until = None;
+        entry.status.healed_ms = Some(now);
+        entry.status.phase = if entry.due.is_some() {
+            Phase::Armed
+        } else {
+            Phase::Over
+        };
+    }
+
+    /// Heals a fault before its time, or disarms it, for good. Says whether it was in force; `None` if it was over already.
+    pub fn clear(&mut self, fault: FaultIndex, now: SimTime) -> Option<bool> {
+        let entry = &mut self.entries[fault.0];
+        let phase = entry.status.phase;
+        if phase == Phase::Over {
+            return None;
+        }
+        entry.due = None;
+        entry.until = None;
+        entry.status.phase = Phase::Over;
+        if phase == Phase::InForce {
+            entry.status.healed_ms = Some(now);
+        }
+        Some(phase == Phase::InForce)
+    }
+
+    /// The faults that still wait for an event.
+    pub fn waiting(&self) -> impl Iterator<Item = (FaultIndex, &When)> {
+        self.entries
+            .iter()
+            .enumerate()
+            .filter_map(|(index, entry)| {
+                let waits = entry.status.phase == Phase::Armed && entry.due.is_none();
+                let when = entry.status.order.when.as_ref().filter(|_| waits)?;
+                Some((FaultIndex(index), when))
+            })
+    }
+
+    /// The event that a fault waited for has happened: it takes effect at that time.
+    pub fn trigger(&mut self, fault: FaultIndex, at: SimTime) {
+        self.entries[fault.0].due = Some(at);
+    }
+
+    /// Counts what a fault has changed. Says whether that is the first since it was applied.
+    pub fn hit(&mut self, fault: FaultIndex, count: u64) -> bool {
+        let entry = &mut self.entries[fault.0];
+        let first = entry.status.hits == entry.earlier_hits && count > 0;
+        entry.status.hits += count;
+        first
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn order(json: &str) -> Order {
+        serde_json::from_str(json).unwrap()
+    }
+
+    fn turns(schedule: &mut Schedule, now: u64) -> Vec<Turn> {
+        std::iter::from_fn(|| schedule.next(SimTime(now))).collect()
+    }
+
+    const A: FaultIndex = FaultIndex(0);
+    const B: FaultIndex = FaultIndex(1);
+
+    #[test]
+    fn a_fault_is_applied_at_its_time_and_healed_after_its_duration() {
+        let mut schedule = Schedule::default();
+        let order = order(r#"{"fault":{"mute":"blue"},"at_s":0.1,"for_s":0.2}"#);
+        schedule.arm(order, SimTime(0)).unwrap();
+        assert_eq!(schedule.due(A), Some(SimTime(100)));
+        assert!(turns(&mut schedule, 50).is_empty());
+        assert_eq!(schedule.in_force().count(), 0);
+        assert_eq!(turns(&mut schedule, 100), [Turn::Apply(A)]);
+        assert_eq!(schedule.in_force().count(), 1);
+        assert!(turns(&mut schedule, 250).is_empty());
+        assert_eq!(turns(&mut schedule, 300), [Turn::Heal(A)]);
+        let status = schedule.status(A);
+        assert_eq!(status.phase, Phase::Over);
+        assert_eq!(status.applied_ms, Some(SimTime(100)));
+        assert_eq!(status.healed_ms, Some(SimTime(300)));
+        assert!(turns(&mut schedule, 1_000_000).is_empty());
+    }
+
+    #[test]
+    fn a_time_that_has_passed_is_now_and_without_a_time_it_is_now_too() {
+        let mut schedule = Schedule::default();
+        let late = order(r#"{"fault":{"mute":"blue"},"at_s":1}"#);
+        schedule.arm(late, SimTime(5000)).unwrap();
+        schedule
+            .arm(order(r#"{"fault":{"deaf":"blue"}}"#), SimTime(5000))
+            .unwrap();
+        assert_eq!(turns(&mut schedule, 5000), [Turn::Apply(A), Turn::Apply(B)]);
+    }
+
+    #[test]
+    fn what_heals_goes_before_what_begins() {
+        let mut schedule = Schedule::default();
+        let begins = order(r#"{"fault":{"mute":"blue"},"at_s":1}"#);
+        let heals = order(r#"{"fault":{"deaf":"blue"},"for_s":1}"#);
+        schedule.arm(begins, SimTime(0)).unwrap();
+        schedule.arm(heals, SimTime(0)).unwrap();
+        assert_eq!(turns(&mut schedule, 0), [Turn::Apply(B)]);
+        assert_eq!(turns(&mut schedule, 1000), [Turn::Heal(B), Turn::Apply(A)]);
+    }
+
+    #[test]
+    fn a_periodic_one_comes_again_and_counts_its_first_hits_anew() {
+        let mut schedule = Schedule::default();
+        let again = order(r#"{"fault":{"mute":"blue"},"at_s":1,"every_s":2,"for_s":0.5}"#);
+        schedule.arm(again, SimTime(0)).unwrap();
+        for round in 0..3 {
+            assert_eq!(turns(&mut schedule, 1000 + round * 2000), [Turn::Apply(A)]);
+            assert!(schedule.hit(A, 2));
+            assert!(!schedule.hit(A, 1));
+            assert_eq!(turns(&mut schedule, 1500 + round * 2000), [Turn::Heal(A)]);
+            assert_eq!(schedule.status(A).phase, Phase::Armed);
+        }
+        assert_eq!(schedule.status(A).hits, 9);
+        let waste = order(r#"{"fault":{"waste":{"x_m":1,"y_m":1}},"every_s":1}"#);
+        schedule.arm(waste, SimTime(5500)).unwrap();
+        assert_eq!(turns(&mut schedule, 5500), [Turn::Apply(B)]);
+        assert_eq!(schedule.status(B).phase, Phase::Armed);
+        assert_eq!(turns(&mut schedule, 6500), [Turn::Apply(B)]);
+    }
+
+    #[test]
+    fn an_event_triggers_once() {
+        let mut schedule = Schedule::default();
+        let waits = order(r#"{"fault":{"mute":"blue"},"when":"gold dies","for_s":1}"#);
+        schedule.arm(waits, SimTime(0)).unwrap();
+        assert_eq!(schedule.due(A), None);
+        assert_eq!(schedule.waiting().count(), 1);
+        schedule.trigger(A, SimTime(300));
+        assert_eq!(schedule.waiting().count(), 0);
+        assert_eq!(turns(&mut schedule, 300), [Turn::Apply(A)]);
+        assert_eq!(turns(&mut schedule, 1300), [Turn::Heal(A)]);
+        assert_eq!(schedule.waiting().count(), 0);
+    }
+
+    #[test]
+    fn clearing_heals_or_disarms_for_good() {
+        let mut schedule = Schedule::default();
+        let again = order(r#"{"fault":{"mute":"blue"},"every_s":2,"for_s":1}"#);
+        let waits = order(r#"{"fault":{"mute":"blue"},"when":"gold dies"}"#);
+        schedule.arm(again, SimTime(0)).unwrap();
+        schedule.arm(waits, SimTime(0)).unwrap();
+        assert_eq!(turns(&mut schedule, 0), [Turn::Apply(A)]);
+        assert_eq!(schedule.clear(A, SimTime(100)), Some(true));
+        assert_eq!(schedule.clear(A, SimTime(100)), None);
+        assert_eq!(schedule.clear(B, SimTime(100)), Some(false));
+        assert_eq!(schedule.waiting().count(), 0);
+        assert!(turns(&mut schedule, 1_000_000).is_empty());
+        assert_eq!(schedule.status(A).healed_ms, Some(SimTime(100)));
+        assert_eq!(schedule.status(B).healed_ms, None);
+    }
+
+    #[test]
+    fn ids_are_given_and_taken_once() {
+        let mut schedule = Schedule::default();
+        let named = |id: &str| order(&format!(r#"{{"id":"{id}","fault":{{"mute":"blue"}}}}"#));
+        schedule.arm(named("f2"), SimTime(0)).unwrap();
+        let given = schedule.arm(order(r#"{"fault":{"mute":"blue"}}"#), SimTime(0));
+        assert_eq!(schedule.status(given.unwrap()).id, "f3");
+        assert_eq!(schedule.find("f2"), Some(A));
+        let error = schedule.arm(named("f2"), SimTime(0)).unwrap_err();
+        assert_eq!(error, TakenId("f2".to_owned()));
+    }
+}
