@@ -1,12 +1,18 @@
 //! A whole run in one process: the same world, agents, radio and recorder, without processes and sockets, with the same
-//! bytes as the result.
+//! bytes as the result. What faults ask of processes is done to agents.
 
-use alliance_proto::ids::RobotId;
+use std::collections::BTreeMap;
+
+use alliance_proto::control::Cleared;
+use alliance_proto::ids::{Incarnation, RobotId, Tick};
+use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Outcome, TickMessage};
 use alliance_proto::time::SimTime;
 use robot_agent::agent::Agent;
 use robot_agent::radio::Radio;
+use world_server::barrier::Presence;
+use world_server::input::{Input, InputLine};
 use world_server::recorder::{LogLevel, RecordError, Recorder, Sink};
 use world_server::simulation::Simulation;
 
@@ -16,42 +22,66 @@ struct Member {
     radio: Radio,
 }
 
+/// What comes from outside, by the tick that it changes.
+type Outside = BTreeMap<Tick, Vec<Input>>;
+
 /// A team and its world, stepped by hand.
 pub struct Team<S> {
     simulation: Simulation,
     recorder: Recorder<S>,
-    members: Vec<Member>,
+    /// By rank; `None` where no agent lives.
+    members: Vec<Option<Member>>,
+    outside: Outside,
     step: SimTime,
 }
 
 impl<S: Sink> Team<S> {
-    /// All robots of the scenario, ready for tick 0.
+    /// All robots of the scenario that are not absent, ready for tick 0.
     ///
     /// # Errors
     /// When the log cannot be written.
     pub fn new(setup: Setup, log: LogLevel, sink: S) -> Result<Self, RecordError> {
+        let present = setup.scenario.robots.iter().filter(|robot| !robot.absent);
+        let joins: Vec<InputLine> = present
+            .map(|robot| InputLine {
+                tick: 0,
+                input: Input::Join {
+                    robot: robot.name.clone(),
+                    incarnation: 1,
+                    scripted: false,
+                },
+            })
+            .collect();
+        Self::with_inputs(setup, joins, log, sink)
+    }
+
+    /// A run to which the same happens from outside as to one that was logged. What a fault asked for happens by itself.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn with_inputs(
+        setup: Setup,
+        inputs: Vec<InputLine>,
+        log: LogLevel,
+        sink: S,
+    ) -> Result<Self, RecordError> {
         let recorder = Recorder::new(&setup, log, sink)?;
-        let mut simulation = Simulation::new(setup);
-        let setup = simulation.setup().clone();
-        let mut members = Vec::new();
-        for (rank, robot) in setup.scenario.robots.iter().enumerate() {
-            // Refused only when the mission has ended at its start, for want of anything to do.
-            let Ok((id, incarnation, _)) = simulation.invite(&robot.name) else {
-                break;
-            };
-            debug_assert_eq!(id.index(), rank);
-            members.push(Member {
-                agent: Agent::new(id, incarnation, &setup),
-                radio: Radio::default(),
-            });
-            simulation.arrive(id, incarnation);
+        let mut outside = Outside::new();
+        for line in inputs.into_iter().filter(|line| !line.input.is_scripted()) {
+            outside.entry(line.tick).or_default().push(line.input);
         }
-        Ok(Self {
-            simulation,
-            recorder,
-            members,
+        let mut team = Self {
             step: SimTime(setup.scenario.step_ms),
-        })
+            members: setup.scenario.robots.iter().map(|_| None).collect(),
+            simulation: Simulation::new(setup, true),
+            recorder,
+            outside,
+        };
+        // Over at its start, for want of anything to do, a run takes nobody in.
+        if team.simulation.outcome().is_none() {
+            team.admit(0);
+        }
+        Ok(team)
     }
 
     /// The run.
@@ -64,12 +94,29 @@ impl<S: Sink> Team<S> {
     /// # Errors
     /// When the log cannot be written.
     pub fn tick(&mut self) -> Result<Option<Outcome>, RecordError> {
+        let tick = self.simulation.tick();
+        let outside = self.outside.remove(&tick).unwrap_or_default();
+        self.obey(&outside);
         while self.simulation.outcome().is_none() && !self.simulation.is_complete() {
+            self.simulation.begin();
+            let mut idle = true;
+            while let Some((robot, act)) = self.simulation.next_act() {
+                self.act(robot, act, &outside);
+                idle = false;
+            }
+            self.bury_unasked(&outside);
             for (robot, message) in self.simulation.questions() {
-                self.ask(robot, &message);
+                self.ask(robot, &message, &outside);
+                idle = false;
+            }
+            if idle && !self.simulation.is_complete() {
+                // Nobody takes part, and nobody will.
+                self.simulation.abandon();
+                return Ok(self.simulation.outcome());
             }
         }
         if self.simulation.is_complete() {
+            self.admit(tick + 1);
             self.simulation.finish(&mut self.recorder)?;
         }
         Ok(self.simulation.outcome())
@@ -82,26 +129,194 @@ impl<S: Sink> Team<S> {
     pub fn run(mut self) -> Result<(Outcome, Recorder<S>), RecordError> {
         loop {
             if let Some(outcome) = self.tick()? {
-                let unscripted = self.simulation.is_unscripted();
-                self.recorder.finish(outcome, unscripted)?;
-                return Ok((outcome, self.recorder));
+                return self.finish(outcome);
             }
         }
     }
 
-    fn ask(&mut self, robot: RobotId, message: &TickMessage) {
-        let member = &mut self.members[robot.index()];
+    /// Runs to the end, or until that many ticks are done: then it ends as it is told to.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn run_for(
+        mut self,
+        ticks: u64,
+        then: Outcome,
+    ) -> Result<(Outcome, Recorder<S>), RecordError> {
+        while self.simulation.tick() < ticks {
+            if let Some(outcome) = self.tick()? {
+                return self.finish(outcome);
+            }
+        }
+        let outcome = self.simulation.outcome().unwrap_or(then);
+        self.finish(outcome)
+    }
+
+    fn finish(mut self, outcome: Outcome) -> Result<(Outcome, Recorder<S>), RecordError> {
+        let unscripted = self.simulation.is_unscripted();
+        self.recorder
+            .finish(outcome, unscripted, self.simulation.faults())?;
+        Ok((outcome, self.recorder))
+    }
+
+    /// Lets in whoever takes part from that tick on; before it begins.
+    fn admit(&mut self, tick: Tick) {
+        let coming = self.outside.get(&tick).cloned().unwrap_or_default();
+        for input in &coming {
+            match input {
+                Input::Join {
+                    robot, incarnation, ..
+                } => {
+                    if let Some(robot) = self.simulation.robot_named(robot) {
+                        self.be_born(robot, *incarnation);
+                        self.simulation.admit(robot, *incarnation);
+                    }
+                }
+                Input::StallEnd { robot, .. } => {
+                    if let Some(robot) = self.simulation.robot_named(robot)
+                        && let Some(incarnation) = self.simulation.barrier().incarnation(robot)
+                    {
+                        self.simulation.admit(robot, incarnation);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn be_born(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.members[robot.index()] = Some(Member {
+            agent: Agent::new(robot, incarnation, self.simulation.setup()),
+            radio: Radio::default(),
+        });
+    }
+
+    /// What operators ordered.
+    fn obey(&mut self, outside: &[Input]) {
+        for input in outside {
+            let obeyed = match input {
+                Input::Order { order } => self.simulation.order(order.clone()).map(drop),
+                Input::Clear { ids } => ids
+                    .iter()
+                    .try_for_each(|id| self.simulation.clear(Some(id)).map(|_: Cleared| ())),
+                _ => continue,
+            };
+            if let Err(why) = obeyed {
+                tracing::warn!(%why, "a logged command was refused");
+            }
+        }
+    }
+
+    /// Does at once what the launcher does to processes, or fails at it where the log says that it failed.
+    fn act(&mut self, robot: RobotId, act: ProcessAct, outside: &[Input]) {
+        let name = self.name(robot).to_owned();
+        let failed = outside
+            .iter()
+            .any(|input| matches!(input, Input::Failed { robot, act: failed } if *robot == name && *failed == act));
+        if failed {
+            let why = "it failed when it was logged".to_owned();
+            return self.simulation.act_done(robot, act, Err(why));
+        }
+        match act {
+            ProcessAct::Start => {
+                if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
+                    self.be_born(robot, incarnation);
+                    self.simulation.arrive(robot, incarnation);
+                }
+            }
+            ProcessAct::Kill | ProcessAct::Terminate => self.die(robot),
+            ProcessAct::Stop | ProcessAct::Continue => {
+                self.simulation.act_done(robot, act, Ok(()));
+            }
+        }
+    }
+
+    fn die(&mut self, robot: RobotId) {
+        if let Some(incarnation) = self.simulation.barrier().incarnation(robot) {
+            self.members[robot.index()] = None;
+            self.simulation.gone(robot, incarnation);
+        }
+    }
+
+    /// The deaths of those who take no part in this tick anyway.
+    fn bury_unasked(&mut self, outside: &[Input]) {
+        for robot in self.simulation.barrier().robots() {
+            if self.simulation.barrier().presence(robot) == Presence::Silent
+                && self.death(robot, outside).is_some()
+            {
+                self.die(robot);
+            }
+        }
+    }
+
+    /// If the robot dies in this tick: the tick in which it counted last.
+    fn death(&self, robot: RobotId, outside: &[Input]) -> Option<Option<Tick>> {
+        let name = self.name(robot);
+        outside.iter().find_map(|input| match input {
+            Input::Gone {
+                robot,
+                last_counted,
+                ..
+            } if robot == name => Some(*last_counted),
+            _ => None,
+        })
+    }
+
+    fn ask(&mut self, robot: RobotId, message: &TickMessage, outside: &[Input]) {
+        let name = self.name(robot).to_owned();
+        let death = self.death(robot, outside);
+        let stalls = outside
+            .iter()
+            .any(|input| matches!(input, Input::StallBegin { robot, .. } if *robot == name));
+        if stalls {
+            self.simulation.stall(robot);
+        } else if death.is_none_or(|counted| counted == Some(message.tick)) {
+            self.answer(robot, &name, message, outside);
+        }
+        if death.is_some() {
+            self.die(robot);
+        }
+    }
+
+    fn answer(&mut self, robot: RobotId, name: &str, message: &TickMessage, outside: &[Input]) {
+        let lost: Vec<(RobotId, Tick, u16)> = outside
+            .iter()
+            .filter_map(|input| match input {
+                Input::Lost {
+                    receiver,
+                    sender,
+                    sent_tick,
+                    index,
+                } if receiver == name => {
+                    let sender = self.simulation.robot_named(sender)?;
+                    Some((sender, *sent_tick, *index))
+                }
+                _ => None,
+            })
+            .collect();
+        let Some(member) = &mut self.members[robot.index()] else {
+            return;
+        };
+        for (sender, tick, index) in lost {
+            member.radio.lose(sender, tick, index);
+        }
         let heard = member
             .radio
             .listen(&message.manifest, message.now, self.step);
         let step = member.agent.step(message, heard);
         for broadcast in step.broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {
-                if rank != robot.index() {
+                if rank != robot.index()
+                    && let Some(teammate) = teammate
+                {
                     teammate.radio.receive(broadcast.clone());
                 }
             }
         }
         self.simulation.report(step.report);
+    }
+
+    fn name(&self, robot: RobotId) -> &str {
+        &self.simulation.setup().scenario.robots[robot.index()].name
     }
 }

@@ -1,7 +1,8 @@
 //! The `alliance` command: runs a mission with one process per robot, or one part of it by hand.
 //!
 //! - [`run`]: starts world and agents by running this very program again, watches them, and shows how it went.
-//! - [`in_process`]: the same run without processes and sockets.
+//! - [`in_process`]: the same run without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
+//!   differ.
 //! - [`scenarios`]: the built-in ones.
 
 use std::process::ExitCode;
@@ -11,7 +12,9 @@ use robot_agent::args::AgentArgs;
 use world_server::args::{WorldArgs, log_to_stderr};
 
 mod arguments;
+pub mod diff;
 pub mod in_process;
+pub mod replay;
 pub mod run;
 pub mod scenarios;
 mod scenarios_command;
@@ -32,6 +35,10 @@ enum Part {
     World(WorldArgs),
     /// Be one robot of a live run by hand
     Agent(AgentArgs),
+    /// Run a logged run again and compare every tick
+    Replay(replay::ReplayCommand),
+    /// Name the first difference between two runs
+    Diff(diff::DiffCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
 }
@@ -54,6 +61,8 @@ pub fn main() -> ExitCode {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(scenarios::text_of),
         Part::Agent(agent) => agent.run(),
+        Part::Replay(command) => command.run(),
+        Part::Diff(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }
 }

@@ -34,6 +34,8 @@ pub struct ProcessOrder {
     pub number: u64,
     /// Name of the robot.
     pub robot: String,
+    /// Process id of its agent, as it told the world: it may have been started by hand.
+    pub pid: Option<u32>,
     /// What to do.
     pub act: ProcessAct,
 }

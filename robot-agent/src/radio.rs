@@ -60,6 +60,12 @@ impl Radio {
         }
     }
 
+    /// In a replay: forgets a broadcast that got lost.
+    pub fn lose(&mut self, sender: RobotId, tick: Tick, index: u16) {
+        self.arrived
+            .retain(|key, _| (key.0, key.1, key.3) != (tick, sender, index));
+    }
+
     /// Whether every broadcast of the manifest has arrived.
     #[must_use]
     pub fn has_all(&self, manifest: &[ManifestEntry]) -> bool {

@@ -66,6 +66,9 @@ pub struct WorldArgs {
     /// Id of the run, one word [default: made from the scenario and the process id]
     #[arg(long = "run", value_name = "ID", value_parser = run_id)]
     id: Option<String>,
+    /// A launcher started this world
+    #[arg(long, hide = true)]
+    launched: bool,
 }
 
 impl MissionArgs {
@@ -153,10 +156,11 @@ impl RunArgs {
         Ok(folder)
     }
 
-    fn options(&self, run: String, folder: PathBuf) -> Options {
+    fn options(&self, run: String, folder: PathBuf, launched: bool) -> Options {
         Options {
             run,
             folder,
+            launched,
             speed: self.speed,
             log: self.log,
             stall_after: Duration::from_secs_f64(self.stall_after),
@@ -171,10 +175,10 @@ impl WorldArgs {
     /// arguments, 3 when the bus or the log failed.
     #[must_use]
     pub fn run(&self, builtin: Builtin) -> ExitCode {
-        let prepared = self
-            .mission
-            .setup(builtin)
-            .and_then(|setup| Ok((self.run.folder(&setup)?, setup)));
+        let prepared = self.mission.setup(builtin).and_then(|setup| {
+            self.refuse_process_faults(&setup)?;
+            Ok((self.run.folder(&setup)?, setup))
+        });
         let (folder, setup) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
@@ -192,9 +196,25 @@ impl WorldArgs {
         }
     }
 
+    /// Nobody but a launcher starts and signals processes.
+    fn refuse_process_faults(&self, setup: &Setup) -> anyhow::Result<()> {
+        let timeline = &setup.scenario.faults.timeline;
+        match timeline
+            .iter()
+            .find(|order| order.fault.is_about_a_process())
+        {
+            Some(order) if !self.launched => bail!(
+                "scenario '{}': its fault '{}' needs a launcher; start it with `alliance run`",
+                setup.scenario.name,
+                order.fault
+            ),
+            _ => Ok(()),
+        }
+    }
+
     fn serve(&self, setup: Setup, folder: PathBuf) -> anyhow::Result<Outcome> {
         let id = self.id.clone().unwrap_or_else(|| run_id_for(&setup));
-        let options = self.run.options(id, folder);
+        let options = self.run.options(id, folder, self.launched);
         let seed = setup.seed;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.

@@ -73,6 +73,8 @@ struct Place {
     asked: bool,
     /// Its answer to the current tick.
     report: Option<Report>,
+    /// Its answer has been listed in the manifests of its teammates.
+    listed: bool,
     /// Its process died in this tick.
     gone: bool,
     /// Its robot is not in the mission.
@@ -116,7 +118,11 @@ pub struct Barrier {
     order: StepOrder,
     tick: Tick,
     started: bool,
+    /// The clock goes on even when nobody takes part: time will bring somebody back.
+    runs_on: bool,
     inputs: Vec<Input>,
+    /// Who died before the current tick was asked for.
+    dead: Vec<RobotId>,
 }
 
 impl Barrier {
@@ -134,6 +140,7 @@ impl Barrier {
                 unanswered: 0,
                 asked: false,
                 report: None,
+                listed: false,
                 gone: false,
                 absent: robot.absent,
                 doomed: false,
@@ -146,7 +153,9 @@ impl Barrier {
             order,
             tick: 0,
             started: false,
+            runs_on: false,
             inputs: Vec::new(),
+            dead: Vec::new(),
         }
     }
 
@@ -238,22 +247,27 @@ impl Barrier {
             }
             _ if place.gone => {}
             Presence::Present | Presence::Silent | Presence::Entering { again: true } => {
-                place.gone = true;
                 place.suspended = false;
                 place.manifest.clear();
                 let counted_now = place.report.is_some().then_some(self.tick);
                 // A doomed robot that owes its report has died of something else.
-                let scripted = place.doomed
-                    && (counted_now.is_some()
-                        || !place.asked
-                        || place.presence != Presence::Present);
+                let owes =
+                    place.presence == Presence::Present && place.asked && counted_now.is_none();
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
                     incarnation,
                     last_counted: counted_now.or(place.last_counted),
-                    listed: !place.doomed,
-                    scripted,
+                    listed: !place.doomed || owes,
+                    scripted: place.doomed && !owes,
                 });
+                // Its place is free at once for a successor that the scenario starts in the same tick.
+                if place.doomed && !place.asked {
+                    place.doomed = false;
+                    place.presence = Presence::Empty;
+                    self.dead.push(robot);
+                } else {
+                    place.gone = true;
+                }
             }
         }
     }
@@ -274,13 +288,6 @@ impl Barrier {
     /// The killing could not be done.
     pub fn spare(&mut self, robot: RobotId) {
         self.places[robot.index()].doomed = false;
-    }
-
-    /// Whether the scenario kills the robot's agent in this tick, and it still lives.
-    #[must_use]
-    pub fn is_doomed(&self, robot: RobotId) -> bool {
-        let place = &self.places[robot.index()];
-        place.doomed && place.presence != Presence::Empty && !place.gone
     }
 
     /// The scenario stops the robot's agent before it is asked in this tick: it is out until it is readmitted.
@@ -306,6 +313,11 @@ impl Barrier {
             place.presence = Presence::Entering { again: true };
             place.enter(true, &mut self.inputs);
         }
+    }
+
+    /// A suspended agent could not be told to go on: it comes back when it speaks.
+    pub fn release(&mut self, robot: RobotId) {
+        self.places[robot.index()].suspended = false;
     }
 
     /// The scenario starts an agent for the robot in this tick, which waits for it.
@@ -376,12 +388,25 @@ impl Barrier {
         if report.broadcasts > MAX_BROADCASTS {
             return Verdict::Malformed;
         }
-        if self.order == StepOrder::InOrder {
-            self.list(&report);
-        }
         let robot = report.robot.index();
         self.places[robot].report = Some(report);
         Verdict::Counted
+    }
+
+    /// The reports of the current tick so far, by rank.
+    pub fn reports(&self) -> impl Iterator<Item = &Report> {
+        self.places.iter().filter_map(|place| place.report.as_ref())
+    }
+
+    /// Whether the robot's agent has died in the current tick.
+    #[must_use]
+    pub fn is_gone(&self, robot: RobotId) -> bool {
+        self.places[robot.index()].gone
+    }
+
+    /// Whether the clock goes on when nobody takes part.
+    pub fn run_on(&mut self, runs_on: bool) {
+        self.runs_on = runs_on;
     }
 
     /// Whether the current tick waits for this robot's report.
@@ -413,6 +438,10 @@ impl Barrier {
         if !self.started || self.places.iter().any(|place| place.expected) {
             return Vec::new();
         }
+        // In order, who has answered is heard by those who are asked after it.
+        if self.order == StepOrder::InOrder {
+            self.list_all();
+        }
         let mut questions = Vec::new();
         for (index, place) in self.places.iter_mut().enumerate() {
             if place.presence != Presence::Present || place.gone || place.report.is_some() {
@@ -439,7 +468,8 @@ impl Barrier {
     /// Whether nobody could act in the current tick: the clock then stands still until somebody comes.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.inputs.is_empty()
+        !self.runs_on
+            && self.inputs.is_empty()
             && self
                 .places
                 .iter()
@@ -468,10 +498,19 @@ impl Barrier {
     pub fn finish(&mut self) -> Gathered {
         let mut gathered = Gathered {
             inputs: std::mem::take(&mut self.inputs),
+            dead: std::mem::take(&mut self.dead),
             ..Gathered::default()
         };
+        // By rank, so that the order in which they came means nothing; a robot's own stay in theirs.
+        let rank = |input: &Input| {
+            let named = |place: &Place| input.robot() == Some(&place.name);
+            self.places.iter().position(named)
+        };
+        gathered.inputs.sort_by_cached_key(rank);
+        self.list_all();
         for place in &mut self.places {
             place.asked = false;
+            place.listed = false;
             // A report of a life that has been succeeded in this very tick counts, but not for its successor.
             if let Some(report) = &place.report
                 && report.incarnation == place.incarnation
@@ -479,11 +518,6 @@ impl Barrier {
                 place.last_counted = Some(self.tick);
             }
             gathered.reports.push(place.report.take());
-        }
-        if self.order == StepOrder::Simultaneous {
-            for report in gathered.reports.iter().flatten() {
-                self.list(report);
-            }
         }
         // A robot is deaf in ticks in which it did not count.
         for (place, report) in self.places.iter_mut().zip(&gathered.reports) {
@@ -510,21 +544,28 @@ impl Barrier {
         gathered
     }
 
-    /// Puts a report's broadcasts into the manifests of all teammates that take part.
-    fn list(&mut self, report: &Report) {
-        if report.broadcasts == 0 || self.places[report.robot.index()].doomed {
-            return;
-        }
-        let entry = ManifestEntry {
-            sender: report.robot,
-            tick: report.tick,
-            incarnation: report.incarnation,
-            count: report.broadcasts,
-            link: None,
-        };
-        for (index, place) in self.places.iter_mut().enumerate() {
-            if index != report.robot.index() && place.presence == Presence::Present && !place.gone {
-                place.manifest.push(entry);
+    /// Puts the broadcasts of all reports into the manifests of all teammates that take part, those of doomed robots left out.
+    fn list_all(&mut self) {
+        for sender in 0..self.places.len() {
+            let place = &mut self.places[sender];
+            let Some(report) = &place.report else {
+                continue;
+            };
+            if std::mem::replace(&mut place.listed, true) || place.doomed || report.broadcasts == 0
+            {
+                continue;
+            }
+            let entry = ManifestEntry {
+                sender: report.robot,
+                tick: report.tick,
+                incarnation: report.incarnation,
+                count: report.broadcasts,
+                link: None,
+            };
+            for (index, place) in self.places.iter_mut().enumerate() {
+                if index != sender && place.presence == Presence::Present && !place.gone {
+                    place.manifest.push(entry);
+                }
             }
         }
     }

@@ -89,6 +89,36 @@ pub enum Input {
     },
 }
 
+impl Input {
+    /// Whether a fault asked for it, so that it happens by itself in a replay.
+    #[must_use]
+    pub fn is_scripted(&self) -> bool {
+        match self {
+            Self::Join { scripted, .. }
+            | Self::Gone { scripted, .. }
+            | Self::StallBegin { scripted, .. }
+            | Self::StallEnd { scripted, .. } => *scripted,
+            Self::Lost { .. } | Self::Order { .. } | Self::Clear { .. } | Self::Failed { .. } => {
+                false
+            }
+        }
+    }
+
+    /// The robot it is about, if it is about one.
+    #[must_use]
+    pub fn robot(&self) -> Option<&str> {
+        match self {
+            Self::Join { robot, .. }
+            | Self::Gone { robot, .. }
+            | Self::StallBegin { robot, .. }
+            | Self::StallEnd { robot, .. }
+            | Self::Failed { robot, .. } => Some(robot),
+            Self::Lost { receiver, .. } => Some(receiver),
+            Self::Order { .. } | Self::Clear { .. } => None,
+        }
+    }
+}
+
 fn is_false(value: &bool) -> bool {
     !value
 }

@@ -30,11 +30,7 @@ impl FromStr for Speed {
             .unwrap_or(text)
             .parse()
             .map_err(|_| wrong())?;
-        if (0.001..=1e6).contains(&factor) {
-            Ok(Self::Factor(factor))
-        } else {
-            Err(wrong())
-        }
+        Self::factor(factor).ok_or_else(wrong)
     }
 }
 
@@ -47,30 +43,44 @@ impl fmt::Display for Speed {
     }
 }
 
+impl Speed {
+    /// That multiple of real time; `None` where it is out of range.
+    #[must_use]
+    pub fn factor(factor: f64) -> Option<Self> {
+        (0.001..=1e6)
+            .contains(&factor)
+            .then_some(Self::Factor(factor))
+    }
+}
+
 /// Says when the next tick may begin.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// Wall-clock time of a tick; `None` at full speed.
-    interval: Option<Duration>,
+    speed: Speed,
+    step: Duration,
     due: Instant,
+    paused: bool,
+    /// Ticks that may begin though it is paused.
+    steps_left: u64,
 }
 
 impl Pace {
     /// The first tick may begin at once.
     #[must_use]
     pub fn new(speed: Speed, step_ms: u64, now: Instant) -> Self {
-        let interval = match speed {
-            Speed::Max => None,
-            Speed::Factor(factor) => {
-                Some(Duration::from_secs_f64(step_ms as f64 / 1000.0 / factor))
-            }
-        };
-        Self { interval, due: now }
+        Self {
+            speed,
+            step: Duration::from_millis(step_ms),
+            due: now,
+            paused: false,
+            steps_left: 0,
+        }
     }
 
     /// A tick has begun: the next one is due an interval later. A run that cannot keep up does not race to make up for it.
     pub fn begun(&mut self, now: Instant) {
-        if let Some(interval) = self.interval {
+        self.steps_left = self.steps_left.saturating_sub(1);
+        if let Some(interval) = self.interval() {
             self.due = (self.due + interval).max(now);
         }
     }
@@ -78,13 +88,69 @@ impl Pace {
     /// Whether the next tick may begin.
     #[must_use]
     pub fn is_due(&self, now: Instant) -> bool {
-        self.interval.is_none() || self.due <= now
+        self.goes() && (self.interval().is_none() || self.due <= now)
     }
 
-    /// When the next tick may begin; `None` at full speed.
+    /// When the next tick may begin; `None` at full speed, and while it is paused.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
-        self.interval.map(|_| self.due)
+        self.interval().filter(|_| self.goes()).map(|_| self.due)
+    }
+
+    /// No further tick begins.
+    pub fn pause(&mut self) {
+        self.paused = true;
+        self.steps_left = 0;
+    }
+
+    /// The clock goes on, from now.
+    pub fn resume(&mut self, now: Instant) {
+        self.paused = false;
+        self.steps_left = 0;
+        self.due = self.due.max(now);
+    }
+
+    /// That many further ticks, and then a pause.
+    pub fn step(&mut self, ticks: u64, now: Instant) {
+        self.paused = true;
+        self.steps_left = self.steps_left.saturating_add(ticks);
+        self.due = self.due.max(now);
+    }
+
+    /// Another speed from now on.
+    pub fn set_speed(&mut self, speed: Speed, now: Instant) {
+        self.speed = speed;
+        self.due = now;
+    }
+
+    /// Wanted speed.
+    #[must_use]
+    pub fn speed(&self) -> Speed {
+        self.speed
+    }
+
+    /// Whether it stands still, but for the steps that are left.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Ticks that may begin though it is paused.
+    #[must_use]
+    pub fn steps_left(&self) -> u64 {
+        self.steps_left
+    }
+
+    fn goes(&self) -> bool {
+        !self.paused || self.steps_left > 0
+    }
+
+    /// Wall-clock time of a tick; `None` at full speed.
+    fn interval(&self) -> Option<Duration> {
+        match self.speed {
+            Speed::Max => None,
+            Speed::Factor(factor) => Some(self.step.div_f64(factor)),
+        }
     }
 }
 
@@ -113,5 +179,24 @@ mod tests {
         let late = start + Duration::from_millis(100);
         pace.begun(late);
         assert_eq!(pace.due(), Some(late));
+    }
+
+    #[test]
+    fn a_paused_clock_begins_no_tick_but_those_it_is_told_to() {
+        let start = Instant::now();
+        let mut pace = Pace::new(Speed::Max, 50, start);
+        pace.pause();
+        assert!(!pace.is_due(start) && pace.due().is_none());
+        pace.step(2, start);
+        assert!(pace.is_due(start));
+        pace.begun(start);
+        assert_eq!(pace.steps_left(), 1);
+        pace.begun(start);
+        assert!(!pace.is_due(start) && pace.is_paused());
+        pace.resume(start);
+        assert!(pace.is_due(start));
+        pace.set_speed(Speed::Factor(1.0), start);
+        pace.begun(start);
+        assert_eq!(pace.due(), Some(start + Duration::from_millis(50)));
     }
 }

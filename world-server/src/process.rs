@@ -3,7 +3,7 @@
 use std::net::{Ipv4Addr, TcpListener};
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::keys::Keys;
@@ -21,7 +21,7 @@ use zenoh::{Session, Wait};
 
 use crate::pace::{Pace, Speed};
 use crate::recorder::{Folder, LogLevel, RecordError, Recorder};
-use crate::server::{Bus, Ended, Publishers, Server};
+use crate::server::{Bus, Ended, Publishers, Server, lock};
 use crate::simulation::Simulation;
 
 /// How often deadlines are looked at and the log is flushed.
@@ -47,6 +47,8 @@ pub struct Options {
     pub speed: Speed,
     /// What is logged.
     pub log: LogLevel,
+    /// Whether a launcher started this world, and does to agents' processes what faults ask.
+    pub launched: bool,
     /// Wall-clock time after which an agent that does not answer is out of the barrier.
     pub stall_after: Duration,
 }
@@ -93,9 +95,11 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
     let (ended, end) = oneshot::channel();
     let pace = Pace::new(options.speed, setup.scenario.step_ms, started);
     let server = Server::new(
-        Simulation::new(setup),
+        Simulation::new(setup, options.launched),
         recorder,
         Bus {
+            run: options.run.clone(),
+            session: session.clone(),
             keys: keys.clone(),
             secret: Secret::of(&token),
             publishers,
@@ -104,7 +108,7 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
         options.stall_after,
         ended,
     );
-    let server = Arc::new(Mutex::new(server));
+    let server = Server::shared(server);
     declare_ears(&session, &keys, &server).await?;
     let _token = session
         .liveliness()
@@ -126,9 +130,10 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
     let (unscripted, hash) = {
         let mut server = lock(&server);
         let unscripted = server.simulation().is_unscripted();
+        let faults = server.simulation().faults();
         let host = host(&server, options, &endpoint, started..ended);
         let recorder = server.recorder();
-        recorder.finish(outcome, unscripted)?;
+        recorder.finish(outcome, unscripted, faults)?;
         recorder.write_host(&host)?;
         (unscripted, recorder.hash())
     };
@@ -171,7 +176,12 @@ async fn declare_publishers(
         ticks.push(tick.priority(Priority::InteractiveHigh).await?);
     }
     let view = session.declare_publisher(keys.view()).await?;
-    Ok(Publishers { ticks, view })
+    let events = session.declare_publisher(keys.event()).await?;
+    Ok(Publishers {
+        ticks,
+        view,
+        events,
+    })
 }
 
 async fn declare_ears(
@@ -307,9 +317,4 @@ fn host(
         },
         "refused": server.refused().collect::<std::collections::BTreeMap<_, _>>(),
     })
-}
-
-/// A panic ends the process, so a poisoned lock is never seen.
-fn lock(server: &Mutex<Server>) -> MutexGuard<'_, Server> {
-    server.lock().unwrap_or_else(PoisonError::into_inner)
 }

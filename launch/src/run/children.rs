@@ -44,6 +44,7 @@ pub struct Process {
     name: String,
     pid: Pid,
     log: PathBuf,
+    stopped: bool,
     ending: Option<Ending>,
 }
 
@@ -55,7 +56,12 @@ impl Process {
     /// When the program cannot be started or its log not be written.
     pub fn start(name: &str, log: &Path, arguments: &[String]) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("finding this program")?;
-        let output = File::create(log).with_context(|| log.display().to_string())?;
+        // A robot's later lives write below its earlier ones.
+        let output = File::options()
+            .append(true)
+            .create(true)
+            .open(log)
+            .with_context(|| log.display().to_string())?;
         let child = Command::new(&program)
             .args(arguments)
             .env(LAUNCHER, std::process::id().to_string())
@@ -69,6 +75,7 @@ impl Process {
             name: name.to_owned(),
             pid: Pid::from_raw(child.id() as i32),
             log: log.to_owned(),
+            stopped: false,
             ending: None,
         })
     }
@@ -83,6 +90,12 @@ impl Process {
     #[must_use]
     pub fn pid(&self) -> u32 {
         self.pid.as_raw() as u32
+    }
+
+    /// Whether a signal has stopped it.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.stopped
     }
 
     /// How it ended, once it has.
@@ -107,8 +120,10 @@ impl Process {
             WaitStatus::Signaled(_, signal, _) => Change::Ended(Ending::Signal(signal as i32)),
             _ => return Ok(None),
         };
-        if let Change::Ended(ending) = change {
-            self.ending = Some(ending);
+        match change {
+            Change::Stopped => self.stopped = true,
+            Change::Continued => self.stopped = false,
+            Change::Ended(ending) => self.ending = Some(ending),
         }
         Ok(Some(change))
     }

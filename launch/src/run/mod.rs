@@ -1,7 +1,9 @@
 //! `alliance run`: one world and one process per robot, from start to summary.
 
 pub mod args;
+mod bus;
 pub mod children;
+mod orders;
 mod progress;
 mod summary;
 mod supervise;

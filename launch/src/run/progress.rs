@@ -4,6 +4,7 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
+use alliance_proto::event::EventLine;
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::view::{RobotView, View};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
@@ -122,6 +123,22 @@ impl Progress {
             // A terminal that cannot be written to has nobody in front of it.
             Style::Terminal { bars, .. } => drop(bars.println(line)),
             Style::Lines { .. } => eprintln!("{line}"),
+        }
+    }
+
+    /// Tells what happens to faults.
+    pub fn tell(&self, line: &EventLine) {
+        if matches!(line.kind.as_str(), "applied" | "healed" | "failed") {
+            let why = if line.reason.is_empty() {
+                String::new()
+            } else {
+                format!(" ({})", line.reason)
+            };
+            let at = line.t_ms.as_secs_f64();
+            self.say(&format!(
+                "{at:.3} s: {} {} {}{why}",
+                line.subject, line.kind, line.detail
+            ));
         }
     }
 

@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use alliance_proto::keys::Keys;
-use alliance_proto::process::{ProcessNews, ProcessState};
+use alliance_proto::process::ProcessState;
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::Setup;
-use alliance_proto::secret::Secret;
 use alliance_proto::view::View;
 use anyhow::{Context, bail};
 use nix::sys::signal::Signal;
@@ -15,8 +13,8 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
 use world_server::recorder::{RunFile, RunOutcome};
-use zenoh::Session;
 
+use super::bus::{Bus, Call};
 use super::children::{Change, Ending, Process};
 use super::progress::Progress;
 use super::summary;
@@ -73,44 +71,42 @@ pub fn supervise(plan: &Plan) -> anyhow::Result<bool> {
 }
 
 /// The processes of a run.
-struct Team {
+pub(super) struct Team {
     world: Process,
-    agents: Vec<Process>,
-    progress: Progress,
+    /// The latest of each robot.
+    pub(super) agents: Vec<Process>,
+    /// Those that have been succeeded.
+    pub(super) former: Vec<Process>,
+    pub(super) run: String,
+    logs: PathBuf,
+    pub(super) progress: Progress,
 }
 
 impl Team {
     fn start(plan: &Plan) -> anyhow::Result<Self> {
         let logs = plan.folder.join("logs");
         std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
-        let log = |name: &str| logs.join(format!("{name}.log"));
 
         let mut arguments = vec!["world".to_owned()];
         arguments.extend(plan.world_arguments.iter().cloned());
         arguments.push(format!("--out={}", plan.folder.display()));
         arguments.push(format!("--run={}", plan.run));
-        let world = Process::start("world", &log("world"), &arguments)?;
-        let mut agents = Vec::new();
-        for robot in &plan.setup.scenario.robots {
-            let arguments = ["agent", "--robot", &robot.name, "--run", &plan.run];
-            let started = Process::start(
-                &robot.name,
-                &log(&robot.name),
-                &arguments.map(ToOwned::to_owned),
-            );
-            match started {
-                Ok(agent) => agents.push(agent),
-                Err(error) => {
-                    // Those that run already die with this process.
-                    return Err(error);
-                }
-            }
-        }
-        let team = Self {
+        arguments.push("--launched".to_owned());
+        let world = Process::start("world", &logs.join("world.log"), &arguments)?;
+        let mut team = Self {
             world,
-            agents,
+            agents: Vec::new(),
+            former: Vec::new(),
+            run: plan.run.clone(),
+            logs,
             progress: Progress::new(&plan.setup),
         };
+        let robots = plan.setup.scenario.robots.iter();
+        for robot in robots.filter(|robot| !robot.absent) {
+            // Should one not start, those that run already die with this process.
+            let agent = team.start_agent(&robot.name)?;
+            team.agents.push(agent);
+        }
         let pids: Vec<String> = std::iter::once(&team.world)
             .chain(&team.agents)
             .map(|process| format!("{} {}", process.name(), process.pid()))
@@ -121,12 +117,17 @@ impl Team {
         Ok(team)
     }
 
+    /// A process for that robot.
+    pub(super) fn start_agent(&self, robot: &str) -> anyhow::Result<Process> {
+        let arguments = ["agent", "--robot", robot, "--run", &self.run].map(ToOwned::to_owned);
+        Process::start(robot, &self.logs.join(format!("{robot}.log")), &arguments)
+    }
+
     /// Until the world has ended.
     async fn watch(&mut self, plan: &Plan) -> anyhow::Result<()> {
         let mut children = signal(SignalKind::child())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
         let mut terminate = signal(SignalKind::terminate())?;
-        let keys = Keys::new(&plan.run);
         let (sender, mut views) = watch::channel(None::<View>);
         let mut bus: Option<Bus> = None;
         let mut first_loss: Option<Instant> = None;
@@ -134,7 +135,7 @@ impl Team {
 
         while self.world.ending().is_none() {
             if bus.is_none() && Rendezvous::find(Some(&plan.run)).is_ok() {
-                bus = self.observe(plan, &keys, sender.clone()).await;
+                bus = self.observe(sender.clone()).await;
             }
             let pause = if bus.is_none() {
                 INTERVAL / 10
@@ -150,9 +151,18 @@ impl Team {
                         self.progress.show(view);
                     }
                 }
+                call = heard(bus.as_mut()) => match call {
+                    Call::Order(order, query) => {
+                        let done = self.obey(&order).await;
+                        if let Some(bus) = &bus {
+                            bus.answer(&query, order.number, done).await;
+                        }
+                    }
+                    Call::Event(line) => self.progress.tell(&line),
+                },
                 () = sleep(pause) => {}
             }
-            self.poll(&keys, bus.as_mut()).await?;
+            self.poll(bus.as_mut()).await?;
 
             let begun = views.borrow().as_ref().is_some_and(|view| {
                 view.tick > 0 || view.robots.iter().any(|robot| robot.in_barrier)
@@ -172,52 +182,14 @@ impl Team {
             }
         }
         if let Some(bus) = bus {
-            // The world is gone, and the session may hang over it.
-            let _ = timeout(Duration::from_millis(200), bus.session.close()).await;
+            let _ = timeout(Duration::from_millis(200), bus.close()).await;
         }
         Ok(())
     }
 
-    /// Joins the bus as an observer. Without it the run goes on; only its progress is not seen.
-    async fn observe(
-        &self,
-        plan: &Plan,
-        keys: &Keys,
-        views: watch::Sender<Option<View>>,
-    ) -> Option<Bus> {
-        let joined = async {
-            let run = Rendezvous::find(Some(&plan.run))?;
-            let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
-                .map_err(anyhow::Error::from_boxed)?;
-            let session = zenoh::open(config)
-                .await
-                .map_err(anyhow::Error::from_boxed)?;
-            let (secret, key) = (Secret::of(&run.token), keys.view());
-            let opener = secret.clone();
-            session
-                .declare_subscriber(key.clone())
-                .callback(move |sample| {
-                    // A view that cannot be read, or is put again, is one view less.
-                    if let Ok(view) = opener.open::<View>(&key, &sample.payload().to_bytes()) {
-                        views.send_if_modified(|shown| {
-                            let newer = shown.as_ref().is_none_or(|shown| shown.tick <= view.tick);
-                            if newer {
-                                *shown = Some(view);
-                            }
-                            newer
-                        });
-                    }
-                })
-                .background()
-                .await
-                .map_err(anyhow::Error::from_boxed)?;
-            anyhow::Ok(Bus {
-                session,
-                secret,
-                news: 0,
-            })
-        };
-        match joined.await {
+    /// Joins the bus. Without it the run goes on; only its progress is not seen, and no fault reaches a process.
+    async fn observe(&self, views: watch::Sender<Option<View>>) -> Option<Bus> {
+        match Bus::join(&self.run, views).await {
             Ok(bus) => Some(bus),
             Err(error) => {
                 self.progress.say(&format!("no view of the run: {error:#}"));
@@ -227,19 +199,19 @@ impl Team {
     }
 
     /// Looks at every process, and tells the world and the person what has changed.
-    async fn poll(&mut self, keys: &Keys, mut bus: Option<&mut Bus>) -> anyhow::Result<()> {
+    async fn poll(&mut self, mut bus: Option<&mut Bus>) -> anyhow::Result<()> {
         while self.world.poll()?.is_some() {}
         let over = self.world.ending().is_some();
-        for agent in &mut self.agents {
+        for agent in self.agents.iter_mut().chain(&mut self.former) {
             while let Some(change) = agent.poll()? {
                 let name = agent.name();
                 let state = match change {
-                    Change::Stopped => Some(ProcessState::Stopped),
-                    Change::Continued => Some(ProcessState::Continued),
-                    Change::Ended(_) => None,
+                    Change::Stopped => ProcessState::Stopped,
+                    Change::Continued => ProcessState::Continued,
+                    Change::Ended(_) => ProcessState::Ended,
                 };
-                if let (Some(state), Some(bus)) = (state, bus.as_deref_mut()) {
-                    bus.tell(keys, name, agent.pid(), state).await;
+                if let Some(bus) = bus.as_deref_mut() {
+                    bus.tell(name, agent.pid(), state).await;
                 }
                 if over {
                     continue;
@@ -282,6 +254,7 @@ impl Team {
     async fn end_all(&mut self) {
         let mut processes: Vec<&mut Process> = std::iter::once(&mut self.world)
             .chain(&mut self.agents)
+            .chain(&mut self.former)
             .collect();
         let steps = [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)];
         for step in steps {
@@ -325,28 +298,11 @@ impl Team {
     }
 }
 
-/// The launcher's place on the bus.
-struct Bus {
-    session: Session,
-    secret: Secret,
-    /// Number of the latest news.
-    news: u64,
-}
-
-impl Bus {
-    /// Tells the world what has become of an agent's process.
-    async fn tell(&mut self, keys: &Keys, robot: &str, pid: u32, state: ProcessState) {
-        self.news += 1;
-        let news = ProcessNews {
-            number: self.news,
-            robot: robot.to_owned(),
-            pid,
-            state,
-        };
-        if let Ok(bytes) = self.secret.seal(&keys.process(), &news) {
-            // Lost news only means that the stall deadline has to find out.
-            let _ = self.session.put(keys.process(), bytes).await;
-        }
+/// What comes over the bus next; nothing ever does where there is none.
+async fn heard(bus: Option<&mut Bus>) -> Call {
+    match bus {
+        Some(bus) => bus.call().await,
+        None => std::future::pending().await,
     }
 }
 

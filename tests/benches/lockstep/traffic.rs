@@ -47,7 +47,7 @@ impl Traffic {
     /// Of a whole run.
     pub fn of(setup: &Setup) -> Self {
         let mut recorder = Recorder::new(setup, LogLevel::Off, Memory::default()).unwrap();
-        let mut simulation = Simulation::new(setup.clone());
+        let mut simulation = Simulation::new(setup.clone(), false);
         let mut agents = Vec::new();
         for robot in &setup.scenario.robots {
             let (id, incarnation, _) = simulation.invite(&robot.name).unwrap();

@@ -45,11 +45,7 @@ impl Schedule {
     /// # Errors
     /// When another fault has the id.
     pub fn arm(&mut self, mut order: Order, now: SimTime) -> Result<FaultIndex, TakenId> {
-        let id = match order.id.take() {
-            Some(id) if self.find(&id).is_some() => return Err(TakenId(id)),
-            Some(id) => id,
-            None => self.free_id(),
-        };
+        let id = self.name_for(order.id.take(), &[])?;
         order.id = Some(id.clone());
         let due = match (&order.when, order.at()) {
             (Some(_), _) => None,
@@ -71,14 +67,22 @@ impl Schedule {
         Ok(FaultIndex(self.entries.len() - 1))
     }
 
-    fn free_id(&self) -> String {
-        let mut number = self.entries.len() + 1;
-        loop {
-            let id = format!("f{number}");
-            if self.find(&id).is_none() {
-                return id;
+    /// The id of a fault that is to be armed: the one asked for, or a new one.
+    ///
+    /// # Errors
+    /// When another fault has it, or it is among the reserved ones.
+    pub fn name_for(&self, asked: Option<String>, reserved: &[&str]) -> Result<String, TakenId> {
+        let is_taken = |id: &str| self.find(id).is_some() || reserved.contains(&id);
+        match asked {
+            Some(id) if is_taken(&id) => Err(TakenId(id)),
+            Some(id) => Ok(id),
+            None => {
+                let mut number = self.entries.len() + reserved.len() + 1;
+                while is_taken(&format!("f{number}")) {
+                    number += 1;
+                }
+                Ok(format!("f{number}"))
             }
-            number += 1;
         }
     }
 
@@ -170,6 +174,24 @@ impl Schedule {
             entry.status.healed_ms = Some(now);
         }
         Some(phase == Phase::InForce)
+    }
+
+    /// Whether time alone will bring a robot back: then the clock goes on even when nobody takes part.
+    #[must_use]
+    pub fn brings_robots_back(&self) -> bool {
+        self.entries.iter().any(|entry| {
+            let heals = entry.until.is_some()
+                && matches!(
+                    entry.status.order.fault,
+                    Fault::Kill(_) | Fault::Terminate(_) | Fault::Pause(_) | Fault::Remove(_)
+                );
+            let begins = entry.due.is_some()
+                && matches!(
+                    entry.status.order.fault,
+                    Fault::Restart(_) | Fault::Continue(_) | Fault::Add(_)
+                );
+            heals || begins
+        })
     }
 
     /// The faults that still wait for an event.

@@ -1,5 +1,6 @@
 //! The rows of each table that a tick adds (DESIGN §8).
 
+use alliance_proto::event::EventLine;
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::telemetry::Reception;
@@ -93,14 +94,21 @@ fn message(names: &Names, receiver: RobotId, reception: &Reception, rows: &mut V
         .end();
 }
 
-/// events.csv: first the inputs, then each robot's changes of state and notes, then the world's events.
-pub(super) fn events(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
-    let mut row = |kind: EventKind, rest: [&str; 4]| {
-        let row = Row::new(rows).number(record.now.0).number(kind);
-        rest.into_iter().fold(row, Row::text).end();
+/// The events of a tick: first the inputs, then each robot's changes of state and notes, then those of faults and the world.
+pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
+    let mut lines = Vec::new();
+    let mut line = |kind: EventKind, [robot, subject, reason, detail]: [&str; 4]| {
+        lines.push(EventLine {
+            t_ms: record.now,
+            kind: kind.to_string(),
+            robot: robot.to_owned(),
+            subject: subject.to_owned(),
+            reason: reason.to_owned(),
+            detail: detail.to_owned(),
+        });
     };
     for (kind, robot, subject, detail) in record.inputs.iter().filter_map(describe) {
-        row(kind, [robot, subject, "", &detail]);
+        line(kind, [robot, subject, "", &detail]);
     }
     for counted in record.robots.iter().filter_map(|robot| robot.counted) {
         let report = counted.report;
@@ -108,18 +116,33 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>)
         for change in &report.changes {
             let reason = change.reason.describe(|robot| names.robot(robot));
             let (set, task) = (names.set(Some(change.set)), names.task_of(change.set));
-            row(EventKind::State(change.to), [robot, set, &reason, task]);
+            line(EventKind::State(change.to), [robot, set, &reason, task]);
         }
         for note in &report.notes {
-            row(EventKind::Note(note.kind), [robot, "", "", &note.detail]);
+            line(EventKind::Note(note.kind), [robot, "", "", &note.detail]);
         }
     }
     for event in record.events {
         let robot = event.robot.map_or("", |robot| names.robot(robot));
-        row(
+        line(
             event.kind,
             [robot, &event.subject, &event.reason, &event.detail],
         );
+    }
+    lines
+}
+
+/// events.csv: a row per event.
+pub(super) fn event_rows(lines: &[EventLine], rows: &mut Vec<u8>) {
+    for line in lines {
+        Row::new(rows)
+            .number(line.t_ms.0)
+            .text(&line.kind)
+            .text(&line.robot)
+            .text(&line.subject)
+            .text(&line.reason)
+            .text(&line.detail)
+            .end();
     }
 }
 

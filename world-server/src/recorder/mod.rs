@@ -26,6 +26,8 @@ mod tests;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use alliance_proto::control::FaultStatus;
+use alliance_proto::event::EventLine;
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
@@ -103,6 +105,8 @@ pub struct Recorder<S> {
     /// Latest tick with a seal.
     sealed: Option<(Tick, SimTime)>,
     broken: bool,
+    /// Events of the latest tick.
+    news: Vec<EventLine>,
 }
 
 impl<S: Sink> Recorder<S> {
@@ -123,9 +127,10 @@ impl<S: Sink> Recorder<S> {
             latest: None,
             sealed: None,
             broken: false,
+            news: Vec::new(),
         };
         // First: without run.json a folder is not readable.
-        recorder.write_run(RunOutcome::Running, false)?;
+        recorder.write_run(RunOutcome::Running, false, Vec::new())?;
         recorder.flush()?;
         Ok(recorder)
     }
@@ -146,7 +151,10 @@ impl<S: Sink> Recorder<S> {
         pages.add(Table::Messages, |rows| {
             encode::messages(names, record, rows)
         });
-        pages.add(Table::Events, |rows| encode::events(names, record, rows));
+        self.news = encode::events(names, record);
+        pages.add(Table::Events, |rows| {
+            encode::event_rows(&self.news, rows);
+        });
         pages.add(Table::Poses, |rows| encode::poses(names, record, rows));
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
         let mission = Some((record.items, record.last_report));
@@ -161,6 +169,11 @@ impl<S: Sink> Recorder<S> {
             self.flush()?;
         }
         Ok(())
+    }
+
+    /// The events of the latest tick, as they stand in events.csv.
+    pub fn take_news(&mut self) -> Vec<EventLine> {
+        std::mem::take(&mut self.news)
     }
 
     /// Hands everything encoded so far to the sink, ticks.csv last.
@@ -194,12 +207,17 @@ impl<S: Sink> Recorder<S> {
     ///
     /// # Errors
     /// Those of [`Recorder::flush`] and of the sink.
-    pub fn finish(&mut self, outcome: Outcome, unscripted: bool) -> Result<RunFile, RecordError> {
+    pub fn finish(
+        &mut self,
+        outcome: Outcome,
+        unscripted: bool,
+        faults: Vec<FaultStatus>,
+    ) -> Result<RunFile, RecordError> {
         if self.sealed != self.latest {
             self.seal();
         }
         self.flush()?;
-        self.write_run(RunOutcome::Ended(outcome), unscripted)
+        self.write_run(RunOutcome::Ended(outcome), unscripted, faults)
     }
 
     /// Where the log went.
@@ -208,13 +226,19 @@ impl<S: Sink> Recorder<S> {
         self.sink
     }
 
-    fn write_run(&mut self, outcome: RunOutcome, unscripted: bool) -> Result<RunFile, RecordError> {
+    fn write_run(
+        &mut self,
+        outcome: RunOutcome,
+        unscripted: bool,
+        faults: Vec<FaultStatus>,
+    ) -> Result<RunFile, RecordError> {
         let run = RunFile {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             log: self.level,
             hash: matches!(outcome, RunOutcome::Ended(_)).then(|| self.hash()),
             outcome,
             unscripted,
+            faults,
             result: self.tally.figures(),
             setup: self.setup.clone(),
         };

@@ -12,7 +12,7 @@ use xxhash_rust::xxh3::Xxh3;
 use super::level::LogLevel;
 use super::rows::{TableRow, parse_hash};
 use super::run_file::RunFile;
-use super::sink::Document;
+use super::sink::{Document, Memory};
 use super::table::Table;
 use super::{RUN_SECTION, WORLD};
 use crate::input::InputLine;
@@ -94,6 +94,21 @@ impl RunLog {
         Ok(Self::from_tables(folder, run, tables))
     }
 
+    /// The log that a recorder has left in memory.
+    ///
+    /// # Errors
+    /// [`ReadError::Malformed`] when it has no run.json.
+    pub fn from_memory(memory: &Memory) -> Result<Self, ReadError> {
+        let text = memory.documents.get(&Document::Run);
+        let run = serde_json::from_str(text.map_or("", String::as_str)).map_err(|error| {
+            ReadError::Malformed {
+                path: PathBuf::from(Document::Run.file_name()),
+                reason: error.to_string(),
+            }
+        })?;
+        Ok(Self::from_tables(Path::new(""), run, memory.tables.clone()))
+    }
+
     /// The log that is in `tables`; `folder` is where errors say it is.
     #[must_use]
     pub fn from_tables(folder: &Path, run: RunFile, mut tables: BTreeMap<Table, Vec<u8>>) -> Self {
@@ -114,6 +129,12 @@ impl RunLog {
             folder: folder.to_owned(),
             tables,
         }
+    }
+
+    /// The bytes of a table, header line included, as far as it is whole.
+    #[must_use]
+    pub fn table(&self, table: Table) -> &[u8] {
+        &self.tables[&table]
     }
 
     /// The rows of a table; none of a table that the log's level leaves out.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::RobotId;
 use alliance_proto::scenario::Setup;
 use alliance_proto::telemetry::{Fate, SetState};
@@ -27,6 +28,9 @@ pub struct RunFile {
     pub outcome: RunOutcome,
     /// Whether a stall or loss that the scenario did not ask for changed it.
     pub unscripted: bool,
+    /// The run's faults at its end, with how often each has hit, in the order in which they were armed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<FaultStatus>,
     /// Figures.
     pub result: Figures,
     /// `seed`, `scenario` as resolved, and `alliance`: every value that was in force.

@@ -54,7 +54,9 @@ fn flushes_do_not_change_the_log() {
         tick.record(&mut recorder).unwrap();
         recorder.flush().unwrap();
     }
-    let run = recorder.finish(Outcome::TimeLimit, false).unwrap();
+    let run = recorder
+        .finish(Outcome::TimeLimit, false, Vec::new())
+        .unwrap();
     assert_eq!(
         (run, recorder.into_sink()),
         log(LogLevel::Summary, &sample())

@@ -70,7 +70,9 @@ fn log(level: LogLevel, ticks: &[OwnedTick]) -> (RunFile, Memory) {
     for tick in ticks {
         tick.record(&mut recorder).unwrap();
     }
-    let run = recorder.finish(Outcome::TimeLimit, false).unwrap();
+    let run = recorder
+        .finish(Outcome::TimeLimit, false, Vec::new())
+        .unwrap();
     (run, recorder.into_sink())
 }
 

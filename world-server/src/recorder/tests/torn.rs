@@ -117,7 +117,7 @@ proptest! {
         let total: usize = log(level, &ticks).1.tables.values().map(Vec::len).sum();
         let bytes = (fraction * total as f64) as usize;
         let mut recorder = Recorder::new(&Setup::default_for(7), level, Memory::default()).unwrap();
-        let run = recorder.finish(Outcome::Interrupted, false).unwrap();
+        let run = recorder.finish(Outcome::Interrupted, false, Vec::new()).unwrap();
 
         let sink = Dying { memory: Memory::default(), bytes_left: bytes };
         let mut flushed = 0;
@@ -167,7 +167,11 @@ fn nothing_follows_a_torn_row() {
     recorder.sink.bytes_left = usize::MAX;
     let torn = recorder.sink.memory.clone();
     assert!(matches!(recorder.flush(), Err(RecordError::Broken)));
-    assert!(recorder.finish(Outcome::TimeLimit, false).is_err());
+    assert!(
+        recorder
+            .finish(Outcome::TimeLimit, false, Vec::new())
+            .is_err()
+    );
     assert_eq!(recorder.sink.memory, torn);
 }
 
@@ -182,7 +186,9 @@ fn a_folder_reads_like_memory() {
     recorder
         .write_host(&serde_json::json!({"pids": {"blue": 42}}))
         .unwrap();
-    let run = recorder.finish(Outcome::TimeLimit, false).unwrap();
+    let run = recorder
+        .finish(Outcome::TimeLimit, false, Vec::new())
+        .unwrap();
 
     let (expected, memory) = log(LogLevel::Full, &sample());
     assert_eq!(run, expected);

@@ -3,10 +3,16 @@
 //! It sends through publishers that were declared once, writes through the recorder, and reads the wall clock for pace and
 //! deadlines; every decision about the run is the [`Simulation`]'s.
 
+mod acts;
+mod control;
+
 use std::collections::BTreeSet;
+use std::sync::{Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use alliance_proto::codec::{CodecError, decode_first};
+use alliance_proto::event::EventNews;
+use alliance_proto::fault::Faults;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
@@ -16,13 +22,14 @@ use alliance_proto::secret::Secret;
 use alliance_proto::tick::{Outcome, Report, ToAgent};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
-use zenoh::Wait;
 use zenoh::pubsub::Publisher;
+use zenoh::{Session, Wait};
 
 use crate::barrier::{Presence, Verdict};
 use crate::pace::Pace;
 use crate::recorder::{Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
+use acts::UnderWay;
 
 /// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
 /// somebody starts one again.
@@ -48,9 +55,14 @@ pub struct Server {
     simulation: Simulation,
     recorder: Recorder<Folder>,
     peers: Vec<Peer>,
+    run: String,
     keys: Keys,
     secret: Secret,
+    session: Session,
+    /// Itself, for whom the launcher answers.
+    me: Weak<Mutex<Server>>,
     view: Publisher<'static>,
+    events: Publisher<'static>,
     pace: Pace,
     stall_after: Duration,
     /// The current tick has begun: its questions may be asked whatever the pace.
@@ -59,14 +71,24 @@ pub struct Server {
     first_tick: Option<Instant>,
     /// Nonces of all join requests: one that is put again is none.
     asked_to_join: BTreeSet<u128>,
+    /// Nonces of all requests of operators.
+    nonces: BTreeSet<String>,
     /// Number of the launcher's latest news.
     latest_news: u64,
+    /// Number of the latest order to the launcher.
+    orders: u64,
+    /// That order.
+    under_way: Option<UnderWay>,
     refused: Ignored,
     ended: Option<oneshot::Sender<Ended>>,
 }
 
 /// The world's place on the bus.
 pub struct Bus {
+    /// Id of the run.
+    pub run: String,
+    /// Its session.
+    pub session: Session,
     /// Keys of the run.
     pub keys: Keys,
     /// What its messages are sealed with.
@@ -81,6 +103,8 @@ pub struct Publishers {
     pub ticks: Vec<Publisher<'static>>,
     /// Snapshots for observers.
     pub view: Publisher<'static>,
+    /// Events for observers.
+    pub events: Publisher<'static>,
 }
 
 impl Server {
@@ -111,16 +135,23 @@ impl Server {
             simulation,
             recorder,
             peers,
+            run: bus.run,
             keys: bus.keys,
             secret: bus.secret,
+            session: bus.session,
+            me: Weak::new(),
             view: bus.publishers.view,
+            events: bus.publishers.events,
             pace,
             stall_after,
             begun: None,
             deserted_since: None,
             first_tick: None,
             asked_to_join: BTreeSet::new(),
+            nonces: BTreeSet::new(),
             latest_news: 0,
+            orders: 0,
+            under_way: None,
             refused: Ignored::default(),
             ended: Some(ended),
         }
@@ -295,13 +326,22 @@ impl Server {
         let Some(robot) = self.robot_named(&news.robot) else {
             return self.refuse("process", &"unknown robot");
         };
+        if news.state == ProcessState::Ended {
+            // The death of an agent is told by its token; one that has not joined has none.
+            self.stillborn(news.pid);
+            return self.pump();
+        }
         let peer = &mut self.peers[robot.index()];
         if peer.pid != Some(news.pid) {
             return self.refuse("process", &"unknown process");
         }
-        peer.stopped = news.state == ProcessState::Stopped;
-        if peer.stopped {
-            self.stall(robot);
+        match news.state {
+            ProcessState::Stopped => {
+                peer.stopped = true;
+                self.stall(robot);
+            }
+            ProcessState::Continued => peer.stopped = false,
+            ProcessState::Ended => {}
         }
         self.pump();
     }
@@ -339,6 +379,7 @@ impl Server {
         } else {
             self.deserted_since = None;
         }
+        self.give_up_late_act(now);
         if let Err(error) = self.recorder.flush() {
             return self.fail(error);
         }
@@ -356,6 +397,22 @@ impl Server {
         }
     }
 
+    /// Publishes the events of the tick that has just ended, for observers, who may miss them.
+    fn announce_events(&mut self) {
+        let events = self.recorder.take_news();
+        if events.is_empty() {
+            return;
+        }
+        let news = EventNews {
+            tick: self.simulation.tick() - 1,
+            events,
+        };
+        if let Ok(bytes) = self.secret.seal(self.events.key_expr(), &news) {
+            // An observer's trouble is not the run's.
+            let _ = self.events.put(bytes).wait();
+        }
+    }
+
     /// When the pace asks for attention; `None` when it never does.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
@@ -365,21 +422,25 @@ impl Server {
     /// Carries the run as far as it goes without new reports.
     pub fn pump(&mut self) {
         while self.ended.is_some() {
-            if self.simulation.is_complete()
-                && let Err(error) = self.simulation.finish(&mut self.recorder)
-            {
-                return self.fail(error);
+            if self.simulation.is_complete() {
+                if let Err(error) = self.simulation.finish(&mut self.recorder) {
+                    return self.fail(error);
+                }
+                self.announce_events();
             }
             if let Some(outcome) = self.simulation.outcome() {
                 return self.end(Ok(outcome));
             }
+            self.carry_out();
             let now = Instant::now();
             let tick = self.simulation.tick();
             if self.begun != Some(tick) && !self.pace.is_due(now) {
                 return;
             }
+            self.simulation.begin();
+            self.carry_out();
             let questions = self.simulation.questions();
-            if questions.is_empty() {
+            if questions.is_empty() && !self.simulation.is_complete() {
                 return;
             }
             if self.begun != Some(tick) {
@@ -396,7 +457,7 @@ impl Server {
                     stopped.push(robot);
                 }
             }
-            if stopped.is_empty() {
+            if stopped.is_empty() && !self.simulation.is_complete() {
                 return;
             }
             for robot in stopped {
@@ -410,6 +471,8 @@ impl Server {
     fn setup_for(&self, robot: &str) -> serde_json::Result<String> {
         let mut setup = self.simulation.setup().clone();
         setup.alliance.robots.retain(|name, _| name == robot);
+        // A robot is told nothing that its sensors and radio do not give it.
+        setup.scenario.faults = Faults::default();
         serde_json::to_string(&setup)
     }
 
@@ -468,6 +531,11 @@ impl Server {
         let index = self.peers.iter().position(|peer| peer.name == name)?;
         Some(RobotId(index as u16))
     }
+}
+
+/// A panic ends the process, so a poisoned lock is never seen.
+pub fn lock(server: &Mutex<Server>) -> MutexGuard<'_, Server> {
+    server.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn version_refusal(agent: u32) -> Refusal {

@@ -1,23 +1,38 @@
-//! World and barrier together: one run, tick by tick, as a plain function of reports and inputs.
+//! World, barrier and faults together: one run, tick by tick, as a plain function of reports and inputs.
 //!
-//! The shell over zenoh and the run within one process drive it alike: ask [`Simulation::questions`], hand every answer to
-//! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`].
+//! The shell over zenoh and the run within one process drive it alike: [`Simulation::begin`] the tick, do to processes what
+//! [`Simulation::next_act`] asks for, ask [`Simulation::questions`], hand every answer to [`Simulation::report`], and when
+//! [`Simulation::is_complete`], [`Simulation::finish`].
+//!
+//! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
+//! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.
+
+mod acts;
+mod commands;
+mod effects;
+mod triggers;
 
 use alliance_proto::ids::{Incarnation, RobotId, SetId, Tick};
 use alliance_proto::join::Refusal;
+use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Readings;
-use alliance_proto::scenario::{Catalog, Setup};
-use alliance_proto::telemetry::{Fate, SetState};
+use alliance_proto::scenario::{Catalog, Setup, StepOrder};
+use alliance_proto::telemetry::{Fate, Motivation, SetState};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::{RobotView, View};
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
+use crate::faults::schedule::Schedule;
 use crate::input::Input;
 use crate::recorder::{
-    BodyRecord, Counted, Event, EventKind, RecordError, Recorder, RobotRecord, Sink, TickRecord,
+    BodyRecord, Counted, Event, EventKind, FaultEvent, RecordError, Recorder, RobotRecord, Sink,
+    TickRecord,
 };
 use crate::world::{World, WorldEvent};
+
+use acts::{Act, Acts};
+use commands::Command;
 
 /// A run.
 pub struct Simulation {
@@ -29,14 +44,35 @@ pub struct Simulation {
     readings: Vec<Readings>,
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<SetId>>,
+    /// Motivations that each robot last reported, by rank.
+    motivations: Vec<Vec<Motivation>>,
+    schedule: Schedule,
+    /// Whether somebody starts and signals processes.
+    has_launcher: bool,
+    /// The current tick has been asked for: what comes now concerns the next one.
+    opened: bool,
+    /// The current tick's reports have been looked at for what they trigger.
+    settled: bool,
+    /// Commands for the next tick.
+    commands: Vec<Command>,
+    acts: Acts,
+    /// Kills of the current tick, to be done once everybody has reported.
+    executions: Vec<Act>,
+    /// Commands of the current tick.
+    inputs: Vec<Input>,
+    /// Acts of the current tick that could not be done.
+    failures: Vec<Input>,
+    /// Events of the current tick that no report and no step of the world tells.
+    events: Vec<Event>,
     unscripted: bool,
     outcome: Option<Outcome>,
 }
 
 impl Simulation {
-    /// A run at tick 0, nobody there yet.
+    /// A run at tick 0, nobody there yet. Without a launcher nobody starts or signals processes, and faults that need it are
+    /// refused.
     #[must_use]
-    pub fn new(setup: Setup) -> Self {
+    pub fn new(setup: Setup, has_launcher: bool) -> Self {
         let catalog = Catalog::of(&setup.scenario);
         let world = World::new(&setup);
         let robots = setup.scenario.robots.len();
@@ -47,12 +83,34 @@ impl Simulation {
             barrier,
             readings: vec![Readings::default(); robots],
             active: vec![None; robots],
+            motivations: vec![Vec::new(); robots],
+            schedule: Schedule::default(),
+            has_launcher,
+            opened: false,
+            settled: false,
+            commands: Vec::new(),
+            acts: Acts::default(),
+            executions: Vec::new(),
+            inputs: Vec::new(),
+            failures: Vec::new(),
+            events: Vec::new(),
             unscripted: false,
             outcome: None,
             setup,
         };
+        simulation.arm_scenario();
         simulation.outcome = simulation.decide_outcome();
         simulation
+    }
+
+    /// Arms the scenario's own faults.
+    fn arm_scenario(&mut self) {
+        for order in self.setup.scenario.faults.timeline.clone() {
+            // Validation lets no two of them have the same id.
+            if let Ok(fault) = self.schedule.arm(order, SimTime::ZERO) {
+                self.tell(FaultEvent::Armed, fault, "");
+            }
+        }
     }
 
     /// The run's scenario, seed and parameters.
@@ -106,11 +164,37 @@ impl Simulation {
     pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.barrier.arrive(robot, incarnation);
         self.barrier.start_if_all_here();
+        if self.barrier.presence(robot) == Presence::Present {
+            self.conclude_if(robot, &[ProcessAct::Start]);
+        }
     }
 
     /// See [`Barrier::gone`].
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.barrier.gone(robot, incarnation);
+        let at_once = self.barrier.presence(robot) == Presence::Empty;
+        if at_once {
+            self.let_go(robot);
+        }
+        if self.barrier.is_gone(robot) || at_once {
+            self.conclude_if(robot, &[ProcessAct::Kill, ProcessAct::Terminate]);
+        }
+        self.settle();
+    }
+
+    /// What a robot carries falls before the current tick is sensed.
+    fn let_go(&mut self, robot: RobotId) {
+        self.active[robot.index()] = None;
+        if let Some(dropped) = self.world.drop_carried(robot) {
+            let event = self.event(&dropped);
+            self.events.push(event);
+        }
+    }
+
+    /// In a replay: see [`Barrier::admit`].
+    pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.barrier.admit(robot, incarnation);
+        self.barrier.start_if_all_here();
     }
 
     /// See [`Barrier::stall`]. The scenario did not ask for it.
@@ -118,6 +202,7 @@ impl Simulation {
         if self.barrier.is_awaited(robot) {
             self.unscripted = true;
             self.barrier.stall(robot);
+            self.settle();
         }
     }
 
@@ -128,19 +213,23 @@ impl Simulation {
 
     /// Ends the run because nobody is left to carry on with it.
     pub fn abandon(&mut self) {
-        if self.outcome.is_none() && self.barrier.is_deserted() {
+        if self.outcome.is_none() && self.barrier.is_idle() {
             self.outcome = Some(Outcome::NoRobotLeft);
         }
     }
 
     /// What is to be sent now, and to whom.
     pub fn questions(&mut self) -> Vec<(RobotId, TickMessage)> {
-        if self.outcome.is_some() {
+        self.begin();
+        if self.outcome.is_some() || !self.acts.is_empty() {
             return Vec::new();
         }
+        self.opened = self.barrier.started();
         let (tick, now) = (self.barrier.tick(), self.world.now());
-        self.barrier
-            .questions()
+        let questions = self.barrier.questions();
+        // Nobody may be there to be asked.
+        self.settle();
+        questions
             .into_iter()
             .map(|question| {
                 let readings = self.world.readings(question.robot);
@@ -164,13 +253,41 @@ impl Simulation {
         if !self.is_well_formed(&report) {
             return Verdict::Malformed;
         }
-        self.barrier.report(report)
+        let in_order = self.setup.alliance.switches.step_order == StepOrder::InOrder;
+        let seen = (in_order && self.schedule.waiting().next().is_some()).then(|| report.clone());
+        let verdict = self.barrier.report(report);
+        if verdict == Verdict::Counted {
+            // Before the next robot is asked, and hears of it.
+            if let Some(report) = seen {
+                self.trigger_by_report(&report);
+            }
+            self.settle();
+        }
+        verdict
     }
 
-    /// Whether every agent that takes part has reported.
+    /// Once everybody has reported: what that triggers, and the kills of this tick.
+    fn settle(&mut self) {
+        if self.settled || !self.opened || !self.barrier.is_complete() {
+            return;
+        }
+        self.settled = true;
+        let in_order = self.setup.alliance.switches.step_order == StepOrder::InOrder;
+        if !in_order && self.schedule.waiting().next().is_some() {
+            let reports: Vec<Report> = self.barrier.reports().cloned().collect();
+            for report in &reports {
+                self.trigger_by_report(report);
+            }
+        }
+        for act in std::mem::take(&mut self.executions) {
+            self.acts.push(act);
+        }
+    }
+
+    /// Whether every agent that takes part has reported, and everything that faults ask of processes has happened.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.outcome.is_none() && self.barrier.is_complete()
+        self.outcome.is_none() && self.settled && self.barrier.is_complete() && self.acts.is_empty()
     }
 
     /// Ends the tick: the reports that count move the world, and everything is recorded.
@@ -180,10 +297,14 @@ impl Simulation {
     pub fn finish<S: Sink>(&mut self, recorder: &mut Recorder<S>) -> Result<(), RecordError> {
         let (tick, now) = (self.barrier.tick(), self.world.now());
         let Gathered {
-            reports,
+            mut reports,
             dead,
-            mut inputs,
+            inputs: gathered,
         } = self.barrier.finish();
+        (self.opened, self.settled) = (false, false);
+        let mut inputs = std::mem::take(&mut self.inputs);
+        inputs.extend(gathered);
+        inputs.append(&mut self.failures);
         self.note_losses(&reports, tick, &mut inputs);
         for (active, report) in self.active.iter_mut().zip(&reports) {
             if let Some(report) = report {
@@ -204,7 +325,9 @@ impl Simulation {
             dead.iter()
                 .filter_map(|robot| self.world.drop_carried(*robot)),
         );
-        let events: Vec<Event> = happened.iter().map(|event| self.event(event)).collect();
+        self.trigger_by_world(&happened, &inputs);
+        let mut events = std::mem::take(&mut self.events);
+        events.extend(happened.iter().map(|event| self.event(event)));
 
         let robots: Vec<RobotRecord<'_>> = bodies
             .into_iter()
@@ -224,6 +347,11 @@ impl Simulation {
             items: self.world.item_counts(),
             last_report: self.world.last_report(),
         })?;
+        for (known, report) in self.motivations.iter_mut().zip(&mut reports) {
+            if let Some(report) = report {
+                std::mem::swap(known, &mut report.motivations);
+            }
+        }
         self.outcome = self.decide_outcome();
         Ok(())
     }
@@ -248,6 +376,31 @@ impl Simulation {
             items: self.world.item_counts(),
             robots,
         }
+    }
+
+    /// The motivations that a robot last reported, in the order of the catalog.
+    #[must_use]
+    pub fn motivations(&self, robot: RobotId) -> &[Motivation] {
+        &self.motivations[robot.index()]
+    }
+
+    /// The tasks and behavior sets of the run.
+    #[must_use]
+    pub fn catalog(&self) -> &Catalog {
+        &self.catalog
+    }
+
+    fn name(&self, robot: RobotId) -> &str {
+        let robot = self.setup.scenario.robots.get(robot.index());
+        robot.map_or("", |robot| robot.name.as_str())
+    }
+
+    /// The robot of that name.
+    #[must_use]
+    pub fn robot_named(&self, name: &str) -> Option<RobotId> {
+        let mut robots = self.setup.scenario.robots.iter();
+        let rank = robots.position(|robot| robot.name == name)?;
+        Some(RobotId(rank as u16))
     }
 
     /// Robots as they are before this tick's commands move them.

@@ -1,0 +1,163 @@
+//! The launcher's place on the bus: it sees how the run goes, tells the world what has become of processes, and takes its
+//! orders.
+
+use alliance_proto::event::{EventLine, EventNews};
+use alliance_proto::keys::Keys;
+use alliance_proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::secret::Secret;
+use alliance_proto::view::View;
+use tokio::sync::{mpsc, watch};
+use zenoh::Session;
+use zenoh::query::Query;
+
+/// Orders and events that may wait to be looked at. The world gives one order at a time.
+const WAITING: usize = 256;
+
+/// A session, and what comes over it.
+pub struct Bus {
+    session: Session,
+    keys: Keys,
+    secret: Secret,
+    /// Number of the latest news.
+    news: u64,
+    /// Number of the latest order.
+    obeyed: u64,
+    orders: mpsc::Receiver<(ProcessOrder, Query)>,
+    events: mpsc::Receiver<EventLine>,
+}
+
+/// What wakes the launcher.
+pub enum Call {
+    /// The world wants something done to a process.
+    Order(ProcessOrder, Query),
+    /// Something happened in the run.
+    Event(EventLine),
+}
+
+impl Bus {
+    /// Joins a run that is announced.
+    ///
+    /// # Errors
+    /// When the run cannot be found or the bus fails.
+    pub async fn join(run: &str, views: watch::Sender<Option<View>>) -> anyhow::Result<Self> {
+        let run = Rendezvous::find(Some(run))?;
+        let keys = Keys::new(&run.run);
+        let secret = Secret::of(&run.token);
+        let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
+            .map_err(anyhow::Error::from_boxed)?;
+        let session = zenoh::open(config)
+            .await
+            .map_err(anyhow::Error::from_boxed)?;
+        let (give_order, orders) = mpsc::channel(WAITING);
+        let (tell_event, events) = mpsc::channel(WAITING);
+
+        let (opener, key) = (secret.clone(), keys.view());
+        session
+            .declare_subscriber(keys.view())
+            .callback(move |sample| {
+                // A view that cannot be read, or is put again, is one view less.
+                if let Ok(view) = opener.open::<View>(&key, &sample.payload().to_bytes()) {
+                    views.send_if_modified(|shown| {
+                        let newer = shown.as_ref().is_none_or(|shown| shown.tick <= view.tick);
+                        if newer {
+                            *shown = Some(view);
+                        }
+                        newer
+                    });
+                }
+            })
+            .background()
+            .await
+            .map_err(anyhow::Error::from_boxed)?;
+
+        let (opener, key) = (secret.clone(), keys.event());
+        session
+            .declare_subscriber(keys.event())
+            .callback(move |sample| {
+                if let Ok(news) = opener.open::<EventNews>(&key, &sample.payload().to_bytes()) {
+                    for line in news.events {
+                        // The log has them all; this is for eyes.
+                        let _ = tell_event.try_send(line);
+                    }
+                }
+            })
+            .background()
+            .await
+            .map_err(anyhow::Error::from_boxed)?;
+
+        let (opener, key) = (secret.clone(), keys.process_order());
+        session
+            .declare_queryable(keys.process())
+            .callback(move |query| {
+                let payload = query.payload().map(|payload| payload.to_bytes());
+                let order = opener.open::<ProcessOrder>(&key, &payload.unwrap_or_default());
+                if let Ok(order) = order {
+                    // An order that finds no place is one that is not answered, which the world sees.
+                    let _ = give_order.try_send((order, query));
+                }
+            })
+            .background()
+            .await
+            .map_err(anyhow::Error::from_boxed)?;
+
+        Ok(Self {
+            session,
+            keys,
+            secret,
+            news: 0,
+            obeyed: 0,
+            orders,
+            events,
+        })
+    }
+
+    /// The next thing that comes over the bus.
+    pub async fn call(&mut self) -> Call {
+        loop {
+            tokio::select! {
+                Some((order, query)) = self.orders.recv() => {
+                    // One that somebody puts again is none.
+                    if order.number > self.obeyed {
+                        self.obeyed = order.number;
+                        return Call::Order(order, query);
+                    }
+                }
+                Some(line) = self.events.recv() => return Call::Event(line),
+            }
+        }
+    }
+
+    /// Answers an order.
+    pub async fn answer(&self, query: &Query, number: u64, result: anyhow::Result<u32>) {
+        let reply = ProcessReply {
+            number,
+            result: result.map_err(|error| format!("{error:#}")),
+        };
+        if let Ok(bytes) = self.secret.seal(&self.keys.process_order(), &reply) {
+            // An answer that is lost is one that the world's deadline misses.
+            let _ = query.reply(self.keys.process(), bytes).await;
+        }
+    }
+
+    /// Tells the world what has become of an agent's process.
+    pub async fn tell(&mut self, robot: &str, pid: u32, state: ProcessState) {
+        self.news += 1;
+        let news = ProcessNews {
+            number: self.news,
+            robot: robot.to_owned(),
+            pid,
+            state,
+        };
+        if let Ok(bytes) = self.secret.seal(&self.keys.process(), &news) {
+            // Lost news only means that the stall deadline has to find out.
+            let _ = self.session.put(self.keys.process(), bytes).await;
+        }
+    }
+
+    /// Leaves.
+    pub async fn close(self) {
+        // The world is gone already, and a session may hang over it: the process ends whether or not it closes.
+        let _ = self.session.close().await;
+    }
+}

@@ -1,0 +1,141 @@
+//! What operators ask of a run on the control topic.
+
+use alliance_proto::control::{
+    AgentState, ClockCommand, ClockStatus, Command, Phase, Reply, Request, RobotStatus, SetStatus,
+    Status,
+};
+use alliance_proto::ids::RobotId;
+use alliance_proto::telemetry::SetState;
+use tokio::time::Instant;
+
+use super::Server;
+use crate::barrier::Presence;
+use crate::pace::Speed;
+
+/// Longest nonce of a request, bytes.
+const NONCE_BYTES: usize = 64;
+
+impl Server {
+    /// Obeys a request of a member of the run.
+    pub fn obey(&mut self, request: Request) -> Reply {
+        if request.nonce.is_empty() || request.nonce.len() > NONCE_BYTES {
+            return Reply::Refused(format!(
+                "nonce: {} bytes; use 1 to {NONCE_BYTES}",
+                request.nonce.len()
+            ));
+        }
+        if !self.nonces.insert(request.nonce) {
+            self.refuse("control", &"put again");
+            return Reply::Refused("nonce: it has been used; give each request its own".to_owned());
+        }
+        let reply = match request.command {
+            Command::Fault(order) => self.simulation.order(order).map(Reply::Armed),
+            Command::Clear(id) => self.simulation.clear(id.as_deref()).map(Reply::Cleared),
+            Command::List => Ok(Reply::Faults(self.simulation.faults())),
+            Command::Status => Ok(Reply::Status(Box::new(self.status()))),
+            Command::Clock(command) => self.turn_the_clock(command).map(Reply::Clock),
+        };
+        // A world that stands still shows at once what has changed.
+        self.show();
+        self.pump();
+        reply.unwrap_or_else(|why| {
+            self.refuse("control", &why);
+            Reply::Refused(why)
+        })
+    }
+
+    fn turn_the_clock(&mut self, command: ClockCommand) -> Result<ClockStatus, String> {
+        match command {
+            ClockCommand::Pause => self.pace.pause(),
+            ClockCommand::Resume => self.pace.resume(Instant::now()),
+            ClockCommand::Step(0) => return Err("step: 0 is no step; use at least 1".to_owned()),
+            ClockCommand::Step(ticks) => self.pace.step(ticks, Instant::now()),
+            ClockCommand::Speed(factor) => {
+                let speed = match factor {
+                    None => Speed::Max,
+                    Some(factor) => Speed::factor(factor).ok_or_else(|| {
+                        format!("speed: {factor} is out of range; use 0.001 to 1000000, or max")
+                    })?,
+                };
+                self.pace.set_speed(speed, Instant::now());
+            }
+        }
+        Ok(self.clock())
+    }
+
+    fn clock(&self) -> ClockStatus {
+        ClockStatus {
+            paused: self.pace.is_paused(),
+            speed: match self.pace.speed() {
+                Speed::Max => None,
+                Speed::Factor(factor) => Some(factor),
+            },
+            steps_left: self.pace.steps_left(),
+            tick: self.simulation.tick(),
+        }
+    }
+
+    fn status(&self) -> Status {
+        let setup = self.simulation.setup();
+        let mut faults = self.simulation.faults();
+        faults.retain(|fault| fault.phase != Phase::Over);
+        Status {
+            run: self.run.clone(),
+            scenario: setup.scenario.name.clone(),
+            seed: setup.seed,
+            tick: self.simulation.tick(),
+            t_ms: self.simulation.world().now(),
+            clock: self.clock(),
+            items: self.simulation.world().item_counts(),
+            robots: self
+                .simulation
+                .barrier()
+                .robots()
+                .map(|robot| self.robot_status(robot))
+                .collect(),
+            faults,
+        }
+    }
+
+    fn robot_status(&self, robot: RobotId) -> RobotStatus {
+        let (world, barrier) = (self.simulation.world(), self.simulation.barrier());
+        let catalog = self.simulation.catalog();
+        let motivations = self.simulation.motivations(robot);
+        let pose = world.pose(robot);
+        let presence = barrier.presence(robot);
+        let state = match presence {
+            _ if barrier.is_absent(robot) => AgentState::Absent,
+            Presence::Empty => AgentState::Dead,
+            Presence::Invited | Presence::Entering { .. } => AgentState::Coming,
+            Presence::Present => AgentState::Present,
+            Presence::Silent => AgentState::Silent,
+        };
+        let lives = presence != Presence::Empty;
+        let active = motivations
+            .iter()
+            .find(|motivation| motivation.state == SetState::Active)
+            .filter(|_| lives);
+        let task = active.and_then(|active| catalog.sets.get(active.set.index()));
+        let peer = &self.peers[robot.index()];
+        RobotStatus {
+            robot: peer.name.clone(),
+            pid: peer.pid.filter(|_| lives),
+            incarnation: barrier.incarnation(robot),
+            state,
+            x_m: pose.position.x,
+            y_m: pose.position.y,
+            heading_rad: pose.heading_rad,
+            carrying: world.carrying(robot).is_some(),
+            task: task.map(|set| catalog.task_name(set.task).to_owned()),
+            sets: motivations
+                .iter()
+                .filter(|_| lives)
+                .map(|motivation| SetStatus {
+                    behavior_set: catalog.set_name(motivation.set).to_owned(),
+                    motivation: motivation.motivation,
+                    state: motivation.state.as_str().to_owned(),
+                })
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! What faults ask of processes: one act after the other, each waited for, so that no deadline decides anything (DESIGN §5).
+
+use std::collections::VecDeque;
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::process::ProcessAct;
+
+use super::Simulation;
+use crate::barrier::Presence;
+use crate::faults::schedule::FaultIndex;
+use crate::input::Input;
+use crate::recorder::FaultEvent;
+
+/// Something to be done to the process of a robot's agent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Act {
+    pub robot: RobotId,
+    pub act: ProcessAct,
+    pub fault: FaultIndex,
+}
+
+/// Acts in the order in which they are done.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Acts {
+    waiting: VecDeque<Act>,
+    /// What the launcher is doing.
+    under_way: Option<Act>,
+}
+
+impl Acts {
+    pub fn push(&mut self, act: Act) {
+        self.waiting.push_back(act);
+    }
+
+    /// Whether nothing is left to be done.
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty() && self.under_way.is_none()
+    }
+}
+
+impl Simulation {
+    /// What is to be done next to a process, each act once; the tick waits until it has had its effect: an agent that is
+    /// killed is [gone](Simulation::gone), one that is started has [arrived](Simulation::arrive), one that is stopped or
+    /// continued is [done](Simulation::act_done).
+    pub fn next_act(&mut self) -> Option<(RobotId, ProcessAct)> {
+        while self.acts.under_way.is_none() {
+            let next = self.acts.waiting.pop_front()?;
+            if self.is_moot(next) {
+                continue;
+            }
+            if next.act == ProcessAct::Start {
+                self.barrier.expect(next.robot);
+            }
+            self.acts.under_way = Some(next);
+            return Some((next.robot, next.act));
+        }
+        None
+    }
+
+    /// Whether the tick waits for an act to have its effect.
+    #[must_use]
+    pub fn awaits_act(&self) -> bool {
+        self.acts.under_way.is_some()
+    }
+
+    /// Whether an act would find nothing to do: it lives already, or lives no more.
+    fn is_moot(&self, act: Act) -> bool {
+        let lives =
+            self.barrier.presence(act.robot) != Presence::Empty && !self.barrier.is_gone(act.robot);
+        (act.act == ProcessAct::Start) == lives
+    }
+
+    /// The launcher has done what [`Simulation::next_act`] asked for, or says why it cannot.
+    pub fn act_done(&mut self, robot: RobotId, act: ProcessAct, result: Result<(), String>) {
+        let Some(done) = self.acts.under_way else {
+            return;
+        };
+        if (done.robot, done.act) != (robot, act) {
+            return;
+        }
+        match (result, act) {
+            (Ok(()), ProcessAct::Stop) => self.conclude(done),
+            (Ok(()), ProcessAct::Continue) => {
+                self.barrier.readmit(robot);
+                self.conclude(done);
+            }
+            // The token tells when it has had its effect.
+            (Ok(()), ProcessAct::Start | ProcessAct::Kill | ProcessAct::Terminate) => {}
+            (Err(why), _) => self.fail(done, &why),
+        }
+    }
+
+    /// If the act under way has asked for this of this robot, it has had its effect.
+    pub(super) fn conclude_if(&mut self, robot: RobotId, acts: &[ProcessAct]) {
+        if let Some(done) = self.acts.under_way
+            && done.robot == robot
+            && acts.contains(&done.act)
+        {
+            self.conclude(done);
+        }
+    }
+
+    fn conclude(&mut self, done: Act) {
+        self.acts.under_way = None;
+        self.hit(done.fault, 1);
+        self.settle();
+    }
+
+    fn fail(&mut self, failed: Act, why: &str) {
+        self.acts.under_way = None;
+        match failed.act {
+            ProcessAct::Start => self.barrier.expect_no_more(failed.robot),
+            ProcessAct::Kill | ProcessAct::Terminate => self.barrier.spare(failed.robot),
+            ProcessAct::Stop => self.barrier.readmit(failed.robot),
+            ProcessAct::Continue => self.barrier.release(failed.robot),
+        }
+        self.unscripted = true;
+        self.failures.push(Input::Failed {
+            robot: self.name(failed.robot).to_owned(),
+            act: failed.act,
+        });
+        self.tell(FaultEvent::Failed, failed.fault, why);
+        self.settle();
+    }
+}

@@ -1,0 +1,158 @@
+//! What operators ask for while a run is under way: it takes effect at the beginning of a tick, and is an input of it.
+
+use alliance_proto::control::{Armed, Cleared, FaultStatus, Phase};
+use alliance_proto::fault::Order;
+use alliance_proto::ids::Tick;
+use alliance_proto::time::SimTime;
+
+use super::Simulation;
+use crate::input::Input;
+use crate::recorder::FaultEvent;
+
+/// A command that waits for the tick under way to end.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Command {
+    Order(Order),
+    Clear(Vec<String>),
+}
+
+impl Simulation {
+    /// An operator orders a fault.
+    ///
+    /// # Errors
+    /// What is wrong with the order, and what would be right.
+    pub fn order(&mut self, mut order: Order) -> Result<Armed, String> {
+        self.refuse_if_over()?;
+        let scenario = &self.setup.scenario;
+        order.check(scenario).map_err(|error| error.to_string())?;
+        if order.fault.is_about_a_process() && !self.has_launcher {
+            return Err(format!(
+                "'{}' needs the launcher, which owns the processes: start the run with `alliance run`",
+                order.fault.name()
+            ));
+        }
+        let reserved: Vec<&str> = self
+            .commands
+            .iter()
+            .filter_map(|command| match command {
+                Command::Order(order) => order.id.as_deref(),
+                Command::Clear(_) => None,
+            })
+            .collect();
+        let id = self
+            .schedule
+            .name_for(order.id.take(), &reserved)
+            .map_err(|error| error.to_string())?;
+        order.id = Some(id.clone());
+        let (tick, now) = self.next_beginning();
+        let at = match order.when {
+            Some(_) => None,
+            None => Some(order.at().unwrap_or(now).max(now)),
+        };
+        // Ticks are a step apart; what is due between two of them takes effect at the later one.
+        let step = self.setup.scenario.step_ms;
+        let tick = at.map(|at| at.0.div_ceil(step).max(tick));
+        self.command(Command::Order(order));
+        Ok(Armed {
+            id,
+            tick,
+            t_ms: tick.map(|tick| SimTime(tick * step)),
+        })
+    }
+
+    /// An operator clears the fault of that id, or all.
+    ///
+    /// # Errors
+    /// When there is no such fault, or it is over already.
+    pub fn clear(&mut self, id: Option<&str>) -> Result<Cleared, String> {
+        self.refuse_if_over()?;
+        let live: Vec<String> = self
+            .schedule
+            .statuses()
+            .filter(|status| status.phase != Phase::Over)
+            .map(|status| status.id.clone())
+            .collect();
+        let ids = match id {
+            None => live,
+            Some(id) if live.iter().any(|live| live == id) => vec![id.to_owned()],
+            Some(id) if self.schedule.find(id).is_some() => {
+                return Err(format!("the fault '{id}' is over already"));
+            }
+            Some(id) if live.is_empty() => {
+                return Err(format!("there is no fault '{id}'; there are none at all"));
+            }
+            Some(id) => {
+                return Err(format!(
+                    "there is no fault '{id}'; there are {}",
+                    live.join(", ")
+                ));
+            }
+        };
+        let (tick, t_ms) = self.next_beginning();
+        if !ids.is_empty() {
+            self.command(Command::Clear(ids.clone()));
+        }
+        Ok(Cleared { ids, tick, t_ms })
+    }
+
+    /// All faults of the run, in the order in which they were armed.
+    #[must_use]
+    pub fn faults(&self) -> Vec<FaultStatus> {
+        self.schedule.statuses().cloned().collect()
+    }
+
+    fn refuse_if_over(&self) -> Result<(), String> {
+        match self.outcome {
+            Some(_) => Err("the run is over".to_owned()),
+            None => Ok(()),
+        }
+    }
+
+    /// The next tick that has not been asked for: the earliest that a command can change.
+    fn next_beginning(&self) -> (Tick, SimTime) {
+        let later = u64::from(self.opened);
+        let step = self.setup.scenario.step_ms;
+        (
+            self.barrier.tick() + later,
+            self.world.now() + SimTime(later * step),
+        )
+    }
+
+    fn command(&mut self, command: Command) {
+        if self.opened {
+            self.commands.push(command);
+        } else {
+            self.obey(command);
+            self.begin();
+        }
+    }
+
+    /// Obeys the commands that came during the tick before.
+    pub(super) fn obey_all(&mut self) {
+        for command in std::mem::take(&mut self.commands) {
+            self.obey(command);
+        }
+    }
+
+    fn obey(&mut self, command: Command) {
+        match command {
+            Command::Order(order) => {
+                self.inputs.push(Input::Order {
+                    order: order.clone(),
+                });
+                // The id was free when it was given, and reserved since.
+                if let Ok(fault) = self.schedule.arm(order, self.world.now()) {
+                    self.tell(FaultEvent::Armed, fault, "");
+                }
+            }
+            Command::Clear(ids) => {
+                for id in &ids {
+                    if let Some(fault) = self.schedule.find(id) {
+                        self.clear_one(fault);
+                    }
+                }
+                self.inputs.push(Input::Clear { ids });
+            }
+        }
+    }
+}

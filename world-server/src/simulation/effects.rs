@@ -1,0 +1,165 @@
+//! What a fault does when it takes effect, and when it heals.
+
+use alliance_proto::fault::Fault;
+use alliance_proto::ids::RobotId;
+use alliance_proto::process::ProcessAct;
+
+use super::Simulation;
+use super::acts::Act;
+use crate::barrier::Presence;
+use crate::faults::schedule::{FaultIndex, Turn};
+use crate::recorder::{Event, EventKind, FaultEvent};
+
+impl Simulation {
+    /// Everything that is due before the current tick is asked for. May be called again as long as it is not.
+    pub fn begin(&mut self) {
+        if self.opened || self.outcome.is_some() || !self.barrier.started() {
+            return;
+        }
+        self.obey_all();
+        while let Some(turn) = self.schedule.next(self.world.now()) {
+            match turn {
+                Turn::Apply(fault) => self.apply(fault),
+                Turn::Heal(fault) => self.heal(fault),
+            }
+        }
+        self.barrier.run_on(self.schedule.brings_robots_back());
+    }
+
+    /// A fault in force, or armed, is taken back.
+    pub(super) fn clear_one(&mut self, fault: FaultIndex) {
+        match self.schedule.clear(fault, self.world.now()) {
+            Some(true) => self.heal(fault),
+            Some(false) => self.tell(FaultEvent::Disarmed, fault, ""),
+            None => {}
+        }
+    }
+
+    pub(super) fn apply(&mut self, index: FaultIndex) {
+        self.tell(FaultEvent::Applied, index, "");
+        let fault = self.schedule.status(index).order.fault.clone();
+        let robot = fault.robot().and_then(|name| self.robot_named(name));
+        match (&fault, robot) {
+            (Fault::Kill(_), Some(robot)) => self.kill(index, robot, ProcessAct::Kill),
+            (Fault::Terminate(_), Some(robot)) => self.kill(index, robot, ProcessAct::Terminate),
+            (Fault::Pause(_), Some(robot)) => {
+                self.barrier.suspend(robot);
+                self.act(index, robot, ProcessAct::Stop);
+            }
+            (Fault::Continue(_), Some(robot)) => {
+                for pause in self.in_force_on(robot, |fault| matches!(fault, Fault::Pause(_))) {
+                    self.clear_one(pause);
+                }
+                self.act(index, robot, ProcessAct::Continue);
+            }
+            (Fault::Restart(_), Some(robot)) => {
+                // What would bring it back later finds it here.
+                self.kill_at_once(index, robot);
+                self.act(index, robot, ProcessAct::Start);
+            }
+            (Fault::Add(_), Some(robot)) => {
+                self.world.set_present(robot, true);
+                self.act(index, robot, ProcessAct::Start);
+            }
+            (Fault::Remove(_), Some(robot)) => self.remove(index, robot),
+            _ => self.interrupt_world(index, &fault),
+        }
+    }
+
+    fn heal(&mut self, index: FaultIndex) {
+        self.tell(FaultEvent::Healed, index, "");
+        let fault = self.schedule.status(index).order.fault.clone();
+        let robot = fault.robot().and_then(|name| self.robot_named(name));
+        match (&fault, robot) {
+            (Fault::Kill(_) | Fault::Terminate(_), Some(robot))
+                if !self.barrier.is_absent(robot) =>
+            {
+                self.act(index, robot, ProcessAct::Start);
+            }
+            (Fault::Pause(_), Some(robot)) if self.barrier.is_suspended(robot) => {
+                self.act(index, robot, ProcessAct::Continue);
+            }
+            (Fault::Remove(_), Some(robot)) => {
+                self.world.set_present(robot, true);
+                self.act(index, robot, ProcessAct::Start);
+            }
+            (Fault::Add(_), Some(robot)) => self.remove(index, robot),
+            _ => self.end_interruption(index),
+        }
+    }
+
+    /// Faults of that sort in force on a robot, but for momentary ones.
+    fn in_force_on(&self, robot: RobotId, sort: impl Fn(&Fault) -> bool) -> Vec<FaultIndex> {
+        let name = self.name(robot);
+        self.schedule
+            .in_force()
+            .filter(|(_, fault)| sort(fault) && fault.robot() == Some(name))
+            .map(|(index, _)| index)
+            .collect()
+    }
+
+    /// A robot that takes part still counts in this tick, unheard; any other dies at once.
+    fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
+        if self.barrier.presence(robot) == Presence::Present {
+            self.barrier.doom(robot);
+            self.executions.push(Act { robot, act, fault });
+        } else {
+            self.barrier.doom(robot);
+            self.act(fault, robot, act);
+        }
+    }
+
+    fn kill_at_once(&mut self, fault: FaultIndex, robot: RobotId) {
+        self.barrier.doom(robot);
+        self.act(fault, robot, ProcessAct::Kill);
+    }
+
+    fn remove(&mut self, fault: FaultIndex, robot: RobotId) {
+        self.kill_at_once(fault, robot);
+        self.barrier.dismiss(robot);
+        self.let_go(robot);
+        self.world.set_present(robot, false);
+    }
+
+    fn act(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
+        self.acts.push(Act { robot, act, fault });
+    }
+
+    /// A row of events.csv about a fault.
+    pub(super) fn tell(&mut self, what: FaultEvent, index: FaultIndex, why: &str) {
+        let status = self.schedule.status(index);
+        let fault = &status.order.fault;
+        let trigger = match (&status.order.when, status.order.at_s, status.order.every_s) {
+            (Some(when), ..) => when.to_string(),
+            (None, Some(at_s), None) => format!("at {at_s} s"),
+            (None, None, None) => "at once".to_owned(),
+            (None, at_s, Some(every_s)) => {
+                format!("at {} s, every {every_s} s", at_s.unwrap_or_default())
+            }
+        };
+        let reason = match what {
+            FaultEvent::Armed | FaultEvent::Applied => trigger,
+            _ => why.to_owned(),
+        };
+        let robot = fault.robot().and_then(|name| self.robot_named(name));
+        let event = Event {
+            subject: status.id.clone(),
+            reason,
+            detail: fault.to_string(),
+            ..Event::new(EventKind::Fault(what), robot)
+        };
+        self.events.push(event);
+    }
+
+    /// Counts what a fault has changed; the first time is told.
+    pub(super) fn hit(&mut self, fault: FaultIndex, count: u64) {
+        if self.schedule.hit(fault, count) {
+            self.tell(FaultEvent::Hit, fault, "");
+        }
+    }
+}
+
+impl Simulation {
+    fn interrupt_world(&mut self, _index: FaultIndex, _fault: &Fault) {}
+    fn end_interruption(&mut self, _index: FaultIndex) {}
+}

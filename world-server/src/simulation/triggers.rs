@@ -1,0 +1,118 @@
+//! Events that faults wait for.
+
+use alliance_proto::fault::{Fault, Happening, When};
+use alliance_proto::ids::RobotId;
+use alliance_proto::telemetry::{NoteKind, SetState};
+use alliance_proto::tick::Report;
+use alliance_proto::time::SimTime;
+
+use super::Simulation;
+use crate::faults::schedule::FaultIndex;
+use crate::input::Input;
+use crate::world::WorldEvent;
+
+/// Something that has happened, as a trigger names it.
+struct Happened {
+    robot: RobotId,
+    what: Happening,
+    subject: Option<String>,
+}
+
+impl Simulation {
+    /// What a robot has decided in the current tick. A kill that waited for it comes before the team hears of it (DESIGN §4),
+    /// everything else at the beginning of the next tick.
+    pub(super) fn trigger_by_report(&mut self, report: &Report) {
+        if self.schedule.waiting().next().is_none() {
+            return;
+        }
+        let changes = report.changes.iter().map(|change| Happened {
+            robot: report.robot,
+            what: match change.to {
+                SetState::Active => Happening::Activates,
+                SetState::Waiting => Happening::Waits,
+                SetState::Hibernating => Happening::Hibernates,
+            },
+            subject: Some(self.catalog.set_name(change.set).to_owned()),
+        });
+        let finds = report
+            .notes
+            .iter()
+            .filter(|note| note.kind == NoteKind::PositionUpdate)
+            .map(|_| Happened {
+                robot: report.robot,
+                what: Happening::Finds,
+                subject: None,
+            });
+        let happened: Vec<Happened> = changes.chain(finds).collect();
+        for fault in self.waiting_for(&happened) {
+            let now = self.world.now();
+            if let Fault::Kill(_) | Fault::Terminate(_) = self.schedule.status(fault).order.fault {
+                self.schedule.apply(fault, now);
+                self.apply(fault);
+            } else {
+                self.schedule.trigger(fault, self.next_tick_at());
+            }
+        }
+    }
+
+    /// What the world did in the tick that ends, and who came and went in it.
+    pub(super) fn trigger_by_world(&mut self, events: &[WorldEvent], inputs: &[Input]) {
+        if self.schedule.waiting().next().is_none() {
+            return;
+        }
+        let item = |item: alliance_proto::ids::ItemId| Some(format!("item-{}", item.0));
+        let in_world = events.iter().filter_map(|event| {
+            let (robot, what, subject) = match *event {
+                WorldEvent::Picked { robot, item: id } => (robot, Happening::Picks, item(id)),
+                WorldEvent::Dropped {
+                    robot, item: id, ..
+                } => (robot, Happening::Drops, item(id)),
+                WorldEvent::Delivered { robot, item: id } => (robot, Happening::Delivers, item(id)),
+                WorldEvent::ReportMade { robot } => (robot, Happening::Reports, None),
+                WorldEvent::PickFailed { .. } | WorldEvent::EnergyOut { .. } => return None,
+            };
+            Some(Happened {
+                robot,
+                what,
+                subject,
+            })
+        });
+        let from_outside = inputs.iter().filter_map(|input| {
+            let (robot, what) = match input {
+                Input::Join { robot, .. } => (robot, Happening::Joins),
+                Input::Gone { robot, .. } => (robot, Happening::Dies),
+                _ => return None,
+            };
+            Some(Happened {
+                robot: self.robot_named(robot)?,
+                what,
+                subject: None,
+            })
+        });
+        let happened: Vec<Happened> = in_world.chain(from_outside).collect();
+        for fault in self.waiting_for(&happened) {
+            // The clock shows the next tick already.
+            self.schedule.trigger(fault, self.world.now());
+        }
+    }
+
+    fn next_tick_at(&self) -> SimTime {
+        self.world.now() + SimTime(self.setup.scenario.step_ms)
+    }
+
+    fn waiting_for(&self, happened: &[Happened]) -> Vec<FaultIndex> {
+        let fits = |when: &When, happened: &Happened| {
+            when.what == happened.what
+                && when
+                    .robot
+                    .as_deref()
+                    .is_none_or(|robot| robot == self.name(happened.robot))
+                && (when.subject.is_none() || when.subject == happened.subject)
+        };
+        self.schedule
+            .waiting()
+            .filter(|(_, when)| happened.iter().any(|happened| fits(when, happened)))
+            .map(|(fault, _)| fault)
+            .collect()
+    }
+}
