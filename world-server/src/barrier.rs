@@ -257,7 +257,7 @@ impl Barrier {
                     robot: place.name.clone(),
                     incarnation,
                     last_counted: counted_now.or(place.last_counted),
-                    listed: !place.doomed || owes,
+                    listed: !place.doomed || counted_now.is_none(),
                     scripted: place.doomed && !owes,
                 });
                 // Its place is free at once for a successor that the scenario starts in the same tick.
