@@ -4,7 +4,6 @@
 use alliance_proto::ids::RobotId;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Outcome, TickMessage};
-use alliance_proto::time::SimTime;
 use robot_agent::agent::Agent;
 use robot_agent::radio::Radio;
 use world_server::recorder::{LogLevel, RecordError, Recorder, Sink};
@@ -21,7 +20,6 @@ pub struct Team<S> {
     simulation: Simulation,
     recorder: Recorder<S>,
     members: Vec<Member>,
-    step: SimTime,
 }
 
 impl<S: Sink> Team<S> {
@@ -50,7 +48,6 @@ impl<S: Sink> Team<S> {
             simulation,
             recorder,
             members,
-            step: SimTime(setup.scenario.step_ms),
         })
     }
 
@@ -91,10 +88,8 @@ impl<S: Sink> Team<S> {
 
     fn ask(&mut self, robot: RobotId, message: &TickMessage) {
         let member = &mut self.members[robot.index()];
-        let heard = member
-            .radio
-            .listen(&message.manifest, message.now, self.step);
-        let step = member.agent.step(message, heard);
+        let arrived = member.radio.collect(&message.manifest);
+        let step = member.agent.step(message, arrived);
         for broadcast in step.broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {
                 if rank != robot.index() {

@@ -13,6 +13,7 @@
 mod encode;
 mod hash;
 mod level;
+mod on_their_way;
 mod pages;
 mod read;
 mod record;
@@ -35,6 +36,7 @@ use serde::Serialize;
 
 use encode::Names;
 use hash::RunHash;
+use on_their_way::OnTheirWay;
 use pages::Pages;
 use run_file::Tally;
 
@@ -96,6 +98,8 @@ pub struct Recorder<S> {
     pages: Pages,
     hash: RunHash,
     tally: Tally,
+    /// Messages whose rows are still to come.
+    on_their_way: OnTheirWay,
     /// What the last row of mission.csv says.
     mission: Option<(ItemCounts, Option<SimTime>)>,
     /// Latest tick.
@@ -119,6 +123,7 @@ impl<S: Sink> Recorder<S> {
             pages: Pages::new(level),
             hash: RunHash::default(),
             tally: Tally::new(setup),
+            on_their_way: OnTheirWay::default(),
             mission: None,
             latest: None,
             sealed: None,
@@ -144,7 +149,7 @@ impl<S: Sink> Recorder<S> {
             encode::motivations(names, record, rows)
         });
         pages.add(Table::Messages, |rows| {
-            encode::messages(names, record, rows)
+            encode::messages(names, &mut self.on_their_way, record, rows)
         });
         pages.add(Table::Events, |rows| encode::events(names, record, rows));
         pages.add(Table::Poses, |rows| encode::poses(names, record, rows));
@@ -190,12 +195,20 @@ impl<S: Sink> Recorder<S> {
         self.sink.replace(Document::Host, &format!("{host:#}\n"))
     }
 
-    /// Ends the log: writes what is left and the final run.json, and returns that.
+    /// Ends the log: writes what is left, messages on their way among it, and the final run.json, and returns that. Where
+    /// the last tick has its seal already and such messages follow, it is sealed again.
     ///
     /// # Errors
     /// Those of [`Recorder::flush`] and of the sink.
     pub fn finish(&mut self, outcome: Outcome, unscripted: bool) -> Result<RunFile, RecordError> {
-        if self.sealed != self.latest {
+        let left = self.on_their_way.end();
+        if !left.is_empty() {
+            let names = &self.names;
+            self.pages.add(Table::Messages, |rows| {
+                encode::pending(names, &left, rows);
+            });
+        }
+        if self.sealed != self.latest || !left.is_empty() {
             self.seal();
         }
         self.flush()?;
