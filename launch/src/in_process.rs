@@ -8,7 +8,6 @@ use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Outcome, TickMessage};
-use alliance_proto::time::SimTime;
 use robot_agent::agent::Agent;
 use robot_agent::radio::Radio;
 use world_server::barrier::Presence;
@@ -32,7 +31,6 @@ pub struct Team<S> {
     /// By rank; `None` where no agent lives.
     members: Vec<Option<Member>>,
     outside: Outside,
-    step: SimTime,
 }
 
 impl<S: Sink> Team<S> {
@@ -71,7 +69,6 @@ impl<S: Sink> Team<S> {
             outside.entry(line.tick).or_default().push(line.input);
         }
         let mut team = Self {
-            step: SimTime(setup.scenario.step_ms),
             members: setup.scenario.robots.iter().map(|_| None).collect(),
             simulation: Simulation::new(setup, true),
             recorder,
@@ -300,10 +297,8 @@ impl<S: Sink> Team<S> {
         for (sender, tick, index) in lost {
             member.radio.lose(sender, tick, index);
         }
-        let heard = member
-            .radio
-            .listen(&message.manifest, message.now, self.step);
-        let step = member.agent.step(message, heard);
+        let arrived = member.radio.collect(&message.manifest);
+        let step = member.agent.step(message, arrived);
         for broadcast in step.broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {
                 if rank != robot.index()

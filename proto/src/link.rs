@@ -66,6 +66,13 @@ impl LinkState {
         *self == Self::default()
     }
 
+    /// Whether a message that is not held may come late.
+    #[must_use]
+    pub fn may_delay(&self) -> bool {
+        let late = self.delay > SimTime::ZERO || self.jitter > SimTime::ZERO;
+        late || self.reorder > Probability::NEVER
+    }
+
     /// Both states at once: delays add up, chances are independent of each other.
     #[must_use]
     pub fn and(self, other: Self) -> Self {

@@ -1,4 +1,4 @@
-//! One ChaCha stream per purpose and robot, so that no consumer shifts another's luck (DESIGN §5).
+//! One ChaCha stream per purpose and robot or link, so that no consumer shifts another's luck (DESIGN §5).
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -33,6 +33,13 @@ pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
 #[must_use]
 pub fn robot_stream(seed: u64, purpose: Purpose, robot: RobotId) -> ChaCha8Rng {
     numbered(seed, purpose, u32::from(robot.0) + 1)
+}
+
+/// The stream of that purpose of one directed link. A purpose has streams of robots or of links, never both.
+#[must_use]
+pub fn link_stream(seed: u64, purpose: Purpose, sender: RobotId, receiver: RobotId) -> ChaCha8Rng {
+    let link = u32::from(sender.0) << 16 | u32::from(receiver.0);
+    numbered(seed, purpose, link)
 }
 
 fn numbered(seed: u64, purpose: Purpose, number: u32) -> ChaCha8Rng {

@@ -6,14 +6,16 @@ use alliance_proto::team::{Body, Broadcast, Heartbeat};
 use alliance_proto::tick::{Report, TickMessage};
 
 use crate::alliance::{Announcement, Engine, StepInput};
+use crate::links::{Heard, Links};
 use crate::missions::waste::WasteMission;
-use crate::radio::Heard;
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
 pub struct Agent {
     robot: RobotId,
     incarnation: Incarnation,
+    /// Messages on their way belong to the state that goes back when a step did not count.
+    links: Links,
     engine: Engine,
     mission: WasteMission,
     /// Sequence number of the next broadcast.
@@ -36,19 +38,22 @@ impl Agent {
         Self {
             robot,
             incarnation,
+            links: Links::new(robot, setup),
             engine: Engine::new(robot, setup),
             mission: WasteMission::new(robot, setup),
             next_seq: 0,
         }
     }
 
-    /// One step of the robot at this tick, having heard what `heard` says.
-    pub fn step(&mut self, tick: &TickMessage, heard: Heard) -> Step {
+    /// One step of the robot at this tick. `arrived` has a place for each broadcast of the manifest, in its order; `None` is
+    /// one that has not arrived.
+    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Step {
         let now = tick.now;
-        let perception = self.mission.perceive(now, &tick.readings, &heard.inbox);
+        let Heard { inbox, receptions } = self.links.hear(tick, arrived);
+        let perception = self.mission.perceive(now, &tick.readings, &inbox);
         let thought = self.engine.step(&StepInput {
             now,
-            heard: &heard.inbox,
+            heard: &inbox,
             applicable: &perception.applicable,
             progressed: &perception.progressed,
         });
@@ -77,7 +82,7 @@ impl Agent {
                 motivations: thought.motivations,
                 changes: thought.changes,
                 notes,
-                receptions: heard.receptions,
+                receptions,
             },
             broadcasts,
         }
@@ -129,15 +134,15 @@ impl TentativeAgent {
         }
     }
 
-    /// Goes back to the state before the latest step if that step did not count, then steps.
-    pub fn step(&mut self, tick: &TickMessage, heard: Heard) -> Step {
+    /// Goes back to the state before the latest step if that step did not count, then makes [`Agent::step`].
+    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Step {
         if let Some((stepped, before)) = self.before.take()
             && tick.last_counted.is_none_or(|counted| counted < stepped)
         {
             self.agent = before;
         }
         self.before = Some((tick.tick, self.agent.clone()));
-        self.agent.step(tick, heard)
+        self.agent.step(tick, arrived)
     }
 }
 

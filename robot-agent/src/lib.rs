@@ -1,7 +1,7 @@
 //! The robot-agent: one robot's mind, and the process it lives in.
 //!
 //! Pure, from the outside in:
-//! - [`agent`]: one step of the mind. It hears through [`radio`], perceives and acts through its mission, and weighs its
+//! - [`agent`]: one step of the mind. What has arrived in [`radio`] it hears through [`links`]; it perceives and acts through its mission, and weighs its
 //!   motivations with [`alliance`].
 //! - [`alliance`]: motivational behaviors, comm history, heartbeats (ALLIANCE.md).
 //! - [`missions`]: behavior sets and knowledge.
@@ -13,6 +13,7 @@ pub mod agent;
 pub mod alliance;
 pub mod args;
 pub mod body;
+pub mod links;
 pub mod missions;
 pub mod process;
 pub mod radio;

@@ -14,7 +14,6 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::secret::{self, OpenError, Secret};
 use alliance_proto::team::{Broadcast, BroadcastKind};
 use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
-use alliance_proto::time::SimTime;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
@@ -117,7 +116,6 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
                 .iter()
                 .map(|r| r.name.clone())
                 .collect(),
-            step: SimTime(setup.scenario.step_ms),
             agent: TentativeAgent::new(Agent::new(robot, welcome.incarnation, &setup)),
             radio: Radio::default(),
             latest: None,
@@ -334,7 +332,6 @@ struct Alive {
     incarnation: Incarnation,
     /// Names of all robots, by rank: a broadcast must come on its sender's key.
     names: Vec<String>,
-    step: SimTime,
     agent: TentativeAgent,
     radio: Radio,
     /// Number of the latest tick that the world sent to this life: an older one is put again by somebody.
@@ -451,8 +448,8 @@ impl Alive {
     }
 
     fn step(&mut self, tick: &TickMessage) {
-        let heard = self.radio.listen(&tick.manifest, tick.now, self.step);
-        let step = self.agent.step(tick, heard);
+        let arrived = self.radio.collect(&tick.manifest);
+        let step = self.agent.step(tick, arrived);
         for broadcast in &step.broadcasts {
             let publisher = &self.publishers.team[broadcast.body.kind() as usize];
             publish(&self.secret, publisher, broadcast);

@@ -1,4 +1,5 @@
-//! What a robot hears: the broadcasts that the world's manifest lists, in an order that does not depend on how they came.
+//! The robot's receiver: broadcasts that have arrived, until the world's manifest lists them, in its order and not in that in
+//! which they came.
 //!
 //! Anything that no manifest lists is never heard (DESIGN §4), whatever somebody puts on the bus.
 
@@ -6,10 +7,8 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::team::{Body, Broadcast};
-use alliance_proto::telemetry::{Fate, Reception, Said};
+use alliance_proto::team::Broadcast;
 use alliance_proto::tick::ManifestEntry;
-use alliance_proto::time::SimTime;
 
 /// Broadcasts that have arrived and wait for the manifest that lists them. More than any honest team sends in the ticks
 /// that can be under way; what exceeds it is the oldest, or junk.
@@ -17,15 +16,6 @@ const CAPACITY: usize = 65_536;
 
 /// Identity of a broadcast.
 type Key = (Tick, RobotId, Incarnation, u16);
-
-/// What one step's listening gave.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Heard {
-    /// Audible broadcasts, by (sender rank, sequence number).
-    pub inbox: Vec<Broadcast>,
-    /// The fate of each broadcast that was listed.
-    pub receptions: Vec<Reception>,
-}
 
 /// The robot's receiver.
 #[derive(Clone, Debug, Default)]
@@ -74,40 +64,16 @@ impl Radio {
             .all(|entry| keys(entry).all(|key| self.arrived.contains_key(&key)))
     }
 
-    /// Hears the broadcasts of the manifest at `now`; those that have not arrived are lost. Older ones are forgotten.
-    pub fn listen(&mut self, manifest: &[ManifestEntry], now: SimTime, step: SimTime) -> Heard {
-        let mut heard = Heard::default();
-        for entry in manifest {
-            for key in keys(entry) {
-                let broadcast = self.arrived.remove(&key);
-                heard.receptions.push(Reception {
-                    at: now,
-                    sender: entry.sender,
-                    incarnation: entry.incarnation,
-                    sent: SimTime(entry.tick.saturating_mul(step.0)),
-                    fate: if broadcast.is_some() {
-                        Fate::Heard
-                    } else {
-                        Fate::Lost
-                    },
-                    said: broadcast.as_ref().map(said),
-                });
-                heard.inbox.extend(broadcast);
-            }
-        }
-        heard.inbox.sort_by_key(|broadcast| {
-            (
-                broadcast.sender,
-                broadcast.incarnation,
-                broadcast.seq,
-                broadcast.index,
-            )
-        });
+    /// Takes out the broadcasts of the manifest, one place for each in its order; `None` is one that has not arrived. Older
+    /// ones are forgotten.
+    pub fn collect(&mut self, manifest: &[ManifestEntry]) -> Vec<Option<Broadcast>> {
+        let listed = manifest.iter().flat_map(keys);
+        let collected = listed.map(|key| self.arrived.remove(&key)).collect();
         if let Some(oldest) = manifest.iter().map(|entry| entry.tick).min() {
             self.arrived = self.arrived.split_off(&(oldest, RobotId(0), 0, 0));
             self.oldest = oldest;
         }
-        heard
+        collected
     }
 }
 
@@ -116,39 +82,11 @@ fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
     (0..entry.count).map(move |index| (tick, sender, incarnation, index))
 }
 
-/// The part of a broadcast that goes into the log.
-fn said(broadcast: &Broadcast) -> Said {
-    let (state, since, set, task, progress) = match &broadcast.body {
-        Body::Heartbeat(heartbeat) => (
-            Some(heartbeat.state),
-            Some(heartbeat.since),
-            heartbeat.set,
-            heartbeat.task,
-            Some(heartbeat.progress),
-        ),
-        Body::PositionUpdate {
-            task,
-            set,
-            progress,
-            ..
-        } => (None, None, Some(*set), Some(*task), Some(*progress)),
-        Body::Withdrawal(_) => (None, None, None, None, None),
-    };
-    Said {
-        seq: broadcast.seq,
-        kind: broadcast.body.kind(),
-        state,
-        since,
-        set,
-        task,
-        progress,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alliance_proto::team::Withdrawal;
+    use alliance_proto::team::{Body, Withdrawal};
+    use alliance_proto::time::SimTime;
 
     fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
         Broadcast {
@@ -175,52 +113,48 @@ mod tests {
         }
     }
 
+    fn seqs(collected: &[Option<Broadcast>]) -> Vec<Option<u64>> {
+        let seq = |broadcast: &Broadcast| broadcast.seq;
+        collected
+            .iter()
+            .map(|place| place.as_ref().map(seq))
+            .collect()
+    }
+
     #[test]
-    fn hears_what_is_listed_in_rank_order_whatever_the_order_of_arrival() {
+    fn collects_in_the_order_of_the_manifest_whatever_the_order_of_arrival() {
         let manifest = [entry(0, 4, 2), entry(2, 4, 1)];
         let sent = [
             broadcast(2, 4, 0, 9),
             broadcast(0, 4, 1, 8),
             broadcast(0, 4, 0, 7),
         ];
-        let mut orders = vec![vec![0, 1, 2], vec![2, 1, 0], vec![1, 0, 2]];
-        let mut results = Vec::new();
-        for order in orders.drain(..) {
+        for order in [[0, 1, 2], [2, 1, 0], [1, 0, 2]] {
             let mut radio = Radio::default();
             assert!(!radio.has_all(&manifest));
             for index in order {
                 radio.receive(sent[index].clone());
             }
             assert!(radio.has_all(&manifest));
-            results.push(radio.listen(&manifest, SimTime(250), SimTime(50)));
+            let collected = radio.collect(&manifest);
+            assert_eq!(seqs(&collected), [Some(7), Some(8), Some(9)]);
         }
-        assert_eq!(
-            results[0].inbox.iter().map(|b| b.seq).collect::<Vec<_>>(),
-            [7, 8, 9]
-        );
-        assert!(results.iter().all(|result| *result == results[0]));
     }
 
     #[test]
-    fn what_no_manifest_lists_is_never_heard() {
+    fn what_no_manifest_lists_is_never_collected() {
         let mut radio = Radio::default();
         radio.receive(broadcast(1, 4, 0, 1));
         radio.receive(broadcast(1, 4, 1, 2));
         radio.receive(broadcast(1, 99, 0, 3));
-        let heard = radio.listen(&[entry(1, 4, 1)], SimTime(250), SimTime(50));
-        assert_eq!(heard.inbox.iter().map(|b| b.seq).collect::<Vec<_>>(), [1]);
-        assert_eq!(heard.receptions.len(), 1);
+        assert_eq!(seqs(&radio.collect(&[entry(1, 4, 1)])), [Some(1)]);
     }
 
     #[test]
-    fn a_listed_broadcast_that_never_came_is_lost_and_logged_with_its_sender() {
+    fn a_listed_broadcast_that_never_came_leaves_its_place_empty() {
         let mut radio = Radio::default();
-        let heard = radio.listen(&[entry(1, 4, 1)], SimTime(250), SimTime(50));
-        assert!(heard.inbox.is_empty());
-        assert_eq!(heard.receptions[0].fate, Fate::Lost);
-        assert_eq!(heard.receptions[0].sender, RobotId(1));
-        assert_eq!(heard.receptions[0].sent, SimTime(200));
-        assert_eq!(heard.receptions[0].said, None);
+        radio.receive(broadcast(1, 4, 1, 8));
+        assert_eq!(seqs(&radio.collect(&[entry(1, 4, 2)])), [None, Some(8)]);
     }
 
     #[test]
@@ -228,14 +162,13 @@ mod tests {
         let mut radio = Radio::default();
         assert!(radio.receive(broadcast(1, 4, 0, 1)));
         assert!(!radio.receive(broadcast(1, 4, 0, 77)));
-        let heard = radio.listen(&[entry(1, 4, 1)], SimTime(250), SimTime(50));
-        assert_eq!(heard.inbox[0].seq, 1);
+        assert_eq!(seqs(&radio.collect(&[entry(1, 4, 1)])), [Some(1)]);
     }
 
     #[test]
     fn what_is_older_than_all_that_may_be_listed_is_not_kept() {
         let mut radio = Radio::default();
-        radio.listen(&[entry(1, 4, 0)], SimTime(250), SimTime(50));
+        radio.collect(&[entry(1, 4, 0)]);
         assert!(!radio.receive(broadcast(1, 3, 0, 1)));
         assert!(radio.arrived.is_empty());
         assert!(radio.receive(broadcast(1, 4, 0, 2)));

@@ -1,8 +1,10 @@
 //! Roll-back: a step that did not count leaves no trace.
 
 use alliance_proto::codec::encode;
+use alliance_proto::link::{LinkState, Probability};
 use alliance_proto::readings::{Pose, Proximity, Readings, Zone};
 use alliance_proto::scenario::Scenario;
+use alliance_proto::tick::ManifestEntry;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;
@@ -19,8 +21,10 @@ const STEP_MS: u64 = 500;
 #[derive(Clone, Debug)]
 struct Moment {
     readings: Readings,
-    /// What the teammate senses in the same tick; what it says then is heard.
+    /// What the teammate senses in the same tick; what it says then is listed.
     teammate: Readings,
+    /// On the way of what it says.
+    link: LinkState,
     counted: bool,
 }
 
@@ -67,14 +71,35 @@ fn readings() -> impl Strategy<Value = Readings> {
     )
 }
 
+fn link() -> impl Strategy<Value = LinkState> {
+    let chance = || prop_oneof![Just(0.0), 0.0..1.0].prop_map(Probability::of);
+    let late = prop_oneof![Just(0), 0..4 * STEP_MS].prop_map(SimTime);
+    (
+        chance(),
+        chance(),
+        chance(),
+        late,
+        prop::bool::weighted(0.1),
+    )
+        .prop_map(|(drop, duplicate, reorder, jitter, hold)| LinkState {
+            drop,
+            duplicate,
+            reorder,
+            jitter,
+            hold,
+            ..LinkState::default()
+        })
+}
+
 fn moment() -> impl Strategy<Value = Moment> {
-    (readings(), readings(), prop::bool::weighted(0.7)).prop_map(|(readings, teammate, counted)| {
-        Moment {
+    (readings(), readings(), link(), prop::bool::weighted(0.7)).prop_map(
+        |(readings, teammate, link, counted)| Moment {
             readings,
             teammate,
+            link,
             counted,
-        }
-    })
+        },
+    )
 }
 
 proptest! {
@@ -88,15 +113,20 @@ proptest! {
         let mut gold = Agent::new(GOLD, 1, &setup);
         let mut last_counted = None;
         for (tick, moment) in (0..).zip(&moments) {
-            let said = gold.step(&message(tick, None, &moment.teammate), Heard::default());
-            let heard = Heard {
-                inbox: said.broadcasts,
-                receptions: Vec::new(),
-            };
-            let message = message(tick, last_counted, &moment.readings);
-            let step = tentative.step(&message, heard.clone());
+            let said = gold.step(&message(tick, None, &moment.teammate), Vec::new());
+            let mut message = message(tick, last_counted, &moment.readings);
+            message.manifest.push(ManifestEntry {
+                sender: GOLD,
+                tick,
+                incarnation: 1,
+                count: said.report.broadcasts,
+                link: Some(moment.link),
+            });
+            message.held.extend(moment.link.hold.then_some(GOLD));
+            let arrived: Vec<_> = said.broadcasts.into_iter().map(Some).collect();
+            let step = tentative.step(&message, arrived.clone());
             if moment.counted {
-                let expected = undisturbed.step(&message, heard);
+                let expected = undisturbed.step(&message, arrived);
                 prop_assert_eq!(&step, &expected, "in tick {}", tick);
                 prop_assert_eq!(encode(&step.report).unwrap(), encode(&expected.report).unwrap());
                 last_counted = Some(tick);
@@ -109,10 +139,10 @@ proptest! {
 fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
     let mut agent = TentativeAgent::new(Agent::new(BLUE, 1, &setup()));
     let readings = Readings::default();
-    let first = agent.step(&message(0, None, &readings), Heard::default());
+    let first = agent.step(&message(0, None, &readings), Vec::new());
     assert!(!first.broadcasts.is_empty(), "an idle heartbeat");
-    let again = agent.step(&message(1, None, &readings), Heard::default());
+    let again = agent.step(&message(1, None, &readings), Vec::new());
     assert_eq!(again.broadcasts[0].seq, 0);
-    let then = agent.step(&message(6, Some(1), &readings), Heard::default());
+    let then = agent.step(&message(6, Some(1), &readings), Vec::new());
     assert_eq!(then.broadcasts[0].seq, again.broadcasts.len() as u64);
 }

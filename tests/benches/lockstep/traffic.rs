@@ -6,7 +6,6 @@ use alliance_proto::codec::encode;
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::tick::ToAgent;
-use alliance_proto::time::SimTime;
 use launch::in_process::Team;
 use robot_agent::agent::Agent;
 use robot_agent::radio::Radio;
@@ -54,13 +53,12 @@ impl Traffic {
             simulation.arrive(id, incarnation);
             agents.push((Agent::new(id, incarnation, setup), Radio::default()));
         }
-        let step = SimTime(setup.scenario.step_ms);
         let [mut ticks, mut reports, mut broadcasts] = [(); 3].map(|()| Count::default());
         while simulation.outcome().is_none() {
             for (robot, message) in simulation.questions() {
                 let (agent, radio) = &mut agents[robot.index()];
-                let heard = radio.listen(&message.manifest, message.now, step);
-                let done = agent.step(&message, heard);
+                let arrived = radio.collect(&message.manifest);
+                let done = agent.step(&message, arrived);
                 ticks.add(&ToAgent::Tick(Box::new(message)));
                 reports.add(&done.report);
                 for broadcast in done.broadcasts {

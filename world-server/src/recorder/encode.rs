@@ -5,6 +5,7 @@ use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::telemetry::Reception;
 
+use super::on_their_way::OnTheirWay;
 use super::record::{EventKind, TickRecord};
 use super::table::Row;
 use crate::input::{Input, InputLine};
@@ -28,6 +29,11 @@ impl Names {
     /// Name of a robot of the scenario.
     pub fn robot(&self, robot: RobotId) -> &str {
         self.robots.get(robot.index()).map_or("?", String::as_str)
+    }
+
+    fn rank(&self, robot: &str) -> Option<RobotId> {
+        let rank = self.robots.iter().position(|name| name == robot)?;
+        Some(RobotId(rank as u16))
     }
 
     fn set(&self, set: Option<SetId>) -> &str {
@@ -65,12 +71,36 @@ pub(super) fn motivations(names: &Names, record: &TickRecord<'_>, rows: &mut Vec
     }
 }
 
-/// messages.csv: a row per broadcast and receiver.
-pub(super) fn messages(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+/// messages.csv: a row per broadcast and receiver, once its last word is said; second copies have rows of their own.
+pub(super) fn messages(
+    names: &Names,
+    on_their_way: &mut OnTheirWay,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
     for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+        let (receiver, life) = (counted.report.robot, counted.report.incarnation);
         for reception in &counted.report.receptions {
-            message(names, counted.report.robot, reception, rows);
+            if on_their_way.settle(receiver, life, reception) {
+                message(names, receiver, reception, rows);
+            }
         }
+    }
+    for input in record.inputs {
+        if let Input::Gone {
+            robot, incarnation, ..
+        } = input
+            && let Some(receiver) = names.rank(robot)
+        {
+            pending(names, &on_their_way.end_of(receiver, *incarnation), rows);
+        }
+    }
+}
+
+/// messages.csv: rows of broadcasts that will not be heard of again.
+pub(super) fn pending(names: &Names, left: &[(RobotId, Reception)], rows: &mut Vec<u8>) {
+    for (receiver, reception) in left {
+        message(names, *receiver, reception, rows);
     }
 }
 

@@ -13,6 +13,7 @@
 mod encode;
 mod hash;
 mod level;
+mod on_their_way;
 mod pages;
 mod read;
 mod record;
@@ -37,6 +38,7 @@ use serde::Serialize;
 
 use encode::Names;
 use hash::RunHash;
+use on_their_way::OnTheirWay;
 use pages::Pages;
 use run_file::Tally;
 
@@ -98,6 +100,8 @@ pub struct Recorder<S> {
     pages: Pages,
     hash: RunHash,
     tally: Tally,
+    /// Messages whose rows are still to come.
+    on_their_way: OnTheirWay,
     /// What the last row of mission.csv says.
     mission: Option<(ItemCounts, Option<SimTime>)>,
     /// Latest tick.
@@ -123,6 +127,7 @@ impl<S: Sink> Recorder<S> {
             pages: Pages::new(level),
             hash: RunHash::default(),
             tally: Tally::new(setup),
+            on_their_way: OnTheirWay::default(),
             mission: None,
             latest: None,
             sealed: None,
@@ -149,7 +154,7 @@ impl<S: Sink> Recorder<S> {
             encode::motivations(names, record, rows)
         });
         pages.add(Table::Messages, |rows| {
-            encode::messages(names, record, rows)
+            encode::messages(names, &mut self.on_their_way, record, rows)
         });
         self.news = encode::events(names, record);
         pages.add(Table::Events, |rows| {
@@ -203,7 +208,8 @@ impl<S: Sink> Recorder<S> {
         self.sink.replace(Document::Host, &format!("{host:#}\n"))
     }
 
-    /// Ends the log: writes what is left and the final run.json, and returns that.
+    /// Ends the log: writes what is left, messages on their way among it, and the final run.json, and returns that. Where
+    /// the last tick has its seal already and such messages follow, it is sealed again.
     ///
     /// # Errors
     /// Those of [`Recorder::flush`] and of the sink.
@@ -213,7 +219,14 @@ impl<S: Sink> Recorder<S> {
         unscripted: bool,
         faults: Vec<FaultStatus>,
     ) -> Result<RunFile, RecordError> {
-        if self.sealed != self.latest {
+        let left = self.on_their_way.end();
+        if !left.is_empty() {
+            let names = &self.names;
+            self.pages.add(Table::Messages, |rows| {
+                encode::pending(names, &left, rows);
+            });
+        }
+        if self.sealed != self.latest || !left.is_empty() {
             self.seal();
         }
         self.flush()?;

@@ -88,6 +88,16 @@ pub struct RobotFigures {
     pub messages_heard: u64,
     /// Broadcasts of teammates that were not heard: really lost, or dropped or cut off by a fault.
     pub messages_lost: u64,
+    /// Those of the heard ones that came late, for a fault delayed them; absent: none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub messages_delayed: u64,
+    /// Second copies, ignored; absent: none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub messages_duplicate: u64,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Adds up the figures of a run.
@@ -185,9 +195,14 @@ impl RobotFigures {
         self.messages_sent += u64::from(report.broadcasts);
         for reception in &report.receptions {
             match reception.fate {
-                Fate::Heard | Fate::Delayed => self.messages_heard += 1,
+                Fate::Heard => self.messages_heard += 1,
+                Fate::Delayed => {
+                    self.messages_heard += 1;
+                    self.messages_delayed += 1;
+                }
                 Fate::Lost | Fate::Dropped | Fate::Cut => self.messages_lost += 1,
-                Fate::Duplicate | Fate::Pending => {}
+                Fate::Duplicate => self.messages_duplicate += 1,
+                Fate::Pending => {}
             }
         }
         let activated = report

@@ -90,11 +90,13 @@ impl WasteMission {
         let find = TaskId(0);
         match &broadcast.body {
             Body::Heartbeat(heartbeat) => {
-                if let Some(place) = self.teammates.hear(broadcast, heartbeat) {
-                    self.search_later(place, now);
-                }
-                if heartbeat.task == Some(find) && heartbeat.state == TaskState::Executing {
-                    self.stands_back_since = None;
+                if self.teammates.is_news(broadcast) {
+                    if let Some(place) = self.teammates.hear(now, broadcast, heartbeat) {
+                        self.search_later(place, now);
+                    }
+                    if heartbeat.task == Some(find) && heartbeat.state == TaskState::Executing {
+                        self.stands_back_since = None;
+                    }
                 }
                 if self.memory.hear(&heartbeat.knowledge, now) {
                     self.learned(broadcast.sender, notes);

@@ -16,7 +16,9 @@ const POSITION_EXPIRES: SimTime = SimTime(3_000);
 /// What a teammate last said.
 #[derive(Clone, Debug, PartialEq)]
 struct Last {
-    incarnation: Incarnation,
+    /// Incarnation and sequence number.
+    stamp: (Incarnation, u64),
+    sent: SimTime,
     heard: SimTime,
     position: Option<Vec2>,
     carrying: bool,
@@ -30,20 +32,33 @@ pub(super) struct Teammates {
 }
 
 impl Teammates {
-    /// Notes a heartbeat. Returns where the sender lost its load, if this is a new life of one that was carrying.
-    pub fn hear(&mut self, broadcast: &Broadcast, heartbeat: &Heartbeat) -> Option<Vec2> {
+    /// Whether nothing that the sender said later is known: a message may be late.
+    pub fn is_news(&self, broadcast: &Broadcast) -> bool {
+        let known = self.last.get(&broadcast.sender);
+        known.is_none_or(|last| last.stamp <= stamp(broadcast))
+    }
+
+    /// Notes a heartbeat that is heard at `now` and is news. Returns where the sender lost its load, if this is a new life of
+    /// one that was carrying.
+    pub fn hear(
+        &mut self,
+        now: SimTime,
+        broadcast: &Broadcast,
+        heartbeat: &Heartbeat,
+    ) -> Option<Vec2> {
         let executing = heartbeat.state == TaskState::Executing;
         let before = self.last.insert(
             broadcast.sender,
             Last {
-                incarnation: broadcast.incarnation,
-                heard: broadcast.sent,
+                stamp: stamp(broadcast),
+                sent: broadcast.sent,
+                heard: now,
                 position: heartbeat.position,
                 carrying: heartbeat.carrying,
                 executes: heartbeat.task.filter(|_| executing),
             },
         )?;
-        if before.carrying && before.incarnation != broadcast.incarnation {
+        if before.carrying && before.stamp.0 != broadcast.incarnation {
             before.position
         } else {
             None
@@ -80,13 +95,17 @@ impl Teammates {
 
 impl Last {
     fn at_work(&self, now: SimTime) -> Option<Teammate> {
-        let fresh = now.since(self.heard) < POSITION_EXPIRES;
+        let fresh = now.since(self.sent) < POSITION_EXPIRES;
         self.executes.filter(|_| fresh)?;
         Some(Teammate {
             position: self.position?,
-            heard: self.heard,
+            heard: self.sent,
         })
     }
+}
+
+fn stamp(broadcast: &Broadcast) -> (Incarnation, u64) {
+    (broadcast.incarnation, broadcast.seq)
 }
 
 #[cfg(test)]
@@ -96,6 +115,19 @@ mod tests {
     use super::*;
 
     const HERE: Vec2 = Vec2::new(2.0, 3.0);
+
+    fn idle() -> Heartbeat {
+        Heartbeat {
+            state: TaskState::Idle,
+            since: SimTime::ZERO,
+            set: None,
+            task: None,
+            progress: 0,
+            position: Some(HERE),
+            carrying: false,
+            knowledge: Knowledge::default(),
+        }
+    }
 
     /// A heartbeat of that robot's `incarnation`, sent after that many seconds.
     fn say(
@@ -112,24 +144,21 @@ mod tests {
             } else {
                 TaskState::Idle
             },
-            since: SimTime::ZERO,
-            set: None,
             task: executes.then_some(TaskId(1)),
-            progress: 0,
-            position: Some(HERE),
             carrying,
-            knowledge: Knowledge::default(),
+            ..idle()
         };
         let broadcast = Broadcast {
             sender: RobotId(sender),
             incarnation,
             tick: 0,
             index: 0,
-            seq: 0,
+            seq: seconds,
             sent: SimTime(seconds * 1000),
             body: Body::Heartbeat(heartbeat.clone()),
         };
-        teammates.hear(&broadcast, &heartbeat)
+        assert!(teammates.is_news(&broadcast));
+        teammates.hear(broadcast.sent, &broadcast, &heartbeat)
     }
 
     #[test]
@@ -150,6 +179,52 @@ mod tests {
         assert_eq!(say(&mut teammates, 1, 1, 11, true, true), None);
         assert_eq!(say(&mut teammates, 1, 2, 12, false, false), Some(HERE));
         assert_eq!(say(&mut teammates, 1, 3, 13, false, false), None);
+    }
+
+    #[test]
+    fn what_was_said_before_the_latest_message_is_no_news() {
+        let mut teammates = Teammates::default();
+        let said = |sender, incarnation, seq| Broadcast {
+            sender: RobotId(sender),
+            incarnation,
+            tick: 0,
+            index: 0,
+            seq,
+            sent: SimTime::ZERO,
+            body: Body::Heartbeat(idle()),
+        };
+        assert!(teammates.is_news(&said(1, 2, 9)));
+        say(&mut teammates, 1, 2, 10, true, true);
+        assert!(!teammates.is_news(&said(1, 2, 9)));
+        assert!(!teammates.is_news(&said(1, 1, 11)));
+        assert!(teammates.is_news(&said(1, 2, 11)));
+        assert!(teammates.is_news(&said(1, 3, 0)));
+        assert!(teammates.is_news(&said(2, 1, 0)));
+    }
+
+    #[test]
+    fn a_silence_begins_with_the_hearing_and_a_place_ages_from_its_sending() {
+        let mut teammates = Teammates::default();
+        let heartbeat = Heartbeat {
+            state: TaskState::Executing,
+            task: Some(TaskId(1)),
+            carrying: true,
+            ..idle()
+        };
+        let late = Broadcast {
+            sender: RobotId(0),
+            incarnation: 1,
+            tick: 0,
+            index: 0,
+            seq: 0,
+            sent: SimTime(10_000),
+            body: Body::Heartbeat(heartbeat.clone()),
+        };
+        teammates.hear(SimTime(12_000), &late, &heartbeat);
+        assert!(teammates.nearest_at_work(HERE, SimTime(13_000)).is_none());
+        let silence = SimTime(5_000);
+        assert!(teammates.fallen_silent(SimTime(17_000), silence).is_empty());
+        assert_eq!(teammates.fallen_silent(SimTime(17_001), silence), [HERE]);
     }
 
     #[test]

@@ -20,6 +20,8 @@ fn figures_of_the_sample() {
             messages_sent: 0,
             messages_heard: 1,
             messages_lost: 1,
+            messages_delayed: 0,
+            messages_duplicate: 0,
         }
     );
     assert_eq!(result.robots["gold"].messages_sent, 2);

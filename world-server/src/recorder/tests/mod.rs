@@ -3,6 +3,7 @@
 mod contents;
 mod figures;
 mod hashes;
+mod messages;
 mod torn;
 
 use alliance_proto::ids::{RobotId, SetId, TaskId, Tick};

@@ -1,0 +1,492 @@
+//! Fates of messages, one link state at a time and in any mixture.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use alliance_proto::link::Probability;
+use alliance_proto::readings::Readings;
+use alliance_proto::team::Withdrawal;
+use alliance_proto::tick::ManifestEntry;
+use proptest::prelude::*;
+
+use super::*;
+
+const ME: RobotId = RobotId(2);
+const STEP: SimTime = SimTime(50);
+
+fn links(seed: u64) -> Links {
+    Links {
+        seed,
+        ..Links::new(ME, &Setup::default_for(1))
+    }
+}
+
+/// A sender's `index`-th broadcast of a tick, numbered so that numbers grow with time.
+fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
+    Broadcast {
+        sender: RobotId(sender),
+        incarnation: 1,
+        tick,
+        index,
+        seq: tick * 10 + u64::from(index),
+        sent: SimTime(tick * STEP.0),
+        body: Body::Withdrawal(Withdrawal {
+            finder: ME,
+            seen: SimTime::ZERO,
+        }),
+    }
+}
+
+/// What one sender brings to a tick: so many broadcasts of the tick before, over that link.
+type Sent = (u16, u16, Option<LinkState>);
+
+fn message(tick: Tick, sent: &[Sent], held: &[u16]) -> TickMessage {
+    TickMessage {
+        incarnation: 1,
+        tick,
+        now: SimTime(tick * STEP.0),
+        last_counted: None,
+        manifest: sent
+            .iter()
+            .map(|&(sender, count, link)| ManifestEntry {
+                sender: RobotId(sender),
+                tick: tick - 1,
+                incarnation: 1,
+                count,
+                link,
+            })
+            .collect(),
+        held: held.iter().copied().map(RobotId).collect(),
+        readings: Readings::default(),
+    }
+}
+
+fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Broadcast>> {
+    sent.iter()
+        .flat_map(|&(sender, count, _)| {
+            (0..count).map(move |index| Some(broadcast(sender, tick - 1, index)))
+        })
+        .collect()
+}
+
+fn hear(links: &mut Links, tick: Tick, sent: &[Sent], held: &[u16]) -> Heard {
+    links.hear(&message(tick, sent, held), arrived(tick, sent))
+}
+
+/// Sender, sequence number, fate and time in ticks of each reception.
+fn fates(heard: &Heard) -> Vec<(u16, u64, Fate, u64)> {
+    let receptions = heard.receptions.iter();
+    receptions
+        .map(|reception| {
+            let seq = reception.said.map_or(u64::MAX, |said| said.seq);
+            let at = reception.at.0 / STEP.0;
+            (reception.sender.0, seq, reception.fate, at)
+        })
+        .collect()
+}
+
+fn inbox(heard: &Heard) -> Vec<(u16, u64)> {
+    let inbox = heard.inbox.iter();
+    inbox
+        .map(|broadcast| (broadcast.sender.0, broadcast.seq))
+        .collect()
+}
+
+fn state(change: impl FnOnce(&mut LinkState)) -> Option<LinkState> {
+    let mut state = LinkState::default();
+    change(&mut state);
+    Some(state)
+}
+
+fn always(change: fn(&mut LinkState) -> &mut Probability) -> Option<LinkState> {
+    state(|state| *change(state) = Probability::ALWAYS)
+}
+
+#[test]
+fn what_has_not_arrived_is_lost_and_logged_with_its_sender() {
+    let mut links = links(1);
+    let message = message(5, &[(1, 2, state(|link| link.cut = true))], &[]);
+    let heard = links.hear(&message, vec![None, Some(broadcast(1, 4, 1))]);
+    assert!(heard.inbox.is_empty());
+    assert_eq!(
+        fates(&heard),
+        [(1, u64::MAX, Fate::Lost, 5), (1, 41, Fate::Cut, 5)]
+    );
+    assert_eq!(heard.receptions[0].sent, SimTime(200));
+    assert_eq!(heard.receptions[0].said, None);
+}
+
+#[test]
+fn a_clear_link_is_heard_at_once_by_rank_and_number() {
+    let mut links = links(1);
+    let heard = hear(
+        &mut links,
+        5,
+        &[(0, 2, None), (1, 1, Some(LinkState::default()))],
+        &[],
+    );
+    assert_eq!(inbox(&heard), [(0, 40), (0, 41), (1, 40)]);
+    assert!(heard.receptions.iter().all(|r| r.fate == Fate::Heard));
+    assert!(links.kept.is_empty() && links.copies.is_empty());
+}
+
+#[test]
+fn probabilities_0_and_1_are_exact() {
+    let mut links = links(1);
+    for tick in 1..2000 {
+        let heard = hear(
+            &mut links,
+            tick,
+            &[
+                (0, 1, always(|link| &mut link.drop)),
+                // A probability of 0 beside a delay that is none.
+                (1, 1, state(|link| link.jitter = SimTime(0))),
+            ],
+            &[],
+        );
+        let seq = (tick - 1) * 10;
+        assert_eq!(
+            fates(&heard),
+            [(0, seq, Fate::Dropped, tick), (1, seq, Fate::Heard, tick)]
+        );
+    }
+}
+
+#[test]
+fn a_delay_is_rounded_up_to_whole_steps() {
+    for (delay_ms, steps) in [(1, 1), (50, 1), (51, 2), (2000, 40)] {
+        let mut links = links(1);
+        let late = state(|link| link.delay = SimTime(delay_ms));
+        let heard = hear(&mut links, 5, &[(1, 1, late)], &[]);
+        assert_eq!(fates(&heard), [(1, 40, Fate::Pending, 5 + steps)]);
+        for tick in 6..5 + steps {
+            assert_eq!(hear(&mut links, tick, &[], &[]), Heard::default());
+        }
+        let heard = hear(&mut links, 5 + steps, &[], &[]);
+        assert_eq!(fates(&heard), [(1, 40, Fate::Delayed, 5 + steps)]);
+        assert_eq!(inbox(&heard), [(1, 40)]);
+    }
+}
+
+#[test]
+fn jitter_takes_every_value_evenly() {
+    let mut counts = [0; 5];
+    for tick in 0..10_000 {
+        let luck = Luck::of(1, ME, &broadcast(1, tick, 0), 0);
+        counts[luck.share_of(SimTime(4)).0 as usize] += 1;
+    }
+    // 2000 each, with a standard deviation of 40.
+    assert!(
+        counts.iter().all(|count| (1840..2160).contains(count)),
+        "{counts:?}"
+    );
+}
+
+#[test]
+fn shares_in_the_long_run_are_the_probabilities() {
+    for seed in [1, 2, 3] {
+        let mut links = links(seed);
+        let mut counts = BTreeMap::new();
+        for tick in 1..=10_000 {
+            let link = state(|link| {
+                link.drop = Probability::of(0.3);
+                link.duplicate = Probability::of(0.1);
+            });
+            for reception in hear(&mut links, tick, &[(0, 1, link)], &[]).receptions {
+                *counts.entry(reception.fate.as_str()).or_insert(0) += 1;
+            }
+        }
+        // Standard deviations: 46 and 25.
+        let (dropped, copies) = (counts["dropped"], counts["duplicate"]);
+        assert!((2860..3140).contains(&dropped), "{counts:?}");
+        assert_eq!(counts["heard"], 10_000 - dropped);
+        assert!((625..775).contains(&copies), "{counts:?}");
+    }
+}
+
+#[test]
+fn held_messages_come_all_at_once_when_their_sender_is_let_go() {
+    let mut links = links(1);
+    let hold = state(|link| {
+        link.hold = true;
+        link.delay = SimTime(500);
+    });
+    let heard = hear(&mut links, 5, &[(0, 1, hold), (1, 2, hold)], &[0, 1]);
+    assert_eq!(
+        fates(&heard),
+        [
+            (0, 40, Fate::Pending, 5),
+            (1, 40, Fate::Pending, 5),
+            (1, 41, Fate::Pending, 5)
+        ]
+    );
+    assert_eq!(inbox(&hear(&mut links, 6, &[(1, 1, hold)], &[0, 1])), []);
+    let heard = hear(&mut links, 7, &[(1, 1, None)], &[0]);
+    assert_eq!(inbox(&heard), [(1, 40), (1, 41), (1, 50), (1, 60)]);
+    assert_eq!(
+        fates(&heard)[1..],
+        [
+            (1, 40, Fate::Delayed, 7),
+            (1, 41, Fate::Delayed, 7),
+            (1, 50, Fate::Delayed, 7)
+        ]
+    );
+    assert_eq!(inbox(&hear(&mut links, 8, &[], &[])), [(0, 40)]);
+}
+
+#[test]
+fn an_overtaken_message_comes_one_step_after_the_next_of_its_sender() {
+    let mut links = links(1);
+    let reorder = always(|link| &mut link.reorder);
+    let heard = hear(&mut links, 5, &[(0, 1, reorder), (1, 1, reorder)], &[]);
+    assert_eq!(
+        fates(&heard),
+        [(0, 40, Fate::Pending, 5), (1, 40, Fate::Pending, 5)]
+    );
+    // Another sender's message overtakes nothing; the next of its own does, whatever its draw.
+    assert_eq!(
+        inbox(&hear(&mut links, 6, &[(1, 1, reorder)], &[])),
+        [(1, 50)]
+    );
+    let heard = hear(&mut links, 7, &[(1, 1, reorder)], &[]);
+    assert_eq!(inbox(&heard), [(1, 40)]);
+    assert_eq!(
+        fates(&heard),
+        [(1, 60, Fate::Pending, 7), (1, 40, Fate::Delayed, 7)]
+    );
+    assert_eq!(inbox(&hear(&mut links, 8, &[(0, 1, None)], &[])), [(0, 70)]);
+    assert_eq!(inbox(&hear(&mut links, 9, &[], &[])), [(0, 40)]);
+}
+
+#[test]
+fn an_overtaken_message_is_no_earlier_than_its_delay() {
+    let mut links = links(1);
+    let both = state(|link| {
+        link.reorder = Probability::ALWAYS;
+        link.delay = SimTime(500);
+    });
+    hear(&mut links, 5, &[(1, 1, both)], &[]);
+    hear(&mut links, 6, &[(1, 1, None)], &[]);
+    for tick in 7..15 {
+        assert_eq!(hear(&mut links, tick, &[], &[]), Heard::default());
+    }
+    assert_eq!(inbox(&hear(&mut links, 15, &[], &[])), [(1, 40)]);
+}
+
+#[test]
+fn a_second_copy_comes_one_step_later_and_goes_unheard() {
+    let mut links = links(1);
+    let twice = always(|link| &mut link.duplicate);
+    let late = state(|link| {
+        link.duplicate = Probability::ALWAYS;
+        link.delay = SimTime(100);
+    });
+    let heard = hear(&mut links, 5, &[(0, 1, twice), (1, 1, late)], &[]);
+    assert_eq!(inbox(&heard), [(0, 40)]);
+    let heard = hear(&mut links, 6, &[], &[]);
+    assert_eq!(fates(&heard), [(0, 40, Fate::Duplicate, 6)]);
+    assert!(heard.inbox.is_empty());
+    assert_eq!(inbox(&hear(&mut links, 7, &[], &[])), [(1, 40)]);
+    let heard = hear(&mut links, 8, &[], &[]);
+    assert_eq!(fates(&heard), [(1, 40, Fate::Duplicate, 8)]);
+    assert!(heard.inbox.is_empty());
+}
+
+#[test]
+fn what_was_due_while_the_robot_was_out_is_cut() {
+    let mut links = links(1);
+    let late = state(|link| {
+        link.delay = SimTime(100);
+        link.duplicate = Probability::ALWAYS;
+    });
+    hear(&mut links, 5, &[(1, 1, late)], &[]);
+    hear(&mut links, 6, &[(1, 1, late)], &[]);
+    // Out in tick 7, in which the first is due; back for the second.
+    let heard = hear(&mut links, 8, &[], &[]);
+    assert_eq!(
+        fates(&heard),
+        [(1, 40, Fate::Cut, 7), (1, 50, Fate::Delayed, 8)]
+    );
+    assert_eq!(inbox(&heard), [(1, 50)]);
+    // Out again, and so is the copy.
+    assert_eq!(hear(&mut links, 10, &[], &[]), Heard::default());
+}
+
+#[test]
+fn no_more_is_kept_than_a_report_can_tell_of() {
+    let mut links = links(1);
+    let hold = state(|link| link.hold = true);
+    for tick in 1..=CAPACITY as u64 {
+        hear(&mut links, tick, &[(1, 1, hold)], &[1]);
+    }
+    let tick = CAPACITY as u64 + 1;
+    let heard = hear(&mut links, tick, &[(1, 1, hold)], &[1]);
+    assert_eq!(fates(&heard)[0].2, Fate::Dropped);
+    assert_eq!(hear(&mut links, tick + 1, &[], &[]).inbox.len(), CAPACITY);
+}
+
+#[test]
+fn a_message_of_another_kind_shifts_no_luck() {
+    let luck = |seed, sender, tick, index| Luck::of(seed, ME, &broadcast(sender, tick, 7), index);
+    let draws = [
+        luck(1, 0, 4, 0),
+        luck(2, 0, 4, 0),
+        luck(1, 1, 4, 0),
+        luck(1, 0, 5, 0),
+        luck(1, 0, 4, 1),
+    ];
+    for (place, one) in draws.iter().enumerate() {
+        assert!(draws[..place].iter().all(|other| other != one));
+    }
+    // The place among all broadcasts of its tick, which another kind shifts, is no part of it.
+    assert_eq!(Luck::of(1, ME, &broadcast(0, 4, 0), 0), luck(1, 0, 4, 0));
+}
+
+/// One tick of a script.
+#[derive(Clone, Debug)]
+struct Moment {
+    /// Of each of two senders: how many broadcasts, over which link, whether it is held.
+    senders: [(u16, LinkState, bool); 2],
+    /// Whether the robot takes part.
+    present: bool,
+}
+
+fn probability() -> impl Strategy<Value = Probability> {
+    prop_oneof![
+        4 => Just(Probability::NEVER),
+        1 => Just(Probability::ALWAYS),
+        2 => (0.0..1.0_f64).prop_map(Probability::of),
+    ]
+}
+
+fn link_state() -> impl Strategy<Value = LinkState> {
+    let span = || prop_oneof![2 => Just(0), 1 => 0..400_u64].prop_map(SimTime);
+    let chances = (probability(), probability(), probability());
+    (prop::bool::weighted(0.1), chances, span(), span()).prop_map(
+        |(cut, (drop, duplicate, reorder), delay, jitter)| LinkState {
+            cut,
+            hold: false,
+            drop,
+            delay,
+            jitter,
+            duplicate,
+            reorder,
+        },
+    )
+}
+
+fn script() -> impl Strategy<Value = Vec<Moment>> {
+    let sender = || (0..3_u16, link_state(), prop::bool::weighted(0.2));
+    let moment = ([sender(), sender()], prop::bool::weighted(0.9));
+    prop::collection::vec(
+        moment.prop_map(|(senders, present)| Moment { senders, present }),
+        1..60,
+    )
+}
+
+/// What a robot hears of a script, tick by tick; `None` where it took no part.
+fn play(seed: u64, script: &[Moment]) -> Vec<Option<Heard>> {
+    let mut links = links(seed);
+    (1..)
+        .zip(script)
+        .map(|(tick, moment)| {
+            let sent: Vec<Sent> = (0..)
+                .zip(&moment.senders)
+                .map(|(sender, &(count, link, hold))| {
+                    (sender, count, Some(LinkState { hold, ..link }))
+                })
+                .collect();
+            let held: Vec<u16> = (0..)
+                .zip(&moment.senders)
+                .filter(|(_, (_, _, hold))| *hold)
+                .map(|(sender, _)| sender)
+                .collect();
+            let heard = || hear(&mut links, tick, &sent, &held);
+            moment.present.then(heard)
+        })
+        .collect()
+}
+
+/// Fates of one sender's messages.
+fn of_sender(sender: u16, heard: &[Option<Heard>]) -> Vec<(u16, u64, Fate, u64)> {
+    let all = heard.iter().flatten().flat_map(fates);
+    all.filter(|fate| fate.0 == sender).collect()
+}
+
+proptest! {
+    #[test]
+    fn each_message_has_one_fate_or_is_on_its_way(script in script(), seed: u64) {
+        let mut on_their_way = BTreeMap::new();
+        let mut settled = BTreeSet::new();
+        let mut audible = BTreeMap::new();
+        for (tick, heard) in (1..).zip(play(seed, &script)) {
+            let Some(heard) = heard else { continue };
+            let moment = &script[tick as usize - 1];
+            let listed: usize = moment.senders.iter().map(|sender| usize::from(sender.0)).sum();
+            let mut expected = BTreeSet::new();
+            for (place, (sender, seq, fate, at)) in fates(&heard).into_iter().enumerate() {
+                let key = (sender, seq);
+                let is_listed = place < listed;
+                prop_assert_eq!(is_listed, seq / 10 == tick - 1);
+                match fate {
+                    Fate::Pending => {
+                        prop_assert!(is_listed && at >= tick);
+                        prop_assert!(on_their_way.insert(key, at).is_none());
+                    }
+                    Fate::Heard | Fate::Dropped => {
+                        prop_assert!(is_listed && at == tick && settled.insert(key));
+                    }
+                    Fate::Cut => {
+                        prop_assert!(is_listed || (at < tick && on_their_way.remove(&key).is_some()));
+                        prop_assert!(settled.insert(key));
+                    }
+                    Fate::Delayed => {
+                        prop_assert_eq!(at, tick);
+                        prop_assert!(on_their_way.remove(&key).is_some_and(|said| said <= at));
+                        prop_assert!(settled.insert(key));
+                    }
+                    Fate::Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
+                    Fate::Lost => prop_assert!(false, "everything has arrived"),
+                }
+                if matches!(fate, Fate::Heard | Fate::Delayed) {
+                    audible.insert(key, tick);
+                    expected.insert(key);
+                }
+            }
+            let sorted: Vec<_> = expected.into_iter().collect();
+            prop_assert_eq!(inbox(&heard), sorted);
+        }
+    }
+
+    #[test]
+    fn another_link_changes_no_fate(script in script(), other in script(), seed: u64) {
+        let mut changed = script.clone();
+        for (moment, other) in changed.iter_mut().zip(&other) {
+            moment.senders[1] = other.senders[1];
+        }
+        let (one, two) = (play(seed, &script), play(seed, &changed));
+        prop_assert_eq!(of_sender(0, &one), of_sender(0, &two));
+        prop_assert_eq!(&one, &play(seed, &script));
+    }
+
+    #[test]
+    fn an_added_fault_shifts_no_luck(drop in 0.0..1.0_f64, more in 0.0..1.0_f64, delay_ms in 0..500_u64) {
+        let dropped = |link: LinkState| {
+            let senders = [(1, link, false), (0, LinkState::default(), false)];
+            let script = vec![Moment { senders, present: true }; 200];
+            let fates = of_sender(0, &play(9, &script)).into_iter();
+            let dropped = fates.filter(|fate| fate.2 == Fate::Dropped);
+            dropped.map(|fate| fate.1).collect::<BTreeSet<_>>()
+        };
+        let lossy = LinkState { drop: Probability::of(drop), ..LinkState::default() };
+        let late = LinkState {
+            delay: SimTime(delay_ms),
+            jitter: SimTime(delay_ms),
+            duplicate: Probability::of(more),
+            reorder: Probability::of(more),
+            ..lossy
+        };
+        prop_assert_eq!(dropped(lossy), dropped(late));
+        let lossier = LinkState { drop: lossy.drop.or(Probability::of(more)), ..late };
+        prop_assert!(dropped(lossy).is_subset(&dropped(lossier)));
+    }
+}

@@ -1,0 +1,179 @@
+//! Bursts of losses: Gilbert's model (1960) with a loss in every bad and in no good tick.
+//!
+//! Each directed link is a Markov chain of two states that makes one step per tick. With q for the probability to leave the bad
+//! state and r for that to enter it, bursts last 1/q ticks in the mean, and r/(r + q) of all ticks are bad; so q and r follow
+//! from the wanted length and share. A burst is no shorter than a tick. A share that bursts of that length cannot give, for
+//! r would be above 1, makes them longer.
+//!
+//! A chain draws whether or not anybody speaks: one word per tick, the word `fault · 2⁴⁴ + tick` of its link's stream of
+//! [`Purpose::Burst`]. The first one, of the tick in which the fault is applied, decides the state to begin with.
+
+use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::link::Probability;
+use alliance_proto::rng::{Purpose, link_stream};
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::schedule::FaultIndex;
+
+/// Bursts of one fault on all directed links among some robots.
+#[derive(Clone, Debug)]
+pub(super) struct Bursts {
+    enter: Probability,
+    leave: Probability,
+    robots: u16,
+    /// The tick that the chains are at.
+    tick: Tick,
+    /// By sender and receiver.
+    chains: Vec<Chain>,
+}
+
+/// A directed link.
+#[derive(Clone, Debug)]
+struct Chain {
+    rng: ChaCha8Rng,
+    bad: bool,
+}
+
+impl Bursts {
+    /// A fault that is applied in that tick. `share` of all ticks are bad, in bursts of `mean_ticks`.
+    pub fn new(
+        seed: u64,
+        robots: u16,
+        (fault, tick): (FaultIndex, Tick),
+        share: f64,
+        mean_ticks: f64,
+    ) -> Self {
+        let leave = 1.0 / mean_ticks.max(1.0);
+        let good = 1.0 - share;
+        // In the mean as many enter as leave: good · r = share · q.
+        let (enter, leave) = if share * leave <= good {
+            (share * leave / good, leave)
+        } else {
+            (1.0, good / share)
+        };
+        let share = Probability::of(share);
+        let links = (0..robots).flat_map(|sender| (0..robots).map(move |to| (sender, to)));
+        let chains = links.map(|(sender, receiver)| {
+            let mut rng = link_stream(seed, Purpose::Burst, RobotId(sender), RobotId(receiver));
+            rng.set_word_pos((fault.0 as u128) << 44 | u128::from(tick));
+            let bad = share.decides(rng.next_u32());
+            Chain { rng, bad }
+        });
+        Self {
+            enter: Probability::of(enter),
+            leave: Probability::of(leave),
+            robots,
+            tick,
+            chains: chains.collect(),
+        }
+    }
+
+    /// Goes on to that tick.
+    pub fn advance(&mut self, tick: Tick) {
+        while self.tick < tick {
+            self.tick += 1;
+            for chain in &mut self.chains {
+                let draw = chain.rng.next_u32();
+                chain.bad = if chain.bad {
+                    !self.leave.decides(draw)
+                } else {
+                    self.enter.decides(draw)
+                };
+            }
+        }
+    }
+
+    /// Whether everything on that link is lost in this tick.
+    pub fn is_bad(&self, sender: RobotId, receiver: RobotId) -> bool {
+        self.chains[sender.index() * usize::from(self.robots) + receiver.index()].bad
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SENDER: RobotId = RobotId(0);
+    const RECEIVER: RobotId = RobotId(1);
+
+    /// Share of bad ticks and mean length of a burst on one link.
+    fn measure(seed: u64, share: f64, mean_ticks: f64) -> (f64, f64) {
+        const TICKS: Tick = 400_000;
+        let mut bursts = Bursts::new(seed, 2, (FaultIndex(0), 0), share, mean_ticks);
+        let (mut bad, mut began, mut before) = (0, 0, false);
+        for tick in 1..=TICKS {
+            bursts.advance(tick);
+            let now = bursts.is_bad(SENDER, RECEIVER);
+            bad += u64::from(now);
+            began += u64::from(now && !before);
+            before = now;
+        }
+        (
+            bad as f64 / TICKS as f64,
+            bad as f64 / f64::max(began as f64, 1.0),
+        )
+    }
+
+    #[test]
+    fn share_and_length_are_as_asked_for() {
+        for seed in [1, 2, 3] {
+            for (share, mean_ticks) in [(0.15, 10.0), (0.4, 40.0), (0.6, 3.0), (0.3, 1.0)] {
+                let (bad, length) = measure(seed, share, mean_ticks);
+                assert!((bad - share).abs() < 0.02, "{share} {mean_ticks}: {bad}");
+                assert!(
+                    (length / mean_ticks - 1.0).abs() < 0.05,
+                    "{share} {mean_ticks}: {length}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_share_too_large_for_its_bursts_makes_them_longer() {
+        let (bad, length) = measure(1, 0.9, 2.0);
+        assert!((bad - 0.9).abs() < 0.01, "{bad}");
+        assert!((length - 9.0).abs() < 0.3, "{length}");
+    }
+
+    #[test]
+    fn shares_0_and_1_are_exact() {
+        for mean_ticks in [0.0, 1.0, 20.0] {
+            assert_eq!(measure(1, 0.0, mean_ticks).0, 0.0);
+            assert_eq!(measure(1, 1.0, mean_ticks).0, 1.0);
+        }
+    }
+
+    #[test]
+    fn a_chain_begins_in_its_long_run_state() {
+        let bad = (0..4000)
+            .filter(|&seed| {
+                Bursts::new(seed, 2, (FaultIndex(3), 70), 0.25, 50.0).is_bad(SENDER, RECEIVER)
+            })
+            .count();
+        // 1000, with a standard deviation of 27.
+        assert!((910..1090).contains(&bad), "{bad}");
+    }
+
+    #[test]
+    fn each_link_and_each_fault_has_its_own_chains() {
+        let course = |fault, sender, receiver| {
+            let mut bursts = Bursts::new(1, 3, (FaultIndex(fault), 5), 0.5, 4.0);
+            let state = |tick| {
+                bursts.advance(tick);
+                bursts.is_bad(RobotId(sender), RobotId(receiver))
+            };
+            (6..200).map(state).collect::<Vec<_>>()
+        };
+        let courses = [
+            course(0, 0, 1),
+            course(0, 1, 0),
+            course(0, 0, 2),
+            course(1, 0, 1),
+        ];
+        for (place, one) in courses.iter().enumerate() {
+            assert!(courses[..place].iter().all(|other| other != one));
+        }
+        assert_eq!(courses[0], course(0, 0, 1));
+    }
+}

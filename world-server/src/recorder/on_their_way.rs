@@ -1,0 +1,63 @@
+//! Messages that a receiver has reported as pending. What became of them is known later, and makes their one row then; of
+//! those whose receiver or run ends first, that they were pending is the last word.
+
+use std::collections::BTreeMap;
+use std::mem;
+
+use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::telemetry::{Fate, Reception};
+
+/// The receiver and its life; the sender, its life, and the message's number in it.
+type Key = (RobotId, Incarnation, RobotId, Incarnation, u64);
+
+/// Pending receptions, with their receivers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OnTheirWay(BTreeMap<Key, Reception>);
+
+impl OnTheirWay {
+    /// Takes note of what a life of a robot reports; says whether it is the last word about the message.
+    pub fn settle(&mut self, receiver: RobotId, life: Incarnation, reception: &Reception) -> bool {
+        let Some(said) = reception.said else {
+            return true;
+        };
+        let key = (
+            receiver,
+            life,
+            reception.sender,
+            reception.incarnation,
+            said.seq,
+        );
+        match reception.fate {
+            Fate::Pending => {
+                self.0.insert(key, *reception);
+                return false;
+            }
+            Fate::Delayed | Fate::Cut => {
+                self.0.remove(&key);
+            }
+            Fate::Heard | Fate::Lost | Fate::Duplicate | Fate::Dropped => {}
+        }
+        true
+    }
+
+    /// That life of the robot is over: what was on its way to it, by sender and number.
+    pub fn end_of(&mut self, receiver: RobotId, life: Incarnation) -> Vec<(RobotId, Reception)> {
+        let first = (receiver, life, RobotId(0), 0, 0);
+        let mut rest = self.0.split_off(&first);
+        let next_life = (receiver, life.saturating_add(1), RobotId(0), 0, 0);
+        self.0.append(&mut rest.split_off(&next_life));
+        list(rest)
+    }
+
+    /// The run is over: what was on its way, by receiver, sender and number.
+    pub fn end(&mut self) -> Vec<(RobotId, Reception)> {
+        list(mem::take(&mut self.0))
+    }
+}
+
+fn list(pending: BTreeMap<Key, Reception>) -> Vec<(RobotId, Reception)> {
+    let receptions = pending.into_iter();
+    receptions
+        .map(|(key, reception)| (key.0, reception))
+        .collect()
+}
