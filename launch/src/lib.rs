@@ -1,6 +1,7 @@
 //! The `alliance` command: runs a mission with one process per robot, or one part of it by hand.
 //!
 //! - [`run`]: starts world and agents by running this very program again, watches them, and shows how it went.
+//! - `control`: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`in_process`]: the same run without processes and sockets.
 //! - [`scenarios`]: the built-in ones.
 
@@ -11,10 +12,14 @@ use robot_agent::args::AgentArgs;
 use world_server::args::{WorldArgs, log_to_stderr};
 
 mod arguments;
+mod clock;
+mod control;
+mod fault;
 pub mod in_process;
 pub mod run;
 pub mod scenarios;
 mod scenarios_command;
+mod status;
 
 /// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
 #[derive(Parser)]
@@ -32,6 +37,12 @@ enum Part {
     World(WorldArgs),
     /// Be one robot of a live run by hand
     Agent(AgentArgs),
+    /// Break things in a live run, list and heal them
+    Fault(fault::FaultArgs),
+    /// Hold and drive the step clock of a live run
+    Clock(clock::ClockArgs),
+    /// Show how a live run goes: robots, processes, tasks, motivations, faults
+    Status(status::StatusArgs),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
 }
@@ -54,6 +65,9 @@ pub fn main() -> ExitCode {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(scenarios::text_of),
         Part::Agent(agent) => agent.run(),
+        Part::Fault(command) => command.run(),
+        Part::Clock(command) => command.run(),
+        Part::Status(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }
 }
