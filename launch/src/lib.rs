@@ -1,6 +1,7 @@
 //! The `alliance` command: runs a mission with one process per robot, or one part of it by hand.
 //!
 //! - [`run`]: starts world and agents by running this very program again, watches them, and shows how it went.
+//! - `control`: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`in_process`]: the same run without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
 //!   differ.
 //! - [`scenarios`]: the built-in ones.
@@ -13,11 +14,15 @@ use world_server::args::{WorldArgs, log_to_stderr};
 
 mod arguments;
 pub mod diff;
+mod clock;
+mod control;
+mod fault;
 pub mod in_process;
 pub mod replay;
 pub mod run;
 pub mod scenarios;
 mod scenarios_command;
+mod status;
 
 /// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
 #[derive(Parser)]
@@ -39,6 +44,12 @@ enum Part {
     Replay(replay::ReplayCommand),
     /// Name the first difference between two runs
     Diff(diff::DiffCommand),
+    /// Break things in a live run, list and heal them
+    Fault(fault::FaultArgs),
+    /// Hold and drive the step clock of a live run
+    Clock(clock::ClockArgs),
+    /// Show how a live run goes: robots, processes, tasks, motivations, faults
+    Status(status::StatusArgs),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
 }
@@ -63,6 +74,9 @@ pub fn main() -> ExitCode {
         Part::Agent(agent) => agent.run(),
         Part::Replay(command) => command.run(),
         Part::Diff(command) => command.run(),
+        Part::Fault(command) => command.run(),
+        Part::Clock(command) => command.run(),
+        Part::Status(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }
 }

@@ -1,4 +1,4 @@
-//! The fuzzer's corpus without the fuzzer: each of its messages, cut at every length, and damaged in many ways.
+//! The fuzzers' corpora without the fuzzers: each of their messages, cut at every length, and damaged in many ways.
 
 #![allow(clippy::unwrap_used)] // Also outside the test functions themselves.
 
@@ -8,16 +8,19 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+#[path = "../../fuzz/requests.rs"]
+mod requests;
 #[path = "../../fuzz/round_trip.rs"]
 mod round_trip;
 
 /// Damaged copies of each message.
 const DAMAGED: usize = 2000;
 
-/// Messages of a real mission, and by hand such as it has none of, by file name: type, hyphen, what it is.
-fn corpus() -> Vec<(String, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/decode");
-    let mut files: Vec<_> = std::fs::read_dir(folder)
+/// Messages of a fuzz target by file name: type, hyphen, what it is. For `decode` those of a real mission, and by hand such as
+/// it has none of; for `control` the examples of docs/CONTROL.md.
+fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
+    let mut files: Vec<_> = std::fs::read_dir(folder.join(target))
         .unwrap()
         .map(|entry| {
             let entry = entry.unwrap();
@@ -26,45 +29,101 @@ fn corpus() -> Vec<(String, Vec<u8>)> {
         })
         .collect();
     files.sort();
+    assert!(!files.is_empty());
     files
+}
+
+/// Calls this with every message of a corpus, cut at each length and with up to three damages of each of these sorts.
+fn damage(
+    target: &str,
+    damages: &[fn(&mut Vec<u8>, usize, &mut ChaCha8Rng)],
+    check: impl Fn(&[u8]),
+) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    for (_, bytes) in corpus(target) {
+        for length in 0..bytes.len() {
+            check(&bytes[..length]);
+        }
+        for _ in 0..DAMAGED {
+            let mut damaged = bytes.clone();
+            for _ in 0..rng.random_range(1..4) {
+                let place = rng.random_range(0..damaged.len());
+                damages[rng.random_range(0..damages.len())](&mut damaged, place, &mut rng);
+            }
+            check(&damaged);
+        }
+    }
+}
+
+fn flip(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
+    bytes[place] ^= 1 << rng.random_range(0..8);
+}
+
+fn insert(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
+    bytes.insert(place, rng.random());
+}
+
+fn repeat(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
+    let from = rng.random_range(0..=place);
+    bytes.extend_from_within(from..=place);
+}
+
+/// Lengths and numbers of more than one byte begin with one of these.
+fn lengthen(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
+    bytes[place] = rng.random_range(250..=255);
+}
+
+/// What JSON is made of, in a place where it does not belong.
+fn misspell(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
+    const TOKENS: [&str; 16] = [
+        "{",
+        "}",
+        "[",
+        "]",
+        ",",
+        ":",
+        "\"",
+        "\\u0000",
+        "null",
+        "true",
+        "-",
+        "0",
+        "1e39",
+        "1e400",
+        "9999999999",
+        "0.1e-46",
+    ];
+    let token = TOKENS[rng.random_range(0..TOKENS.len())];
+    let until = (place + rng.random_range(0..4)).min(bytes.len());
+    bytes.splice(place..until, token.bytes());
 }
 
 #[test]
 fn every_message_of_the_corpus_is_one_of_its_type() {
-    let corpus = corpus();
-    assert!(!corpus.is_empty());
-    for (name, bytes) in corpus {
+    for (name, bytes) in corpus("decode") {
         // Findings of the fuzzer are kept under the hashes that it names them by.
         if let Some((expected, _)) = name.split_once('-') {
             let types = round_trip::types_of(&bytes);
             assert!(types.contains(&expected), "{name}: {types:?}");
         }
     }
+    for (name, text) in corpus("control") {
+        if let Some((expected, _)) = name.split_once('-') {
+            assert_eq!(requests::command_of(&text), Some(expected), "{name}");
+        }
+    }
 }
 
 #[test]
 fn damaged_messages_are_refused_or_stand() {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    for (_, bytes) in corpus() {
-        for length in 0..bytes.len() {
-            let _ = round_trip::types_of(&bytes[..length]);
-        }
-        for _ in 0..DAMAGED {
-            let mut damaged = bytes.clone();
-            for _ in 0..rng.random_range(1..4) {
-                let place = rng.random_range(0..damaged.len());
-                match rng.random_range(0..4) {
-                    0 => damaged[place] ^= 1 << rng.random_range(0..8),
-                    // Lengths and numbers of more than one byte begin with one of these.
-                    1 => damaged[place] = rng.random_range(250..=255),
-                    2 => damaged.insert(place, rng.random()),
-                    _ => {
-                        let from = rng.random_range(0..=place);
-                        damaged.extend_from_within(from..=place);
-                    }
-                }
-            }
-            let _ = round_trip::types_of(&damaged);
-        }
-    }
+    damage("decode", &[flip, insert, repeat, lengthen], |bytes| {
+        let _ = round_trip::types_of(bytes);
+    });
+}
+
+#[test]
+fn damaged_requests_are_refused_or_stand() {
+    damage("control", &[flip, insert, repeat, misspell], |text| {
+        let _ = requests::command_of(text);
+    });
 }

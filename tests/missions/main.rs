@@ -5,6 +5,7 @@
 mod by_command;
 mod by_hand;
 mod closed_loop;
+mod control_python;
 mod ends;
 mod golden;
 mod harness;

@@ -1,11 +1,16 @@
 //! Commands to a running mission, on the key `control` (DESIGN §3, §6), and its answers.
 //!
-//! Two forms of the same types. Members of the run's own programs send bincode, sealed like every message
+//! Two forms of the same types ([`wire`]). Members of the run's own programs send bincode, sealed like every message
 //! ([`crate::secret`]). Everybody else sends JSON with the encoding `application/json` and, as the attachment, the seal
 //! [`crate::secret::Secret::mark_text`]: HMAC-SHA256 in hexadecimal, which any language can make. Answers come in the form of
-//! the request. A put is obeyed without an answer, a query is answered.
+//! the request. A put is obeyed without an answer, a query is answered. `docs/CONTROL.md` tells it to people.
+
+#[cfg(test)]
+mod tests;
+pub mod wire;
 
 use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::fault::Order;
@@ -13,11 +18,22 @@ use crate::ids::{Incarnation, Tick};
 use crate::time::SimTime;
 use crate::view::ItemCounts;
 
+/// JSON Schema (draft 2020-12) of a [`Request`], with that of a [`Reply`] under its key `reply`.
+#[must_use]
+pub fn schema() -> serde_json::Value {
+    let mut generator = SchemaSettings::draft2020_12().into_generator();
+    let reply = generator.subschema_for::<Reply>();
+    let mut schema = generator.into_root_schema_for::<Request>();
+    schema.insert("reply".to_owned(), reply.to_value());
+    schema.to_value()
+}
+
 /// Somebody → world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// Any text that no other request of the run has, at most 64 bytes: a request that is put again is ignored.
+    /// Any text that no other request of the run has, 1 to 64 bytes without control characters: a request that is put again is
+    /// ignored.
     pub nonce: String,
     /// What is asked for.
     pub command: Command,

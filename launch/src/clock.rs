@@ -1,0 +1,95 @@
+//! `alliance clock`: holds and drives the step clock of a live run, which changes no byte of it.
+
+use std::process::ExitCode;
+
+use alliance_proto::control::{ClockCommand, ClockStatus, Command, Reply};
+use clap::{Args, Subcommand};
+use world_server::pace::Speed;
+
+use crate::control::{ControlArgs, unexpected};
+
+/// Hold and drive the step clock of a live run.
+#[derive(Args, Clone, Debug)]
+#[command(arg_required_else_help = true)]
+pub struct ClockArgs {
+    #[command(subcommand)]
+    part: Part,
+    #[command(flatten)]
+    control: ControlArgs,
+}
+
+#[derive(Subcommand, Clone, Copy, Debug)]
+enum Part {
+    /// Begin no further tick
+    Pause,
+    /// Go on
+    Resume,
+    /// So many further ticks, then a pause
+    Step {
+        /// How many
+        #[arg(value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        ticks: u64,
+    },
+    /// So many times real time, or as fast as possible
+    Speed {
+        /// max, or a factor of real time such as 5x
+        #[arg(value_name = "max|FACTORx")]
+        speed: Speed,
+    },
+}
+
+impl ClockArgs {
+    /// Exit status 0, 2 when the world refuses, 3 when no run is live or none answers.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let command = match self.part {
+            Part::Pause => ClockCommand::Pause,
+            Part::Resume => ClockCommand::Resume,
+            Part::Step { ticks } => ClockCommand::Step(ticks),
+            Part::Speed { speed: Speed::Max } => ClockCommand::Speed(None),
+            Part::Speed {
+                speed: Speed::Factor(factor),
+            } => ClockCommand::Speed(Some(factor)),
+        };
+        let command = Command::Clock(command);
+        self.control.ask("clock", command, |reply| match reply {
+            Reply::Clock(clock) => format!("tick {}: {}", clock.tick, describe(clock)),
+            other => unexpected(other),
+        })
+    }
+}
+
+/// How the clock goes, in words.
+pub fn describe(clock: &ClockStatus) -> String {
+    let pace = match clock.speed {
+        None => "as fast as possible".to_owned(),
+        Some(factor) => format!("at {factor}x"),
+    };
+    match (clock.steps_left, clock.paused) {
+        (0, true) => "paused".to_owned(),
+        (0, false) => pace,
+        (1, _) => format!("{pace}, 1 step left"),
+        (steps, _) => format!("{pace}, {steps} steps left"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_clock_in_words() {
+        let clock = |paused, speed, steps_left| {
+            describe(&ClockStatus {
+                paused,
+                speed,
+                steps_left,
+                tick: 7,
+            })
+        };
+        assert_eq!(clock(true, Some(5.0), 0), "paused");
+        assert_eq!(clock(false, Some(0.5), 0), "at 0.5x");
+        assert_eq!(clock(true, None, 2), "as fast as possible, 2 steps left");
+        assert_eq!(clock(false, Some(5.0), 1), "at 5x, 1 step left");
+    }
+}

@@ -1,0 +1,241 @@
+//! A client of the control topic of a live run, for every command that asks the world something.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use alliance_proto::control::wire::{Form, Wire};
+use alliance_proto::control::{Command, Reply, Request};
+use alliance_proto::keys::Keys;
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::secret::{Secret, random};
+use anyhow::{Context, bail};
+use clap::Args;
+use tokio::time::timeout;
+use zenoh::Session;
+use zenoh::query::{ConsolidationMode, QueryTarget};
+
+/// How long the world may take to answer.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long the session may take to close; the process ends anyway.
+const CLOSE_DEADLINE: Duration = Duration::from_millis(200);
+
+/// Which run is asked, and how its reply is shown.
+#[derive(Args, Clone, Debug)]
+pub struct ControlArgs {
+    /// Id of the run [default: the newest live one]
+    #[arg(long, value_name = "ID", global = true)]
+    run: Option<String>,
+    /// Print the reply as JSON on stdout
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+impl ControlArgs {
+    /// Asks the run, and shows the reply on stderr in these words, or on stdout as JSON. `part` is the command's name.
+    ///
+    /// Exit status 0, 2 when the world refuses, 3 when no run is live or none answers.
+    #[must_use]
+    pub fn ask(
+        &self,
+        part: &str,
+        command: Command,
+        words: impl FnOnce(&Reply) -> String,
+    ) -> ExitCode {
+        let reply = match self.reply_to(command) {
+            Ok(reply) => reply,
+            Err(error) => {
+                eprintln!("alliance {part}: {error:#}");
+                return ExitCode::from(3);
+            }
+        };
+        if self.json {
+            // Its maps have text as their keys, so it can be written.
+            println!(
+                "{}",
+                serde_json::to_string_pretty(&reply).unwrap_or_default()
+            );
+        }
+        if let Reply::Refused(why) = &reply {
+            eprintln!("alliance {part}: {why}");
+            return ExitCode::from(2);
+        }
+        if !self.json {
+            eprintln!("{}", words(&reply));
+        }
+        ExitCode::SUCCESS
+    }
+
+    fn reply_to(&self, command: Command) -> anyhow::Result<Reply> {
+        let run = Rendezvous::find(self.run.as_deref())?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .context("starting the runtime")?;
+        runtime.block_on(ask(&run, command))
+    }
+}
+
+/// Asks the world of that run.
+///
+/// # Errors
+/// When it cannot be reached, does not answer or cannot read the request.
+pub async fn ask(run: &Rendezvous, command: Command) -> anyhow::Result<Reply> {
+    let request = Request {
+        nonce: format!("{:032x}", random()?),
+        command,
+    };
+    let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
+        .map_err(anyhow::Error::from_boxed)?;
+    let session = zenoh::open(config)
+        .await
+        .map_err(anyhow::Error::from_boxed)
+        .with_context(|| format!("run '{}' cannot be reached at {}", run.run, run.endpoint))?;
+    let reply = query(&session, run, &request).await;
+    // Teardown may hang.
+    let _ = timeout(CLOSE_DEADLINE, session.close()).await;
+    reply
+}
+
+/// The first reply that bears the seal of the run for this request: on a bus anybody may answer.
+async fn query(session: &Session, run: &Rendezvous, request: &Request) -> anyhow::Result<Reply> {
+    const FORM: Form = Form::Bincode;
+    let wire = Wire::new(&Keys::new(&run.run), Secret::of(&run.token));
+    let written = wire.write_request(FORM, request)?;
+    let replies = session
+        .get(wire.key())
+        .payload(written.payload)
+        .encoding(FORM.encoding())
+        .attachment(written.attachment)
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .timeout(PATIENCE)
+        .await
+        .map_err(anyhow::Error::from_boxed)?;
+    let mut complaint = None;
+    while let Ok(reply) = replies.recv_async().await {
+        match reply.result() {
+            Ok(sample) => {
+                let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
+                let payload = sample.payload().to_bytes();
+                let read = wire.read_reply(FORM, &request.nonce, &payload, attachment.as_deref());
+                if let Ok(reply) = read {
+                    return Ok(reply);
+                }
+            }
+            // Without a seal it may be anybody's: it counts for want of anything better.
+            Err(error) => complaint = error.payload().try_to_string().ok().map(String::from),
+        }
+    }
+    match complaint {
+        Some(complaint) => bail!(
+            "run '{}' answers: {}",
+            run.run,
+            complaint.replace(char::is_control, " ")
+        ),
+        None => bail!("run '{}' does not answer", run.run),
+    }
+}
+
+/// What is said of a reply to some other question.
+pub fn unexpected(reply: &Reply) -> String {
+    format!("the world gave an answer to something else: {reply:?}")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::{Ipv4Addr, TcpListener};
+
+    use alliance_proto::control::wire::Written;
+    use alliance_proto::control::{ClockCommand, ClockStatus};
+    use zenoh::Wait;
+    use zenoh::query::Query;
+
+    use super::*;
+
+    const STATUS: ClockStatus = ClockStatus {
+        paused: true,
+        speed: None,
+        steps_left: 0,
+        tick: 7,
+    };
+
+    /// Asks a world that answers like this. The world gives the request's nonce and a way to write.
+    fn ask_one_that(
+        answers: impl Fn(&Query, &Wire, &str) + Send + Sync + 'static,
+    ) -> anyhow::Result<Reply> {
+        let free = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let port = free.local_addr().unwrap().port();
+        drop(free);
+        let run = Rendezvous {
+            run: "r".to_owned(),
+            endpoint: format!("tcp/127.0.0.1:{port}"),
+            pid: std::process::id(),
+            token: "abc".to_owned(),
+        };
+        let wire = Wire::new(&Keys::new(&run.run), Secret::of(&run.token));
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .enable_all()
+            .build()
+            .unwrap();
+        runtime.block_on(async {
+            let config = alliance_proto::session::world(&run.endpoint);
+            let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
+                .await
+                .unwrap();
+            session
+                .declare_queryable(wire.key().to_owned())
+                .callback(move |query| {
+                    let form = Form::of(&query.encoding().unwrap().to_string());
+                    let payload = query.payload().unwrap().to_bytes();
+                    let request = wire.read_request(form, &payload, None).unwrap();
+                    assert_eq!(request.command, Command::Clock(ClockCommand::Pause));
+                    answers(&query, &wire, &request.nonce);
+                })
+                .background()
+                .await
+                .unwrap();
+            let reply = ask(&run, Command::Clock(ClockCommand::Pause)).await;
+            session.close().await.unwrap();
+            reply
+        })
+    }
+
+    fn send(query: &Query, wire: &Wire, written: Written) {
+        query.reply(wire.key(), written.payload).wait().unwrap();
+    }
+
+    #[test]
+    fn the_reply_that_counts_is_the_one_with_the_seal_of_this_request() {
+        let reply = ask_one_that(|query, wire, nonce| {
+            let write = |nonce: &str, tick| {
+                let reply = Reply::Clock(ClockStatus { tick, ..STATUS });
+                wire.write_reply(Form::Bincode, nonce, &reply).unwrap()
+            };
+            let mut forged = write(nonce, 1);
+            *forged.payload.last_mut().unwrap() ^= 1;
+            send(query, wire, forged);
+            send(query, wire, write("another", 2));
+            query.reply_err("go away").wait().unwrap();
+            send(query, wire, write(nonce, 7));
+        });
+        assert_eq!(reply.unwrap(), Reply::Clock(STATUS));
+    }
+
+    #[test]
+    fn a_world_that_cannot_read_the_request_says_why() {
+        let reply = ask_one_that(|query, _, _| query.reply_err("wrong\nseal").wait().unwrap());
+        assert_eq!(
+            reply.unwrap_err().to_string(),
+            "run 'r' answers: wrong seal"
+        );
+    }
+
+    #[test]
+    fn a_world_that_does_not_answer_is_not_waited_for() {
+        let reply = ask_one_that(|_, _, _| {});
+        assert_eq!(reply.unwrap_err().to_string(), "run 'r' does not answer");
+    }
+}

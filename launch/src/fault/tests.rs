@@ -1,0 +1,312 @@
+//! The command line takes every fault in the words in which it is printed.
+
+use std::collections::BTreeSet;
+
+use clap::{CommandFactory, Parser};
+
+use super::*;
+
+#[derive(Parser)]
+struct Alone {
+    #[command(flatten)]
+    fault: FaultArgs,
+}
+
+/// As a shell cuts it: at spaces, but not between double quotes.
+fn words(line: &str) -> Vec<String> {
+    let mut words = vec!["fault".to_owned()];
+    for (index, part) in line.split('"').enumerate() {
+        if index % 2 == 0 {
+            words.extend(part.split_whitespace().map(str::to_owned));
+        } else {
+            words.push(part.to_owned());
+        }
+    }
+    words
+}
+
+fn read(line: &str) -> Result<Order, String> {
+    let alone = Alone::try_parse_from(words(line)).map_err(|error| error.to_string())?;
+    match alone.fault.part {
+        Some(Part::Order(order)) => order.into_order(),
+        other => panic!("{line}: {other:?}"),
+    }
+}
+
+/// Each fault as text and as JSON, with each of its modes.
+const FAULTS: &[(&str, &str)] = &[
+    ("kill gold", r#"{"kill":"gold"}"#),
+    ("terminate gold", r#"{"terminate":"gold"}"#),
+    ("pause gold", r#"{"pause":"gold"}"#),
+    ("continue gold", r#"{"continue":"gold"}"#),
+    ("restart gold", r#"{"restart":"gold"}"#),
+    ("add red", r#"{"add":"red"}"#),
+    ("remove gold", r#"{"remove":"gold"}"#),
+    (
+        "drop --from green --to all --p 0.3",
+        r#"{"drop":{"from":"green","p":0.3}}"#,
+    ),
+    (
+        "drop --from all --to green --p 1 --burst 2.5s",
+        r#"{"drop":{"to":"green","p":1,"burst_s":2.5}}"#,
+    ),
+    (
+        "delay --from all --to all --by 0.5s",
+        r#"{"delay":{"delay_s":0.5}}"#,
+    ),
+    (
+        "delay --from blue --to gold --by 0.5s --jitter 1.5s",
+        r#"{"delay":{"from":"blue","to":"gold","delay_s":0.5,"jitter_s":1.5}}"#,
+    ),
+    (
+        "duplicate --from all --to all --p 0.1",
+        r#"{"duplicate":{"p":0.1}}"#,
+    ),
+    (
+        "reorder --from green --to all --p 0.1",
+        r#"{"reorder":{"from":"green","p":0.1}}"#,
+    ),
+    ("hold --from all --to blue", r#"{"hold":{"to":"blue"}}"#),
+    (
+        "partition blue,gold / green",
+        r#"{"partition":{"groups":[["blue","gold"],["green"]]}}"#,
+    ),
+    (
+        "partition blue / gold / green --one-way",
+        r#"{"partition":{"groups":[["blue"],["gold"],["green"]],"one_way":true}}"#,
+    ),
+    ("mute gold", r#"{"mute":"gold"}"#),
+    ("deaf gold", r#"{"deaf":"gold"}"#),
+    ("range 3.5", r#"{"range":{"range_m":3.5}}"#),
+    ("radio good-radio", r#"{"radio":"good-radio"}"#),
+    ("radio poor-radio", r#"{"radio":"poor-radio"}"#),
+    ("radio severe-radio", r#"{"radio":"severe-radio"}"#),
+    (
+        "sensor blue side-border dead",
+        r#"{"sensor":{"robot":"blue","device":"side-border","mode":"dead"}}"#,
+    ),
+    (
+        "sensor blue gripper stuck",
+        r#"{"sensor":{"robot":"blue","device":"gripper","mode":"stuck"}}"#,
+    ),
+    (
+        "sensor gold position bias 0.5 --deg 3",
+        r#"{"sensor":{"robot":"gold","device":"position","mode":{"bias":{"m":0.5,"deg":3}}}}"#,
+    ),
+    (
+        "sensor gold waste bias -0.5",
+        r#"{"sensor":{"robot":"gold","device":"waste","mode":{"bias":{"m":-0.5}}}}"#,
+    ),
+    (
+        "sensor gold position noise 0 --deg -0.1",
+        r#"{"sensor":{"robot":"gold","device":"position","mode":{"noise":{"deg":-0.1}}}}"#,
+    ),
+    (
+        "sensor gold ground dropout 0.25",
+        r#"{"sensor":{"robot":"gold","device":"ground","mode":{"dropout":0.25}}}"#,
+    ),
+    (
+        "actuator gold dead",
+        r#"{"actuator":{"robot":"gold","mode":"dead"}}"#,
+    ),
+    (
+        "actuator gold slowed 0.2",
+        r#"{"actuator":{"robot":"gold","mode":{"slowed":0.2}}}"#,
+    ),
+    (
+        "actuator gold turn-bias -10.5",
+        r#"{"actuator":{"robot":"gold","mode":{"turn-bias":-10.5}}}"#,
+    ),
+    (
+        "actuator gold one-wheel left",
+        r#"{"actuator":{"robot":"gold","mode":{"one-wheel":"left"}}}"#,
+    ),
+    (
+        "actuator gold one-wheel right",
+        r#"{"actuator":{"robot":"gold","mode":{"one-wheel":"right"}}}"#,
+    ),
+    (
+        "actuator gold gripper",
+        r#"{"actuator":{"robot":"gold","mode":"gripper"}}"#,
+    ),
+    ("power gold", r#"{"power":"gold"}"#),
+    ("babble gold", r#"{"babble":"gold"}"#),
+    (
+        "obstacle 2 1 0.5 0.25",
+        r#"{"obstacle":{"x_m":2,"y_m":1,"width_m":0.5,"height_m":0.25}}"#,
+    ),
+    (
+        "obstacle -2 -1.5 0.5 0.5 --penetrability 0.5",
+        r#"{"obstacle":{"x_m":-2,"y_m":-1.5,"width_m":0.5,"height_m":0.5,"penetrability":0.5}}"#,
+    ),
+    (
+        "waste 3 4 --items 2",
+        r#"{"waste":{"x_m":3,"y_m":4,"items":2}}"#,
+    ),
+    (
+        "move-waste 7 3 4.5",
+        r#"{"move-waste":{"item":7,"x_m":3,"y_m":4.5}}"#,
+    ),
+    (
+        "move-robot gold 3 4",
+        r#"{"move-robot":{"robot":"gold","x_m":3,"y_m":4}}"#,
+    ),
+    (
+        "move-robot gold 3 4 --heading -90",
+        r#"{"move-robot":{"robot":"gold","x_m":3,"y_m":4,"heading_deg":-90}}"#,
+    ),
+];
+
+#[test]
+fn the_definition_holds_together() {
+    Alone::command().debug_assert();
+}
+
+#[test]
+fn every_fault_is_a_command_as_it_is_printed() {
+    let timings = [
+        "",
+        " --at 60.5s --for 10s",
+        " --at 0s --every 120s --for 0.001s",
+        " --for 3s --when \"blue activates move-spill(top)\"",
+        " --when \"any dies\"",
+    ];
+    let mut known = BTreeSet::new();
+    for (line, json) in FAULTS {
+        let fault = serde_json::from_str(json).unwrap();
+        assert_eq!(read(line), Ok(Order::now(fault)), "{line}");
+        for timing in timings {
+            let line = format!("{line}{timing}");
+            let order = read(&line).unwrap_or_else(|error| panic!("{line}: {error}"));
+            assert_eq!(order.to_string(), line);
+            known.insert(order.fault.name());
+        }
+    }
+    let all = &schema()["$defs"]["Fault"]["oneOf"];
+    assert_eq!(known.len(), all.as_array().unwrap().len());
+}
+
+#[test]
+fn times_are_read_as_people_write_them() {
+    for (text, for_s) in [
+        ("60s", 60.0),
+        ("60", 60.0),
+        ("1.5s", 1.5),
+        ("500ms", 0.5),
+        ("2min", 120.0),
+        ("0.5 min", 30.0),
+        ("1e3s", 1000.0),
+    ] {
+        let order = read(&format!("mute gold --for \"{text}\"")).unwrap();
+        assert_eq!(order.for_s, Some(for_s), "{text}");
+    }
+    for wrong in ["", "s", "-3s", "1h30", "inf", "NaN", "1e999s", "5 parsecs"] {
+        let error = read(&format!("mute gold \"--for={wrong}\"")).unwrap_err();
+        assert!(
+            error.contains("use a time such as 60s, 1.5s, 500ms or 2min") || wrong.is_empty(),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn what_may_be_left_out_and_said_shorter() {
+    for (short, long) in [
+        ("drop --p 0.3", "drop --from all --to all --p 0.3"),
+        ("poor-radio", "radio poor-radio"),
+        ("good-radio --for 60", "radio good-radio --for 60s"),
+        ("severe-radio", "radio severe-radio"),
+        ("hold", "hold --from all --to all"),
+        ("waste 3 4", "waste 3 4 --items 1"),
+        ("partition blue,gold/green", "partition blue,gold / green"),
+        (
+            "partition \"blue, gold / green\"",
+            "partition blue,gold / green",
+        ),
+        ("partition blue gold / green", "partition blue,gold / green"),
+        ("kill gold --at 2min", "kill gold --at 120s"),
+    ] {
+        assert_eq!(read(short).unwrap().to_string(), long);
+    }
+    let order = read("kill gold --id first").unwrap();
+    assert_eq!(order.id.as_deref(), Some("first"));
+}
+
+#[test]
+fn mistakes_are_answered_with_what_would_be_right() {
+    for (line, part) in [
+        ("kil gold", "a similar subcommand exists: 'kill'"),
+        ("kill", "<ROBOT>"),
+        (
+            "sensor gold nose dead",
+            "possible values: position, front-border",
+        ),
+        (
+            "sensor gold waste late",
+            "possible values: dead, stuck, noise",
+        ),
+        (
+            "sensor gold waste noise",
+            "'noise' needs its size in meters",
+        ),
+        (
+            "sensor gold waste noise x",
+            "'noise' needs its size in meters, not 'x'",
+        ),
+        (
+            "sensor gold waste dead 3",
+            "'dead' has no size; leave '3' out",
+        ),
+        (
+            "sensor gold waste dead --deg 3",
+            "'dead' has no --deg; noise and bias have",
+        ),
+        (
+            "actuator gold slowed",
+            "'slowed' needs what is left of its speed, 0 to 1",
+        ),
+        (
+            "actuator gold one-wheel up",
+            "needs the dead one: left or right",
+        ),
+        (
+            "radio bad-radio",
+            "possible values: good-radio, poor-radio, severe-radio",
+        ),
+        (
+            "mute gold --when \"gold naps\"",
+            "'gold naps' names no event",
+        ),
+        ("list --at 3", "unexpected argument '--at' found"),
+    ] {
+        let error = match Alone::try_parse_from(words(line)) {
+            Err(error) => error.to_string(),
+            Ok(_) => read(line).unwrap_err(),
+        };
+        assert!(error.contains(part), "{line}: {error}");
+    }
+}
+
+#[test]
+fn what_was_acknowledged_in_words() {
+    let said = |line: &str, tick: Option<u64>| {
+        let armed = Armed {
+            id: "f3".to_owned(),
+            tick,
+            t_ms: tick.map(|tick| SimTime(50 * tick)),
+        };
+        acknowledge(&armed, &read(line).unwrap())
+    };
+    assert_eq!(
+        said("kill gold", Some(1234)),
+        "f3: kill gold from tick 1234 (61.700 s)"
+    );
+    assert_eq!(
+        said("waste 3 4 --every 60s", Some(1234)),
+        "f3: waste 3 4 --items 1 at tick 1234 (61.700 s) every 60 s"
+    );
+    assert_eq!(
+        said("mute gold --when \"any dies\" --for 1.5s", None),
+        "f3: mute gold when any dies for 1.5 s"
+    );
+}

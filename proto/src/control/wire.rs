@@ -1,0 +1,489 @@
+//! Requests and replies as bytes, in either form: for the world and for its clients.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::{Reply, Request};
+use crate::codec::{CodecError, LIMIT_BYTES};
+use crate::keys::Keys;
+use crate::secret::{OpenError, SEAL_BYTES, Secret};
+
+/// Longest nonce, bytes.
+const MAX_NONCE_BYTES: usize = 64;
+
+/// What is quoted of an error that quotes what was sent, characters.
+const MAX_QUOTED: usize = 300;
+
+/// How a request is written, and then its reply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// bincode, with the seal at its end.
+    Bincode,
+    /// JSON, with the seal in the attachment.
+    Json,
+}
+
+impl Form {
+    /// The form that an encoding announces, in zenoh's words: everything but `application/json` is bincode.
+    #[must_use]
+    pub fn of(encoding: &str) -> Self {
+        // What may follow is a parameter, such as the character set.
+        match encoding.split(';').next() {
+            Some("application/json") => Self::Json,
+            _ => Self::Bincode,
+        }
+    }
+
+    /// The encoding that announces it.
+    #[must_use]
+    pub fn encoding(self) -> &'static str {
+        match self {
+            Self::Bincode => "zenoh/bytes",
+            Self::Json => "application/json",
+        }
+    }
+}
+
+/// A message as it is put on the bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Its payload.
+    pub payload: Vec<u8>,
+    /// Its attachment, if the form has one.
+    pub attachment: Option<String>,
+}
+
+/// A message that cannot be read or written. It displays as one line.
+#[derive(Debug, thiserror::Error)]
+pub enum WireError {
+    /// The message is larger than [`LIMIT_BYTES`].
+    #[error("{0} bytes are more than the limit of {LIMIT_BYTES}")]
+    TooLarge(usize),
+    /// A JSON message has no attachment.
+    #[error(
+        "no seal; attach the HMAC-SHA256 of key expression, zero byte and text in hexadecimal, with the run's token as the key"
+    )]
+    NoSeal,
+    /// The seal is that of another text, key or run.
+    #[error(
+        "wrong seal; attach the HMAC-SHA256 of key expression, zero byte and text in hexadecimal, with the run's token as the key"
+    )]
+    WrongSeal,
+    /// Bytes that are not sealed.
+    #[error(
+        "not sealed by a member of this run for this key{}",
+        if *.looks_like_json { "; send JSON with the encoding application/json" } else { "" }
+    )]
+    Unsealed {
+        /// The encoding has been forgotten, it seems.
+        looks_like_json: bool,
+    },
+    /// The text is sealed, but no such message.
+    #[error("malformed JSON: {}", quotable(.0))]
+    Json(serde_json::Error),
+    /// The bytes are sealed, but no such message.
+    #[error(transparent)]
+    Codec(#[from] CodecError),
+    /// The nonce is none.
+    #[error("nonce: use 1 to {MAX_NONCE_BYTES} bytes without control characters")]
+    Nonce,
+}
+
+/// What somebody sent is quoted here: nothing in it may break the line, command a terminal, or fill a log.
+fn quotable(error: &serde_json::Error) -> String {
+    let mut text: String = error
+        .to_string()
+        .chars()
+        .take(MAX_QUOTED)
+        .flat_map(|c| {
+            let escaped = c.is_control().then(|| c.escape_default());
+            let plain = (!c.is_control()).then_some(c);
+            escaped.into_iter().flatten().chain(plain)
+        })
+        .collect();
+    if error.to_string().chars().count() > MAX_QUOTED {
+        text += "…";
+    }
+    text
+}
+
+/// The control topic of a run.
+#[derive(Clone)]
+pub struct Wire {
+    key: String,
+    secret: Secret,
+}
+
+impl Wire {
+    /// That of the run with these keys and this secret.
+    #[must_use]
+    pub fn new(keys: &Keys, secret: Secret) -> Self {
+        Self {
+            key: keys.control(),
+            secret,
+        }
+    }
+
+    /// Its key expression.
+    #[must_use]
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// A client writes a request.
+    ///
+    /// # Errors
+    /// When it is too large or its nonce is none.
+    pub fn write_request(&self, form: Form, request: &Request) -> Result<Written, WireError> {
+        check_nonce(&request.nonce)?;
+        self.write(form, &self.key, request)
+    }
+
+    /// The world reads a request. Whatever the bytes are, it neither panics nor allocates more than the size limit allows.
+    ///
+    /// # Errors
+    /// Any [`WireError`], for the asker's eyes: as the text of zenoh's error reply.
+    pub fn read_request(
+        &self,
+        form: Form,
+        payload: &[u8],
+        attachment: Option<&[u8]>,
+    ) -> Result<Request, WireError> {
+        let request: Request = self.read(form, &self.key, payload, attachment)?;
+        check_nonce(&request.nonce)?;
+        Ok(request)
+    }
+
+    /// The world writes its reply to the request of that form and nonce.
+    ///
+    /// # Errors
+    /// When it is too large.
+    pub fn write_reply(
+        &self,
+        form: Form,
+        nonce: &str,
+        reply: &Reply,
+    ) -> Result<Written, WireError> {
+        self.write(form, &self.reply_key(nonce), reply)
+    }
+
+    /// A client reads the reply to its request of that form and nonce.
+    ///
+    /// # Errors
+    /// Any [`WireError`]; the reply to another request is not sealed for this one.
+    pub fn read_reply(
+        &self,
+        form: Form,
+        nonce: &str,
+        payload: &[u8],
+        attachment: Option<&[u8]>,
+    ) -> Result<Reply, WireError> {
+        self.read(form, &self.reply_key(nonce), payload, attachment)
+    }
+
+    /// What a reply is sealed for: that request and no other.
+    fn reply_key(&self, nonce: &str) -> String {
+        format!("{}/{nonce}", self.key)
+    }
+
+    fn write<T: Serialize>(
+        &self,
+        form: Form,
+        key: &str,
+        message: &T,
+    ) -> Result<Written, WireError> {
+        match form {
+            Form::Bincode => Ok(Written {
+                payload: self.secret.seal(key, message)?,
+                attachment: None,
+            }),
+            Form::Json => {
+                let payload = serde_json::to_vec(message).map_err(WireError::Json)?;
+                check_size(payload.len(), LIMIT_BYTES)?;
+                let attachment = Some(self.secret.mark_text(key, &payload));
+                Ok(Written {
+                    payload,
+                    attachment,
+                })
+            }
+        }
+    }
+
+    fn read<T: DeserializeOwned>(
+        &self,
+        form: Form,
+        key: &str,
+        payload: &[u8],
+        attachment: Option<&[u8]>,
+    ) -> Result<T, WireError> {
+        match form {
+            Form::Bincode => {
+                check_size(payload.len(), LIMIT_BYTES + SEAL_BYTES)?;
+                self.secret.open(key, payload).map_err(|error| match error {
+                    OpenError::Unsealed => WireError::Unsealed {
+                        looks_like_json: payload.trim_ascii_start().starts_with(b"{"),
+                    },
+                    OpenError::Codec(error) => error.into(),
+                })
+            }
+            Form::Json => {
+                check_size(payload.len(), LIMIT_BYTES)?;
+                let mark = attachment.ok_or(WireError::NoSeal)?;
+                let expected = self.secret.mark_text(key, payload);
+                if !mark.eq_ignore_ascii_case(expected.as_bytes()) {
+                    return Err(WireError::WrongSeal);
+                }
+                serde_json::from_slice(payload).map_err(WireError::Json)
+            }
+        }
+    }
+}
+
+fn check_size(bytes: usize, limit: usize) -> Result<(), WireError> {
+    if bytes > limit {
+        return Err(WireError::TooLarge(bytes));
+    }
+    Ok(())
+}
+
+/// The nonce becomes a part of what the reply is sealed for, where a zero byte would have a meaning.
+fn check_nonce(nonce: &str) -> Result<(), WireError> {
+    let fits = (1..=MAX_NONCE_BYTES).contains(&nonce.len());
+    if fits && !nonce.chars().any(char::is_control) {
+        return Ok(());
+    }
+    Err(WireError::Nonce)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::control::{Armed, ClockCommand, Command};
+    use crate::fault::tests::one_of_each;
+    use crate::fault::{Fault, Order};
+    use crate::time::SimTime;
+
+    const FORMS: [Form; 2] = [Form::Bincode, Form::Json];
+
+    fn wire() -> Wire {
+        Wire::new(&Keys::new("r"), Secret::of("abc"))
+    }
+
+    fn request(nonce: &str, command: Command) -> Request {
+        Request {
+            nonce: nonce.to_owned(),
+            command,
+        }
+    }
+
+    fn kill() -> Request {
+        request(
+            "n",
+            Command::Fault(Order::now(Fault::Kill("gold".to_owned()))),
+        )
+    }
+
+    fn reread(wire: &Wire, form: Form, written: &Written) -> Result<Request, WireError> {
+        let attachment = written.attachment.as_ref().map(String::as_bytes);
+        wire.read_request(form, &written.payload, attachment)
+    }
+
+    /// Reads JSON that is sealed as it should be.
+    fn read_text(text: &[u8]) -> Result<Request, WireError> {
+        let wire = wire();
+        let mark = wire.secret.mark_text(wire.key(), text);
+        wire.read_request(Form::Json, text, Some(mark.as_bytes()))
+    }
+
+    #[track_caller]
+    fn refused(read: Result<Request, WireError>, line: &str) {
+        assert_eq!(read.unwrap_err().to_string(), line);
+    }
+
+    #[test]
+    fn every_request_is_read_as_it_was_written_in_either_form() {
+        let faults = one_of_each().into_iter();
+        let commands = faults
+            .map(|fault| Command::Fault(Order::now(fault)))
+            .chain([
+                Command::Clear(None),
+                Command::Clear(Some("f1".to_owned())),
+                Command::List,
+                Command::Status,
+                Command::Clock(ClockCommand::Pause),
+                Command::Clock(ClockCommand::Resume),
+                Command::Clock(ClockCommand::Step(7)),
+                Command::Clock(ClockCommand::Speed(None)),
+                Command::Clock(ClockCommand::Speed(Some(2.5))),
+            ]);
+        for command in commands {
+            let request = request("n-1", command);
+            for form in FORMS {
+                let written = wire().write_request(form, &request).unwrap();
+                assert_eq!(reread(&wire(), form, &written).unwrap(), request);
+            }
+        }
+    }
+
+    #[test]
+    fn a_reply_answers_its_own_request_alone() {
+        let reply = Reply::Armed(Armed {
+            id: "f1".to_owned(),
+            tick: Some(3),
+            t_ms: Some(SimTime(150)),
+        });
+        for form in FORMS {
+            let written = wire().write_reply(form, "n", &reply).unwrap();
+            let attachment = written.attachment.as_ref().map(String::as_bytes);
+            let read = |nonce| wire().read_reply(form, nonce, &written.payload, attachment);
+            assert_eq!(read("n").unwrap(), reply);
+            assert!(read("m").is_err());
+            // Nor is it a request.
+            assert!(reread(&wire(), form, &written).is_err());
+        }
+    }
+
+    #[test]
+    fn the_encoding_tells_the_form() {
+        for form in FORMS {
+            assert_eq!(Form::of(form.encoding()), form);
+        }
+        assert_eq!(Form::of("application/json;charset=utf-8"), Form::Json);
+        assert_eq!(Form::of(""), Form::Bincode);
+        assert_eq!(Form::of("text/plain"), Form::Bincode);
+    }
+
+    #[test]
+    fn whoever_has_no_seal_is_told_how_to_get_one() {
+        let wire = wire();
+        let json = wire.write_request(Form::Json, &kill()).unwrap();
+        let how = "attach the HMAC-SHA256 of key expression, zero byte and text in hexadecimal, with the run's token as the key";
+        let read = |attachment| wire.read_request(Form::Json, &json.payload, attachment);
+        refused(read(None), &format!("no seal; {how}"));
+        refused(read(Some(b"")), &format!("wrong seal; {how}"));
+        let other = wire
+            .secret
+            .mark_text("alliance/other/control", &json.payload);
+        refused(read(Some(other.as_bytes())), &format!("wrong seal; {how}"));
+        let loud = json.attachment.as_ref().unwrap().to_uppercase();
+        assert_eq!(read(Some(loud.as_bytes())).unwrap(), kill());
+        refused(
+            wire.read_request(Form::Bincode, &json.payload, None),
+            "not sealed by a member of this run for this key; send JSON with the encoding application/json",
+        );
+        refused(
+            wire.read_request(Form::Bincode, b"\x01\x02", None),
+            "not sealed by a member of this run for this key",
+        );
+    }
+
+    #[test]
+    fn a_changed_bit_anywhere_is_noticed() {
+        for form in FORMS {
+            let written = wire().write_request(form, &kill()).unwrap();
+            for bit in 0..8 * written.payload.len() {
+                let mut other = written.clone();
+                other.payload[bit / 8] ^= 1 << (bit % 8);
+                assert!(reread(&wire(), form, &other).is_err(), "{form:?} {bit}");
+            }
+        }
+    }
+
+    #[test]
+    fn malformed_text_is_refused_in_one_line_that_says_where() {
+        refused(
+            read_text(b"{"),
+            "malformed JSON: EOF while parsing an object at line 1 column 1",
+        );
+        refused(
+            read_text(br#"{"nonce":"n","command":"dance"}"#),
+            "malformed JSON: unknown variant `dance`, expected one of `fault`, `clear`, `list`, `status`, `clock` at line 1 column 30",
+        );
+        refused(
+            read_text(br#"{"nonce":"n","command":"list","x":1}"#),
+            "malformed JSON: unknown field `x`, expected `nonce` or `command` at line 1 column 33",
+        );
+        refused(
+            read_text(br#"{"nonce":"n","command":{"fault":{"fault":{"kill":"gold"},"when":"blue naps"}}}"#),
+            "malformed JSON: 'blue naps' names no event; write ROBOT or any, then one of activates, hibernates, waits, picks, \
+             drops, delivers, reports, finds, joins, dies, then a behavior set or item if need be, as in \"blue activates \
+             report-progress\" at line 1 column 76",
+        );
+        refused(
+            read_text(br#"{"nonce":"n","command":"\n\u001b[2J"}"#),
+            "malformed JSON: unknown variant `\\n\\u{1b}[2J`, expected one of `fault`, `clear`, `list`, `status`, `clock` at line \
+             1 column 36",
+        );
+        let long = format!(r#"{{"nonce":"n","command":"{}"}}"#, "x".repeat(100_000));
+        let line = read_text(long.as_bytes()).unwrap_err().to_string();
+        assert_eq!(
+            line.chars().count(),
+            "malformed JSON: ".len() + MAX_QUOTED + 1
+        );
+    }
+
+    #[test]
+    fn a_nonce_is_short_and_plain() {
+        for wrong in ["", "a\0b", "a\nb", &"n".repeat(65)] {
+            let request = request(wrong, Command::List);
+            let line = "nonce: use 1 to 64 bytes without control characters";
+            for form in FORMS {
+                let error = wire().write_request(form, &request).unwrap_err();
+                assert_eq!(error.to_string(), line);
+                // One who writes it all the same is not read.
+                let written = wire().write(form, wire().key(), &request).unwrap();
+                refused(reread(&wire(), form, &written), line);
+            }
+        }
+        let long = request(&"n".repeat(64), Command::List);
+        assert!(wire().write_request(Form::Json, &long).is_ok());
+    }
+
+    #[test]
+    fn too_large() {
+        let robot = "x".repeat(LIMIT_BYTES);
+        let request = request("n", Command::Fault(Order::now(Fault::Kill(robot))));
+        for form in FORMS {
+            assert!(wire().write_request(form, &request).is_err());
+            let payload = vec![b' '; LIMIT_BYTES + SEAL_BYTES + 1];
+            refused(
+                wire().read_request(form, &payload, None),
+                "262153 bytes are more than the limit of 262144",
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_bytes_are_refused(payload: Vec<u8>, attachment: Option<Vec<u8>>) {
+            for form in FORMS {
+                prop_assert!(wire().read_request(form, &payload, attachment.as_deref()).is_err());
+                prop_assert!(wire().read_reply(form, "n", &payload, attachment.as_deref()).is_err());
+            }
+        }
+
+        /// Behind a true seal anything may come: a member may be mad.
+        #[test]
+        fn arbitrary_sealed_bytes_never_panic(mut bytes: Vec<u8>) {
+            let _ = read_text(&bytes);
+            let wire = wire();
+            let mark = wire.secret.mark(wire.key(), &bytes);
+            bytes.extend(mark);
+            let _ = wire.read_request(Form::Bincode, &bytes, None);
+        }
+
+        /// Nearer to requests than arbitrary bytes: one byte of a sealed text is another.
+        #[test]
+        fn damaged_text_never_panics(index: prop::sample::Index, place: prop::sample::Index, byte: u8) {
+            let fault = index.get(&one_of_each()).clone();
+            let request = request("n", Command::Fault(Order::now(fault)));
+            let mut text = serde_json::to_vec(&request).unwrap();
+            *place.get_mut(&mut text) = byte;
+            if let Err(error) = read_text(&text) {
+                prop_assert!(!error.to_string().chars().any(char::is_control));
+            }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+"""Sends one command to a live run and prints the reply: control.py COMMAND [RUN]
+
+COMMAND is JSON, as docs/CONTROL.md has it: '"status"', '{"fault": {"fault": {"kill": "gold"}}}'. RUN is the id of a live run, by
+default the newest. Needs the package eclipse-zenoh and nothing else.
+"""
+
+import hmac
+import json
+import os
+import pathlib
+import secrets
+import sys
+import tempfile
+
+import zenoh
+
+
+def is_alive(pid):
+    try:
+        os.kill(pid, 0)
+    except OSError:
+        return False
+    return True
+
+
+def find_run(run=None):
+    """Announcement of a live run: its id, endpoint, pid and token."""
+    base = os.environ.get("XDG_RUNTIME_DIR", "")
+    folder = pathlib.Path(base, "alliance")
+    if not os.path.isdir(base):
+        folder = pathlib.Path(tempfile.gettempdir(), f"alliance-{os.geteuid()}")
+    files = sorted(folder.glob("*.json"), key=lambda file: file.stat().st_mtime, reverse=True)
+    for found in (json.loads(file.read_text()) for file in files):
+        if run in (None, found["run"]) and is_alive(found["pid"]):
+            return found
+    sys.exit("no such run is live")
+
+
+def connect(run):
+    """A zenoh session as a client of the run."""
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", json.dumps([run["endpoint"]]))
+    config.insert_json5("scouting/multicast/enabled", "false")
+    return zenoh.open(config)
+
+
+def seal(run, key, text):
+    """What proves that a message for this key is from somebody who knows the run's token."""
+    return hmac.new(run["token"].encode(), key.encode() + b"\0" + text.encode(), "sha256").hexdigest()
+
+
+def ask(session, run, command, nonce=None):
+    """The world's reply to a command."""
+    nonce = nonce or secrets.token_hex(16)
+    key = f"alliance/{run['run']}/control"
+    text = json.dumps({"nonce": nonce, "command": command})
+    complaint = "no answer"
+    for reply in session.get(
+        key,
+        payload=text,
+        encoding=zenoh.Encoding.APPLICATION_JSON,
+        attachment=seal(run, key, text),
+        target=zenoh.QueryTarget.ALL,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        timeout=10.0,
+    ):
+        if reply.ok is None:
+            complaint = reply.err.payload.to_string()
+            continue
+        text, mark = reply.ok.payload.to_string(), reply.ok.attachment
+        # Anybody may answer: only a reply that is sealed for this request counts.
+        if mark and hmac.compare_digest(mark.to_string(), seal(run, f"{key}/{nonce}", text)):
+            return json.loads(text)
+    raise RuntimeError(complaint)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (2, 3):
+        sys.exit(__doc__.strip())
+    found = find_run(*sys.argv[2:])
+    with connect(found) as bus:
+        print(json.dumps(ask(bus, found, json.loads(sys.argv[1]))))
