@@ -12,6 +12,7 @@ use world_server::args::{WorldArgs, log_to_stderr};
 
 mod arguments;
 pub mod in_process;
+pub mod report;
 pub mod run;
 pub mod scenarios;
 mod scenarios_command;
