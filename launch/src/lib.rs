@@ -12,7 +12,7 @@ use world_server::args::{WorldArgs, log_to_stderr};
 
 mod arguments;
 pub mod in_process;
-pub mod report;
+mod report;
 pub mod run;
 pub mod scenarios;
 mod scenarios_command;
@@ -33,6 +33,8 @@ enum Part {
     World(WorldArgs),
     /// Be one robot of a live run by hand
     Agent(AgentArgs),
+    /// Show what happened in a run: figures and metrics on a page
+    Report(report::command::ReportCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
 }
@@ -55,6 +57,7 @@ pub fn main() -> ExitCode {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(scenarios::text_of),
         Part::Agent(agent) => agent.run(),
+        Part::Report(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }
 }

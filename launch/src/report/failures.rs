@@ -228,14 +228,13 @@ fn aftermath(stints: &[Stint], failure: &Failure, task: TaskId) -> Aftermath {
 /// over; nor does who takes up what the one before had left as not applicable.
 #[must_use]
 pub fn takeovers(history: &History, stints: &[Stint], failures: &[Failure]) -> Vec<Takeover> {
-    let gave_in = |stint: &Stint| stint.end == StintEnd::Left("arbitration".to_owned());
     let mut takeovers: Vec<Takeover> = history
         .tasks()
         .filter(|task| history.catalog.tasks[task.index()].max_robots == 1)
         .flat_map(|task| {
             let on_task: Vec<&Stint> = stints
                 .iter()
-                .filter(|stint| stint.task == task && !gave_in(stint))
+                .filter(|stint| stint.task == task && !gave_in(stint, stints))
                 .collect();
             on_task
                 .windows(2)
@@ -247,6 +246,18 @@ pub fn takeovers(history: &History, stints: &[Stint], failures: &[Failure]) -> V
     takeovers
 }
 
+/// Whether the robot claimed the task at the same time as another, or unheard, and left it to that one.
+fn gave_in(stint: &Stint, stints: &[Stint]) -> bool {
+    let at = stint.span.from;
+    let claimed = |other: &Stint| {
+        other.robot != stint.robot
+            && other.task == stint.task
+            && other.span.from <= at
+            && at < other.span.to
+    };
+    stint.end == StintEnd::Left("arbitration".to_owned()) && stints.iter().any(claimed)
+}
+
 fn takeover(
     history: &History,
     before: &Stint,
@@ -254,7 +265,11 @@ fn takeover(
     failures: &[Failure],
 ) -> Option<Takeover> {
     let at = after.span.from;
-    if before.robot == after.robot || before.span.from == at {
+    // Who comes back and goes on has not activated anything.
+    let returns = !history.robots[after.robot]
+        .present
+        .contains(at - history.step);
+    if before.robot == after.robot || before.span.from == at || returns {
         return None;
     }
     let idle_since = before.idle_since(at);

@@ -232,7 +232,11 @@ impl History {
     /// The task of that name.
     #[must_use]
     pub fn task_named(&self, name: &str) -> Option<TaskId> {
-        let index = self.catalog.tasks.iter().position(|task| task.name == name)?;
+        let index = self
+            .catalog
+            .tasks
+            .iter()
+            .position(|task| task.name == name)?;
         Some(TaskId(index as u16))
     }
 
@@ -243,10 +247,13 @@ impl History {
 
     /// Each behavior set of each robot that performs the task, with the robot's rank.
     pub fn sets_for(&self, task: TaskId) -> impl Iterator<Item = (usize, &SetHistory)> {
-        self.robots.iter().enumerate().flat_map(move |(rank, robot)| {
-            let sets = robot.sets.iter().filter(move |set| set.task == task);
-            sets.map(move |set| (rank, set))
-        })
+        self.robots
+            .iter()
+            .enumerate()
+            .flat_map(move |(rank, robot)| {
+                let sets = robot.sets.iter().filter(move |set| set.task == task);
+                sets.map(move |set| (rank, set))
+            })
     }
 
     /// The events of that kind.

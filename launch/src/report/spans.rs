@@ -38,12 +38,6 @@ impl Spans {
         self.0.iter().copied()
     }
 
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     /// Length of all together.
     #[must_use]
     pub fn total(&self) -> SimTime {
@@ -145,10 +139,7 @@ mod tests {
     fn a_span_holds_its_beginning_but_not_its_end() {
         let all = spans([(50, 100), (150, 200)]);
         let inside = [49, 50, 99, 100, 149, 150, 199, 200].map(|at| all.contains(SimTime(at)));
-        assert_eq!(
-            inside,
-            [false, true, true, false, false, true, true, false]
-        );
+        assert_eq!(inside, [false, true, true, false, false, true, true, false]);
     }
 
     #[test]

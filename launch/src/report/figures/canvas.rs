@@ -11,9 +11,7 @@ use plotters::prelude::{
     RGBColor, SVGBackend, ShapeStyle,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{
-    Color, FontDesc, FontFamily, FontStyle, FontTransform, IntoTextStyle, TextStyle,
-};
+use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, TextStyle};
 
 /// Units of the drawing in a pixel: the backend knows whole units only, and a pixel is too coarse.
 const UNITS_PER_PX: f64 = 4.0;
@@ -23,6 +21,12 @@ const FONT_FACTOR: f64 = 1.24;
 
 /// Width of an average letter, as a share of the font size. The backend knows no fonts.
 const LETTER: f64 = 0.56;
+
+/// Bold letters are so much wider.
+pub const BOLD: f64 = 1.13;
+
+/// Free space at the left edge of a panel, px.
+const EDGE_PX: f64 = 6.0;
 
 /// Width of every figure, px.
 pub const WIDTH_PX: f64 = 960.0;
@@ -65,7 +69,9 @@ pub fn svg(
     {
         let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
         let drawn = area.fill(&plotters::style::WHITE);
-        let drawn = drawn.and_then(|()| draw(&area)).and_then(|()| area.present());
+        let drawn = drawn
+            .and_then(|()| draw(&area))
+            .and_then(|()| area.present());
         drawn.map_err(|error| anyhow::anyhow!("{title}: {error}"))?;
     }
     // The drawing is `UNITS_PER_PX` times as large as it shall be shown.
@@ -84,7 +90,7 @@ pub fn part<'a>(area: &Area<'a>, corner: (f64, f64), size: (f64, f64)) -> Area<'
 }
 
 /// Lettering.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Lettering {
     /// Font size, px.
     pub size_px: f64,
@@ -178,8 +184,10 @@ pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<
     let mut chart = ChartBuilder::on(area)
         .margin_right(px(frame.right))
         .margin_top(px(2.0))
+        // Room for the upright lettering, which the label area cuts off.
+        .margin_left(px(EDGE_PX))
         .x_label_area_size(px(frame.bottom))
-        .y_label_area_size(px(frame.left))
+        .y_label_area_size(px(frame.left - EDGE_PX))
         .build_cartesian_2d(axes.x.0.clone(), axes.y.0.clone())?;
     let letters = Lettering::default().style();
     let x_labels = if frame.bottom > 0.0 { 12 } else { 0 };
@@ -217,26 +225,24 @@ pub fn fill(
     chart.plotting_area().draw(&Rectangle::new(corners, style))
 }
 
-/// Hatches a rectangle of a plot with upright lines so many px apart.
+/// Hatches a rectangle of a plot, a part of `area`, with upright lines so many px apart.
 ///
 /// # Errors
 /// When it cannot be drawn.
 pub fn hatch(
+    area: &Area<'_>,
     chart: &Chart<'_>,
     x: Range<f64>,
     y: Range<f64>,
-    color: RGBColor,
-    apart_px: f64,
+    style: (RGBColor, f64),
 ) -> Drawn {
     let plot = chart.plotting_area();
     let (left, top) = plot.map_coordinate(&(x.start, y.start));
     let (right, bottom) = plot.map_coordinate(&(x.end, y.end));
-    let all = chart.plotting_area().strip_coord_spec();
-    // Coordinates of the plot are those of the whole drawing, those of the stripped area begin at its corner.
-    let (x0, y0) = all.get_base_pixel();
+    let (color, apart_px) = style;
     for place in (left..=right).step_by(px(apart_px) as usize) {
-        let ends = [(place - x0, top - y0), (place - x0, bottom - y0)];
-        all.draw(&PathElement::new(ends, line(color, 1.0)))?;
+        let ends = [(place, top), (place, bottom)];
+        area.draw(&PathElement::new(ends, line(color, 1.0)))?;
     }
     Ok(())
 }
@@ -299,7 +305,11 @@ pub fn upright(
     style: ShapeStyle,
     broken: bool,
 ) -> Drawn {
-    let (dash, step) = if broken { (4.0, 8.0) } else { (y_px.end, y_px.end) };
+    let (dash, step) = if broken {
+        (4.0, 8.0)
+    } else {
+        (y_px.end, y_px.end)
+    };
     let mut from = y_px.start;
     while from < y_px.end {
         let to = (from + dash).min(y_px.end);
@@ -345,7 +355,13 @@ mod tests {
 
     #[test]
     fn labels_do_not_run_into_each_other() {
-        let labels = [(0.0, 10.0), (5.0, 10.0), (8.0, 10.0), (10.0, 5.0), (15.0, 5.0)];
+        let labels = [
+            (0.0, 10.0),
+            (5.0, 10.0),
+            (8.0, 10.0),
+            (10.0, 5.0),
+            (15.0, 5.0),
+        ];
         let rows = [Some(0), Some(1), None, Some(0), Some(0)];
         assert_eq!(rows_for(&labels, 2), rows);
         assert_eq!(rows_for(&labels, 0), [None; 5]);

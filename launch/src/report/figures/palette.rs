@@ -51,11 +51,16 @@ mod tests {
 
     #[test]
     fn by_name_and_in_turn() {
-        let names = ["r0", "blue", "r1", "gold", "r2", "r3", "r4", "r5", "r6", "r7"];
+        let names = [
+            "r0", "blue", "r1", "gold", "r2", "r3", "r4", "r5", "r6", "r7",
+        ];
         let found = colors(names.into_iter());
         assert_eq!(found.len(), names.len());
         assert_eq!([found[1], found[3]], [BY_NAME[0].1, BY_NAME[1].1]);
-        assert_eq!([found[0], found[2], found[4]], [OTHERS[0], OTHERS[1], OTHERS[2]]);
+        assert_eq!(
+            [found[0], found[2], found[4]],
+            [OTHERS[0], OTHERS[1], OTHERS[2]]
+        );
         assert_eq!(found[9], OTHERS[0], "from the start again");
     }
 }
