@@ -256,6 +256,16 @@ impl History {
             })
     }
 
+    /// The time in which that robot took no part: dead, stopped, or not there yet.
+    #[must_use]
+    pub fn absent(&self, rank: usize) -> Spans {
+        let all = Span {
+            from: SimTime::ZERO,
+            to: self.end,
+        };
+        Spans::from_iter([all]).without(&self.robots[rank].present)
+    }
+
     /// The events of that kind.
     pub fn events_of<'h>(&'h self, kind: &'h str) -> impl Iterator<Item = &'h EventRow> {
         self.events.iter().filter(move |event| event.kind == kind)

@@ -1,6 +1,7 @@
 //! The figures of a report. Each says in its documentation what exactly is counted; the page repeats it.
 
 use alliance_proto::ids::TaskId;
+use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use world_server::recorder::{RobotFigures, RunFile, RunOutcome};
 
@@ -126,8 +127,7 @@ impl Metrics {
             })
             .collect();
         Self {
-            makespan: (run.outcome == RunOutcome::Ended(alliance_proto::tick::Outcome::Complete))
-                .then_some(history.end),
+            makespan: (run.outcome == RunOutcome::Ended(Outcome::Complete)).then_some(history.end),
             robots,
             tasks: history
                 .tasks()

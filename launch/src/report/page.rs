@@ -90,7 +90,7 @@ const DEFINITIONS: [(&str, &str); 12] = [
     ),
 ];
 
-/// The page, and the names of the figures that had no room in it.
+/// The page, and how many figures had no room in it.
 #[must_use]
 pub fn page(
     run: &RunFile,

@@ -39,7 +39,7 @@ pub fn together(scene: &Scene<'_>) -> anyhow::Result<String> {
     svg("Ways of all robots", height + LEGEND_PX, |area| {
         legend(area)?;
         let panel = part(area, (0.0, LEGEND_PX), (WIDTH_PX, height));
-        map(scene, area, &panel, (WIDTH_PX, height), &all)
+        map(scene, area, &panel, (WIDTH_PX, height), &all, true)
     })
 }
 
@@ -66,7 +66,7 @@ pub fn apart(scene: &Scene<'_>) -> anyhow::Result<String> {
             };
             name.write(area, &robot.name, (left + LEFT_PX, top + TITLE_PX / 2.0))?;
             let panel = part(area, (left, top + TITLE_PX), (width, height));
-            map(scene, area, &panel, (width, height), &[rank])?;
+            map(scene, area, &panel, (width, height), &[rank], false)?;
         }
         Ok(())
     })
@@ -105,12 +105,14 @@ fn legend(area: &Area<'_>) -> Drawn {
     Ok(())
 }
 
+/// Draws a map in a panel of that size; if `named`, with the names of places and robots.
 fn map(
     scene: &Scene<'_>,
     area: &Area<'_>,
     panel: &Area<'_>,
     (width_px, height_px): (f64, f64),
     robots: &[usize],
+    named: bool,
 ) -> Drawn {
     let (width, height) = room(scene);
     // A map that would be too high is narrower instead.
@@ -126,14 +128,14 @@ fn map(
         y_labels: 10,
     };
     let chart = chart(panel, frame, &axes)?;
-    furniture(scene, area, &chart, robots.len() > 1)?;
+    furniture(scene, area, &chart, named)?;
     for &rank in robots {
         way(scene, &chart, rank)?;
     }
     for &rank in robots {
         ends(scene, area, &chart, rank)?;
     }
-    if robots.len() > 1 {
+    if named {
         names(scene, area, &chart)?;
     }
     Ok(())

@@ -19,6 +19,9 @@ use super::metrics::Metrics;
 
 const WHITE: RGBColor = RGBColor(255, 255, 255);
 
+/// Opacity of the bands in which a robot is dead or stopped: darker than those in which it is active, in gray, too.
+const ABSENT: f64 = 0.75;
+
 /// A figure.
 pub struct Figure {
     /// Its file's name, without ending; also what links lead to.

@@ -10,9 +10,8 @@ use super::canvas::{
     level, line, part, svg,
 };
 use super::timeline::{Sample, Timeline, y_title};
-use super::{Scene, WHITE};
+use super::{ABSENT, Scene, WHITE};
 use crate::report::history::SetHistory;
-use crate::report::spans::{Span, Spans};
 use crate::report::thin::thin;
 
 const LEFT_PX: f64 = 58.0;
@@ -72,7 +71,7 @@ fn legend() -> Vec<(Sample, &'static str)> {
         (Sample::Broken(INK), "threshold θ"),
         (Sample::Fill(INK, 0.22), "active"),
         (Sample::Hatch(INK, 4.0), "waiting"),
-        (Sample::Fill(FAINT, 0.6), "dead or stopped"),
+        (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
         (Sample::Mark(Mark::Triangle, WHITE), "reset by a teammate"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
     ]
@@ -113,13 +112,9 @@ fn panel(
     };
     let chart = chart(&panel, frame, &axes)?;
     let height = || 0.0..threshold;
-    let all = Span {
-        from: Default::default(),
-        to: scene.history.end,
-    };
-    let absent = Spans::from_iter([all]).without(&robot.present);
+    let absent = scene.history.absent(rank);
     for span in absent.iter().filter_map(|span| timeline.cut(span)) {
-        fill(&chart, span, 0.0..threshold * 1.12, FAINT, 0.45)?;
+        fill(&chart, span, 0.0..threshold * 1.12, FAINT, ABSENT)?;
     }
     for span in set.active.iter().filter_map(|span| timeline.cut(span)) {
         fill(&chart, span, height(), color, 0.25)?;
