@@ -19,6 +19,7 @@ mod control;
 mod fault;
 pub mod in_process;
 pub mod replay;
+mod report;
 pub mod run;
 pub mod scenarios;
 mod scenarios_command;
@@ -50,6 +51,8 @@ enum Part {
     Clock(clock::ClockArgs),
     /// Show how a live run goes: robots, processes, tasks, motivations, faults
     Status(status::StatusArgs),
+    /// Show what happened in a run: figures and metrics on a page
+    Report(report::command::ReportCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
 }
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         Part::Fault(command) => command.run(),
         Part::Clock(command) => command.run(),
         Part::Status(command) => command.run(),
+        Part::Report(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }
 }

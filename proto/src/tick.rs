@@ -66,6 +66,8 @@ pub struct Report {
     pub actuation: Actuation,
     /// How many broadcasts were published in this tick.
     pub broadcasts: u16,
+    /// Their payloads together, bytes: encoded and sealed.
+    pub broadcast_bytes: u32,
     /// Motivations of all behavior sets, in the order of the catalog.
     pub motivations: Vec<Motivation>,
     /// Changes of state in this step, in the order in which they happened.

@@ -1,7 +1,9 @@
 //! One robot's mind: listen, perceive, weigh motivations, act, speak. A plain function of its inputs.
 
+use alliance_proto::codec::encode;
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::scenario::Setup;
+use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::team::{Body, Broadcast, Heartbeat};
 use alliance_proto::tick::{Report, TickMessage};
 
@@ -79,6 +81,7 @@ impl Agent {
                 tick: tick.tick,
                 actuation: action.actuation,
                 broadcasts: broadcasts.len() as u16,
+                broadcast_bytes: broadcasts.iter().map(payload_bytes).sum(),
                 motivations: thought.motivations,
                 changes: thought.changes,
                 notes,
@@ -114,6 +117,12 @@ impl Agent {
             body,
         }
     }
+}
+
+/// What a broadcast takes on the bus, without what zenoh and TCP add.
+fn payload_bytes(broadcast: &Broadcast) -> u32 {
+    // One too large to be encoded is not published either.
+    encode(broadcast).map_or(0, |bytes| (bytes.len() + SEAL_BYTES) as u32)
 }
 
 /// An agent whose latest step is tentative until the world says that its report counted (DESIGN §4 "What counts").

@@ -264,6 +264,7 @@ impl Stranger {
                 tick,
                 actuation: Actuation::default(),
                 broadcasts: 0,
+                broadcast_bytes: 0,
                 motivations: Vec::new(),
                 changes: Vec::new(),
                 notes: Vec::new(),

@@ -100,6 +100,7 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
         tick: 0,
         actuation: Actuation::default(),
         broadcasts: 0,
+        broadcast_bytes: 0,
         motivations: Vec::new(),
         changes: Vec::new(),
         notes: Vec::new(),

@@ -364,13 +364,14 @@ fn report() -> impl Strategy<Value = Report> {
         vec(note(), 0..4),
         vec(reception(), 0..4),
     );
-    (robot(), any::<(u32, u64, u16)>(), actuation, logged).prop_map(
-        |(robot, (incarnation, tick, broadcasts), actuation, logged)| Report {
+    (robot(), any::<(u32, u64, u16, u32)>(), actuation, logged).prop_map(
+        |(robot, (incarnation, tick, broadcasts, broadcast_bytes), actuation, logged)| Report {
             robot,
             incarnation,
             tick,
             actuation,
             broadcasts,
+            broadcast_bytes,
             motivations: logged.0,
             changes: logged.1,
             notes: logged.2,

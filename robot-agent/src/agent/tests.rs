@@ -5,6 +5,7 @@ use alliance_proto::link::{LinkState, Probability};
 use alliance_proto::readings::{Pose, Proximity, Readings, Zone};
 use alliance_proto::scenario::Scenario;
 use alliance_proto::tick::ManifestEntry;
+use alliance_proto::secret::Secret;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;
@@ -145,4 +146,22 @@ fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
     assert_eq!(again.broadcasts[0].seq, 0);
     let then = agent.step(&message(6, Some(1), &readings), Vec::new());
     assert_eq!(then.broadcasts[0].seq, again.broadcasts.len() as u64);
+}
+
+#[test]
+fn a_report_says_how_many_bytes_its_broadcasts_take_on_the_bus() {
+    let mut agent = Agent::new(BLUE, 1, &setup());
+    let secret = Secret::of("token");
+    let mut broadcasts = 0;
+    // Blue's motivation to find the locations reaches the threshold after 5 s.
+    for tick in 0..20 {
+        let step = agent.step(&message(tick, None, &Readings::default()), Vec::new());
+        let sealed = step.broadcasts.iter().map(|broadcast| {
+            let sealed = secret.seal("alliance/run/team/blue/heartbeat", broadcast);
+            sealed.unwrap().len()
+        });
+        assert_eq!(step.report.broadcast_bytes as usize, sealed.sum::<usize>());
+        broadcasts += step.broadcasts.len();
+    }
+    assert!(broadcasts > 5, "{broadcasts}");
 }

@@ -51,6 +51,7 @@ fn report(robot: RobotId, incarnation: Incarnation, tick: Tick, broadcasts: u16)
         tick,
         actuation: Actuation::default(),
         broadcasts,
+        broadcast_bytes: 100 * u32::from(broadcasts),
         motivations: Vec::new(),
         changes: Vec::new(),
         notes: Vec::new(),

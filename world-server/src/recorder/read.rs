@@ -142,9 +142,14 @@ impl RunLog {
     /// # Errors
     /// [`ReadError::Malformed`] for a row that is not of this table.
     pub fn rows<R: TableRow>(&self) -> Result<Vec<R>, ReadError> {
-        let rows = csv::Reader::from_reader(self.tables[&R::TABLE].as_slice()).into_deserialize();
-        rows.collect::<Result<_, _>>()
-            .map_err(|error| self.malformed(R::TABLE, &error))
+        self.each_row().collect()
+    }
+
+    /// The same, one row after the other: a long run has millions.
+    pub fn each_row<R: TableRow>(&self) -> impl Iterator<Item = Result<R, ReadError>> {
+        csv::Reader::from_reader(self.tables[&R::TABLE].as_slice())
+            .into_deserialize()
+            .map(|row| row.map_err(|error| self.malformed(R::TABLE, &error)))
     }
 
     /// The inputs, in order.

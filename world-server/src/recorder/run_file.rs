@@ -84,6 +84,8 @@ pub struct RobotFigures {
     pub reports_made: u32,
     /// Broadcasts sent.
     pub messages_sent: u64,
+    /// Their payloads together, each once: encoded and sealed, without what zenoh and TCP add.
+    pub bytes_sent: u64,
     /// Broadcasts of teammates heard.
     pub messages_heard: u64,
     /// Broadcasts of teammates that were not heard: really lost, or dropped or cut off by a fault.
@@ -193,6 +195,7 @@ impl RobotFigures {
     fn add(&mut self, report: &Report) {
         self.ticks_counted += 1;
         self.messages_sent += u64::from(report.broadcasts);
+        self.bytes_sent += u64::from(report.broadcast_bytes);
         for reception in &report.receptions {
             match reception.fate {
                 Fate::Heard => self.messages_heard += 1,

@@ -18,6 +18,7 @@ fn figures_of_the_sample() {
             items_delivered: 1,
             reports_made: 0,
             messages_sent: 0,
+            bytes_sent: 0,
             messages_heard: 1,
             messages_lost: 1,
             messages_delayed: 0,
@@ -25,6 +26,7 @@ fn figures_of_the_sample() {
         }
     );
     assert_eq!(result.robots["gold"].messages_sent, 2);
+    assert_eq!(result.robots["gold"].bytes_sent, 250);
     assert_eq!(result.robots["gold"].reports_made, 1);
     assert_eq!(result.robots["green"].ticks_counted, 0);
 }

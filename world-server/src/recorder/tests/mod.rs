@@ -84,6 +84,7 @@ fn report(robot: RobotId, tick: Tick) -> Report {
         tick,
         actuation: Actuation::default(),
         broadcasts: 0,
+        broadcast_bytes: 0,
         motivations: Vec::new(),
         changes: Vec::new(),
         notes: Vec::new(),
@@ -162,7 +163,9 @@ fn sample() -> Vec<OwnedTick> {
         active: Some(SetId(0)),
         ..body(0.325, 4.5)
     };
-    second.robots[1].1.as_mut().unwrap().1.broadcasts = 2;
+    let (_, gold) = second.robots[1].1.as_mut().unwrap();
+    gold.broadcasts = 2;
+    gold.broadcast_bytes = 250;
     let (readings, blue) = second.blue();
     readings.waste = Some(vec![Vec2::new(0.5, -0.25)]);
     blue.actuation.speed_m_s = 0.5;

@@ -1,0 +1,382 @@
+//! What all figures are drawn on: an SVG, panels with a common time axis, lettering, and marks that differ without color.
+
+use std::io;
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::element::{PathElement, Polygon, Rectangle};
+use plotters::prelude::{
+    Cartesian2d, ChartBuilder, ChartContext, DrawingArea, DrawingAreaErrorKind, IntoDrawingArea,
+    RGBColor, SVGBackend, ShapeStyle,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, TextStyle};
+
+/// Units of the drawing in a pixel: the backend knows whole units only, and a pixel is too coarse.
+const UNITS_PER_PX: f64 = 4.0;
+
+/// Font sizes as the backend takes them are so many times what it writes.
+const FONT_FACTOR: f64 = 1.24;
+
+/// Width of an average letter, as a share of the font size. The backend knows no fonts.
+const LETTER: f64 = 0.56;
+
+/// Bold letters are so much wider.
+pub const BOLD: f64 = 1.13;
+
+/// Free space at the left edge of a panel, px.
+const EDGE_PX: f64 = 6.0;
+
+/// Width of every figure, px.
+pub const WIDTH_PX: f64 = 960.0;
+
+/// Size of most lettering, px.
+pub const TEXT_PX: f64 = 12.0;
+
+/// Lettering and axes.
+pub const INK: RGBColor = RGBColor(34, 34, 34);
+
+/// What is of less weight.
+pub const FAINT: RGBColor = RGBColor(150, 150, 150);
+
+/// A drawing or a part of it, in units.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// A panel with axes.
+pub type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Whether it could be drawn. Into memory it always can.
+pub type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<io::Error>>;
+
+/// Units of a length in px.
+#[must_use]
+pub fn px(length: f64) -> i32 {
+    (length * UNITS_PER_PX).round() as i32
+}
+
+/// Draws an SVG of the common width.
+///
+/// # Errors
+/// Those of `draw`.
+pub fn svg(
+    title: &str,
+    height_px: f64,
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> anyhow::Result<String> {
+    let size = (px(WIDTH_PX) as u32, px(height_px) as u32);
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let drawn = area.fill(&plotters::style::WHITE);
+        let drawn = drawn
+            .and_then(|()| draw(&area))
+            .and_then(|()| area.present());
+        drawn.map_err(|error| anyhow::anyhow!("{title}: {error}"))?;
+    }
+    // The drawing is `UNITS_PER_PX` times as large as it shall be shown.
+    let large = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
+    let shown = format!("width=\"{WIDTH_PX}\" height=\"{height_px}\" role=\"img\"");
+    let text = text.replacen(&large, &shown, 1);
+    let title = maud::html! { title { (title) } }.into_string();
+    Ok(text.replacen(">\n", &format!(">\n{title}\n"), 1))
+}
+
+/// A part of the area, all in px from its upper left corner.
+#[must_use]
+pub fn part<'a>(area: &Area<'a>, corner: (f64, f64), size: (f64, f64)) -> Area<'a> {
+    area.clone()
+        .shrink((px(corner.0), px(corner.1)), (px(size.0), px(size.1)))
+}
+
+/// Lettering.
+#[derive(Clone, Copy)]
+pub struct Lettering {
+    /// Font size, px.
+    pub size_px: f64,
+    /// Bold or not.
+    pub bold: bool,
+    /// Its color.
+    pub color: RGBColor,
+    /// Which point of the text is given.
+    pub anchor: (HPos, VPos),
+    /// Upwards instead of to the right.
+    pub upright: bool,
+}
+
+impl Default for Lettering {
+    fn default() -> Self {
+        Self {
+            size_px: TEXT_PX,
+            bold: false,
+            color: INK,
+            anchor: (HPos::Left, VPos::Center),
+            upright: false,
+        }
+    }
+}
+
+impl Lettering {
+    /// For plotters.
+    #[must_use]
+    pub fn style(&self) -> TextStyle<'static> {
+        let face = if self.bold {
+            FontStyle::Bold
+        } else {
+            FontStyle::Normal
+        };
+        let size = self.size_px * UNITS_PER_PX * FONT_FACTOR;
+        let mut font = FontDesc::new(FontFamily::SansSerif, size, face);
+        if self.upright {
+            font = font.transform(FontTransform::Rotate270);
+        }
+        let (h_pos, v_pos) = self.anchor;
+        font.color(&self.color).pos(Pos::new(h_pos, v_pos))
+    }
+
+    /// Writes a text at a place in px.
+    ///
+    /// # Errors
+    /// When it cannot be drawn.
+    pub fn write(&self, area: &Area<'_>, text: &str, at: (f64, f64)) -> Drawn {
+        area.draw_text(text, &self.style(), (px(at.0), px(at.1)))
+    }
+
+    /// About how wide a text will be, px.
+    #[must_use]
+    pub fn width_px(&self, text: &str) -> f64 {
+        self.size_px * LETTER * text.chars().count() as f64
+    }
+}
+
+/// A line of that width in px.
+#[must_use]
+pub fn line(color: RGBColor, width_px: f64) -> ShapeStyle {
+    color.stroke_width((px(width_px) as u32).max(1))
+}
+
+/// Where the parts of a panel are, px from its edges; the rest is the plot.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// For the labels of y.
+    pub left: f64,
+    /// Free space at the right.
+    pub right: f64,
+    /// For the labels of x and what they mean; 0: neither.
+    pub bottom: f64,
+}
+
+/// Axes of a panel, and what its numbers mean.
+pub struct Axes<'t> {
+    /// What x is, with its unit.
+    pub x: (Range<f64>, &'t str),
+    /// What y is, with its unit.
+    pub y: (Range<f64>, &'t str),
+    /// About how many numbers stand at y; 0: none.
+    pub y_labels: usize,
+}
+
+/// Draws the axes of a panel and gives the plot.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<'a>> {
+    let mut chart = ChartBuilder::on(area)
+        .margin_right(px(frame.right))
+        .margin_top(px(2.0))
+        // Room for the upright lettering, which the label area cuts off.
+        .margin_left(px(EDGE_PX))
+        .x_label_area_size(px(frame.bottom))
+        .y_label_area_size(px(frame.left - EDGE_PX))
+        .build_cartesian_2d(axes.x.0.clone(), axes.y.0.clone())?;
+    let letters = Lettering::default().style();
+    let x_labels = if frame.bottom > 0.0 { 12 } else { 0 };
+    let number = |value: &f64| format!("{}", (value * 1000.0).round() / 1000.0);
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .axis_style(line(INK, 1.0))
+        .set_all_tick_mark_size(px(4.0))
+        .x_labels(x_labels)
+        .y_labels(axes.y_labels)
+        .x_label_formatter(&number)
+        .y_label_formatter(&number)
+        .label_style(letters.clone())
+        .axis_desc_style(letters)
+        .x_desc(if frame.bottom > 0.0 { axes.x.1 } else { "" })
+        .y_desc(axes.y.1)
+        .draw()?;
+    Ok(chart)
+}
+
+/// Fills a rectangle of a plot.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn fill(
+    chart: &Chart<'_>,
+    x: Range<f64>,
+    y: Range<f64>,
+    color: RGBColor,
+    opacity: f64,
+) -> Drawn {
+    let corners = [(x.start, y.start), (x.end, y.end)];
+    let style = color.mix(opacity).filled();
+    chart.plotting_area().draw(&Rectangle::new(corners, style))
+}
+
+/// Hatches a rectangle of a plot, a part of `area`, with upright lines so many px apart.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn hatch(
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+    x: Range<f64>,
+    y: Range<f64>,
+    style: (RGBColor, f64),
+) -> Drawn {
+    let plot = chart.plotting_area();
+    let (left, top) = plot.map_coordinate(&(x.start, y.start));
+    let (right, bottom) = plot.map_coordinate(&(x.end, y.end));
+    let (color, apart_px) = style;
+    for place in (left..=right).step_by(px(apart_px) as usize) {
+        let ends = [(place, top), (place, bottom)];
+        area.draw(&PathElement::new(ends, line(color, 1.0)))?;
+    }
+    Ok(())
+}
+
+/// Draws a line through points of a plot.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn curve(chart: &Chart<'_>, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
+    chart.plotting_area().draw(&PathElement::new(points, style))
+}
+
+/// A mark that is told from the others by its shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// A triangle that points down.
+    Triangle,
+    /// A diamond.
+    Diamond,
+    /// A cross of two strokes.
+    Cross,
+    /// A square.
+    Square,
+}
+
+impl Mark {
+    /// Draws it around a point in units of the whole area: filled, with a dark edge.
+    ///
+    /// # Errors
+    /// When it cannot be drawn.
+    pub fn draw(self, area: &Area<'_>, at: (i32, i32), color: RGBColor) -> Drawn {
+        let r = px(4.5);
+        let corners: &[(i32, i32)] = match self {
+            Self::Triangle => &[(-r, -r), (r, -r), (0, r)],
+            Self::Diamond => &[(0, -r), (r, 0), (0, r), (-r, 0)],
+            Self::Square => &[(-r, -r), (r, -r), (r, r), (-r, r)],
+            Self::Cross => {
+                for ends in [[(-r, -r), (r, r)], [(-r, r), (r, -r)]] {
+                    let ends = ends.map(|(x, y)| (at.0 + x, at.1 + y));
+                    area.draw(&PathElement::new(ends, line(color, 2.0)))?;
+                }
+                return Ok(());
+            }
+        };
+        let mut edge: Vec<_> = corners.iter().map(|(x, y)| (at.0 + x, at.1 + y)).collect();
+        area.draw(&Polygon::new(edge.clone(), color.filled()))?;
+        edge.push(edge[0]);
+        area.draw(&PathElement::new(edge, line(INK, 0.75)))
+    }
+}
+
+/// An upright line in px; a broken one, if so.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn upright(
+    area: &Area<'_>,
+    x_px: f64,
+    y_px: Range<f64>,
+    style: ShapeStyle,
+    broken: bool,
+) -> Drawn {
+    let (dash, step) = if broken {
+        (4.0, 8.0)
+    } else {
+        (y_px.end, y_px.end)
+    };
+    let mut from = y_px.start;
+    while from < y_px.end {
+        let to = (from + dash).min(y_px.end);
+        let ends = [(px(x_px), px(from)), (px(x_px), px(to))];
+        area.draw(&PathElement::new(ends, style))?;
+        from += step;
+    }
+    Ok(())
+}
+
+/// A broken level line over the whole width of a plot.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn level(chart: &Chart<'_>, x: Range<f64>, y: f64, style: ShapeStyle) -> Drawn {
+    let dashes = 120;
+    let dash = (x.end - x.start) / f64::from(dashes);
+    for place in (0..dashes).step_by(2) {
+        let from = x.start + f64::from(place) * dash;
+        curve(chart, vec![(from, y), (from + dash, y)], style)?;
+    }
+    Ok(())
+}
+
+/// Where labels can be written beside each other: each has the x of its left edge and its width, in order of x, and gets the
+/// first of so many rows in which it does not run into the one before it, or none.
+#[must_use]
+pub fn rows_for(labels: &[(f64, f64)], rows: usize) -> Vec<Option<usize>> {
+    let mut free_from = vec![f64::NEG_INFINITY; rows];
+    labels
+        .iter()
+        .map(|&(x, width)| {
+            let row = free_from.iter().position(|free| *free <= x)?;
+            free_from[row] = x + width;
+            Some(row)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_do_not_run_into_each_other() {
+        let labels = [
+            (0.0, 10.0),
+            (5.0, 10.0),
+            (8.0, 10.0),
+            (10.0, 5.0),
+            (15.0, 5.0),
+        ];
+        let rows = [Some(0), Some(1), None, Some(0), Some(0)];
+        assert_eq!(rows_for(&labels, 2), rows);
+        assert_eq!(rows_for(&labels, 0), [None; 5]);
+    }
+
+    #[test]
+    fn an_svg_of_the_size_that_it_is_shown_at() {
+        let text = svg("a < b", 100.0, |area| {
+            Lettering::default().write(area, "x & y", (10.0, 10.0))
+        })
+        .unwrap();
+        let head = "<svg width=\"960\" height=\"100\" role=\"img\" viewBox=\"0 0 3840 400\" \
+                    xmlns=\"http://www.w3.org/2000/svg\">\n<title>a &lt; b</title>\n";
+        assert!(text.starts_with(head), "{text}");
+        assert!(text.contains("x &amp; y"), "{text}");
+        assert!(text.ends_with("</svg>\n"), "{text}");
+    }
+}

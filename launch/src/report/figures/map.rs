@@ -1,0 +1,309 @@
+//! Where the robots went, on the map of the room.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use plotters::element::{PathElement, Polygon, Rectangle};
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, RGBColor};
+
+use super::canvas::{
+    Area, Axes, BOLD, Chart, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve,
+    line, part, px, svg,
+};
+use super::{Scene, WHITE};
+use crate::report::failures::Loss;
+use crate::report::history::Place;
+use crate::report::thin::thin_way;
+
+const LEFT_PX: f64 = 58.0;
+const RIGHT_PX: f64 = 22.0;
+const X_AXIS_PX: f64 = 40.0;
+const TITLE_PX: f64 = 18.0;
+const LEGEND_PX: f64 = 20.0;
+
+/// Up to this penetrability a component is solid (thesis §3.2.2.1).
+const SOLID: f32 = 0.1;
+
+const SPILL: RGBColor = RGBColor(236, 190, 170);
+const DEPOSIT: RGBColor = RGBColor(190, 220, 190);
+const SITE: RGBColor = RGBColor(206, 200, 230);
+
+/// The ways of all robots on one map.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn together(scene: &Scene<'_>) -> anyhow::Result<String> {
+    let all: Vec<usize> = (0..scene.history.robots.len()).collect();
+    let height = map_height_px(scene, WIDTH_PX, 720.0);
+    svg("Ways of all robots", height + LEGEND_PX, |area| {
+        legend(area)?;
+        let panel = part(area, (0.0, LEGEND_PX), (WIDTH_PX, height));
+        map(scene, area, &panel, (WIDTH_PX, height), &all, true)
+    })
+}
+
+/// The way of each robot on a map of its own.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn apart(scene: &Scene<'_>) -> anyhow::Result<String> {
+    let robots = scene.history.robots.len();
+    let columns = robots.clamp(1, 3);
+    let width = WIDTH_PX / columns as f64;
+    let height = map_height_px(scene, width, 480.0);
+    let rows = robots.div_ceil(columns);
+    let full = LEGEND_PX + rows as f64 * (height + TITLE_PX);
+    svg("Way of each robot", full, |area| {
+        legend(area)?;
+        for (rank, robot) in scene.history.robots.iter().enumerate() {
+            let left = (rank % columns) as f64 * width;
+            let top = LEGEND_PX + (rank / columns) as f64 * (height + TITLE_PX);
+            let name = Lettering {
+                bold: true,
+                color: scene.colors[rank],
+                ..Lettering::default()
+            };
+            name.write(area, &robot.name, (left + LEFT_PX, top + TITLE_PX / 2.0))?;
+            let panel = part(area, (left, top + TITLE_PX), (width, height));
+            map(scene, area, &panel, (width, height), &[rank], false)?;
+        }
+        Ok(())
+    })
+}
+
+/// Height of a map of that width with its axes, px: a meter is as long in y as in x, unless the map became too high.
+fn map_height_px(scene: &Scene<'_>, width_px: f64, highest_px: f64) -> f64 {
+    let (width, height) = room(scene);
+    ((width_px - LEFT_PX - RIGHT_PX) * height / width).min(highest_px) + X_AXIS_PX + 2.0
+}
+
+fn room(scene: &Scene<'_>) -> (f64, f64) {
+    let room = &scene.history.setup.scenario.room;
+    (room.width_m.into(), room.height_m.into())
+}
+
+fn legend(area: &Area<'_>) -> Drawn {
+    let y = LEGEND_PX / 2.0;
+    let letters = Lettering::default();
+    let mut x = LEFT_PX;
+    for (text, width_px) in [("with an item", 2.5), ("without", 0.9)] {
+        let ends = [(px(x), px(y)), (px(x + 22.0), px(y))];
+        area.draw(&PathElement::new(ends, line(INK, width_px)))?;
+        letters.write(area, text, (x + 28.0, y))?;
+        x += 28.0 + letters.width_px(text) + 18.0;
+    }
+    for (text, mark, color) in [
+        ("start", Mark::Triangle, WHITE),
+        ("end", Mark::Square, INK),
+        ("died", Mark::Cross, INK),
+    ] {
+        mark.draw(area, (px(x + 6.0), px(y)), color)?;
+        letters.write(area, text, (x + 16.0, y))?;
+        x += 16.0 + letters.width_px(text) + 18.0;
+    }
+    Ok(())
+}
+
+/// Draws a map in a panel of that size; if `named`, with the names of places and robots.
+fn map(
+    scene: &Scene<'_>,
+    area: &Area<'_>,
+    panel: &Area<'_>,
+    (width_px, height_px): (f64, f64),
+    robots: &[usize],
+    named: bool,
+) -> Drawn {
+    let (width, height) = room(scene);
+    // A map that would be too high is narrower instead.
+    let plot_width = (height_px - X_AXIS_PX - 2.0) * width / height;
+    let frame = Frame {
+        left: LEFT_PX,
+        right: (width_px - LEFT_PX - plot_width).max(RIGHT_PX),
+        bottom: X_AXIS_PX,
+    };
+    let axes = Axes {
+        x: (0.0..width, "x in m"),
+        y: (0.0..height, "y in m"),
+        y_labels: 10,
+    };
+    let chart = chart(panel, frame, &axes)?;
+    furniture(scene, area, &chart, named)?;
+    for &rank in robots {
+        way(scene, &chart, rank)?;
+    }
+    for &rank in robots {
+        ends(scene, area, &chart, rank)?;
+    }
+    if named {
+        names(scene, area, &chart)?;
+    }
+    Ok(())
+}
+
+/// What is in the room before the robots are.
+fn furniture(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool) -> Drawn {
+    let scenario = &scene.history.setup.scenario;
+    let (width, height) = room(scene);
+    let plot = chart.plotting_area();
+    let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
+        let inside = |value: f64, most: f64| value.clamp(0.0, most);
+        let corners = [
+            (inside(x.start, width), inside(y.start, height)),
+            (inside(x.end, width), inside(y.end, height)),
+        ];
+        plot.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
+    };
+    let label = |text: &str, at: (f64, f64)| {
+        let letters = Lettering {
+            anchor: (HPos::Center, VPos::Center),
+            ..Lettering::default()
+        };
+        match named {
+            true => area.draw_text(text, &letters.style(), plot.map_coordinate(&at)),
+            false => Ok(()),
+        }
+    };
+    let disc = |center: (f64, f64), radius: f64, color: RGBColor| {
+        let corner = |turn: i32| {
+            let (sin, cos) = (TAU * f64::from(turn) / 72.0).sin_cos();
+            let (x, y) = (center.0 + radius * cos, center.1 + radius * sin);
+            (x.clamp(0.0, width), y.clamp(0.0, height))
+        };
+        let edge: Vec<_> = (0..72).map(corner).collect();
+        plot.draw(&Polygon::new(edge, color.filled()))
+    };
+
+    let site = &scenario.waste.report_site;
+    let (site_width, site_height) = (f64::from(site.width_m), f64::from(site.height_m));
+    let middle = height / 2.0;
+    let site_y = middle - site_height / 2.0..middle + site_height / 2.0;
+    rectangle(0.0..site_width, site_y.clone(), SITE, 1.0)?;
+    let below = height * 0.03;
+    label(
+        "report site",
+        (width * 0.06, (site_y.start - below).max(below)),
+    )?;
+    for spill in &scenario.waste.spills {
+        let center = (
+            f64::from(spill.x_fraction) * width,
+            f64::from(spill.y_fraction) * height,
+        );
+        let radius = f64::from(scenario.waste.spill_radius_m);
+        disc(center, radius, SPILL)?;
+        let name = format!("spill {}", spill.name);
+        label(&name, (center.0, center.1 + radius + below))?;
+    }
+    let deposit = &scenario.waste.deposit;
+    let center = (
+        f64::from(deposit.x_fraction) * width,
+        f64::from(deposit.y_fraction) * height,
+    );
+    let radius = f64::from(deposit.radius_m);
+    disc(center, radius, DEPOSIT)?;
+    label("deposit", (center.0, center.1 + radius + below))?;
+    for obstacle in &scenario.obstacles {
+        let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
+        let x = x..x + f64::from(obstacle.width_m);
+        let y = y..y + f64::from(obstacle.height_m);
+        let opacity = if obstacle.penetrability <= SOLID {
+            1.0
+        } else {
+            0.3
+        };
+        rectangle(x, y, FAINT, opacity)?;
+    }
+    let border = vec![
+        (0.0, 0.0),
+        (width, 0.0),
+        (width, height),
+        (0.0, height),
+        (0.0, 0.0),
+    ];
+    curve(chart, border, line(INK, 2.0))
+}
+
+/// A robot's way: thick where it carried something.
+fn way(scene: &Scene<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
+    let (width, _) = room(scene);
+    // Half a pixel.
+    let distance = width / WIDTH_PX / 2.0;
+    let track = &scene.history.robots[rank].track;
+    let mut before: Option<&Place> = None;
+    for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
+        let points: Vec<(f64, f64)> = before
+            .into_iter()
+            .chain(part)
+            .map(|at| at.position)
+            .collect();
+        before = part.last();
+        let width_px = if part[0].carrying { 2.5 } else { 0.9 };
+        let style = line(scene.colors[rank], width_px);
+        curve(chart, thin_way(&points, distance), style)?;
+    }
+    Ok(())
+}
+
+/// Where it started, where it died, and where it was at the end.
+fn ends(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
+    let robot = &scene.history.robots[rank];
+    let [first, .., last] = robot.track.as_slice() else {
+        return Ok(());
+    };
+    let plot = chart.plotting_area();
+    Mark::Triangle.draw(area, plot.map_coordinate(&first.position), WHITE)?;
+    let end = plot.map_coordinate(&last.position);
+    Mark::Square.draw(area, end, scene.colors[rank])?;
+    let deaths = scene.metrics.failures.iter();
+    for death in deaths.filter(|loss| loss.robot == rank && loss.loss == Loss::Died) {
+        let tick = (death.at.0 / scene.history.step.0) as usize;
+        if let Some(place) = robot.track.get(tick) {
+            Mark::Cross.draw(area, plot.map_coordinate(&place.position), INK)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the robots' names beside their ends, in one of four places; a name that has room in none is left out.
+fn names(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    let letters = Lettering {
+        bold: true,
+        ..Lettering::default()
+    };
+    let half = px(6.0);
+    let ends: Vec<(&str, (i32, i32))> = scene
+        .history
+        .robots
+        .iter()
+        .filter_map(|robot| {
+            let last = robot.track.last()?;
+            let at = chart.plotting_area().map_coordinate(&last.position);
+            Some((robot.name.as_str(), at))
+        })
+        .collect();
+    let mut taken: Vec<(Range<i32>, Range<i32>)> = ends
+        .iter()
+        .map(|(_, (x, y))| (x - half..x + half, y - half..y + half))
+        .collect();
+    for (name, (x, y)) in ends {
+        let width = px(letters.width_px(name) * BOLD);
+        let free = [x + px(8.0), x - px(8.0) - width]
+            .into_iter()
+            .flat_map(|left| [y - px(9.0), y + px(9.0)].map(|middle| (left, middle)))
+            .map(|(left, middle)| (left..left + width, middle - half..middle + half))
+            .find(|(columns, rows)| {
+                let mut others = taken.iter();
+                !others.any(|(x, y)| overlap(x, columns) && overlap(y, rows))
+            });
+        if let Some((columns, rows)) = free {
+            let at = (columns.start, rows.start + half);
+            area.draw_text(name, &letters.style(), at)?;
+            taken.push((columns, rows));
+        }
+    }
+    Ok(())
+}
+
+fn overlap(a: &Range<i32>, b: &Range<i32>) -> bool {
+    a.start < b.end && b.start < a.end
+}

@@ -1,0 +1,165 @@
+//! Motivations over time, a panel for each behavior set: of one robot (thesis Fig. 4.8) or for one task (Fig. 4.9 and 4.11).
+
+use std::ops::Range;
+
+use alliance_proto::ids::TaskId;
+use plotters::style::RGBColor;
+
+use super::canvas::{
+    Axes, BOLD, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, fill, hatch,
+    level, line, part, svg,
+};
+use super::timeline::{Sample, Timeline, y_title};
+use super::{ABSENT, Scene, WHITE};
+use crate::report::history::SetHistory;
+use crate::report::thin::thin;
+
+const LEFT_PX: f64 = 58.0;
+const TITLE_PX: f64 = 25.0;
+const X_AXIS_PX: f64 = 40.0;
+
+/// One behavior set of one robot.
+type Row<'s> = (usize, &'s SetHistory);
+
+/// All behavior sets of one robot.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn of_robot(scene: &Scene<'_>, rank: usize) -> anyhow::Result<String> {
+    let robot = &scene.history.robots[rank];
+    let rows: Vec<Row<'_>> = robot.sets.iter().map(|set| (rank, set)).collect();
+    let title = format!("Motivation of all behavior sets of {}", robot.name);
+    draw(scene, &title, &rows, scene.window.clone())
+}
+
+/// The behavior sets of all robots for one task, in that window of time.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn for_task(scene: &Scene<'_>, task: TaskId, window: Range<f64>) -> anyhow::Result<String> {
+    let rows: Vec<Row<'_>> = scene.history.sets_for(task).collect();
+    let name = scene.history.catalog.task_name(task);
+    let title = format!("Motivation of all robots for {name}");
+    draw(scene, &title, &rows, window)
+}
+
+fn draw(
+    scene: &Scene<'_>,
+    title: &str,
+    rows: &[Row<'_>],
+    window: Range<f64>,
+) -> anyhow::Result<String> {
+    let timeline = Timeline::new(window, LEFT_PX, &scene.faults, legend());
+    let plot_px = if rows.len() <= 6 { 84.0 } else { 58.0 };
+    let head_px = timeline.head_px();
+    let panel_px = TITLE_PX + plot_px;
+    let bottom_px = head_px + rows.len() as f64 * panel_px;
+    svg(title, bottom_px + X_AXIS_PX + 4.0, |area| {
+        for (place, row) in rows.iter().enumerate() {
+            let is_last = place + 1 == rows.len();
+            let top = head_px + place as f64 * panel_px;
+            panel(scene, &timeline, area, row, (top, plot_px, is_last))?;
+        }
+        y_title(area, "motivation m", head_px..bottom_px)?;
+        timeline.draw_head(area, bottom_px)
+    })
+}
+
+fn legend() -> Vec<(Sample, &'static str)> {
+    vec![
+        (Sample::Line(INK, 1.75), "motivation"),
+        (Sample::Broken(INK), "threshold θ"),
+        (Sample::Fill(INK, 0.22), "active"),
+        (Sample::Hatch(INK, 4.0), "waiting"),
+        (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
+        (Sample::Mark(Mark::Triangle, WHITE), "reset by a teammate"),
+        (Sample::Mark(Mark::Diamond, INK), "took over"),
+    ]
+}
+
+/// Draws a panel; `place` is its upper edge and the height of its plot, px, and whether it bears the axis of time.
+fn panel(
+    scene: &Scene<'_>,
+    timeline: &Timeline<'_>,
+    area: &super::canvas::Area<'_>,
+    &(rank, set): &Row<'_>,
+    (top, plot_px, is_last): (f64, f64, bool),
+) -> Drawn {
+    let robot = &scene.history.robots[rank];
+    let color = scene.colors[rank];
+    let threshold = scene.history.setup.alliance.threshold;
+    let name = Lettering {
+        bold: true,
+        color,
+        ..Lettering::default()
+    };
+    let y = top + TITLE_PX - 9.0;
+    name.write(area, &robot.name, (LEFT_PX, y))?;
+    let after = LEFT_PX + name.width_px(&robot.name) * BOLD + 8.0;
+    Lettering::default().write(area, &set.name, (after, y))?;
+
+    let bottom = if is_last { X_AXIS_PX } else { 0.0 };
+    let panel = part(area, (0.0, top + TITLE_PX), (WIDTH_PX, plot_px + bottom));
+    let frame = Frame {
+        left: LEFT_PX,
+        right: WIDTH_PX - timeline.edges.end,
+        bottom,
+    };
+    let axes = Axes {
+        x: (timeline.window.clone(), "time t in s"),
+        y: (0.0..threshold * 1.12, ""),
+        y_labels: 3,
+    };
+    let chart = chart(&panel, frame, &axes)?;
+    let height = || 0.0..threshold;
+    let absent = scene.history.absent(rank);
+    for span in absent.iter().filter_map(|span| timeline.cut(span)) {
+        fill(&chart, span, 0.0..threshold * 1.12, FAINT, ABSENT)?;
+    }
+    for span in set.active.iter().filter_map(|span| timeline.cut(span)) {
+        fill(&chart, span, height(), color, 0.25)?;
+    }
+    for span in set.waiting.iter().filter_map(|span| timeline.cut(span)) {
+        hatch(area, &chart, span, height(), (color, 4.0))?;
+    }
+    level(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
+    motivation(&chart, timeline, scene, set, color)?;
+
+    let plot = chart.plotting_area();
+    for reset in set.resets.iter().filter(|at| timeline.shows(**at)) {
+        let at = plot.map_coordinate(&(reset.as_secs_f64(), threshold * 0.07));
+        Mark::Triangle.draw(area, at, WHITE)?;
+    }
+    let takeovers = scene.metrics.takeovers.iter().filter(|takeover| {
+        let starts = set.active.iter().any(|span| span.from == takeover.at);
+        takeover.by == rank && takeover.task == set.task && starts && timeline.shows(takeover.at)
+    });
+    for takeover in takeovers {
+        let at = plot.map_coordinate(&(takeover.at.as_secs_f64(), threshold));
+        Mark::Diamond.draw(area, at, INK)?;
+    }
+    Ok(())
+}
+
+/// The line, with gaps where the robot took no part.
+fn motivation(
+    chart: &super::canvas::Chart<'_>,
+    timeline: &Timeline<'_>,
+    scene: &Scene<'_>,
+    set: &SetHistory,
+    color: RGBColor,
+) -> Drawn {
+    let step = scene.history.step;
+    // Half a pixel in time, a quarter in motivation.
+    let width = (timeline.window.end - timeline.window.start) / WIDTH_PX / 2.0;
+    let height = scene.history.setup.alliance.threshold / 300.0;
+    for part in set.levels.chunk_by(|a, b| b.0.since(a.0) <= step) {
+        let points: Vec<(f64, f64)> = part
+            .iter()
+            .filter(|(at, _)| timeline.shows(*at))
+            .map(|&(at, level)| (at.as_secs_f64(), level))
+            .collect();
+        curve(chart, thin(&points, width, height), line(color, 1.75))?;
+    }
+    Ok(())
+}

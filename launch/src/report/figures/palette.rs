@@ -1,0 +1,66 @@
+//! Each robot in a color of its own.
+
+use plotters::style::RGBColor;
+
+/// Robots that are called by a color have it, dark enough for a thin line on white. They differ in lightness, too, so that
+/// they can be told apart in gray.
+const BY_NAME: [(&str, RGBColor); 14] = [
+    ("blue", RGBColor(24, 84, 168)),
+    ("gold", RGBColor(222, 158, 0)),
+    ("green", RGBColor(38, 140, 84)),
+    ("red", RGBColor(190, 40, 40)),
+    ("violet", RGBColor(122, 62, 160)),
+    ("purple", RGBColor(110, 40, 130)),
+    ("orange", RGBColor(232, 116, 20)),
+    ("cyan", RGBColor(40, 160, 190)),
+    ("magenta", RGBColor(200, 50, 140)),
+    ("pink", RGBColor(232, 120, 170)),
+    ("brown", RGBColor(120, 74, 40)),
+    ("black", RGBColor(30, 30, 30)),
+    ("gray", RGBColor(120, 120, 120)),
+    ("grey", RGBColor(120, 120, 120)),
+];
+
+/// For all others, in turn: the colors of Okabe and Ito, which color-blind people can tell apart; yellow, too light for a
+/// line, left out.
+const OTHERS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
+
+/// A color for each robot, by rank.
+#[must_use]
+pub fn colors<'n>(names: impl Iterator<Item = &'n str>) -> Vec<RGBColor> {
+    let mut others = OTHERS.iter().cycle().copied();
+    names
+        .filter_map(|name| {
+            let own = BY_NAME.iter().find(|(color, _)| *color == name);
+            own.map(|(_, color)| *color).or_else(|| others.next())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn by_name_and_in_turn() {
+        let names = [
+            "r0", "blue", "r1", "gold", "r2", "r3", "r4", "r5", "r6", "r7",
+        ];
+        let found = colors(names.into_iter());
+        assert_eq!(found.len(), names.len());
+        assert_eq!([found[1], found[3]], [BY_NAME[0].1, BY_NAME[1].1]);
+        assert_eq!(
+            [found[0], found[2], found[4]],
+            [OTHERS[0], OTHERS[1], OTHERS[2]]
+        );
+        assert_eq!(found[9], OTHERS[0], "from the start again");
+    }
+}

@@ -1,0 +1,111 @@
+//! Who worked on what, from when to when, to what effect, and why no longer.
+
+use alliance_proto::ids::TaskId;
+use alliance_proto::time::SimTime;
+
+use super::history::History;
+use super::spans::Span;
+
+/// A robot's uninterrupted time on a task: one of its behavior sets for it is active.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stint {
+    /// Rank of the robot.
+    pub robot: usize,
+    /// What it worked on.
+    pub task: TaskId,
+    /// From activation to the end.
+    pub span: Span,
+    /// Its effects on the world, in order: each end of a step in which an item was delivered or a report made, and each moment
+    /// at which the robot noted progress on the task.
+    pub effects: Vec<SimTime>,
+    /// Why it ended.
+    pub end: StintEnd,
+}
+
+/// Why a stint ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum StintEnd {
+    /// The log ends first.
+    Ongoing,
+    /// The set left the state active for this reason, as events.csv has it.
+    Left(String),
+    /// The robot died or was stopped.
+    Absent,
+}
+
+impl Stint {
+    /// The part that came to something: from activation to the latest effect.
+    #[must_use]
+    pub fn productive(&self) -> Span {
+        Span {
+            from: self.span.from,
+            to: self.idle_since(self.span.to),
+        }
+    }
+
+    /// The latest effect up to that moment; the activation, if there was none.
+    #[must_use]
+    pub fn idle_since(&self, at: SimTime) -> SimTime {
+        let before = self.effects.iter().rev().find(|effect| **effect <= at);
+        before.copied().unwrap_or(self.span.from)
+    }
+}
+
+/// All stints, by beginning and then rank.
+#[must_use]
+pub fn stints(history: &History) -> Vec<Stint> {
+    let mut stints: Vec<Stint> = history
+        .robots
+        .iter()
+        .enumerate()
+        .flat_map(|(rank, robot)| {
+            robot.sets.iter().flat_map(move |set| {
+                set.active.iter().map(move |span| Stint {
+                    robot: rank,
+                    task: set.task,
+                    span,
+                    effects: effects(history, rank, set.task, span),
+                    end: end(history, rank, &set.name, span.to),
+                })
+            })
+        })
+        .collect();
+    stints.sort_by_key(|stint| (stint.span.from, stint.robot));
+    stints
+}
+
+fn effects(history: &History, rank: usize, task: TaskId, span: Span) -> Vec<SimTime> {
+    let name = &history.robots[rank].name;
+    let task = history.catalog.task_name(task);
+    let effects = history.events.iter().filter_map(|event| {
+        if event.robot != *name {
+            return None;
+        }
+        let at = match event.kind.as_str() {
+            "progress" if event.detail == task => event.t_ms,
+            // The robot itself finds out one step later, and after the mission's last item never.
+            "delivered" | "reported" => event.t_ms + history.step,
+            _ => return None,
+        };
+        (span.from < at && at <= span.to).then_some(at)
+    });
+    let mut effects: Vec<SimTime> = effects.collect();
+    effects.sort_unstable();
+    effects.dedup();
+    effects
+}
+
+fn end(history: &History, rank: usize, set: &str, at: SimTime) -> StintEnd {
+    let name = &history.robots[rank].name;
+    let change = history.events.iter().find(|event| {
+        event.t_ms == at
+            && event.robot == *name
+            && event.subject == set
+            && matches!(event.kind.as_str(), "hibernated" | "waiting")
+    });
+    match change {
+        Some(change) => StintEnd::Left(change.reason.clone()),
+        None if at >= history.end => StintEnd::Ongoing,
+        None => StintEnd::Absent,
+    }
+}
