@@ -13,6 +13,7 @@ mod in_process;
 mod killed;
 mod log_folder;
 mod other_version;
+mod recompute;
 mod refusals;
 mod repeatable;
 mod rooms;
