@@ -20,4 +20,5 @@ mod rooms;
 mod soak;
 mod stopped;
 mod superseded;
+mod takeover;
 mod team;

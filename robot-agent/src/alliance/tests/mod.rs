@@ -1,5 +1,6 @@
 //! Tests of the engine as a whole, and a small team of engines in one process to make them with.
 
+mod bounds;
 mod equations;
 mod heartbeats;
 mod history;
