@@ -2,6 +2,7 @@
 //!
 //! - [`run`]: starts world and agents by running this very program again, watches them, and shows how it went.
 //! - [`in_process`]: the same run without processes and sockets.
+//! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
 use std::process::ExitCode;
@@ -11,6 +12,7 @@ use robot_agent::args::AgentArgs;
 use world_server::args::{WorldArgs, log_to_stderr};
 
 mod arguments;
+pub mod check;
 pub mod in_process;
 pub mod run;
 pub mod scenarios;
@@ -32,6 +34,8 @@ enum Part {
     World(WorldArgs),
     /// Be one robot of a live run by hand
     Agent(AgentArgs),
+    /// Say what the parameters of a scenario mean, and which of them do not go together
+    Check(check::CheckCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
 }
@@ -54,6 +58,7 @@ pub fn main() -> ExitCode {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(scenarios::text_of),
         Part::Agent(agent) => agent.run(),
+        Part::Check(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }
 }

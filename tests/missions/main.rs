@@ -4,7 +4,9 @@
 
 mod by_command;
 mod by_hand;
+mod check;
 mod closed_loop;
+mod differential;
 mod ends;
 mod golden;
 mod harness;

@@ -36,7 +36,8 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
     setups
 }
 
-fn log_of(recorder: Recorder<Memory>) -> RunLog {
+/// The log of a run in memory.
+pub fn log_of(recorder: Recorder<Memory>) -> RunLog {
     let memory = recorder.into_sink();
     let run = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
     RunLog::from_tables(Path::new("memory"), run, memory.tables)

@@ -36,7 +36,7 @@ pub struct Takeover {
     pub set: String,
     /// From one that falls silent after its first word.
     pub silent_s: f64,
-    /// From one that talks, makes no progress, and yields and gives up in time.
+    /// From one that talks, makes no progress, and yields and gives up in time; the robot has not spoken of the task before.
     pub failing_s: f64,
     /// From one that makes progress with every unit of its work; `None`: never.
     pub working_s: Option<f64>,
@@ -136,13 +136,18 @@ impl Rival<'_> {
             self.params.before_yielding_s,
             self.params.before_giving_up_s,
         );
-        // Without a release, the others find out after τ that it has left.
+        // Without a release, the others find out τ after its last heartbeat that it has left: at most so much later.
         let unnoticed_s = if switches.release_message { 0.0 } else { tau_s };
         let wishes_s = rise(phi_s.min(lambda_s + unnoticed_s));
         if !switches.waiting {
             return wishes_s;
         }
-        let leaves_s = wishes_s.max(psi_s).min(lambda_s);
+        let leaves_s = if switches.waiting_counts && switches.reset_stops_active {
+            // The wish is its first word on the task, and switches the other off.
+            wishes_s.min(lambda_s)
+        } else {
+            wishes_s.max(psi_s).min(lambda_s)
+        };
         let waits_out_s = wishes_s + own.before_yielding_s + tau_s;
         wishes_s.max(leaves_s + unnoticed_s).min(waits_out_s)
     }

@@ -32,10 +32,20 @@ pub fn text(setup: &Setup, check: &Check) -> String {
     text
 }
 
+/// One row for all robots that have the same figures.
 fn table(forecasts: &[Forecast]) -> Table {
+    let mut rows: Vec<(Vec<&str>, [String; 8])> = Vec::new();
+    for forecast in forecasts {
+        let figures = figures(forecast);
+        let same = rows.iter_mut().find(|(_, known)| *known == figures);
+        match same {
+            Some((robots, _)) => robots.push(&forecast.robot),
+            None => rows.push((vec![&forecast.robot], figures)),
+        }
+    }
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED).set_header([
-        "robot",
+        "robots",
         "behavior set",
         "activates",
         "silent",
@@ -45,24 +55,27 @@ fn table(forecasts: &[Forecast]) -> Table {
         "gives up",
         "unit of work",
     ]);
-    for forecast in forecasts {
-        let over = |time: fn(&Takeover) -> f64| range(forecast.takeovers.iter().map(time));
-        table.add_row([
-            forecast.robot.clone(),
-            forecast.set.clone(),
-            seconds(forecast.activates_s),
-            over(|it| it.silent_s),
-            over(|it| it.failing_s),
-            over(|it| it.working_s.unwrap_or(f64::INFINITY)),
-            seconds(forecast.yields_s),
-            seconds(forecast.gives_up_s),
-            format!("about {:.0}", forecast.work_s),
-        ]);
+    for (robots, figures) in rows {
+        table.add_row([robots.join(", ")].into_iter().chain(figures));
     }
     for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table
+}
+
+fn figures(forecast: &Forecast) -> [String; 8] {
+    let over = |time: fn(&Takeover) -> f64| range(forecast.takeovers.iter().map(time));
+    [
+        forecast.set.clone(),
+        seconds(forecast.activates_s),
+        over(|it| it.silent_s),
+        over(|it| it.failing_s),
+        over(|it| it.working_s.unwrap_or(f64::INFINITY)),
+        seconds(forecast.yields_s),
+        seconds(forecast.gives_up_s),
+        format!("about {:.0}", forecast.work_s),
+    ]
 }
 
 /// The least and the most of times toward several teammates.

@@ -168,7 +168,8 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
         return None;
     }
     let own = &setup.alliance.robots[&forecast.robot].sets;
-    let longest = |of: fn(&SetParams) -> f64| moving().map(|set| of(&own[&set.name])).fold(0.0, f64::max);
+    let longest =
+        |of: fn(&SetParams) -> f64| moving().map(|set| of(&own[&set.name])).fold(0.0, f64::max);
     let lambda_s = longest(|params| params.before_giving_up_s);
     let psi_s = longest(|params| params.before_yielding_s);
     (lambda_s > report_period_s).then(|| {

@@ -6,6 +6,7 @@ mod heartbeats;
 mod history;
 mod properties;
 mod steps;
+mod switches;
 mod takeover;
 mod teammates;
 mod waiting;
