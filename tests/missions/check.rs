@@ -57,7 +57,7 @@ fn parameters() -> [SetSection; 4] {
     [
         section(30.0, 80.0, 200.0),
         section(30.0, 20.0, 200.0),
-        section(300.0, 40.0, 50.0),
+        section(300.0, 40.0, 90.0),
         section(300.0, 60.0, 300.0),
     ]
 }
@@ -185,7 +185,7 @@ fn a_working_teammate_is_left_alone_and_its_work_takes_as_long_as_estimated() {
                 "activated" => working = Some((row.subject.as_str(), None)),
                 "hibernated" => {
                     assert!(!row.reason.starts_with("acquiesced"), "{row:?}");
-                    working = None;
+                    working = working.filter(|&(set, _)| set != row.subject);
                 }
                 "delivered" => {
                     // The last item may be dropped by a robot that has just left the task.

@@ -36,7 +36,8 @@ pub struct Takeover {
     pub set: String,
     /// From one that falls silent after its first word.
     pub silent_s: f64,
-    /// From one that talks, makes no progress, and yields and gives up in time; the robot has not spoken of the task before.
+    /// From one that talks, makes no progress, yields and gives up in time, and does not come back after that; the robot
+    /// has not spoken of the task before.
     pub failing_s: f64,
     /// From one that makes progress with every unit of its work; `None`: never.
     pub working_s: Option<f64>,
