@@ -19,10 +19,12 @@ const FIND: &str = "find-locations-wander";
 /// Two robots, the first of which is sooner on the task, and neither of which gets anywhere.
 fn stuck(preset: Preset, defaults: &SetSection, switches: SwitchSection) -> Setup {
     let mut scenario = Scenario {
-        limit_s: 500.0,
+        limit_s: 150.0,
         ..Scenario::default()
     };
     scenario.body.speed_m_s = 1e-4;
+    // To look along a wall while turning would be progress, too.
+    scenario.body.turn_deg_s = 1e-3;
     scenario.robots.truncate(2);
     scenario.robots[0].side_sensor = false;
     let alliance = &mut scenario.alliance;

@@ -137,9 +137,15 @@ impl Rival<'_> {
             self.params.before_yielding_s,
             self.params.before_giving_up_s,
         );
-        // Without a release, the others find out τ after its last heartbeat that it has left: at most so much later.
-        let unnoticed_s = if switches.release_message { 0.0 } else { tau_s };
-        let wishes_s = rise(phi_s.min(lambda_s + unnoticed_s));
+        // Without a release, its last heartbeat slows the others down for τ, and occupies the task unless it says that it
+        // is idle.
+        let slows_s = if switches.release_message { 0.0 } else { tau_s };
+        let occupies_s = if switches.idle_heartbeat {
+            0.0
+        } else {
+            slows_s
+        };
+        let wishes_s = rise(phi_s.min(lambda_s + slows_s));
         if !switches.waiting {
             return wishes_s;
         }
@@ -150,6 +156,6 @@ impl Rival<'_> {
             wishes_s.max(psi_s).min(lambda_s)
         };
         let waits_out_s = wishes_s + own.before_yielding_s + tau_s;
-        wishes_s.max(leaves_s + unnoticed_s).min(waits_out_s)
+        wishes_s.max(leaves_s + occupies_s).min(waits_out_s)
     }
 }

@@ -167,7 +167,12 @@ fn presets_are_what_their_sources_say() {
         ("waiting_counts", "yes", "no", "no"),
         ("wish_when_suppressed", "yes", "no", "no"),
         ("reset_stops_active", "yes", "no", "no"),
-        ("history_origin", "mission-start", "mission-start", "progress"),
+        (
+            "history_origin",
+            "mission-start",
+            "mission-start",
+            "progress",
+        ),
         ("step_order", "in-order", "simultaneous", "simultaneous"),
         ("arbitration", "no", "no", "yes"),
         ("release_message", "yes", "no", "yes"),
