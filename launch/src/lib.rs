@@ -4,6 +4,7 @@
 //! - `control`: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`in_process`]: the same run without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
 //!   differ.
+//! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
 use std::process::ExitCode;
@@ -13,9 +14,10 @@ use robot_agent::args::AgentArgs;
 use world_server::args::{WorldArgs, log_to_stderr};
 
 mod arguments;
-pub mod diff;
+pub mod check;
 mod clock;
 mod control;
+pub mod diff;
 mod fault;
 pub mod in_process;
 pub mod replay;
@@ -53,6 +55,8 @@ enum Part {
     Status(status::StatusArgs),
     /// Show what happened in a run: figures and metrics on a page
     Report(report::command::ReportCommand),
+    /// Say what the parameters of a scenario mean, and which of them do not go together
+    Check(check::CheckCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
 }
@@ -81,6 +85,7 @@ pub fn main() -> ExitCode {
         Part::Clock(command) => command.run(),
         Part::Status(command) => command.run(),
         Part::Report(command) => command.run(),
+        Part::Check(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }
 }

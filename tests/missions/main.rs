@@ -4,8 +4,10 @@
 
 mod by_command;
 mod by_hand;
+mod check;
 mod closed_loop;
 mod control_python;
+mod differential;
 mod ends;
 mod golden;
 mod harness;
@@ -14,10 +16,12 @@ mod in_process;
 mod killed;
 mod log_folder;
 mod other_version;
+mod recompute;
 mod refusals;
 mod repeatable;
 mod rooms;
 mod soak;
 mod stopped;
 mod superseded;
+mod takeover;
 mod team;

@@ -1,4 +1,6 @@
 //! What the tests across processes and the benchmarks share.
 
 pub mod closed_loop;
+pub mod mishaps;
+pub mod recompute;
 pub mod rooms;

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use alliance_proto::control::wire::Form;
 use alliance_proto::keys::Keys;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::scenario::Setup;
@@ -15,6 +16,7 @@ use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
+use zenoh::bytes::Encoding;
 use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
@@ -211,6 +213,45 @@ async fn declare_ears(
         .declare_subscriber(keys.alive_agents())
         .callback(move |sample| {
             lock(&shared).token(sample.key_expr(), sample.kind() == SampleKind::Put);
+        })
+        .background()
+        .await?;
+
+    let shared = Arc::clone(server);
+    session
+        .declare_subscriber(keys.control())
+        .callback(move |sample| {
+            let form = Form::of(&sample.encoding().to_string());
+            let attachment = sample.attachment().map(|seal| seal.to_bytes());
+            // Whoever puts wants no answer.
+            let _ = lock(&shared).control(form, &sample.payload().to_bytes(), attachment.as_deref());
+        })
+        .background()
+        .await?;
+
+    let (shared, key) = (Arc::clone(server), keys.control());
+    session
+        .declare_queryable(keys.control())
+        .callback(move |query| {
+            let form = Form::of(&query.encoding().map_or_else(String::new, ToString::to_string));
+            let payload = query.payload().map(|payload| payload.to_bytes());
+            let attachment = query.attachment().map(|seal| seal.to_bytes());
+            let answer = lock(&shared).control(
+                form,
+                payload.as_deref().unwrap_or_default(),
+                attachment.as_deref(),
+            );
+            let sent = match answer {
+                Ok(written) => query
+                    .reply(&key, written.payload)
+                    .encoding(Encoding::from(form.encoding()))
+                    .attachment(written.attachment)
+                    .wait(),
+                Err(why) => query.reply_err(why.to_string()).wait(),
+            };
+            if let Err(error) = sent {
+                tracing::warn!(%error, "request not answered");
+            }
         })
         .background()
         .await?;

@@ -48,27 +48,32 @@ impl StepOrder {
     }
 }
 
-/// The answers to what the formulas leave open (ALLIANCE.md §3, one field per row of its table).
+/// The answers to what the formulas leave open (ALLIANCE.md §3, one field per row of its table), each with the source that
+/// asks the question. Par98: what was observed in Parker's experiments. "Here": decided in this project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Switches {
-    /// At θ while a teammate executes an exclusive task: wait and broadcast the wish, else activate at once. Thesis §3.3.1.
+    /// At θ while a teammate executes an exclusive task: wait and broadcast the wish, else activate at once. Thesis §3.3.1;
+    /// Par98 knows no such state.
     pub waiting: bool,
-    /// A *waiting* message counts as comm_received in impatience and reset (it always counts in acquiescence). Thesis §4.3.1.
+    /// A *waiting* message counts as comm_received in impatience and reset (it always counts in acquiescence). Thesis
+    /// §4.3.1: one robot's wish knocked another off, and then it did something else.
     pub waiting_counts: bool,
-    /// A set may broadcast its wish in the step in which another set of the robot activates. Thesis §4.3.1.
+    /// A set may broadcast its wish in the step in which another set of the robot activates. Thesis §4.3.1, the same place.
     pub wish_when_suppressed: bool,
-    /// impatience_reset may switch off an active set. Thesis §4.4.
+    /// impatience_reset may switch off an active set, as eq. 2.7 is printed. Thesis §4.4: not seen in Parker's results.
     pub reset_stops_active: bool,
-    /// Origin of the comm history, in impatience and reset alike.
+    /// Origin of the comm history, in impatience and reset alike. Eq. 2.4 and 2.5 print 0, the mission's start; progress is
+    /// from here, for tasks that recur.
     pub history_origin: HistoryOrigin,
     /// Whether a broadcast is visible in the same step (in-order) or the next. Thesis §4.4.
     pub step_order: StepOrder,
     /// Two robots claim an exclusive task in the same step: the earlier `since` wins, a tie goes to the lower rank, and the
-    /// loser becomes waiting; else both run until ψ. Thesis ch. 5.
+    /// loser becomes waiting; else both run until ψ. Thesis ch. 5 names the problem; the answer is from here.
     pub arbitration: bool,
-    /// Say so when a set hibernates; else τ has to find out.
+    /// Say so when a set hibernates; else τ has to find out. From here: the thesis' robots share one broadcast unit
+    /// (§4.2.3) and see it without a message.
     pub release_message: bool,
-    /// A robot without an active set says that it is idle.
+    /// A robot without an active set says that it is idle. From here: idle is not dead.
     pub idle_heartbeat: bool,
 }
 

@@ -1,6 +1,8 @@
 //! A behavior set as its motivational behavior sees it: motivation and state.
 
-use alliance_proto::ids::SetId;
+use std::collections::BTreeSet;
+
+use alliance_proto::ids::{RobotId, SetId};
 use alliance_proto::telemetry::{Reason, SetState, StateChange};
 use alliance_proto::time::SimTime;
 
@@ -22,6 +24,15 @@ pub(super) enum Stance {
         /// Whether it waited for the task in vain before (reason wait-bound).
         waited_out: bool,
     },
+}
+
+/// What a set has waited since it last hibernated, be it in one go or between claims that it had to give way to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Waited {
+    /// How long, the wait that is going on not included.
+    pub spent: SimTime,
+    /// For whom: the teammates that executed the task meanwhile.
+    pub on: BTreeSet<RobotId>,
 }
 
 impl Stance {
@@ -46,6 +57,8 @@ pub(super) struct Behavior {
     pub at_threshold_since: Option<SimTime>,
     /// Its state.
     pub stance: Stance,
+    /// Its waits so far.
+    pub waited: Waited,
 }
 
 impl Behavior {
@@ -56,6 +69,7 @@ impl Behavior {
             motivation: 0.0,
             at_threshold_since: None,
             stance: Stance::Hibernating,
+            waited: Waited::default(),
         }
     }
 
@@ -72,6 +86,13 @@ impl Behavior {
     /// Changes the state and says so.
     pub fn enter(&mut self, stance: Stance, reason: Reason) -> StateChange {
         let from = self.stance.state();
+        match (self.stance, stance) {
+            (Stance::Waiting { since }, Stance::Active { since: now, .. }) => {
+                self.waited.spent = self.waited.spent + now.since(since);
+            }
+            (_, Stance::Hibernating) => self.waited = Waited::default(),
+            _ => {}
+        }
         self.stance = stance;
         StateChange {
             set: self.set,

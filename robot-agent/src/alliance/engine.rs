@@ -203,10 +203,16 @@ impl Engine {
                 continue;
             };
             let params = &config.sets[index];
-            let beats =
-                |&claim: &Claim| claim < (since, config.robot) && !(waited_out && claim.0 < since);
+            let waited = &behavior.waited;
+            let beats = |&claim: &Claim| {
+                claim < (since, config.robot) && !(waited_out && waited.on.contains(&claim.1))
+            };
             let claims = self.teammates.executing(params.task, params.tau, now);
             if claims.filter(beats).count() >= config.task_of(index).max_robots {
+                if waited_out {
+                    // It gives way to somebody whom it has not waited for yet.
+                    behavior.waited.spent = SimTime::ZERO;
+                }
                 changes.push(behavior.enter(Stance::Waiting { since: now }, Reason::Arbitration));
             }
         }
@@ -244,6 +250,16 @@ impl Engine {
             };
             changes.push(self.behaviors[index].enter(stance, reason));
         }
+        self.note_whom_sets_wait_for(now);
+    }
+
+    fn note_whom_sets_wait_for(&mut self, now: SimTime) {
+        for (behavior, params) in self.behaviors.iter_mut().zip(&self.config.sets) {
+            if let Stance::Waiting { .. } = behavior.stance {
+                let executing = self.teammates.executing(params.task, params.tau, now);
+                behavior.waited.on.extend(executing.map(|(_, rank)| rank));
+            }
+        }
     }
 
     /// What a set at θ is to do next, if anything.
@@ -267,7 +283,7 @@ impl Engine {
                 let wish = (since, self.config.robot);
                 if self.teammates.leave_to(wish, task, max_robots, tau, now) {
                     Some(Next::Activate(Reason::WaitOver))
-                } else if now.since(since) > params.waiting_bound() {
+                } else if behavior.waited.spent + now.since(since) > params.waiting_bound() {
                     Some(Next::Activate(Reason::WaitBound))
                 } else {
                     None

@@ -25,9 +25,11 @@ pub(super) struct Record {
     progress: u32,
     /// First message since the origin that counts in impatience and reset.
     first: Option<SimTime>,
-    /// Last such message, unless the task was released after it.
+    /// Last such message.
     last: Option<SimTime>,
-    /// The same for acquiescence, where a wish always counts.
+    /// Whether the task was released after that one.
+    released: bool,
+    /// Last message that counts in acquiescence, where a wish always does, unless the task was released after it.
     last_for_acquiescence: Option<SimTime>,
 }
 
@@ -77,7 +79,7 @@ impl History {
 impl Record {
     /// comm_received(t-span, t) for impatience.
     pub fn within(&self, span: SimTime, now: SimTime) -> bool {
-        self.last.is_some_and(|last| now.since(last) < span)
+        !self.released && self.last.is_some_and(|last| now.since(last) < span)
     }
 
     /// comm_received(t-span, t) for acquiescence.
@@ -127,11 +129,12 @@ impl Record {
         if counts {
             self.first.get_or_insert(now);
             self.last = Some(now);
+            self.released = false;
         }
         if wanted {
             self.last_for_acquiescence = Some(now);
         } else {
-            self.last = None;
+            self.released = true;
             self.last_for_acquiescence = None;
         }
     }

@@ -27,8 +27,10 @@
 //! - A task for n > 1 robots is occupied while n teammates execute it; of more than n claims the n earliest stay. ψ, reset
 //!   and impatience treat a fellow worker as the formulas do.
 //! - Arbitration compares all claims that are known, not just those of one step: a claim that was lost on the air loses as
-//!   soon as it is heard. A set that waited its bound in vain does not give way to older claims, which are what it waited
-//!   for: there ψ decides.
+//!   soon as it is heard. A set that waited its bound in vain does not give way to the teammates that it waited for,
+//!   whatever they claim: there ψ decides.
+//! - The bound ψ + τ is on all waits together since the set last hibernated: a robot that claims, lets go and claims again
+//!   gains nothing by it (docs/BOUNDS.md).
 //! - An announced wish or claim ends with the sender's next heartbeat that contradicts it: one that waits executes nothing,
 //!   one that executes waits for nothing, one that is idle does neither. So does the first message of a new incarnation.
 //! - A set that hibernates is not released while another set of the robot executes or waits for the same task.

@@ -4,6 +4,7 @@ use alliance_proto::control::{
     AgentState, ClockCommand, ClockStatus, Command, Phase, Reply, Request, RobotStatus, SetStatus,
     Status,
 };
+use alliance_proto::control::wire::{Form, Wire, WireError, Written};
 use alliance_proto::ids::RobotId;
 use alliance_proto::telemetry::SetState;
 use tokio::time::Instant;
@@ -12,18 +13,27 @@ use super::Server;
 use crate::barrier::Presence;
 use crate::pace::Speed;
 
-/// Longest nonce of a request, bytes.
-const NONCE_BYTES: usize = 64;
-
 impl Server {
-    /// Obeys a request of a member of the run.
-    pub fn obey(&mut self, request: Request) -> Reply {
-        if request.nonce.is_empty() || request.nonce.len() > NONCE_BYTES {
-            return Reply::Refused(format!(
-                "nonce: {} bytes; use 1 to {NONCE_BYTES}",
-                request.nonce.len()
-            ));
-        }
+    /// A request on the control topic, and its reply.
+    ///
+    /// # Errors
+    /// When it is none, or no member of the run made it; for the asker's eyes.
+    pub fn control(
+        &mut self,
+        form: Form,
+        payload: &[u8],
+        attachment: Option<&[u8]>,
+    ) -> Result<Written, WireError> {
+        let wire = Wire::new(&self.keys, self.secret.clone());
+        let request = wire
+            .read_request(form, payload, attachment)
+            .inspect_err(|error| self.refuse("control", error))?;
+        let nonce = request.nonce.clone();
+        let reply = self.obey(request);
+        wire.write_reply(form, &nonce, &reply)
+    }
+
+    fn obey(&mut self, request: Request) -> Reply {
         if !self.nonces.insert(request.nonce) {
             self.refuse("control", &"put again");
             return Reply::Refused("nonce: it has been used; give each request its own".to_owned());

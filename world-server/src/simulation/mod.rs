@@ -23,7 +23,8 @@ use alliance_proto::time::SimTime;
 use alliance_proto::view::{RobotView, View};
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
-use crate::faults::schedule::Schedule;
+use crate::faults::links::Links;
+use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::input::Input;
 use crate::recorder::{
     BodyRecord, Counted, Event, EventKind, FaultEvent, RecordError, Recorder, RobotRecord, Sink,
@@ -47,6 +48,7 @@ pub struct Simulation {
     /// Motivations that each robot last reported, by rank.
     motivations: Vec<Vec<Motivation>>,
     schedule: Schedule,
+    links: Links,
     /// Whether somebody starts and signals processes.
     has_launcher: bool,
     /// The current tick has been asked for: what comes now concerns the next one.
@@ -85,6 +87,7 @@ impl Simulation {
             active: vec![None; robots],
             motivations: vec![Vec::new(); robots],
             schedule: Schedule::default(),
+            links: Links::new(&setup),
             has_launcher,
             opened: false,
             settled: false,
@@ -224,7 +227,9 @@ impl Simulation {
         if self.outcome.is_some() || !self.acts.is_empty() {
             return Vec::new();
         }
-        self.opened = self.barrier.started();
+        if !self.opened && self.barrier.started() {
+            self.open();
+        }
         let (tick, now) = (self.barrier.tick(), self.world.now());
         let questions = self.barrier.questions();
         // Nobody may be there to be asked.
@@ -234,18 +239,32 @@ impl Simulation {
             .map(|question| {
                 let readings = self.world.readings(question.robot);
                 self.readings[question.robot.index()].clone_from(&readings);
+                let mut manifest = question.manifest;
+                for entry in &mut manifest {
+                    entry.link = self.links.state(entry.sender, question.robot);
+                }
                 let message = TickMessage {
                     incarnation: question.incarnation,
                     tick,
                     now,
                     last_counted: question.last_counted,
-                    manifest: question.manifest,
-                    held: Vec::new(),
+                    manifest,
+                    held: self.links.held(question.robot),
                     readings,
                 };
                 (question.robot, message)
             })
             .collect()
+    }
+
+    /// The current tick is asked for from now on: what faults do to it is settled.
+    fn open(&mut self) {
+        self.opened = true;
+        let world = &self.world;
+        self.links
+            .begin(self.barrier.tick(), self.schedule.in_force(), |robot| {
+                world.pose(robot).position
+            });
     }
 
     /// An agent's report.
@@ -306,6 +325,7 @@ impl Simulation {
         inputs.extend(gathered);
         inputs.append(&mut self.failures);
         self.note_losses(&reports, tick, &mut inputs);
+        self.count_messages(&reports);
         for (active, report) in self.active.iter_mut().zip(&reports) {
             if let Some(report) = report {
                 *active = active_set(report);
@@ -415,6 +435,21 @@ impl Simulation {
                 active: self.active[robot.index()],
             })
             .collect()
+    }
+
+    /// What link faults have done to messages.
+    fn count_messages(&mut self, reports: &[Option<Report>]) {
+        let mut hits: Vec<FaultIndex> = Vec::new();
+        for report in reports.iter().flatten() {
+            for reception in &report.receptions {
+                if reception.fate != Fate::Heard {
+                    hits.extend(self.links.causes(report.robot, reception));
+                }
+            }
+        }
+        for fault in hits {
+            self.hit(fault, 1);
+        }
     }
 
     /// Losses that nobody asked for are inputs: a replay repeats them.

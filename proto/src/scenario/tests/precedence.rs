@@ -159,6 +159,42 @@ fn switches_override_the_preset_one_by_one() {
     assert!(switches.reset_stops_active);
 }
 
+/// The table of ALLIANCE.md §3.
+#[test]
+fn presets_are_what_their_sources_say() {
+    let table = [
+        ("waiting", "yes", "no", "yes"),
+        ("waiting_counts", "yes", "no", "no"),
+        ("wish_when_suppressed", "yes", "no", "no"),
+        ("reset_stops_active", "yes", "no", "no"),
+        (
+            "history_origin",
+            "mission-start",
+            "mission-start",
+            "progress",
+        ),
+        ("step_order", "in-order", "simultaneous", "simultaneous"),
+        ("arbitration", "no", "no", "yes"),
+        ("release_message", "yes", "no", "yes"),
+        ("idle_heartbeat", "no", "no", "yes"),
+    ];
+    let columns = ["thesis", "par98", "team"].map(|name| {
+        let alliance = resolved(&format!("[alliance]\npreset = '{name}'"), "");
+        serde_json::to_value(alliance.switches).unwrap()
+    });
+    for column in &columns {
+        assert_eq!(column.as_object().unwrap().len(), table.len());
+    }
+    for (switch, thesis, par98, team) in table {
+        let actual = columns.each_ref().map(|column| match &column[switch] {
+            serde_json::Value::Bool(true) => "yes",
+            serde_json::Value::Bool(false) => "no",
+            other => other.as_str().unwrap(),
+        });
+        assert_eq!(actual, [thesis, par98, team], "{switch}");
+    }
+}
+
 #[test]
 fn a_robot_alone_has_no_teammates() {
     let alliance = resolved("[[robots]]\nname = 'solo'", "");

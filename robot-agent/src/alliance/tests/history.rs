@@ -97,6 +97,15 @@ fn what_is_heard_in_the_step_of_the_report_belongs_to_the_new_history() {
 }
 
 #[test]
+fn so_does_what_was_released_before_the_report_in_the_same_step() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(5000, Executing, 0).says(5000, Released, 0);
+    assert!(gold.says(5000, Released, 1).begins(5000));
+    assert!(!gold.within(5000, 5000));
+    assert!(!gold.says(9000, Executing, 1).begins(9000));
+}
+
+#[test]
 fn new_stints_releases_and_lives_do_not_move_the_origin() {
     let mut gold = Gold::new(Preset::Team.switches());
     gold.says(1000, Executing, 3);

@@ -1,10 +1,12 @@
 //! Tests of the engine as a whole, and a small team of engines in one process to make them with.
 
+mod bounds;
 mod equations;
 mod heartbeats;
 mod history;
 mod properties;
 mod steps;
+mod switches;
 mod takeover;
 mod teammates;
 mod waiting;

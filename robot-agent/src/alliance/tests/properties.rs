@@ -166,21 +166,14 @@ proptest! {
     /// Of two robots that execute an exclusive task the later one leaves it in the step in which it hears the other, unless
     /// it had waited that one out.
     #[test]
-    fn whatever_is_lost_a_claim_that_is_heard_decides(
-        steps in prop::collection::vec(
-            (prop::array::uniform9(prop::bool::weighted(0.6)), prop::bool::weighted(0.02)),
-            1..400,
-        ),
-    ) {
+    fn whatever_is_lost_a_claim_that_is_heard_decides(losses in losses()) {
         let mut team = Team::new(&brisk(Preset::Team, 3));
         // Since when each robot executes move-spill(top), and whether it had waited its bound for it.
         let mut claims = [None; 3];
-        for (links, progress) in steps {
+        for (links, progress) in losses {
             let heard = team.inboxes.clone();
-            team.link = Box::new(move |from, to| links[3 * from.index() + to.index()]);
-            let progressed = progress.then_some((BLUE, task(TOP)));
             let now = team.now;
-            let outputs = team.step_with(&[ONLY_TOP; 3], progressed.as_slice());
+            let outputs = lossy_step(&mut team, links, progress);
             for (rank, output) in outputs.iter().enumerate() {
                 let own = RobotId(rank as u16);
                 let was = claims[rank];
@@ -193,7 +186,7 @@ proptest! {
                     let Body::Heartbeat(other) = &message.body else { continue };
                     let beaten = other.state == TaskState::Executing
                         && (other.since, message.sender) < (since, own)
-                        && !(waited_out && other.since < since);
+                        && !waited_out;
                     let contradicted = heard[rank].iter().any(|later| {
                         later.sender == message.sender && later.seq > message.seq
                     });
@@ -202,6 +195,77 @@ proptest! {
             }
         }
     }
+
+    /// par98: of two robots that execute an exclusive task neither goes on for longer than ψ and hears the other within τ.
+    /// So from a heartbeat on that is heard, it is the rest of ψ, if heartbeats are still heard when ψ ends, and at any
+    /// rate the rest of λ.
+    #[test]
+    fn whatever_is_lost_psi_ends_what_is_heard_and_lambda_the_rest(losses in losses()) {
+        let setup = brisk(Preset::Par98, 3);
+        let mut team = Team::new(&setup);
+        let mut since = [None; 3];
+        let mut last_heard = [None; 3];
+        for (links, progress) in losses {
+            let now = team.now;
+            for (heard, inbox) in last_heard.iter_mut().zip(&team.inboxes) {
+                if !inbox.is_empty() {
+                    *heard = Some(now);
+                }
+            }
+            let outputs = lossy_step(&mut team, links, progress);
+            for (rank, output) in outputs.iter().enumerate() {
+                let is_active = output.motivations[TOP].state == SetState::Active;
+                since[rank] = is_active.then_some(since[rank].unwrap_or(now));
+                let Some(since) = since[rank] else { continue };
+                let hears = last_heard[rank].is_some_and(|heard| now.since(heard) < ms(1500));
+                prop_assert!(!hears || now.since(since) <= ms(4000));
+                prop_assert!(now.since(since) <= ms(9000));
+            }
+        }
+    }
+
+    /// However long the mission and whatever is said, a robot keeps as much as its teammates times the tasks ask for.
+    #[test]
+    fn memory_is_bounded_by_robots_times_tasks(
+        switches in switches(),
+        steps in prop::collection::vec(step(), 1..300),
+    ) {
+        let mut setup = brisk(Preset::Team, 3);
+        setup.alliance.switches = switches;
+        let mut engine = Engine::new(GOLD, &setup);
+        for (number, step) in (0..).zip(&steps) {
+            engine.step(&StepInput {
+                now: ms(200 * number),
+                heard: &step.heard,
+                applicable: &step.applicable,
+                progressed: &step.progressed,
+            });
+        }
+        let printed = format!("{engine:?}");
+        let (teammates, tasks) = (2, 4);
+        // Records of the history, and words that were heard: one claim per teammate and one wish per teammate and task.
+        prop_assert!(printed.matches("first:").count() <= teammates * tasks);
+        prop_assert!(printed.matches("heard:").count() <= teammates * (tasks + 1));
+        prop_assert!(printed.matches("RobotId").count() <= 100);
+    }
+}
+
+prop_compose! {
+    /// Steps of a team of three: which links carry, by sender and receiver, and whether blue makes progress.
+    fn losses()(
+        steps in prop::collection::vec(
+            (prop::array::uniform9(prop::bool::weighted(0.6)), prop::bool::weighted(0.02)),
+            1..400,
+        ),
+    ) -> Vec<([bool; 9], bool)> {
+        steps
+    }
+}
+
+fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<StepOutput> {
+    team.link = Box::new(move |from, to| links[3 * from.index() + to.index()]);
+    let progressed = progress.then_some((BLUE, task(TOP)));
+    team.step_with(&[ONLY_TOP; 3], progressed.as_slice())
 }
 
 /// Each set that executes says so as the robot's last word; who has nothing to do is never said to do something.

@@ -1,0 +1,43 @@
+//! How long a unit of work takes: from one sign of progress to the next (ALLIANCE.md §3 "Progress").
+//!
+//! Estimated from the room's geometry at the body's top speed and turn rate, for the longest way of each kind, as if there
+//! were nothing in between: obstacles, slow ground and teammates make it longer, near items shorter.
+
+use alliance_proto::scenario::{BehaviorKind, Scenario};
+use glam::Vec2;
+
+/// Estimated length of a unit of work, s.
+///
+/// - Finding the locations: along the longest wall, and a quarter turn.
+/// - Moving a spill: from the deposit's edge to the far side of the spill and back, and two half turns.
+/// - Reporting: to the report site from the spill or deposit that is farthest from it, and a half turn.
+#[must_use]
+pub fn unit_s(scenario: &Scenario, kind: BehaviorKind) -> f64 {
+    let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let waste = &scenario.waste;
+    let deposit = Vec2::new(waste.deposit.x_fraction, waste.deposit.y_fraction) * room;
+    let spills: Vec<Vec2> = waste
+        .spills
+        .iter()
+        .map(|spill| Vec2::new(spill.x_fraction, spill.y_fraction) * room)
+        .collect();
+    let (way_m, turn_deg) = match kind {
+        BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => {
+            (room.max_element(), 90.0)
+        }
+        BehaviorKind::MoveSpill(spill) => {
+            let between = spills[usize::from(spill)].distance(deposit);
+            let one_way = between + waste.spill_radius_m - waste.deposit.radius_m;
+            (2.0 * one_way.max(0.0), 360.0)
+        }
+        BehaviorKind::ReportProgress => {
+            let half = Vec2::new(0.0, waste.report_site.height_m / 2.0);
+            let low = Vec2::new(0.0, room.y / 2.0) - half;
+            let high = low + Vec2::new(waste.report_site.width_m, waste.report_site.height_m);
+            let to_site = |from: &Vec2| from.clamp(low, high).distance(*from);
+            let places = spills.iter().chain([&deposit]);
+            (places.map(to_site).fold(0.0, f32::max), 180.0)
+        }
+    };
+    f64::from(way_m / scenario.body.speed_m_s + turn_deg / scenario.body.turn_deg_s)
+}

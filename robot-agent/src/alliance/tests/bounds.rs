@@ -1,0 +1,274 @@
+//! How long teammates that achieve nothing can keep a task from a robot (docs/BOUNDS.md).
+
+use proptest::prelude::*;
+
+use super::*;
+
+use TaskState::{Executing, Idle, Released, Waiting};
+
+const STEP_MS: u64 = 200;
+const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
+
+/// Parameters of the robot under test; the same toward all of its teammates.
+#[derive(Clone, Copy, Debug)]
+struct Values {
+    fast: f64,
+    slow: f64,
+    tau_s: f64,
+    phi_s: f64,
+    psi_s: f64,
+    lambda_s: f64,
+}
+
+const VALUES: Values = Values {
+    fast: 5.0,
+    slow: 1.0,
+    tau_s: 1.6,
+    phi_s: 3.0,
+    psi_s: 4.0,
+    lambda_s: 9.0,
+};
+
+fn setup_of(preset: Preset, teammates: usize, values: Values) -> Setup {
+    let mut setup = setup(preset, teammates + 1, STEP_MS);
+    setup.alliance.threshold = 10.0;
+    every_set(&mut setup, |set| {
+        set.broadcast_rate_hz = 2.0;
+        set.fast_impatience = values.fast;
+        set.ceased_after_s = values.tau_s;
+        set.before_yielding_s = values.psi_s;
+        set.before_giving_up_s = values.lambda_s;
+        let slow = set.slow_impatience.values_mut();
+        slow.for_each(|it| *it = values.slow);
+        let phi = set.willing_to_affect_s.values_mut();
+        phi.for_each(|it| *it = values.phi_s);
+    });
+    setup
+}
+
+/// B of docs/BOUNDS.md, s.
+fn bound_s(preset: Preset, teammates: usize, values: Values) -> f64 {
+    let n = teammates as f64;
+    let step_s = STEP_MS as f64 / 1000.0;
+    let waits = match preset {
+        Preset::Par98 => 0.0,
+        Preset::Thesis => n,
+        Preset::Team => n * (n + 1.0) / 2.0,
+    };
+    (n + 1.0) * (10.0 / values.fast + 2.0 * step_s)
+        + n * (1.0 - values.slow / values.fast) * (values.phi_s + step_s)
+        + waits * (values.psi_s + values.tau_s + step_s)
+}
+
+/// What a teammate says in a step, if anything: state and age of the claim or wish.
+type Word = Option<(TaskState, SimTime)>;
+
+/// What the robot under test, of the highest rank, does before a teammate speaks.
+#[derive(Clone, Copy, Debug)]
+struct Scene {
+    now: SimTime,
+    state: SetState,
+    motivation: f64,
+    /// Since when it has been in that state.
+    since: SimTime,
+}
+
+/// For how long the robot is not active before it has had a stint that it ended itself, by ψ or λ, s; gives up looking
+/// when that has become more than `limit_s`. `speak` says what each teammate says; a new life counts `lives` up.
+fn kept_away_s(
+    setup: &Setup,
+    limit_s: f64,
+    mut speak: impl FnMut(usize, &Scene, &mut u32) -> Word,
+) -> f64 {
+    let teammates = setup.scenario.robots.len() - 1;
+    let mut robot = Solo::new(RobotId(teammates as u16), setup);
+    let mut lives = vec![1; teammates];
+    let mut scene = Scene {
+        now: ms(0),
+        state: SetState::Hibernating,
+        motivation: 0.0,
+        since: ms(0),
+    };
+    let mut away_s = 0.0;
+    while away_s <= limit_s {
+        scene.now = robot.now;
+        let mut heard = Vec::new();
+        for (rank, life) in lives.iter_mut().enumerate() {
+            if let Some((state, since)) = speak(rank, &scene, life) {
+                let mut message = robot.says(RobotId(rank as u16), state, since);
+                message.incarnation = *life;
+                heard.push(message);
+            }
+        }
+        let output = robot.step(ONLY_TOP, &heard);
+        let row = output.motivations[TOP];
+        for change in &output.changes {
+            scene.since = scene.now;
+            if matches!(change.reason, Reason::AcquiescedPsi | Reason::GaveUpLambda) {
+                return away_s;
+            }
+        }
+        (scene.state, scene.motivation) = (row.state, row.motivation);
+        if row.state != SetState::Active {
+            away_s += STEP_MS as f64 / 1000.0;
+        }
+    }
+    away_s
+}
+
+fn every(period_ms: u64, scene: &Scene) -> bool {
+    scene.now.0.is_multiple_of(period_ms)
+}
+
+#[test]
+fn no_misbehavior_keeps_a_task_for_longer_than_the_bound() {
+    type Misbehavior = fn(&Scene, &mut u32) -> Word;
+    let all: [(&str, Misbehavior); 7] = [
+        ("babbling: claims for ever", |scene, _| {
+            every(400, scene).then_some((Executing, ms(0)))
+        }),
+        ("babbling: wishes for ever", |scene, _| {
+            every(400, scene).then_some((Waiting, ms(0)))
+        }),
+        ("flapping: claims and lets go in turn", |scene, _| {
+            let state = if every(400, scene) {
+                Executing
+            } else {
+                Released
+            };
+            // Claimed in the very step in which the robot heard the release and activated.
+            Some((state, scene.now - ms(STEP_MS)))
+        }),
+        (
+            "flapping: silent for a bit more than τ, with an old claim",
+            |scene, _| every(2000, scene).then_some((Executing, ms(0))),
+        ),
+        ("flapping: a new life every time", |scene, life| {
+            *life += 1;
+            let state = if every(400, scene) { Executing } else { Idle };
+            Some((state, scene.now - ms(STEP_MS)))
+        }),
+        ("deaf: works a stint, rests, starts again", |scene, _| {
+            let phase = scene.now.0 % 11_000;
+            let state = if phase < 9_000 { Executing } else { Idle };
+            every(400, scene).then_some((state, scene.now - ms(phase)))
+        }),
+        (
+            "always claims just as early as the robot, but has the lower rank",
+            |scene, _| {
+                Some(if scene.state == SetState::Active {
+                    (Executing, scene.since)
+                } else {
+                    (Waiting, ms(0))
+                })
+            },
+        ),
+    ];
+    for preset in PRESETS {
+        let setup = setup_of(preset, 1, VALUES);
+        let bound_s = bound_s(preset, 1, VALUES);
+        for (name, misbehavior) in all {
+            let away_s = kept_away_s(&setup, 2.0 * bound_s, |_, scene, life| {
+                misbehavior(scene, life)
+            });
+            assert!(
+                away_s <= bound_s,
+                "{name}, {preset:?}: {away_s} of {bound_s} s"
+            );
+        }
+    }
+}
+
+/// A babbler that begins when the robot is about to activate.
+#[test]
+fn the_bound_is_reached_but_for_some_steps() {
+    for preset in PRESETS {
+        let setup = setup_of(preset, 1, VALUES);
+        let bound_s = bound_s(preset, 1, VALUES);
+        let mut babbles = false;
+        let away_s = kept_away_s(&setup, 2.0 * bound_s, |_, scene, _| {
+            babbles |= scene.motivation > 8.5;
+            babbles.then_some((Executing, ms(0)))
+        });
+        let steps = (bound_s - away_s) * 1000.0 / STEP_MS as f64;
+        assert!(
+            (0.0..6.0).contains(&steps),
+            "{preset:?}: {away_s} of {bound_s} s"
+        );
+    }
+}
+
+prop_compose! {
+    fn values()(
+        fast in 1.0_f64..20.0,
+        slow in 0.05_f64..0.95,
+        tau_s in 0.6_f64..3.0,
+        phi_s in 0.2_f64..8.0,
+        psi_s in 0.2_f64..6.0,
+        lambda_s in 0.2_f64..12.0,
+    ) -> Values {
+        Values { fast, slow: slow * fast, tau_s, phi_s, psi_s, lambda_s }
+    }
+}
+
+/// One thing that a misbehaving robot does, before it waits for some steps.
+#[derive(Clone, Copy, Debug)]
+struct Act {
+    state: TaskState,
+    claim: Age,
+    new_life: bool,
+    rests: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Age {
+    Ancient,
+    Fresh,
+    /// Just as old as what the robot under test does.
+    Tie,
+}
+
+prop_compose! {
+    fn act()(
+        state in prop::sample::select(vec![Executing, Executing, Waiting, Released, Idle]),
+        claim in prop::sample::select(vec![Age::Ancient, Age::Fresh, Age::Tie]),
+        new_life in prop::bool::weighted(0.1),
+        rests in prop_oneof![Just(1_u64), 1_u64..5, 1_u64..30],
+    ) -> Act {
+        Act { state, claim, new_life, rests }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Each teammate goes through its acts again and again; nobody ever reports progress.
+    #[test]
+    fn whatever_teammates_say_without_progress_the_bound_holds(
+        preset in prop::sample::select(PRESETS.to_vec()),
+        values in values(),
+        teammates in prop::collection::vec(prop::collection::vec(act(), 1..6), 1..4),
+    ) {
+        let setup = setup_of(preset, teammates.len(), values);
+        let bound_s = bound_s(preset, teammates.len(), values);
+        let mut next = vec![(0_usize, 0_u64); teammates.len()];
+        let away_s = kept_away_s(&setup, 2.0 * bound_s, |rank, scene, life| {
+            let (place, resting) = &mut next[rank];
+            if *resting > 0 {
+                *resting -= 1;
+                return None;
+            }
+            let act = teammates[rank][*place];
+            *place = (*place + 1) % teammates[rank].len();
+            *resting = act.rests - 1;
+            *life += u32::from(act.new_life);
+            let since = match act.claim {
+                Age::Ancient => ms(0),
+                Age::Fresh => scene.now - ms(STEP_MS),
+                Age::Tie => scene.since,
+            };
+            Some((act.state, since))
+        });
+        prop_assert!(away_s <= bound_s, "{away_s} of {bound_s} s");
+    }
+}

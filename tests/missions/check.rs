@@ -1,0 +1,288 @@
+//! `alliance check`: what it says comes true, and how it says it.
+
+use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::scenario::{Preset, RobotSection, Scenario, SetSection, Setup, SwitchSection};
+use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge, TaskState};
+use alliance_proto::time::SimTime;
+use launch::check::Check;
+use launch::check::forecast::Takeover;
+use launch::in_process::Team;
+use robot_agent::alliance::{Engine, StepInput};
+use world_server::recorder::{EventRow, LogLevel, Memory, MessageRow};
+
+use crate::harness::Lab;
+use crate::recompute::log_of;
+
+const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
+const FIND: &str = "find-locations-wander";
+
+/// Two robots, the first of which is sooner on the task, and neither of which gets anywhere.
+fn stuck(preset: Preset, defaults: &SetSection, switches: SwitchSection) -> Setup {
+    let mut scenario = Scenario {
+        limit_s: 150.0,
+        ..Scenario::default()
+    };
+    scenario.body.speed_m_s = 1e-4;
+    // To look along a wall while turning would be progress, too.
+    scenario.body.turn_deg_s = 1e-3;
+    scenario.robots.truncate(2);
+    scenario.robots[0].side_sensor = false;
+    let alliance = &mut scenario.alliance;
+    alliance.preset = preset;
+    alliance.switches = switches;
+    alliance.defaults = defaults.clone();
+    let mut blue = RobotSection::default();
+    blue.defaults.fast_impatience = Some(10.0);
+    alliance.robots.insert("blue".to_owned(), blue);
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+/// What is foretold of gold and blue's work.
+fn foretold(setup: &Setup) -> Takeover {
+    let forecasts = Check::of(setup).forecasts;
+    let gold = forecasts
+        .iter()
+        .find(|it| it.robot == "gold" && it.set == FIND);
+    gold.unwrap().takeovers[0].clone()
+}
+
+/// Parameters that make each of φ, ψ, λ and τ decide once.
+fn parameters() -> [SetSection; 4] {
+    let section = |phi_s, psi_s, lambda_s| SetSection {
+        fast_impatience: Some(5.0),
+        slow_impatience: Some(1.0),
+        willing_to_affect_s: Some(phi_s),
+        before_yielding_s: Some(psi_s),
+        before_giving_up_s: Some(lambda_s),
+        ..SetSection::default()
+    };
+    [
+        section(30.0, 80.0, 200.0),
+        section(30.0, 20.0, 200.0),
+        section(300.0, 40.0, 90.0),
+        section(300.0, 60.0, 300.0),
+    ]
+}
+
+/// Noticing and hearing takes a step each time, and so does the rounding of a sum of floats. Without releases, silence
+/// begins with the last heartbeat, up to 1/ρ = 1 s before the teammate left.
+#[track_caller]
+fn assert_agrees(actual_s: f64, foretold_s: f64, setup: &Setup) {
+    let step_s = setup.alliance.step_ms as f64 / 1000.0;
+    let early_s = if setup.alliance.switches.release_message {
+        step_s
+    } else {
+        1.0
+    };
+    assert!(
+        (foretold_s - early_s..=foretold_s + 4.0 * step_s).contains(&actual_s),
+        "{actual_s} instead of {foretold_s} s with {:#?}",
+        setup.alliance
+    );
+}
+
+#[test]
+fn a_failing_teammate_is_taken_over_when_it_says() {
+    let no_release = SwitchSection {
+        release_message: Some(false),
+        ..SwitchSection::default()
+    };
+    for preset in PRESETS {
+        for defaults in parameters() {
+            for switches in [SwitchSection::default(), no_release] {
+                let setup = stuck(preset, &defaults, switches);
+                let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
+                let log = log_of(team.run().unwrap().1);
+                let messages: Vec<MessageRow> = log.rows().unwrap();
+                let first_word = messages
+                    .iter()
+                    .find(|row| row.receiver == "gold" && row.state == "executing")
+                    .unwrap();
+                let events: Vec<EventRow> = log.rows().unwrap();
+                let taken_over = events
+                    .iter()
+                    .find(|row| row.kind == "activated" && row.robot == "gold")
+                    .unwrap();
+                let took_s = (taken_over.t_ms - first_word.t_ms).as_secs_f64();
+                assert_agrees(took_s, foretold(&setup).failing_s, &setup);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_silent_teammate_is_taken_over_when_it_says() {
+    for preset in PRESETS {
+        for defaults in parameters() {
+            let setup = stuck(preset, &defaults, SwitchSection::default());
+            let mut gold = Engine::new(RobotId(1), &setup);
+            let first_word = SimTime(4000);
+            let mut now = SimTime::ZERO;
+            while gold.active().is_none() {
+                let word = heartbeat(first_word);
+                gold.step(&StepInput {
+                    now,
+                    heard: if now == first_word {
+                        std::slice::from_ref(&word)
+                    } else {
+                        &[]
+                    },
+                    applicable: &[true, false, false, false],
+                    progressed: &[],
+                });
+                now = now + SimTime(setup.alliance.step_ms);
+            }
+            let step = SimTime(setup.alliance.step_ms);
+            let took_s = (now - step - first_word).as_secs_f64();
+            assert_agrees(took_s, foretold(&setup).silent_s, &setup);
+        }
+    }
+}
+
+/// Blue's word that it searches.
+fn heartbeat(now: SimTime) -> Broadcast {
+    Broadcast {
+        sender: RobotId(0),
+        incarnation: 1,
+        tick: 0,
+        index: 0,
+        seq: 0,
+        sent: now,
+        body: Body::Heartbeat(Heartbeat {
+            state: TaskState::Executing,
+            since: now,
+            set: Some(SetId(1)),
+            task: Some(TaskId(0)),
+            progress: 0,
+            position: None,
+            carrying: false,
+            knowledge: Knowledge::default(),
+        }),
+    }
+}
+
+/// In the default mission nobody is ever taken over while it works, and no unit of work takes much longer than estimated.
+#[test]
+fn a_working_teammate_is_left_alone_and_its_work_takes_as_long_as_estimated() {
+    let setup = Setup::default_for(1);
+    let check = Check::of(&setup);
+    let of = |robot: &str, set: &str| {
+        let mut all = check.forecasts.iter();
+        all.find(|it| it.robot == robot && it.set == set).unwrap()
+    };
+    let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
+    let log = log_of(team.run().unwrap().1);
+    let events: Vec<EventRow> = log.rows().unwrap();
+
+    let mut deliveries = 0;
+    for robot in setup
+        .scenario
+        .robots
+        .iter()
+        .map(|robot| robot.name.as_str())
+    {
+        let mut working = None;
+        for row in events.iter().filter(|row| row.robot == robot) {
+            match row.kind.as_str() {
+                "activated" => working = Some((row.subject.as_str(), None)),
+                "hibernated" => {
+                    assert!(!row.reason.starts_with("acquiesced"), "{row:?}");
+                    working = working.filter(|&(set, _)| set != row.subject);
+                }
+                "delivered" => {
+                    // The last item may be dropped by a robot that has just left the task.
+                    let Some((set, before)) = working else {
+                        continue;
+                    };
+                    if let Some(before) = before {
+                        let took_s = (row.t_ms - before).as_secs_f64();
+                        let estimated_s = of(robot, set).work_s;
+                        let least_s = estimated_s / 2.0;
+                        assert!(
+                            (least_s..1.25 * estimated_s).contains(&took_s),
+                            "{took_s} s"
+                        );
+                        deliveries += 1;
+                    }
+                    working = Some((set, Some(row.t_ms)));
+                }
+                _ => {}
+            }
+        }
+    }
+    assert!(deliveries >= 18, "{deliveries}");
+    let movers = check
+        .forecasts
+        .iter()
+        .filter(|it| it.set.starts_with("move-spill"));
+    for takeover in movers.flat_map(|it| &it.takeovers) {
+        assert_eq!(takeover.working_s, None);
+    }
+}
+
+#[test]
+fn a_table_for_people_and_json_for_programs() {
+    let lab = Lab::new();
+    let shown = lab.run(&["check"]).expect(0);
+    assert_eq!(shown.stdout, "");
+    let lines: Vec<&str> = shown.stderr.lines().collect();
+    let rows = lines.iter().filter(|line| line.starts_with("│ ")).count();
+    assert_eq!(
+        rows,
+        1 + 5,
+        "all robots of a set have the same figures: {}",
+        shown.stderr
+    );
+    assert_eq!(lines[lines.len() - 1], "waste-cleanup: no warnings");
+
+    // Warnings are no failure.
+    std::fs::write(
+        lab.path("mine.properties"),
+        "timeBeforeYielding.move-spill(top) = 20\n",
+    )
+    .unwrap();
+    let check = lab.run(&[
+        "check",
+        "waste-cleanup",
+        "--params",
+        "mine.properties",
+        "--json",
+    ]);
+    let json = check.expect(0).json();
+    assert_eq!(json["sets"].as_array().unwrap().len(), 13);
+    assert_eq!(json["sets"][2]["behavior_set"], "move-spill(top)");
+    assert_eq!(json["sets"][2]["yields_s"], 20.0);
+    assert_eq!(
+        json["sets"][2]["takeovers"][0]["working_s"],
+        serde_json::Value::Null
+    );
+    let warnings = json["warnings"].as_array().unwrap();
+    assert_eq!(warnings.len(), 1);
+    assert_eq!(warnings[0]["kind"], "yields-too-early");
+    assert_eq!(warnings[0]["robots"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn mistakes_are_answered_in_one_line() {
+    let lab = Lab::new();
+    std::fs::write(lab.path("bad.toml"), "[alliance]\nthreshold = -1.0\n").unwrap();
+    for (arguments, said) in [
+        (
+            &["check", "nowhere"][..],
+            "alliance check: 'nowhere' is neither",
+        ),
+        (
+            &["check", "bad.toml"],
+            "alliance check: bad.toml:2: alliance.threshold: ",
+        ),
+        (
+            &["check", "--params", "none.properties"],
+            "alliance check: none.properties",
+        ),
+    ] {
+        let finished = lab.run(arguments).expect(2);
+        assert!(finished.stderr.starts_with(said), "{}", finished.stderr);
+        assert_eq!(finished.stderr.lines().count(), 1, "{}", finished.stderr);
+        assert_eq!(finished.stdout, "");
+    }
+}

@@ -1,0 +1,239 @@
+//! The robots' own calculation against the independent one of `alliance_tests::recompute`, over messages that no mission
+//! brings forth: out of order, repeated, from old lives, in every combination of switches.
+
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, StepOrder, Switches};
+use alliance_proto::team::{Body, Broadcast, Fact, Heartbeat, Knowledge, Locations, TaskState};
+use alliance_proto::telemetry::Motivation;
+use alliance_proto::time::SimTime;
+use alliance_tests::recompute::compare;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use robot_agent::alliance::{Engine, StepInput};
+use world_server::recorder::{EventRow, MessageRow, MotivationRow};
+
+const STEP_MS: u64 = 200;
+const GOLD: RobotId = RobotId(1);
+const TEAMMATES: [RobotId; 2] = [RobotId(0), RobotId(2)];
+const STATES: [TaskState; 4] = [
+    TaskState::Executing,
+    TaskState::Waiting,
+    TaskState::Released,
+    TaskState::Idle,
+];
+
+/// Values with which much happens in a few hundred steps, and any switches.
+fn random_setup(chance: &mut ChaCha8Rng) -> Setup {
+    let mut setup = Setup::resolve(
+        Scenario {
+            step_ms: STEP_MS,
+            ..Scenario::default()
+        },
+        1,
+        None,
+    )
+    .unwrap()
+    .setup;
+    setup.alliance.threshold = 10.0;
+    let robots = setup.alliance.robots.values_mut();
+    for set in robots.flat_map(|robot| robot.sets.values_mut()) {
+        set.ceased_after_s = chance.random_range(0.3..3.0);
+        set.fast_impatience = chance.random_range(2.0..9.0);
+        let slow = set.slow_impatience.values_mut();
+        slow.for_each(|it| *it = chance.random_range(0.1..2.0));
+        let phi = set.willing_to_affect_s.values_mut();
+        phi.for_each(|it| *it = chance.random_range(0.3..6.0));
+        set.before_yielding_s = chance.random_range(0.3..5.0);
+        set.before_giving_up_s = chance.random_range(0.3..9.0);
+    }
+    let mut flag = || chance.random_bool(0.5);
+    setup.alliance.switches = Switches {
+        waiting: flag(),
+        waiting_counts: flag(),
+        wish_when_suppressed: flag(),
+        reset_stops_active: flag(),
+        history_origin: if flag() {
+            HistoryOrigin::Progress
+        } else {
+            HistoryOrigin::MissionStart
+        },
+        step_order: StepOrder::Simultaneous,
+        arbitration: flag(),
+        release_message: flag(),
+        idle_heartbeat: flag(),
+    };
+    setup
+}
+
+/// A message of either teammate: about any task, of any life, now and then a later one than those to come.
+fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
+    let task = TaskId(chance.random_range(0..4));
+    let progress = chance.random_range(0..4);
+    let tick = now.0 / STEP_MS;
+    let body = if chance.random_bool(0.05) {
+        let corner = Default::default();
+        Body::PositionUpdate {
+            task,
+            set: alliance_proto::ids::SetId(task.0 + 1),
+            progress,
+            locations: Fact {
+                value: Locations {
+                    min: corner,
+                    max: corner,
+                },
+                seen_by: TEAMMATES[0],
+                seen: now,
+            },
+        }
+    } else {
+        let state = STATES[chance.random_range(0..4)];
+        let named = state != TaskState::Idle;
+        Body::Heartbeat(Heartbeat {
+            state,
+            since: SimTime(chance.random_range(0..=now.0)),
+            set: named.then_some(alliance_proto::ids::SetId(task.0 + 1)),
+            task: named.then_some(task),
+            progress: if named { progress } else { 0 },
+            position: None,
+            carrying: false,
+            knowledge: Knowledge::default(),
+        })
+    };
+    Broadcast {
+        sender: TEAMMATES[chance.random_range(0..2)],
+        incarnation: 1 + (tick / 100) as u32 + u32::from(chance.random_bool(0.02)),
+        tick,
+        index: 0,
+        seq: tick + chance.random_range(0..8),
+        sent: now,
+        body,
+    }
+}
+
+/// The rows of a log, as the recorder would write them.
+struct Rows<'s> {
+    setup: &'s Setup,
+    catalog: Catalog,
+}
+
+impl Rows<'_> {
+    fn robot(&self, robot: RobotId) -> String {
+        self.setup.scenario.robots[robot.index()].name.clone()
+    }
+
+    fn motivation(&self, now: SimTime, row: &Motivation) -> MotivationRow {
+        let task = self.catalog.sets[row.set.index()].task;
+        MotivationRow {
+            t_ms: now,
+            robot: self.robot(GOLD),
+            behavior_set: self.catalog.set_name(row.set).to_owned(),
+            task: self.catalog.task_name(task).to_owned(),
+            motivation: row.motivation,
+            impatience: row.impatience,
+            sensory_feedback: row.sensory_feedback,
+            activity_suppression: row.activity_suppression,
+            impatience_reset: row.impatience_reset,
+            acquiescence: row.acquiescence,
+            state: row.state.as_str().to_owned(),
+        }
+    }
+
+    fn message(&self, now: SimTime, broadcast: &Broadcast, fate: &str) -> MessageRow {
+        let (state, task, progress) = match &broadcast.body {
+            Body::Heartbeat(it) => (it.state.as_str(), it.task, it.progress),
+            Body::PositionUpdate { task, progress, .. } => ("", Some(*task), *progress),
+            Body::Withdrawal(_) => ("", None, 0),
+        };
+        MessageRow {
+            t_ms: now,
+            receiver: self.robot(GOLD),
+            sender: self.robot(broadcast.sender),
+            incarnation: broadcast.incarnation,
+            seq: Some(broadcast.seq),
+            kind: broadcast.body.kind().as_str().to_owned(),
+            state: state.to_owned(),
+            since_ms: None,
+            behavior_set: String::new(),
+            task: task.map_or_else(String::new, |task| self.catalog.task_name(task).to_owned()),
+            progress: Some(progress),
+            sent_ms: broadcast.sent,
+            fate: fate.to_owned(),
+        }
+    }
+}
+
+fn joined(robot: String, now: SimTime) -> EventRow {
+    EventRow {
+        t_ms: now,
+        kind: "joined".to_owned(),
+        robot,
+        subject: String::new(),
+        reason: String::new(),
+        detail: String::new(),
+    }
+}
+
+#[test]
+fn both_calculations_agree_on_whatever_is_said() {
+    let mut resets = 0;
+    for seed in 0..400 {
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let setup = random_setup(&mut chance);
+        let rows = Rows {
+            setup: &setup,
+            catalog: Catalog::of(&setup.scenario),
+        };
+        let mut engine = Engine::new(GOLD, &setup);
+        let mut events = vec![joined(rows.robot(GOLD), SimTime::ZERO)];
+        let (mut motivations, mut messages) = (Vec::new(), Vec::new());
+        let talkative = chance.random_range(0.05..0.9);
+        for step in 0..300 {
+            let now = SimTime(STEP_MS * step);
+            if chance.random_bool(0.005) {
+                engine = Engine::new(GOLD, &setup);
+                events.push(joined(rows.robot(GOLD), now));
+            }
+            let mut heard = Vec::new();
+            while chance.random_bool(talkative) {
+                heard.push(random_message(&mut chance, now));
+            }
+            heard.sort_by_key(|it| (it.sender, it.incarnation, it.seq));
+            for broadcast in &heard {
+                let fate = ["heard", "delayed"][chance.random_range(0..2)];
+                messages.push(rows.message(now, broadcast, fate));
+                // What was not heard changes nothing.
+                let fate = ["dropped", "cut", "lost", "pending", "duplicate"];
+                let unheard = random_message(&mut chance, now);
+                messages.push(rows.message(now, &unheard, fate[chance.random_range(0..5)]));
+            }
+            let applicable: Vec<bool> = (0..4).map(|_| chance.random_bool(0.99)).collect();
+            let output = engine.step(&StepInput {
+                now,
+                heard: &heard,
+                applicable: &applicable,
+                progressed: &[],
+            });
+            resets += output
+                .motivations
+                .iter()
+                .filter(|row| !row.impatience_reset)
+                .count();
+            motivations.extend(
+                output
+                    .motivations
+                    .iter()
+                    .map(|row| rows.motivation(now, row)),
+            );
+        }
+        let comparison = compare(&setup.alliance, &motivations, &messages, &events);
+        assert_eq!(comparison.rows, 300 * 4);
+        assert_eq!(
+            comparison.mismatches,
+            [],
+            "seed {seed}, {:#?}",
+            setup.alliance.switches
+        );
+    }
+    assert!(resets > 1000, "{resets}");
+}

@@ -1,0 +1,158 @@
+//! Every row of motivations.csv is what the formulas give for what the run's log says was heard: the independent calculation
+//! of `alliance_tests::recompute` against the robots' own.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
+use alliance_tests::mishaps::{self, Rates};
+use alliance_tests::recompute::{Comparison, compare, recompute};
+use launch::in_process::Team as InProcess;
+use launch::scenarios::builtins;
+use world_server::recorder::{
+    Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, Recorder, RunLog,
+};
+
+use crate::harness::Lab;
+use crate::team::Team;
+
+const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
+const ORDERS: [StepOrder; 2] = [StepOrder::Simultaneous, StepOrder::InOrder];
+
+/// All built-in scenarios, with every preset in every order of steps.
+fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
+    let mut setups = Vec::new();
+    for builtin in builtins() {
+        for preset in PRESETS {
+            for order in ORDERS {
+                let mut scenario = Scenario::parse(&builtin.file_name(), builtin.text).unwrap();
+                scenario.limit_s = limit_s;
+                scenario.alliance.preset = preset;
+                scenario.alliance.switches.step_order = Some(order);
+                setups.push(Setup::resolve(scenario, seed, None).unwrap().setup);
+            }
+        }
+    }
+    setups
+}
+
+/// The log of a run in memory.
+pub fn log_of(recorder: Recorder<Memory>) -> RunLog {
+    let memory = recorder.into_sink();
+    let run = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+    RunLog::from_tables(Path::new("memory"), run, memory.tables)
+}
+
+#[track_caller]
+fn assert_no_mismatch(comparison: &Comparison, of: &str) {
+    assert!(comparison.rows > 0, "{of} has no rows");
+    assert!(
+        comparison.mismatches.is_empty(),
+        "{} of {} rows of {of} differ, the first of them: {:#?}",
+        comparison.mismatches.len(),
+        comparison.rows,
+        comparison.mismatches[0]
+    );
+}
+
+fn name_of(setup: &Setup) -> String {
+    let alliance = &setup.scenario.alliance;
+    format!(
+        "{} with {:?}, {}, seed {}",
+        setup.scenario.name,
+        alliance.preset,
+        setup.alliance.switches.step_order.as_str(),
+        setup.seed
+    )
+}
+
+#[test]
+fn every_row_of_every_scenario_preset_and_order() {
+    for setup in all_setups(400.0, 1) {
+        let name = name_of(&setup);
+        let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
+        let (_, recorder) = team.run().unwrap();
+        assert_no_mismatch(&recompute(&log_of(recorder)).unwrap(), &name);
+    }
+}
+
+#[test]
+fn every_row_when_robots_die_return_and_stall_and_broadcasts_get_lost() {
+    let rates = Rates {
+        loss: 0.2,
+        death: 0.002,
+        stall: 0.002,
+        back: 0.01,
+    };
+    for (seed, setup) in (1..).zip(all_setups(400.0, 2)) {
+        let name = name_of(&setup);
+        let log = log_of(mishaps::run(&setup, rates, seed).unwrap());
+        assert_no_mismatch(&recompute(&log).unwrap(), &name);
+
+        // All that was to happen did happen.
+        let events: Vec<EventRow> = log.rows().unwrap();
+        let kinds: BTreeSet<&str> = events.iter().map(|row| row.kind.as_str()).collect();
+        for kind in ["gone", "joined", "stalled", "back", "lost"] {
+            assert!(kinds.contains(kind), "no '{kind}' in {name}");
+        }
+        let lives = events.iter().filter(|row| row.kind == "joined").count();
+        assert!(lives > setup.scenario.robots.len(), "{name}");
+    }
+}
+
+/// A calculation that called everything right would prove nothing.
+#[test]
+fn a_wrong_row_and_an_unheard_message_are_noticed() {
+    let setup = all_setups(100.0, 1).swap_remove(0);
+    let alliance = setup.alliance.clone();
+    let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let log = log_of(team.run().unwrap().1);
+    let motivations: Vec<MotivationRow> = log.rows().unwrap();
+    let messages: Vec<MessageRow> = log.rows().unwrap();
+    let events: Vec<EventRow> = log.rows().unwrap();
+
+    type Change = fn(&mut MotivationRow);
+    let changes: [Change; 5] = [
+        |row| row.motivation += 1e-12,
+        |row| row.impatience /= 2.0,
+        |row| row.activity_suppression ^= true,
+        |row| row.impatience_reset ^= true,
+        |row| row.acquiescence ^= true,
+    ];
+    for change in changes {
+        let mut rows = motivations.clone();
+        change(&mut rows[1234]);
+        let mismatches = compare(&alliance, &rows, &messages, &events).mismatches;
+        assert_eq!(
+            mismatches.len(),
+            1,
+            "the calculation goes on from its own values"
+        );
+        assert_eq!(mismatches[0].calculated, motivations[1234]);
+    }
+
+    let first = messages.iter().position(|row| row.state == "executing");
+    let mut rest = messages.clone();
+    rest.remove(first.unwrap());
+    assert!(
+        !compare(&alliance, &motivations, &rest, &events)
+            .mismatches
+            .is_empty()
+    );
+}
+
+/// The same of processes, one of which is killed and comes back.
+#[test]
+fn every_row_of_a_run_by_processes_with_a_real_kill() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "60x", "--limit", "10000"]);
+    team.wait_for_row("events.csv", &[",picked,"]);
+    team.kill("gold");
+    team.wait_for_row("events.csv", &[",gone,gold,"]);
+    let agent = team.restart("gold");
+    team.wait().expect(0);
+    agent.wait().expect(0);
+    let log = lab.log("run");
+    assert_eq!(log.run.result.robots["gold"].lives, 2);
+    assert_no_mismatch(&recompute(&log).unwrap(), "a run with a kill");
+}

@@ -1,0 +1,161 @@
+//! A team in one process to which everything happens: robots die, come back, fall silent, and broadcasts get lost.
+//!
+//! All by a seed, and as processes would do it: a death before or after the report of a tick, a report that comes too late,
+//! a broadcast that never arrives.
+
+use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::{Report, TickMessage};
+use alliance_proto::time::SimTime;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use robot_agent::agent::{Agent, TentativeAgent};
+use robot_agent::radio::Radio;
+use world_server::recorder::{LogLevel, Memory, RecordError, Recorder};
+use world_server::simulation::Simulation;
+
+/// How often things happen, as probabilities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rates {
+    /// That a broadcast does not arrive at a receiver.
+    pub loss: f64,
+    /// That a robot dies in a tick.
+    pub death: f64,
+    /// That a robot falls silent in a tick.
+    pub stall: f64,
+    /// That a robot that is dead or silent comes back in a tick.
+    pub back: f64,
+}
+
+/// Runs a mission to its end. At least one robot always takes part.
+///
+/// # Errors
+/// Never: memory takes everything.
+pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, RecordError> {
+    let mut recorder = Recorder::new(setup, LogLevel::Full, Memory::default())?;
+    let mut team = Team {
+        simulation: Simulation::new(setup.clone()),
+        members: Vec::new(),
+        step: SimTime(setup.scenario.step_ms),
+        rates,
+        chance: ChaCha8Rng::seed_from_u64(seed),
+    };
+    for robot in &setup.scenario.robots {
+        let member = team.join(&robot.name);
+        team.members.extend(member);
+    }
+    loop {
+        team.tick(&mut recorder)?;
+        if let Some(outcome) = team.simulation.outcome() {
+            recorder.finish(outcome, team.simulation.is_unscripted())?;
+            return Ok(recorder);
+        }
+    }
+}
+
+struct Team {
+    simulation: Simulation,
+    /// By rank.
+    members: Vec<Member>,
+    step: SimTime,
+    rates: Rates,
+    chance: ChaCha8Rng,
+}
+
+struct Member {
+    incarnation: Incarnation,
+    agent: TentativeAgent,
+    radio: Radio,
+    state: State,
+}
+
+enum State {
+    Alive,
+    Dead,
+    /// Silent; what it will say when it speaks again.
+    Silent(Box<Report>),
+}
+
+impl Team {
+    /// A new life of a robot.
+    fn join(&mut self, name: &str) -> Option<Member> {
+        let (robot, incarnation, _) = self.simulation.invite(name).ok()?;
+        self.simulation.arrive(robot, incarnation);
+        let agent = Agent::new(robot, incarnation, self.simulation.setup());
+        Some(Member {
+            incarnation,
+            agent: TentativeAgent::new(agent),
+            radio: Radio::default(),
+            state: State::Alive,
+        })
+    }
+
+    fn tick(&mut self, recorder: &mut Recorder<Memory>) -> Result<(), RecordError> {
+        self.come_back();
+        while !self.simulation.is_complete() {
+            for (robot, message) in self.simulation.questions() {
+                self.ask(robot, &message);
+            }
+        }
+        self.simulation.finish(recorder)
+    }
+
+    fn come_back(&mut self) {
+        for rank in 0..self.members.len() {
+            if !self.chance.random_bool(self.rates.back) {
+                continue;
+            }
+            match std::mem::replace(&mut self.members[rank].state, State::Alive) {
+                State::Alive => {}
+                State::Silent(report) => {
+                    self.simulation.report(*report);
+                }
+                State::Dead => {
+                    let name = self.simulation.setup().scenario.robots[rank].name.clone();
+                    match self.join(&name) {
+                        Some(member) => self.members[rank] = member,
+                        None => self.members[rank].state = State::Dead,
+                    }
+                }
+            }
+        }
+    }
+
+    fn ask(&mut self, robot: RobotId, message: &TickMessage) {
+        let member = &mut self.members[robot.index()];
+        let heard = member
+            .radio
+            .listen(&message.manifest, message.now, self.step);
+        let step = member.agent.step(message, heard);
+        // Broadcasts are on the air before the report, whatever becomes of it.
+        for broadcast in step.broadcasts {
+            for (rank, teammate) in self.members.iter_mut().enumerate() {
+                if rank != robot.index() && !self.chance.random_bool(self.rates.loss) {
+                    teammate.radio.receive(broadcast.clone());
+                }
+            }
+        }
+        let dies = self.can_spare(robot) && self.chance.random_bool(self.rates.death);
+        let stalls = self.can_spare(robot) && self.chance.random_bool(self.rates.stall);
+        let member = &mut self.members[robot.index()];
+        if dies {
+            member.state = State::Dead;
+            if self.chance.random_bool(0.5) {
+                self.simulation.report(step.report);
+            }
+            self.simulation.gone(robot, member.incarnation);
+        } else if stalls {
+            member.state = State::Silent(Box::new(step.report));
+            self.simulation.stall(robot);
+        } else {
+            self.simulation.report(step.report);
+        }
+    }
+
+    /// Whether somebody else would go on.
+    fn can_spare(&self, robot: RobotId) -> bool {
+        let mut others = self.members.iter().enumerate();
+        others.any(|(rank, it)| rank != robot.index() && matches!(it.state, State::Alive))
+    }
+}
