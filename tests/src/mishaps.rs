@@ -6,7 +6,6 @@
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Report, TickMessage};
-use alliance_proto::time::SimTime;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -35,9 +34,8 @@ pub struct Rates {
 pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, RecordError> {
     let mut recorder = Recorder::new(setup, LogLevel::Full, Memory::default())?;
     let mut team = Team {
-        simulation: Simulation::new(setup.clone()),
+        simulation: Simulation::new(setup.clone(), true),
         members: Vec::new(),
-        step: SimTime(setup.scenario.step_ms),
         rates,
         chance: ChaCha8Rng::seed_from_u64(seed),
     };
@@ -48,7 +46,8 @@ pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, R
     loop {
         team.tick(&mut recorder)?;
         if let Some(outcome) = team.simulation.outcome() {
-            recorder.finish(outcome, team.simulation.is_unscripted())?;
+            let faults = team.simulation.faults();
+            recorder.finish(outcome, team.simulation.is_unscripted(), faults)?;
             return Ok(recorder);
         }
     }
@@ -58,7 +57,6 @@ struct Team {
     simulation: Simulation,
     /// By rank.
     members: Vec<Member>,
-    step: SimTime,
     rates: Rates,
     chance: ChaCha8Rng,
 }
@@ -124,10 +122,8 @@ impl Team {
 
     fn ask(&mut self, robot: RobotId, message: &TickMessage) {
         let member = &mut self.members[robot.index()];
-        let heard = member
-            .radio
-            .listen(&message.manifest, message.now, self.step);
-        let step = member.agent.step(message, heard);
+        let arrived = member.radio.collect(&message.manifest);
+        let step = member.agent.step(message, arrived);
         // Broadcasts are on the air before the report, whatever becomes of it.
         for broadcast in step.broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {

@@ -224,7 +224,8 @@ async fn declare_ears(
             let form = Form::of(&sample.encoding().to_string());
             let attachment = sample.attachment().map(|seal| seal.to_bytes());
             // Whoever puts wants no answer.
-            let _ = lock(&shared).control(form, &sample.payload().to_bytes(), attachment.as_deref());
+            let _ =
+                lock(&shared).control(form, &sample.payload().to_bytes(), attachment.as_deref());
         })
         .background()
         .await?;
@@ -233,7 +234,11 @@ async fn declare_ears(
     session
         .declare_queryable(keys.control())
         .callback(move |query| {
-            let form = Form::of(&query.encoding().map_or_else(String::new, ToString::to_string));
+            let form = Form::of(
+                &query
+                    .encoding()
+                    .map_or_else(String::new, ToString::to_string),
+            );
             let payload = query.payload().map(|payload| payload.to_bytes());
             let attachment = query.attachment().map(|seal| seal.to_bytes());
             let answer = lock(&shared).control(

@@ -152,6 +152,7 @@ impl Made {
             hash: None,
             outcome: self.outcome,
             unscripted: false,
+            faults: Vec::new(),
             result: self.figures.clone(),
             setup: self.history.setup.clone(),
         };

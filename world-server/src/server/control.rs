@@ -1,10 +1,10 @@
 //! What operators ask of a run on the control topic.
 
+use alliance_proto::control::wire::{Form, Wire, WireError, Written};
 use alliance_proto::control::{
     AgentState, ClockCommand, ClockStatus, Command, Phase, Reply, Request, RobotStatus, SetStatus,
     Status,
 };
-use alliance_proto::control::wire::{Form, Wire, WireError, Written};
 use alliance_proto::ids::RobotId;
 use alliance_proto::telemetry::SetState;
 use tokio::time::Instant;
