@@ -9,6 +9,7 @@ mod closed_loop;
 mod control_python;
 mod differential;
 mod ends;
+mod faults;
 mod golden;
 mod harness;
 mod hostile;

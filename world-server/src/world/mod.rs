@@ -194,9 +194,6 @@ impl World {
         self.space.add(obstacle)
     }
 
-    /// stub
-    pub fn set_present(&mut self, _robot: RobotId, _present: bool) {}
-
     /// Simulated time: that of the readings, and of the commands of the next step.
     #[must_use]
     pub fn now(&self) -> SimTime {
