@@ -30,6 +30,10 @@ pub fn builtins() -> &'static [Builtin] {
             text: include_str!("../scenarios/thesis-no-interruption.toml"),
         },
         Builtin {
+            name: "thesis-trapped-robot",
+            text: include_str!("../scenarios/thesis-trapped-robot.toml"),
+        },
+        Builtin {
             name: "parker-specialised",
             text: include_str!("../scenarios/parker-specialised.toml"),
         },

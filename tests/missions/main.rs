@@ -24,3 +24,4 @@ mod story;
 mod superseded;
 mod team;
 mod thesis;
+mod trapped;
