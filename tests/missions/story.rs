@@ -157,10 +157,9 @@ impl Story {
     #[track_caller]
     pub fn first_heard(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
         let mut rows = self.messages.iter();
-        let row = rows
-            .find(|row| row.receiver == receiver && row.sender == sender && row.task == task)
-            .unwrap();
-        row.t_ms
+        let heard = |row: &&MessageRow| row.receiver == receiver && row.fate == "heard";
+        let row = rows.find(|row| heard(row) && row.sender == sender && row.task == task);
+        row.unwrap().t_ms
     }
 
     /// The progress reports.
