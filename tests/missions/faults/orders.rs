@@ -94,7 +94,7 @@ fn what_is_ordered_is_listed_cleared_and_in_the_log() {
     refused(
         &lab,
         &["fault", "kill", "glod"],
-        "alliance fault: fault.kill: the scenario has no robot 'glod'; there are blue, gold, green",
+        "alliance fault: fault.kill: the scenario has no robot 'glod'; did you mean 'gold'? (there are blue, gold, green)",
     );
     refused(
         &lab,

@@ -126,7 +126,7 @@ fn a_difference_is_named_by_tick_robot_and_field() {
     let line = finished.stderr.trim_end();
     assert!(
         line.starts_with(
-            "differs first in tick 0 (0.000 s): gold motivations, motivations.csv: motivation"
+            "differs first in tick 0 (0.000 s): gold motivations, motivations.csv: impatience"
         ),
         "{line}"
     );
