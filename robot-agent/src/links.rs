@@ -101,8 +101,10 @@ impl Links {
     /// What the robot hears in this tick. `arrived` has a place for each broadcast of the manifest, in its order; `None` is one
     /// that has not arrived.
     pub fn hear(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Heard {
+        // Before others are added, which are due later.
+        let copies = std::mem::take(&mut self.copies);
         let mut late = self.ripen(tick);
-        for copy in std::mem::take(&mut self.copies) {
+        for copy in copies {
             // Of a copy that came while the robot took no part nothing is left to say.
             if copy.at == tick.now {
                 late.receptions.push(copy);

@@ -92,11 +92,14 @@ fn killed_paused_terminated_and_restarted_by_the_timeline() {
 #[test]
 fn a_kill_by_an_event_comes_before_the_team_hears_of_it() {
     let lab = Lab::new();
+    // Blue is the one whom the clean-up interests first.
     let scenario = r#"
         [[faults.timeline]]
         id = "k"
         fault.kill = "blue"
         when = "blue activates move-spill(top)"
+        [alliance.robots.blue.sets."move-spill(top)"]
+        fast_impatience = 20.0
     "#;
     for order in ["simultaneous", "in-order"] {
         for seed in ["1", "2", "3"] {
