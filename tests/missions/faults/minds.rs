@@ -59,13 +59,19 @@ fn without_its_side_sensor_blue_goes_on_with_wander() {
 
 /// How far the border that a PositionUpdate tells is from the real one, m.
 fn error_m(update: &EventRow) -> f32 {
-    let numbers = update.detail.replace(['[', ']', ','], " ").replace("to", " ");
+    let numbers = update
+        .detail
+        .replace(['[', ']', ','], " ")
+        .replace("to", " ");
     let told: Vec<f32> = numbers
         .split_whitespace()
         .map(|number| number.parse().unwrap())
         .collect();
     let real = [0.0, 0.0, 12.0, 9.0];
-    let errors = told.iter().zip(real).map(|(told, real)| (told - real).abs());
+    let errors = told
+        .iter()
+        .zip(real)
+        .map(|(told, real)| (told - real).abs());
     errors.fold(0.0, f32::max)
 }
 
