@@ -81,7 +81,7 @@ fn wrong_locations_are_found_out_and_withdrawn() {
     for (name, mode, from, to) in [
         ("biased", "{ bias = { m = 1.5 } }", 5.0, 75.0),
         ("noisy", "{ noise = { m = 1.0 } }", 5.0, 75.0),
-        ("stuck", "\"stuck\"", 18.0, 75.0),
+        ("stuck", "\"stuck\"", 40.0, 75.0),
     ] {
         let seconds = to - from;
         let scenario = format!(
