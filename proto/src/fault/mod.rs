@@ -14,7 +14,7 @@ mod check;
 mod order;
 mod radio;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod text;
 mod when;
 
