@@ -1,5 +1,13 @@
 //! Faults as the world sees them (DESIGN §6). Pure.
 //!
 //! - [`schedule`]: when they begin and end.
+//! - [`sensors`], [`actuators`]: what stands between a robot's mind and its body while they are in force.
+//! - [`campaign`]: random faults, as orders for the schedule. `luck`: what chance does to all of them.
+//!
+//! Faults of the world itself are [interruptions](crate::interruption).
 
+pub mod actuators;
+pub mod campaign;
+mod luck;
 pub mod schedule;
+pub mod sensors;
