@@ -140,7 +140,7 @@ fn refused(json: &str, line: &str) {
 fn mistakes_say_where_what_and_what_would_be_right() {
     refused(
         r#"{"fault":{"kill":"glod"}}"#,
-        "fault.kill: the scenario has no robot 'glod'; there are blue, gold, green",
+        "fault.kill: the scenario has no robot 'glod'; did you mean 'gold'? (there are blue, gold, green)",
     );
     refused(
         r#"{"fault":{"add":"gold"}}"#,
