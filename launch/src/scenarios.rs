@@ -26,6 +26,18 @@ pub fn builtins() -> &'static [Builtin] {
             text: include_str!("../scenarios/waste-cleanup.toml"),
         },
         Builtin {
+            name: "thesis-no-interruption",
+            text: include_str!("../scenarios/thesis-no-interruption.toml"),
+        },
+        Builtin {
+            name: "thesis-trapped-robot",
+            text: include_str!("../scenarios/thesis-trapped-robot.toml"),
+        },
+        Builtin {
+            name: "parker-specialised",
+            text: include_str!("../scenarios/parker-specialised.toml"),
+        },
+        Builtin {
             name: "reference",
             text: include_str!("../scenarios/reference.toml"),
         },

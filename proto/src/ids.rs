@@ -52,6 +52,13 @@ impl SetId {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ItemId(pub u32);
 
+/// As the log has it: `item-7`.
+impl fmt::Display for ItemId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "item-{}", self.0)
+    }
+}
+
 /// Life of a robot's agent, counted by the world from 1; a restarted agent gets the next one.
 pub type Incarnation = u32;
 

@@ -34,7 +34,7 @@ pub struct ItemCounts {
 }
 
 impl ItemCounts {
-    /// All items, which is the same number from start to end.
+    /// All items: none is ever lost or doubled, and only the fault `waste` adds any.
     #[must_use]
     pub fn total(&self) -> u32 {
         self.in_spills + self.carried + self.on_floor + self.delivered

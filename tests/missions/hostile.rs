@@ -4,6 +4,9 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex};
 
 use alliance_proto::codec::{LIMIT_BYTES, encode};
+use alliance_proto::control::{Command, Request};
+use alliance_proto::event::EventNews;
+use alliance_proto::fault::{Fault, Order};
 use alliance_proto::ids::RobotId;
 use alliance_proto::join::{JoinRequest, PROTOCOL_VERSION};
 use alliance_proto::keys::Keys;
@@ -17,6 +20,7 @@ use alliance_proto::time::SimTime;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use zenoh::bytes::Encoding;
 use zenoh::qos::CongestionControl;
 use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
@@ -100,19 +104,21 @@ impl Stranger {
             .wait()
             .unwrap();
         // Asked like the world, it answers noise, and keeps the request.
-        let (heard, key) = (Arc::clone(&captured), keys.join());
-        session
-            .declare_queryable(keys.join())
-            .complete(true)
-            .allowed_origin(Locality::Remote)
-            .callback(move |query| {
-                let request = query.payload().map(|payload| payload.to_bytes());
-                keep(&heard, &key, request.as_deref().unwrap_or_default());
-                let _ = query.reply(&key, vec![7; 40]).wait();
-            })
-            .background()
-            .wait()
-            .unwrap();
+        for key in [keys.join(), keys.control()] {
+            let heard = Arc::clone(&captured);
+            session
+                .declare_queryable(key.clone())
+                .complete(true)
+                .allowed_origin(Locality::Remote)
+                .callback(move |query| {
+                    let request = query.payload().map(|payload| payload.to_bytes());
+                    keep(&heard, &key, request.as_deref().unwrap_or_default());
+                    let _ = query.reply(&key, vec![7; 40]).wait();
+                })
+                .background()
+                .wait()
+                .unwrap();
+        }
         let tokens = Arc::new(Mutex::new(Vec::new()));
         let seen = Arc::clone(&tokens);
         session
@@ -135,7 +141,13 @@ impl Stranger {
 
     /// Every key that carries messages.
     fn all_keys(&self) -> Vec<String> {
-        let mut keys = vec![self.keys.join(), self.keys.process(), self.keys.view()];
+        let mut keys = vec![
+            self.keys.join(),
+            self.keys.process(),
+            self.keys.control(),
+            self.keys.event(),
+            self.keys.view(),
+        ];
         for robot in ROBOTS {
             keys.push(self.keys.tick(robot));
             keys.push(self.keys.report(robot));
@@ -147,7 +159,9 @@ impl Stranger {
     /// Puts one message of that kind on that key.
     fn put(&mut self, kind: Kind, key: &str) {
         let payload = self.make(kind, key);
-        if key == self.keys.join() {
+        if key == self.keys.control() {
+            self.put_request(kind, key, payload);
+        } else if key == self.keys.join() {
             let asked = self.session.get(key).payload(payload).callback(|_| {});
             asked.wait().unwrap();
         } else {
@@ -156,6 +170,43 @@ impl Stranger {
                 .congestion_control(CongestionControl::Block)
                 .wait()
                 .unwrap();
+        }
+    }
+
+    /// Puts a request on the control topic, in one of its forms, or asks with it.
+    fn put_request(&mut self, kind: Kind, key: &str, mut payload: Vec<u8>) {
+        let is_json: bool = self.rng.random();
+        let mut seal = None;
+        if is_json {
+            if matches!(kind, Kind::Forged | Kind::Mad) {
+                payload = serde_json::to_vec(&self.request()).unwrap();
+            }
+            seal = match kind {
+                Kind::Mad => Some(self.secret.mark_text(key, &payload)),
+                Kind::Forged => Some("0".repeat(64)),
+                _ => None,
+            };
+        }
+        let encoding = if is_json {
+            Encoding::APPLICATION_JSON
+        } else {
+            Encoding::ZENOH_BYTES
+        };
+        if self.rng.random() {
+            let asked = self.session.get(key).payload(payload).encoding(encoding);
+            asked.attachment(seal).callback(|_| {}).wait().unwrap();
+        } else {
+            let put = self.session.put(key, payload).encoding(encoding);
+            let put = put.congestion_control(CongestionControl::Block);
+            put.attachment(seal).wait().unwrap();
+        }
+    }
+
+    /// A request that the world has to refuse.
+    fn request(&mut self) -> Request {
+        Request {
+            nonce: format!("{:x}", self.rng.random::<u64>()),
+            command: Command::Fault(Order::now(Fault::Kill("nobody".to_owned()))),
         }
     }
 
@@ -227,6 +278,16 @@ impl Stranger {
                 nonce: self.rng.random(),
             };
             return encode(&request).unwrap();
+        }
+        if key == self.keys.control() {
+            return encode(&self.request()).unwrap();
+        }
+        if key == self.keys.event() {
+            let news = EventNews {
+                tick,
+                events: Vec::new(),
+            };
+            return encode(&news).unwrap();
         }
         if key == self.keys.process() {
             let news = ProcessNews {
@@ -381,6 +442,10 @@ fn mission_under_fire(
     stranger.juggle_tokens();
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
+    // Something true to put again.
+    for _ in 0..3 {
+        lab.run(&["status", "--json"]).expect(0);
+    }
     while world.is_running() {
         fire(&mut stranger);
         for process in agents.iter().chain([&world]) {
@@ -430,6 +495,7 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
             ("join", put["join"]),
             ("process", put["process"]),
             ("report", put["report"]),
+            ("control", put["control"]),
             ("token", 1),
         ] {
             // What is larger than the bus carries does not arrive, what was put when the run ended came too late, and a

@@ -63,6 +63,10 @@ fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
         );
         team.wait_for_row("events.csv", &[",delivered,"]);
         let early = holdings(team.pid("world")).unwrap();
+        let mut young: Vec<Option<Holdings>> = robots
+            .iter()
+            .map(|robot| holdings(team.pid(robot)))
+            .collect();
         let mut restarted = Vec::new();
         let mut lives = [1; 3];
         let mut late = early;
@@ -75,6 +79,18 @@ fn missions_in_a_row_with_kills_and_restarts_leave_nothing_and_grow_nothing() {
             let joined = format!("incarnation {}", lives[victim]);
             team.wait_for_row("events.csv", &[",joined,", robots[victim], &joined]);
             late = holdings(team.pid("world")).unwrap_or(late);
+            young[victim] = holdings(team.pid(robots[victim]));
+        }
+        // The agents that live now have done so for a while, or a little longer.
+        team.go_on(Duration::from_millis(200));
+        for (robot, young) in robots.iter().zip(&young) {
+            if let (Some(young), Some(old)) = (young, holdings(team.pid(robot))) {
+                assert!(
+                    old.memory_kib <= young.memory_kib + LEVEL_KIB
+                        && old.descriptors <= young.descriptors + 2,
+                    "seed {seed}, {robot}: {young:?} -> {old:?}"
+                );
+            }
         }
         let processes: Vec<u32> = ["world", "blue", "gold", "green"]
             .map(|name| team.pid(name))

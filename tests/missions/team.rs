@@ -57,6 +57,16 @@ impl<'l> Team<'l> {
         kill(Pid::from_raw(self.pid(name) as i32), signal).unwrap();
     }
 
+    /// Sends a signal to a robot's first process, which may have ended.
+    pub fn try_signal(&self, name: &str, signal: Signal) {
+        let _ = kill(Pid::from_raw(self.pid(name) as i32), signal);
+    }
+
+    /// Whether the run has not ended yet.
+    pub fn is_running(&mut self) -> bool {
+        self.launcher.is_running()
+    }
+
     /// Kills a robot and waits until its process is gone.
     pub fn kill(&self, name: &str) {
         self.signal(name, Signal::SIGKILL);

@@ -222,7 +222,7 @@ impl WorldArgs {
             .enable_all()
             .build()
             .context("starting the runtime")?;
-        let finished = runtime.block_on(serve(setup, &options))?;
+        let finished = runtime.block_on(serve(setup, &options, Vec::new()))?;
         tracing::info!(
             outcome = finished.outcome.as_str(),
             folder = %options.folder.display(),

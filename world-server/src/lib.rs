@@ -1,7 +1,8 @@
 //! The world-server: physics, sensing and the step clock, and the process they live in.
 //!
 //! Pure, from the inside out:
-//! - [`world`]: components, movement, sensors, waste.
+//! - [`world`]: components, movement, sensors, waste. [`interruption`]: what changes it from outside.
+//! - [`faults`]: when they begin and end, and what they make of readings and commands.
 //! - [`barrier`]: who takes part in a tick, which reports count, who hears what; [`input`]: what came from outside.
 //! - [`simulation`]: world and barrier together, a run tick by tick.
 //! - [`recorder`]: the run's log and hash.
@@ -13,6 +14,7 @@ pub mod args;
 pub mod barrier;
 pub mod faults;
 pub mod input;
+pub mod interruption;
 pub mod pace;
 pub mod process;
 pub mod recorder;

@@ -21,6 +21,7 @@ use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
+use crate::interruption::InterruptionHandler;
 use crate::pace::{Pace, Speed};
 use crate::recorder::{Folder, LogLevel, RecordError, Recorder};
 use crate::server::{Bus, Ended, Publishers, Server, lock};
@@ -83,11 +84,16 @@ pub enum WorldError {
     System(#[from] std::io::Error),
 }
 
-/// Runs a mission to its end: listens, waits for the robots, steps the clock, writes the log.
+/// Runs a mission to its end: listens, waits for the robots, steps the clock, writes the log. `handlers` are an experiment's
+/// own interruption handlers.
 ///
 /// # Errors
 /// Any [`WorldError`].
-pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldError> {
+pub async fn serve(
+    setup: Setup,
+    options: &Options,
+    handlers: Vec<Box<dyn InterruptionHandler>>,
+) -> Result<Finished, WorldError> {
     let started = Instant::now();
     let recorder = Recorder::new(&setup, options.log, Folder::create(&options.folder)?)?;
     let keys = Keys::new(&options.run);
@@ -96,8 +102,12 @@ pub async fn serve(setup: Setup, options: &Options) -> Result<Finished, WorldErr
     let publishers = declare_publishers(&session, &keys, &setup).await?;
     let (ended, end) = oneshot::channel();
     let pace = Pace::new(options.speed, setup.scenario.step_ms, started);
+    let mut simulation = Simulation::new(setup, options.launched);
+    for handler in handlers {
+        simulation.add_handler(handler);
+    }
     let server = Server::new(
-        Simulation::new(setup, options.launched),
+        simulation,
         recorder,
         Bus {
             run: options.run.clone(),

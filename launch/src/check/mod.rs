@@ -2,7 +2,7 @@
 //!
 //! - [`forecast`]: when sets activate, take over, yield and give up, in closed form;
 //! - [`work`]: how long a unit of work takes, estimated from the room;
-//! - [`warnings`]: parameters that do not go together;
+//! - [`mod@warnings`]: parameters that do not go together;
 //! - `show`: the same as a table for people or JSON for programs.
 
 pub mod forecast;

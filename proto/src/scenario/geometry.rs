@@ -20,7 +20,8 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         f64::from(scenario.room.height_m),
     );
     let solid = scenario.body.robot_penetrability <= SOLID;
-    let count = scenario.robots.len();
+    // Those that are absent at first stand in nobody's way, and come when there is room for them.
+    let count = scenario.robots.iter().filter(|robot| !robot.absent).count();
     let side_by_side = if solid { count as f64 } else { 1.0 };
     if diameter >= width.min(height) || side_by_side * diameter * diameter > width * height {
         let room = &scenario.room;
@@ -70,7 +71,9 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
                 ));
             }
         }
-        starts.push((x, y, index));
+        if !robot.absent {
+            starts.push((x, y, index));
+        }
     }
     if solid {
         apart(scenario, starts, diameter)

@@ -8,6 +8,7 @@ use super::catalog::Catalog;
 use super::error::{Problem, instead};
 use super::path::Path;
 use super::{Scenario, Waste};
+use crate::fault::Campaign;
 use crate::keys::is_name;
 
 /// Most robots of a scenario. Each has values toward each other, so that the values in force grow with the square: 25 MB of
@@ -17,6 +18,8 @@ const MAX_ROBOTS: usize = 500;
 const MAX_SPILLS: usize = 100;
 /// Most items of a spill.
 const MAX_ITEMS: u32 = 1000;
+/// Most random faults that a mission may be expected to see.
+const MAX_RANDOM_FAULTS: f64 = 1e5;
 
 /// The numbers that a key may have.
 struct Range {
@@ -199,6 +202,11 @@ fn waste(waste: &Waste) -> Result<(), Problem> {
 fn robots(scenario: &Scenario) -> Result<(), Problem> {
     let robots = Path::of(["robots"]);
     named(&robots, names(scenario), MAX_ROBOTS)?;
+    if scenario.robots.iter().all(|robot| robot.absent) {
+        let what = "all robots are absent";
+        let remedy = "let at least one be there from the start";
+        return Err(Problem::at(robots, what, remedy));
+    }
     for (index, robot) in scenario.robots.iter().enumerate() {
         let Some(start) = &robot.start else { continue };
         let at = robots.index(index).key("start");
@@ -242,6 +250,49 @@ fn faults(scenario: &Scenario) -> Result<(), Problem> {
             let what = format!("'{id}' is already the id of faults.timeline[{first}]");
             return Err(Problem::at(at.key("id"), what, "give each its own id"));
         }
+        if let Some(id) = &order.id
+            && id.starts_with(Campaign::ID_PREFIX)
+            && scenario.faults.random.is_some()
+        {
+            let prefix = Campaign::ID_PREFIX;
+            let what = format!("'{id}' may become the id of a random fault");
+            let remedy = format!("let it not begin with '{prefix}'");
+            return Err(Problem::at(at.key("id"), what, remedy));
+        }
+    }
+    match &scenario.faults.random {
+        Some(campaign) => random_faults(scenario, campaign),
+        None => Ok(()),
+    }
+}
+
+fn random_faults(scenario: &Scenario, campaign: &Campaign) -> Result<(), Problem> {
+    let at = Path::of(["faults", "random"]);
+    TIME.check(at.key("mtbf_s"), campaign.mtbf_s)?;
+    TIME.check(at.key("mttr_s"), campaign.mttr_s)?;
+    let mix = &campaign.mix;
+    let weights = [
+        ("kill", mix.kill),
+        ("pause", mix.pause),
+        ("link", mix.link),
+        ("sensor", mix.sensor),
+        ("actuator", mix.actuator),
+        ("power", mix.power),
+        ("babble", mix.babble),
+    ];
+    for (kind, weight) in weights {
+        closed(0.0, 1e6, "").check(at.key("mix").key(kind), weight)?;
+    }
+    if weights.iter().all(|(_, weight)| *weight == 0.0) {
+        let what = "no kind of fault is left";
+        return Err(Problem::at(at.key("mix"), what, "set one above 0"));
+    }
+    let rate = scenario.robots.len() as f64 / (campaign.mtbf_s + campaign.mttr_s);
+    let expected = rate * scenario.limit_s;
+    if expected > MAX_RANDOM_FAULTS {
+        let what = format!("about {expected:.0} faults are to be expected until limit_s");
+        let remedy = format!("make it longer, or limit_s shorter, for at most {MAX_RANDOM_FAULTS}");
+        return Err(Problem::at(at.key("mtbf_s"), what, remedy));
     }
     Ok(())
 }

@@ -218,9 +218,10 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
     })
 }
 
-/// poses.csv: a row per robot.
+/// poses.csv: a row per robot that is in the mission.
 pub(super) fn poses(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
-    for (robot, name) in record.robots.iter().zip(&names.robots) {
+    let robots = record.robots.iter().zip(&names.robots);
+    for (robot, name) in robots.filter(|(robot, _)| robot.present) {
         let body = &robot.body;
         Row::new(rows)
             .number(record.now.0)

@@ -37,6 +37,8 @@ pub struct TickRecord<'a> {
 pub struct RobotRecord<'a> {
     /// Its body, counted in or not.
     pub body: BodyRecord,
+    /// Whether it is in the mission at all.
+    pub present: bool,
     /// What its agent sensed and did; `None` when no report of it counts in this tick.
     pub counted: Option<Counted<'a>>,
 }

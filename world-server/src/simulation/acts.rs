@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use alliance_proto::fault::Fault;
 use alliance_proto::ids::RobotId;
 use alliance_proto::process::ProcessAct;
 
@@ -102,7 +103,18 @@ impl Simulation {
 
     fn conclude(&mut self, done: Act) {
         self.acts.under_way = None;
-        self.hit(done.fault, 1);
+        // What heals a fault is none of its effects, nor what has to go before one.
+        let is_effect = match self.schedule.status(done.fault).order.fault {
+            Fault::Kill(_) | Fault::Terminate(_) | Fault::Remove(_) => {
+                matches!(done.act, ProcessAct::Kill | ProcessAct::Terminate)
+            }
+            Fault::Pause(_) => done.act == ProcessAct::Stop,
+            Fault::Continue(_) => done.act == ProcessAct::Continue,
+            _ => done.act == ProcessAct::Start,
+        };
+        if is_effect {
+            self.hit(done.fault, 1);
+        }
         self.settle();
     }
 

@@ -8,6 +8,7 @@ use super::Simulation;
 use super::acts::Act;
 use crate::barrier::Presence;
 use crate::faults::schedule::{FaultIndex, Turn};
+use crate::interruption::Interruption;
 use crate::recorder::{Event, EventKind, FaultEvent};
 
 impl Simulation {
@@ -22,6 +23,10 @@ impl Simulation {
                 Turn::Apply(fault) => self.apply(fault),
                 Turn::Heal(fault) => self.heal(fault),
             }
+        }
+        for handler in &mut self.handlers {
+            let events = handler.trigger_event(self.world.now(), &mut self.world);
+            self.events.extend(events);
         }
         self.barrier.run_on(self.schedule.brings_robots_back());
     }
@@ -42,6 +47,7 @@ impl Simulation {
         match (&fault, robot) {
             (Fault::Kill(_), Some(robot)) => self.kill(index, robot, ProcessAct::Kill),
             (Fault::Terminate(_), Some(robot)) => self.kill(index, robot, ProcessAct::Terminate),
+            (Fault::Power(_), Some(robot)) => self.world.set_powered(robot, false),
             (Fault::Pause(_), Some(robot)) => {
                 self.barrier.suspend(robot);
                 self.act(index, robot, ProcessAct::Stop);
@@ -52,15 +58,15 @@ impl Simulation {
                 }
                 self.act(index, robot, ProcessAct::Continue);
             }
+            (Fault::Restart(_), Some(robot)) if self.barrier.is_absent(robot) => {
+                self.tell(FaultEvent::Failed, index, "the robot is not in the mission");
+            }
             (Fault::Restart(_), Some(robot)) => {
                 // What would bring it back later finds it here.
                 self.kill_at_once(index, robot);
                 self.act(index, robot, ProcessAct::Start);
             }
-            (Fault::Add(_), Some(robot)) => {
-                self.world.set_present(robot, true);
-                self.act(index, robot, ProcessAct::Start);
-            }
+            (Fault::Add(_), Some(robot)) => self.add(index, robot),
             (Fault::Remove(_), Some(robot)) => self.remove(index, robot),
             _ => self.interrupt_world(index, &fault),
         }
@@ -76,15 +82,38 @@ impl Simulation {
             {
                 self.act(index, robot, ProcessAct::Start);
             }
+            (Fault::Power(_), Some(robot)) => {
+                let others = self.in_force_on(robot, |fault| matches!(fault, Fault::Power(_)));
+                self.world.set_powered(robot, others.is_empty());
+            }
             (Fault::Pause(_), Some(robot)) if self.barrier.is_suspended(robot) => {
                 self.act(index, robot, ProcessAct::Continue);
             }
-            (Fault::Remove(_), Some(robot)) => {
-                self.world.set_present(robot, true);
-                self.act(index, robot, ProcessAct::Start);
-            }
+            (Fault::Remove(_), Some(robot)) => self.add(index, robot),
             (Fault::Add(_), Some(robot)) => self.remove(index, robot),
             _ => self.end_interruption(index),
+        }
+    }
+
+    /// A change of the world; of what only acts while it is in force there is nothing to be done.
+    fn interrupt_world(&mut self, index: FaultIndex, fault: &Fault) {
+        let Some(mut change) = Interruption::of(fault, &self.setup.scenario) else {
+            return;
+        };
+        match change.begin(&mut self.world) {
+            Ok(what) => {
+                self.interruptions.insert(index, change);
+                if self.schedule.hit(index, 1) {
+                    self.tell(FaultEvent::Hit, index, &what);
+                }
+            }
+            Err(why) => self.tell(FaultEvent::Failed, index, &why.to_string()),
+        }
+    }
+
+    fn end_interruption(&mut self, index: FaultIndex) {
+        if let Some(mut change) = self.interruptions.remove(&index) {
+            change.end(&mut self.world);
         }
     }
 
@@ -114,11 +143,21 @@ impl Simulation {
         self.act(fault, robot, ProcessAct::Kill);
     }
 
+    fn add(&mut self, fault: FaultIndex, robot: RobotId) {
+        match self.world.add_robot(robot) {
+            Ok(_) => self.act(fault, robot, ProcessAct::Start),
+            Err(why) => self.tell(FaultEvent::Failed, fault, &why.to_string()),
+        }
+    }
+
     fn remove(&mut self, fault: FaultIndex, robot: RobotId) {
         self.kill_at_once(fault, robot);
         self.barrier.dismiss(robot);
-        self.let_go(robot);
-        self.world.set_present(robot, false);
+        self.active[robot.index()] = None;
+        if let Some(dropped) = self.world.remove_robot(robot) {
+            let event = self.event(&dropped);
+            self.events.push(event);
+        }
     }
 
     fn act(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
@@ -157,9 +196,4 @@ impl Simulation {
             self.tell(FaultEvent::Hit, fault, "");
         }
     }
-}
-
-impl Simulation {
-    fn interrupt_world(&mut self, _index: FaultIndex, _fault: &Fault) {}
-    fn end_interruption(&mut self, _index: FaultIndex) {}
 }

@@ -12,6 +12,8 @@ mod commands;
 mod effects;
 mod triggers;
 
+use std::collections::BTreeMap;
+
 use alliance_proto::ids::{Incarnation, RobotId, SetId, Tick};
 use alliance_proto::join::Refusal;
 use alliance_proto::process::ProcessAct;
@@ -23,9 +25,13 @@ use alliance_proto::time::SimTime;
 use alliance_proto::view::{RobotView, View};
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
+use crate::faults::actuators::Actuators;
+use crate::faults::campaign;
 use crate::faults::links::Links;
 use crate::faults::schedule::{FaultIndex, Schedule};
+use crate::faults::sensors::Sensors;
 use crate::input::Input;
+use crate::interruption::{Interruption, InterruptionHandler};
 use crate::recorder::{
     BodyRecord, Counted, Event, EventKind, FaultEvent, RecordError, Recorder, RobotRecord, Sink,
     TickRecord,
@@ -49,6 +55,11 @@ pub struct Simulation {
     motivations: Vec<Vec<Motivation>>,
     schedule: Schedule,
     links: Links,
+    sensors: Sensors,
+    actuators: Actuators,
+    /// Changes of the world that last.
+    interruptions: BTreeMap<FaultIndex, Interruption>,
+    handlers: Vec<Box<dyn InterruptionHandler>>,
     /// Whether somebody starts and signals processes.
     has_launcher: bool,
     /// The current tick has been asked for: what comes now concerns the next one.
@@ -88,6 +99,10 @@ impl Simulation {
             motivations: vec![Vec::new(); robots],
             schedule: Schedule::default(),
             links: Links::new(&setup),
+            sensors: Sensors::new(&setup),
+            actuators: Actuators::new(&setup.scenario),
+            interruptions: BTreeMap::new(),
+            handlers: Vec::new(),
             has_launcher,
             opened: false,
             settled: false,
@@ -108,12 +123,22 @@ impl Simulation {
 
     /// Arms the scenario's own faults.
     fn arm_scenario(&mut self) {
-        for order in self.setup.scenario.faults.timeline.clone() {
+        let Setup { seed, scenario, .. } = &self.setup;
+        let mut orders = scenario.faults.timeline.clone();
+        if let Some(random) = &scenario.faults.random {
+            orders.extend(campaign::expand(random, scenario, *seed));
+        }
+        for order in orders {
             // Validation lets no two of them have the same id.
             if let Ok(fault) = self.schedule.arm(order, SimTime::ZERO) {
                 self.tell(FaultEvent::Armed, fault, "");
             }
         }
+    }
+
+    /// Lets an experiment's own handler interrupt the run.
+    pub fn add_handler(&mut self, handler: Box<dyn InterruptionHandler>) {
+        self.handlers.push(handler);
     }
 
     /// The run's scenario, seed and parameters.
@@ -234,10 +259,13 @@ impl Simulation {
         let questions = self.barrier.questions();
         // Nobody may be there to be asked.
         self.settle();
-        questions
+        let mut hits = Vec::new();
+        let messages = questions
             .into_iter()
             .map(|question| {
-                let readings = self.world.readings(question.robot);
+                let mut readings = self.world.readings(question.robot);
+                let distorted = self.sensors.distort(question.robot, tick, &mut readings);
+                hits.extend(distorted);
                 self.readings[question.robot.index()].clone_from(&readings);
                 let mut manifest = question.manifest;
                 for entry in &mut manifest {
@@ -254,7 +282,11 @@ impl Simulation {
                 };
                 (question.robot, message)
             })
-            .collect()
+            .collect();
+        for fault in hits {
+            self.hit(fault, 1);
+        }
+        messages
     }
 
     /// The current tick is asked for from now on: what faults do to it is settled.
@@ -265,6 +297,9 @@ impl Simulation {
             .begin(self.barrier.tick(), self.schedule.in_force(), |robot| {
                 world.pose(robot).position
             });
+        self.sensors
+            .begin(self.barrier.tick(), self.schedule.in_force());
+        self.actuators.begin(self.schedule.in_force());
     }
 
     /// An agent's report.
@@ -335,11 +370,21 @@ impl Simulation {
             self.active[robot.index()] = None;
         }
         let bodies = self.bodies();
+        let present: Vec<bool> = self
+            .barrier
+            .robots()
+            .map(|robot| self.world.is_present(robot))
+            .collect();
 
-        let commands: Vec<_> = reports
+        let mut commands: Vec<_> = reports
             .iter()
             .map(|report| report.as_ref().map(|report| report.actuation))
             .collect();
+        for (robot, command) in self.barrier.robots().zip(&mut commands) {
+            for fault in self.actuators.disobey(robot, command) {
+                self.hit(fault, 1);
+            }
+        }
         let mut happened = self.world.step(&commands);
         happened.extend(
             dead.iter()
@@ -353,8 +398,10 @@ impl Simulation {
             .into_iter()
             .zip(&reports)
             .zip(&self.readings)
-            .map(|((body, report), readings)| RobotRecord {
+            .zip(present)
+            .map(|(((body, report), readings), present)| RobotRecord {
                 body,
+                present,
                 counted: report.as_ref().map(|report| Counted { readings, report }),
             })
             .collect();

@@ -1,5 +1,7 @@
 //! Components: what lies or stands on the floor (thesis §3.2).
 
+use std::fmt;
+
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::readings::Pose;
 use glam::Vec2;
@@ -19,6 +21,17 @@ pub enum ComponentId {
     Item(ItemId),
     /// An obstacle or patch.
     Obstacle(ObstacleId),
+}
+
+/// As the log has it: `obstacle-2`, `item-7`.
+impl fmt::Display for ComponentId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Robot(robot) => robot.fmt(f),
+            Self::Item(item) => item.fmt(f),
+            Self::Obstacle(obstacle) => write!(f, "obstacle-{}", obstacle.0),
+        }
+    }
 }
 
 /// Extent of a component about its pose.

@@ -63,6 +63,7 @@ impl World {
         let is_clear = |center: Vec2, radius_m: f32| {
             self.robots
                 .iter()
+                .filter(|body| body.present)
                 .all(|body| body.position().distance(center) >= self.body.radius_m + radius_m)
         };
         let past_bodies = places().find(|place| {

@@ -9,10 +9,11 @@
 //! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
 //! - `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
 //! - `waste`: spills, deposit, items, report site. `gripper`: pick up and put down. `sensing`: what a robot reads.
+//! - `change`: what interruption handlers do to all of it between steps.
 //!
 //! # One step
-//! Between steps, interruption handlers change the world ([`World::drop_carried`], [`World::add_obstacle`]). A step then
-//! lets the components act, in rank order, and after them the aspects evolve. A robot works its gripper and reports where it
+//! Between steps, interruption handlers change the world (`change`: [`World::add_obstacle`], [`World::move_robot`], …). A
+//! step then lets the components act, in rank order, and after them the aspects evolve. A robot works its gripper and reports where it
 //! has sensed, that is before it moves; then it turns, and then it moves along its new heading against everything as it
 //! stands at that moment. So each robot finds those of lower rank already moved and those of higher rank not yet.
 //!
@@ -28,6 +29,7 @@
 //! - An item lies, at the start and after each drop, where a robot's gripper can reach it, if there is such a place.
 
 mod aspect;
+mod change;
 mod component;
 mod event;
 mod gripper;
@@ -50,8 +52,11 @@ use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 
 pub use aspect::{Aspect, Battery};
+pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use event::WorldEvent;
+pub use motion::limited;
+pub(crate) use motion::wrapped;
 pub use outline::{Outline, SKIN_M};
 pub use start::{StartError, start_poses};
 pub use waste::Item;
@@ -76,6 +81,12 @@ pub struct World {
 #[derive(Clone, Debug)]
 struct Robot {
     component: Component,
+    /// Where it enters the mission.
+    start: Pose,
+    /// Whether it has a body in the world.
+    present: bool,
+    /// Whether its power is switched on.
+    powered: bool,
     /// Unit vector of its heading.
     ahead: Vec2,
     /// Over the last step.
@@ -92,6 +103,11 @@ impl Robot {
     fn face(&mut self, heading_rad: f32) {
         self.component.pose.heading_rad = heading_rad;
         self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
+    }
+
+    fn can_act(&self) -> bool {
+        let aspects = &self.component.aspects;
+        self.present && self.powered && aspects.iter().all(Aspect::is_powered)
     }
 }
 
@@ -125,6 +141,9 @@ impl World {
             };
             let mut robot = Robot {
                 component,
+                start: pose,
+                present: !robot.absent,
+                powered: true,
                 ahead: Vec2::X,
                 speed_m_s: 0.0,
                 carrying: None,
@@ -145,17 +164,13 @@ impl World {
         }
     }
 
-    /// Advances the world by one step. Commands by rank; without one, or without energy, a body stays as it is.
+    /// Advances the world by one step. Commands by rank; without one, or without power, a body stays as it is.
     pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<WorldEvent> {
         let mut events = Vec::new();
         for rank in 0..self.robots.len() {
-            let powered = self.robots[rank]
-                .component
-                .aspects
-                .iter()
-                .all(Aspect::is_powered);
-            let command = commands.get(rank).copied().flatten().filter(|_| powered);
-            let command = command.unwrap_or_default();
+            let can_act = self.robots[rank].can_act();
+            let command = commands.get(rank).copied().flatten().filter(|_| can_act);
+            let command = limited(&self.body, command.unwrap_or_default());
             let robot = RobotId(rank as u16);
             events.extend(self.grip(robot, command.gripper));
             if command.report_progress && self.waste.is_report_site(self.robots[rank].position()) {
@@ -171,6 +186,9 @@ impl World {
 
     fn evolve_aspects(&mut self, events: &mut Vec<WorldEvent>) {
         for (rank, robot) in self.robots.iter_mut().enumerate() {
+            if !robot.present || !robot.powered {
+                continue;
+            }
             let drive = if self.body.speed_m_s > 0.0 {
                 robot.speed_m_s / self.body.speed_m_s
             } else {
@@ -188,22 +206,19 @@ impl World {
         }
     }
 
-    /// Puts a rectangle on the floor: an obstacle, or a patch that slows down or speeds up. It may lie anywhere; a robot
-    /// that it covers is not moved, but can only leave it.
-    pub fn add_obstacle(&mut self, obstacle: &alliance_proto::scenario::Obstacle) -> ObstacleId {
-        self.space.add(obstacle)
-    }
-
-    /// stub
-    pub fn set_present(&mut self, _robot: RobotId, _present: bool) {}
-
     /// Simulated time: that of the readings, and of the commands of the next step.
     #[must_use]
     pub fn now(&self) -> SimTime {
         self.now
     }
 
-    /// Where a robot is.
+    /// Whether a robot has a body in the world.
+    #[must_use]
+    pub fn is_present(&self, robot: RobotId) -> bool {
+        self.robots[robot.index()].present
+    }
+
+    /// Where a robot is; of an absent one, where it was or will begin.
     #[must_use]
     pub fn pose(&self, robot: RobotId) -> Pose {
         self.robots[robot.index()].component.pose

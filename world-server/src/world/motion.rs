@@ -3,25 +3,24 @@
 use std::f32::consts::{PI, TAU};
 
 use alliance_proto::ids::RobotId;
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::Body;
 use glam::Vec2;
 
 use super::outline::Stop;
 use super::{Component, Outline, World};
 
 impl World {
-    /// Turns and then moves a robot by one step, both within its limits. A speed that is negative or no number counts as 0.
+    /// Turns and then moves a robot by one step. The command is [`limited`].
     pub(super) fn turn_and_move(&mut self, robot: RobotId, turn_rad_s: f32, speed_m_s: f32) {
         let step_s = self.step.as_secs_f64() as f32;
         let body = &mut self.robots[robot.index()];
-        let limit_rad_s = self.body.turn_deg_s.to_radians();
-        let turn_rad_s = finite(turn_rad_s).clamp(-limit_rad_s, limit_rad_s);
         if turn_rad_s != 0.0 {
             body.face(wrapped(
                 body.component.pose.heading_rad + turn_rad_s * step_s,
             ));
         }
 
-        let speed_m_s = finite(speed_m_s).clamp(0.0, self.body.speed_m_s);
         let (center, ahead) = (body.position(), body.ahead);
         let wanted_m = self.way_on_ground(robot, speed_m_s, step_s);
         let way_m = self
@@ -50,13 +49,25 @@ impl World {
         self.space.solids().chain(others.map(Component::outline))
     }
 
-    /// The bodies of all other robots.
+    /// The bodies of all other robots that are there.
     pub(super) fn teammates(&self, robot: RobotId) -> impl Iterator<Item = &Component> + '_ {
         let (before, rest) = self.robots.split_at(robot.index());
         before
             .iter()
             .chain(&rest[1..])
+            .filter(|other| other.present)
             .map(|other| &other.component)
+    }
+}
+
+/// What of a command a body can obey. A speed that is negative or no number counts as 0.
+#[must_use]
+pub fn limited(body: &Body, command: Actuation) -> Actuation {
+    let limit_rad_s = body.turn_deg_s.to_radians();
+    Actuation {
+        speed_m_s: finite(command.speed_m_s).clamp(0.0, body.speed_m_s),
+        turn_rad_s: finite(command.turn_rad_s).clamp(-limit_rad_s, limit_rad_s),
+        ..command
     }
 }
 
@@ -65,7 +76,7 @@ fn finite(value: f32) -> f32 {
 }
 
 /// An angle as one in (-π, π].
-pub(super) fn wrapped(angle_rad: f32) -> f32 {
+pub(crate) fn wrapped(angle_rad: f32) -> f32 {
     let angle_rad = libm::remainderf(angle_rad, TAU);
     if angle_rad <= -PI { PI } else { angle_rad }
 }

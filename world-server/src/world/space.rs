@@ -15,6 +15,8 @@ pub(super) struct Space {
     /// From (0, 0) to here is inside the border, m.
     pub size: Vec2,
     rectangles: Vec<Component>,
+    /// Of the next rectangle: an id is never given twice.
+    next_id: ObstacleId,
 }
 
 impl Space {
@@ -22,6 +24,7 @@ impl Space {
         let mut space = Self {
             size: Vec2::new(scenario.room.width_m, scenario.room.height_m),
             rectangles: Vec::with_capacity(scenario.obstacles.len()),
+            next_id: ObstacleId(0),
         };
         for obstacle in &scenario.obstacles {
             space.add(obstacle);
@@ -30,7 +33,8 @@ impl Space {
     }
 
     pub fn add(&mut self, obstacle: &Obstacle) -> ObstacleId {
-        let id = ObstacleId(self.rectangles.len() as u32);
+        let id = self.next_id;
+        self.next_id.0 += 1;
         let half_size_m = Vec2::new(obstacle.width_m, obstacle.height_m) / 2.0;
         self.rectangles.push(Component {
             id: ComponentId::Obstacle(id),
@@ -43,6 +47,14 @@ impl Space {
             aspects: Vec::new(),
         });
         id
+    }
+
+    /// Whether it was there.
+    pub fn remove(&mut self, id: ObstacleId) -> bool {
+        let before = self.rectangles.len();
+        self.rectangles
+            .retain(|rectangle| rectangle.id != ComponentId::Obstacle(id));
+        self.rectangles.len() < before
     }
 
     /// By id.
@@ -112,4 +124,18 @@ pub(super) fn around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
         let angle_rad = heading_rad + turns as f32 * (std::f32::consts::TAU / DIRECTIONS as f32);
         Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
     })
+}
+
+/// The first place that will do, in rings of growing radius round the center.
+pub(super) fn nearest_place(
+    center: Vec2,
+    size: Vec2,
+    will_do: impl Fn(Vec2) -> bool,
+) -> Option<Vec2> {
+    const RING_M: f32 = 0.1;
+    let rings = ((size.x + size.y) / RING_M) as u32;
+    let mut places = (0..=rings).flat_map(|ring| {
+        around(0.0).map(move |direction| center + direction * (ring as f32 * RING_M))
+    });
+    places.find(|place| will_do(*place))
 }

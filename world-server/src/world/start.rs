@@ -13,7 +13,7 @@ use super::waste::report_site;
 use super::{Outline, Penetrability, SKIN_M};
 
 /// A start that touches something by this much is one that rounding has made touch it, m.
-const ROUNDING_M: f32 = 1e-5;
+pub(super) const ROUNDING_M: f32 = 1e-5;
 
 /// Why a scenario has no place for a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,11 +29,11 @@ pub enum StartError {
 /// Where the robots start, by rank: where the scenario says, and else on the report site, facing the left wall, from its top
 /// to its bottom at even distances. Where they do not all fit like that, they fill columns of the site's height from its
 /// center outwards and then to the right; and where the room is too small for that, columns of the room's height, closer and
-/// closer together.
+/// closer together. Robots that are absent at first get places like that too, as if they were a team of their own.
 ///
 /// # Errors
 /// When a robot has no place clear of the border, the solid obstacles and the other robots. Robots that are not solid to each
-/// other may be given starts that overlap.
+/// other may be given starts that overlap, and absent ones stand in nobody's way.
 pub fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
     let space = Space::new(scenario);
     let radius_m = scenario.body.radius_m;
@@ -43,26 +43,31 @@ pub fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
     for (rank, robot) in scenario.robots.iter().enumerate() {
         let Some(start) = robot.start else { continue };
         let position = Vec2::new(start.x_m, start.y_m);
-        let others = if solid { taken.as_slice() } else { &[] };
+        let others: &[Vec2] = if solid && !robot.absent { &taken } else { &[] };
         if !is_free(&space, others, radius_m, position, -ROUNDING_M) {
             return Err(StartError::Taken(RobotId(rank as u16)));
         }
-        taken.push(position);
+        if !robot.absent {
+            taken.push(position);
+        }
         poses[rank] = Some(Pose {
             position,
             heading_rad: wrapped(start.heading_deg.to_radians()),
         });
     }
 
-    let unplaced = poses.iter().filter(|pose| pose.is_none()).count();
-    let places = default_places(scenario, &space, &taken, unplaced);
-    let mut places = places.into_iter();
-    for (rank, pose) in poses.iter_mut().enumerate() {
-        if pose.is_none() {
+    for (absent, taken) in [(false, taken.as_slice()), (true, &[])] {
+        let is_unplaced = |rank: &usize| {
+            scenario.robots[*rank].absent == absent && scenario.robots[*rank].start.is_none()
+        };
+        let unplaced: Vec<usize> = (0..poses.len()).filter(is_unplaced).collect();
+        let places = default_places(scenario, &space, taken, unplaced.len());
+        let mut places = places.into_iter();
+        for rank in unplaced {
             let position = places
                 .next()
                 .ok_or(StartError::NoRoom(RobotId(rank as u16)))?;
-            *pose = Some(Pose {
+            poses[rank] = Some(Pose {
                 position,
                 heading_rad: PI,
             });

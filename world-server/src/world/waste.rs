@@ -9,7 +9,7 @@ use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 use rand::Rng;
 
-use super::space::{Space, around};
+use super::space::{Space, nearest_place};
 use super::{Component, ComponentId, Outline, Penetrability, Shape};
 
 /// Random places tried for an item before the nearest place to the spill's center that will do is taken.
@@ -26,6 +26,24 @@ pub struct Item {
 }
 
 impl Item {
+    fn new(index: usize, at: Vec2, radius_m: f32) -> Self {
+        let id = ItemId(index as u32);
+        Self {
+            id,
+            carrier: None,
+            component: Component {
+                id: ComponentId::Item(id),
+                pose: Pose {
+                    position: at,
+                    heading_rad: 0.0,
+                },
+                shape: Shape::Disc { radius_m },
+                penetrability: Penetrability::NEUTRAL,
+                aspects: Vec::new(),
+            },
+        }
+    }
+
     /// Its id.
     #[must_use]
     pub fn id(&self) -> ItemId {
@@ -115,6 +133,14 @@ impl Waste {
             .all(|item| item.carrier.is_none() && self.is_deposit(item.position()))
     }
 
+    /// A new item on the floor.
+    pub fn add(&mut self, at: Vec2) -> ItemId {
+        let item = Item::new(self.items.len(), at, self.item_radius_m);
+        let id = item.id;
+        self.items.push(item);
+        id
+    }
+
     pub fn pick_up(&mut self, item: ItemId, robot: RobotId) {
         self.items[item.0 as usize].carrier = Some(robot);
     }
@@ -157,24 +183,9 @@ fn place_items(scenario: &Scenario, seed: u64, space: &Space) -> Vec<Item> {
                 (0..TRIES).map(|_| center + in_unit_disc(&mut rng) * waste.spill_radius_m);
             let place = tries
                 .find(|place| will_do(*place))
-                .unwrap_or_else(|| nearest_place(center, space.size, will_do));
-            let id = ItemId(items.len() as u32);
-            items.push(Item {
-                id,
-                carrier: None,
-                component: Component {
-                    id: ComponentId::Item(id),
-                    pose: Pose {
-                        position: place,
-                        heading_rad: 0.0,
-                    },
-                    shape: Shape::Disc {
-                        radius_m: waste.item_radius_m,
-                    },
-                    penetrability: Penetrability::NEUTRAL,
-                    aspects: Vec::new(),
-                },
-            });
+                .or_else(|| nearest_place(center, space.size, will_do))
+                .unwrap_or_else(|| center.clamp(Vec2::ZERO, space.size));
+            items.push(Item::new(items.len(), place, waste.item_radius_m));
         }
     }
     items
@@ -190,16 +201,4 @@ fn in_unit_disc(rng: &mut impl Rng) -> Vec2 {
             return point;
         }
     }
-}
-
-/// Looks in rings of growing radius; the center itself if nothing in the room will do.
-fn nearest_place(center: Vec2, size: Vec2, will_do: impl Fn(Vec2) -> bool) -> Vec2 {
-    const RING_M: f32 = 0.1;
-    let rings = ((size.x + size.y) / RING_M) as u32;
-    let mut places = (0..=rings).flat_map(|ring| {
-        around(0.0).map(move |direction| center + direction * (ring as f32 * RING_M))
-    });
-    places
-        .find(|place| will_do(*place))
-        .unwrap_or_else(|| center.clamp(Vec2::ZERO, size))
 }

@@ -43,7 +43,7 @@ fn unknown_keys() {
     check(&[
         (
             "nam = 'a'",
-            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, tasks, alliance)",
+            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, faults, tasks, alliance)",
         ),
         (
             "\n\n[room]\nwidht_m = 3",
@@ -51,11 +51,11 @@ fn unknown_keys() {
         ),
         (
             "a.b.c = 1",
-            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, tasks, alliance",
+            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, faults, tasks, alliance",
         ),
         (
             "\"a\\nb\" = 1",
-            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, tasks, alliance",
+            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, faults, tasks, alliance",
         ),
         (
             "[[obstacles]]\nx_m = 1\ny_m = 1\nwidth_m = 1\nheight_m = 1\ncolor = 'red'",
@@ -128,7 +128,7 @@ fn unknown_choices() {
         ),
         (
             "[alliance]\npreset = 3",
-            "s.toml:2: alliance.preset: the integer does not fit; write one of thesis, par98, team in quotes",
+            "s.toml:2: alliance.preset: the integer does not fit; write one of thesis, par98, team",
         ),
         (
             "[alliance.switches]\nhistory_origin = 'start'",
@@ -379,6 +379,125 @@ fn places() {
 }
 
 /// A broken rule is reported where the stronger of the two values is stated.
+#[test]
+fn absent_robots() {
+    check(&[
+        (
+            "[[robots]]\nname = 'a'\nabsent = true\n[[robots]]\nname = 'b'\nabsent = true",
+            "s.toml:1: robots: all robots are absent; let at least one be there from the start",
+        ),
+        (
+            "[[robots]]\nname = 'a'\nabsent = 1",
+            "s.toml:3: robots[0].absent: 1 does not fit; write true or false",
+        ),
+    ]);
+    // They are in nobody's way, but may not start in a wall.
+    let team = |x_m| {
+        format!(
+            "[[robots]]\nname = 'a'\nstart = {{ x_m = 3, y_m = 3 }}\n\
+             [[robots]]\nname = 'b'\nabsent = true\nstart = {{ x_m = {x_m}, y_m = 3 }}"
+        )
+    };
+    Scenario::parse("s.toml", &team(3.1)).unwrap();
+    assert_eq!(
+        refusal(&team(0.1)),
+        "s.toml:7: robots[1].start.x_m: 0.1 puts 'b' into a wall; keep body.radius_m, 0.2 m, away from both walls"
+    );
+}
+
+#[test]
+fn faults() {
+    let timeline = |rest: &str| format!("[[faults.timeline]]\n{rest}");
+    let table = [
+        (
+            "fault.drop = { p = 1.5 }",
+            "s.toml:2: faults.timeline[0].fault.drop.p: 1.5 is out of range; it must be at least 0 and at most 1",
+        ),
+        (
+            "[faults.timeline.fault.drop]\nfrom = 'red'\np = 0.5",
+            "s.toml:3: faults.timeline[0].fault.drop.from: the scenario has no robot 'red'; there are blue, gold, green",
+        ),
+        (
+            "fault.drop = { from = 'blue' }",
+            "s.toml:2: faults.timeline[0].fault.drop.p: the key is missing; give it a value",
+        ),
+        (
+            "fault.drop = { p = 0.5, form = 'blue' }",
+            "s.toml:2: faults.timeline[0].fault.drop.form: unknown key; did you mean 'from'? (there are from, to, p, burst_s)",
+        ),
+        (
+            "at_s = 3",
+            "s.toml:1: faults.timeline[0].fault: the key is missing; give it a value",
+        ),
+        (
+            "fault.mute = 3",
+            "s.toml:2: faults.timeline[0].fault.mute: 3 does not fit; write a string in quotes",
+        ),
+        (
+            "fault.kil = 'blue'",
+            "s.toml:2: faults.timeline[0].fault.kil: there is no choice 'kil'; did you mean 'kill'? (there are 25, from kill to move-robot)",
+        ),
+        (
+            "at_s = -1\nfault.kill = 'blue'",
+            "s.toml:2: faults.timeline[0].at_s: -1 is out of range; it must be at least 0 and at most 1000000000 s",
+        ),
+        (
+            "when = 'blue naps'\nfault.kill = 'blue'",
+            "s.toml:2: faults.timeline[0].when: 'blue naps' names no event; write ROBOT or any, then one of activates, hibernates, waits, picks, drops, delivers, reports, finds, joins, dies, then a behavior set or item if need be, as in \"blue activates report-progress\"; see the reference scenario",
+        ),
+        (
+            "fault.add = 'blue'",
+            "s.toml:2: faults.timeline[0].fault.add: 'blue' is in the mission from its start; name a robot that the scenario calls absent: there are none",
+        ),
+        (
+            "fault.sensor = { robot = 'blue', device = 'zone', mode = 'dead' }",
+            "s.toml:2: faults.timeline[0].fault.sensor.device: there is no choice 'zone'; there are position, front-border, side-border, avoidance, waste, spill-zone, report-site, gripper, ground",
+        ),
+        (
+            "fault.actuator = { robot = 'blue', mode = { slowed = 2 } }",
+            "s.toml:2: faults.timeline[0].fault.actuator.mode: 2 is out of range; it must be at least 0 and at most 1",
+        ),
+        (
+            "id = 'a'\nfault.mute = 'blue'\n[[faults.timeline]]\nid = 'a'\nfault.deaf = 'blue'",
+            "s.toml:5: faults.timeline[1].id: 'a' is already the id of faults.timeline[0]; give each its own id",
+        ),
+        (
+            "id = 'random-1'\nfault.mute = 'blue'\n[faults.random]",
+            "s.toml:2: faults.timeline[0].id: 'random-1' may become the id of a random fault; let it not begin with 'random-'",
+        ),
+    ];
+    for (rest, expected) in table {
+        assert_eq!(refusal(&timeline(rest)), expected, "for {rest:?}");
+    }
+    check(&[
+        (
+            "[faults.random]\nmtbf_s = 0",
+            "s.toml:2: faults.random.mtbf_s: 0 is out of range; it must be above 0 and at most 1000000000 s",
+        ),
+        (
+            "[faults.random]\nmttr_s = -1",
+            "s.toml:2: faults.random.mttr_s: -1 is out of range; it must be above 0 and at most 1000000000 s",
+        ),
+        (
+            "[faults.random]\nmtbf_h = 8",
+            "s.toml:2: faults.random.mtbf_h: unknown key; did you mean 'mtbf_s'? (there are mtbf_s, mttr_s, mix)",
+        ),
+        (
+            "[faults.random.mix]\nkill = -1",
+            "s.toml:2: faults.random.mix.kill: -1 is out of range; it must be at least 0 and at most 1000000",
+        ),
+        (
+            "[faults.random.mix]\nkill = 0\npause = 0\nlink = 0\nsensor = 0\nactuator = 0\npower = 0\nbabble = 0",
+            "s.toml:1: faults.random.mix: no kind of fault is left; set one above 0",
+        ),
+        (
+            "[faults.random]\nmtbf_s = 0.01\nmttr_s = 0.02",
+            "s.toml:2: faults.random.mtbf_s: about 360000 faults are to be expected until limit_s; make it longer, or limit_s shorter, for at most 100000",
+        ),
+    ]);
+    Scenario::parse("s.toml", "[faults.random]").unwrap();
+}
+
 #[test]
 fn parameters() {
     check(&[

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-use crate::fault::Faults;
+use crate::fault::tests::one_of_each;
+use crate::fault::{Campaign, Fault, Faults, Mix, Order};
 use crate::scenario::{
     AllianceSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset, ReportSite, Robot,
     RobotSection, Room, Scenario, Sensors, SetSection, Setup, Spill, Start, StepOrder,
@@ -47,6 +48,38 @@ fn its_switches_are_those_of_the_default_preset() {
     let shown = serde_json::to_value(all.alliance.switches).unwrap();
     let preset = serde_json::to_value(Preset::default().switches()).unwrap();
     assert_eq!(shown, preset);
+}
+
+/// A fault of each kind, with every mode.
+fn every_fault() -> impl Iterator<Item = Fault> {
+    let add = Fault::Add("red".to_owned());
+    one_of_each().into_iter().chain([add])
+}
+
+/// Name and mode of a fault: what `reference.toml` has one example of.
+fn kind(fault: &Fault) -> String {
+    let mode = match fault {
+        Fault::Sensor(fault) => fault.mode.to_string(),
+        Fault::Actuator(fault) => fault.mode.to_string(),
+        _ => String::new(),
+    };
+    let mode = mode.split(' ').next().unwrap_or_default();
+    format!("{} {mode}", fault.name())
+}
+
+#[test]
+fn it_has_an_example_of_every_fault() {
+    let shown = Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+    let shown = shown.faults.timeline.iter().map(|order| kind(&order.fault));
+    let shown: BTreeSet<String> = shown.collect();
+    let known: BTreeSet<String> = every_fault().map(|fault| kind(&fault)).collect();
+    assert_eq!(shown, known);
+}
+
+#[test]
+fn its_random_faults_have_the_built_in_values() {
+    let all = Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+    assert_eq!(all.faults.random, Some(Campaign::default()));
 }
 
 /// No `..Default` here: whoever adds a field has to come by, and the test then asks for its documentation.
@@ -133,14 +166,29 @@ fn populated() -> Scenario {
         robots: vec![Robot {
             name: String::new(),
             side_sensor: true,
-            absent: false,
+            absent: true,
             start: Some(Start {
                 x_m: 1.0,
                 y_m: 1.0,
                 heading_deg: 0.0,
             }),
         }],
-        faults: Faults::default(),
+        faults: Faults {
+            timeline: every_fault().map(Order::now).collect(),
+            random: Some(Campaign {
+                mtbf_s: 1.0,
+                mttr_s: 1.0,
+                mix: Mix {
+                    kill: 1.0,
+                    pause: 1.0,
+                    link: 1.0,
+                    sensor: 1.0,
+                    actuator: 1.0,
+                    power: 1.0,
+                    babble: 1.0,
+                },
+            }),
+        },
         obstacles: vec![Obstacle {
             x_m: 1.0,
             y_m: 1.0,

@@ -180,8 +180,8 @@ impl SpillWork {
                 within: AT_POINT_M,
             });
         }
-        // All round, and no spill was sensed: it is somewhere else.
-        if scene.in_spill.is_some() && !memory.is_confirmed() {
+        // All round, and no spill was sensed: it is somewhere else. To find every way closed proves nothing.
+        if scene.in_spill.is_some() && !memory.is_confirmed() && self.views.show_any() {
             return Work::Wrong;
         }
         let stay = Work::Go(Goal::Place {

@@ -404,6 +404,16 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
 }
 
 #[test]
+fn a_robot_that_is_boxed_in_withdraws_nothing() {
+    let mut robot = informed();
+    // In ten minutes it has found the way to each point of the spill closed.
+    for _ in 0..20 * 600 {
+        let (_, action) = robot.step(Some("move-spill(top)"), &at(Vec2::ONE));
+        assert_eq!(action.bodies, []);
+    }
+}
+
+#[test]
 fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
     let mut robot = robot();
     robot.mission.memory.find(

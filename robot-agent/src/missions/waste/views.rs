@@ -93,6 +93,11 @@ impl Views {
         }
     }
 
+    /// Whether any point has been seen.
+    pub fn show_any(&self) -> bool {
+        self.points.iter().any(|point| point.seen)
+    }
+
     /// Whether enough has been seen to say what is there; the rest may lie under obstacles.
     pub fn show_enough(&self) -> bool {
         let seen = self.points.iter().filter(|point| point.seen).count();

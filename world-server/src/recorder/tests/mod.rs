@@ -42,6 +42,7 @@ impl OwnedTick {
             .robots
             .iter()
             .map(|(body, counted)| RobotRecord {
+                present: true,
                 body: *body,
                 counted: counted
                     .as_ref()

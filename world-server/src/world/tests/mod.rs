@@ -1,6 +1,7 @@
 //! Promises of the world as a whole.
 
 mod aspects;
+mod change;
 mod ground;
 mod motion;
 mod random;

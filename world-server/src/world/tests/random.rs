@@ -8,12 +8,12 @@ use crate::world::{Outline, SKIN_M, start_poses};
 
 const STEPS: usize = 40;
 /// What rounding may take from half of the skin, the least that a body keeps from a solid.
-const LEAST_GAP_M: f32 = SKIN_M / 2.0 - 1e-5;
+pub(super) const LEAST_GAP_M: f32 = SKIN_M / 2.0 - 1e-5;
 
 /// One robot's command in one step: speed, turn rate in degrees, gripper.
-type Command = Option<(f32, f32, u8)>;
+pub(super) type Command = Option<(f32, f32, u8)>;
 
-fn setups() -> impl Strategy<Value = Setup> {
+pub(super) fn setups() -> impl Strategy<Value = Setup> {
     let penetrability = prop_oneof![3 => Just(0.0_f32), 1 => 0.11_f32..3.0];
     let obstacle = (
         -1.0_f32..8.0,
@@ -53,13 +53,13 @@ fn setups() -> impl Strategy<Value = Setup> {
 }
 
 /// For each of six robots at most: long straight drives against solids, now and then a turn.
-fn commands() -> impl Strategy<Value = Vec<Vec<Command>>> {
+pub(super) fn commands() -> impl Strategy<Value = Vec<Vec<Command>>> {
     let turn = prop_oneof![2 => Just(0.0_f32), 1 => -400.0_f32..400.0, 1 => Just(90.0_f32)];
     let command = prop::option::weighted(0.95, (-0.5_f32..6.0, turn, 0_u8..6));
     prop::collection::vec(prop::collection::vec(command, 6), STEPS)
 }
 
-fn actuations(commands: &[Command]) -> Vec<Option<Actuation>> {
+pub(super) fn actuations(commands: &[Command]) -> Vec<Option<Actuation>> {
     let one = |command: &Command| {
         command.map(|(speed_m_s, turn_deg_s, grip)| Actuation {
             speed_m_s,
@@ -71,7 +71,7 @@ fn actuations(commands: &[Command]) -> Vec<Option<Actuation>> {
     commands.iter().map(one).collect()
 }
 
-fn solids(world: &World) -> Vec<Outline> {
+pub(super) fn solids(world: &World) -> Vec<Outline> {
     world.space.solids().collect()
 }
 

@@ -114,3 +114,23 @@ fn a_start_that_touches_a_wall_is_no_overlap() {
     });
     assert!(start_poses(&scenario).is_ok());
 }
+
+#[test]
+fn absent_robots_have_a_place_and_take_none() {
+    let mut scenario = team(4, 12.0, 9.0);
+    scenario.robots[1].absent = true;
+    let poses = start_poses(&scenario).expect("there is room");
+    let without = start_poses(&team(3, 12.0, 9.0)).expect("there is room");
+    assert_eq!([poses[0], poses[2], poses[3]], *without);
+    // Where one robot alone would start.
+    assert_at(poses[1].position, 0.3, 4.5);
+    // A given start may be taken, but not by an obstacle.
+    scenario.robots[1].start = Some(Start {
+        x_m: 0.3,
+        y_m: 5.5,
+        heading_deg: 0.0,
+    });
+    assert_eq!(start_poses(&scenario).map(|poses| poses[0]), Ok(without[0]));
+    scenario.obstacles = vec![rectangle(0.2, 5.4, 0.2, 0.2, 0.0)];
+    assert_eq!(start_poses(&scenario), Err(StartError::Taken(GOLD)));
+}

@@ -1,0 +1,175 @@
+//! Link faults: what is lost, late, doubled, overtaken and cut off, and that the team copes.
+
+use world_server::recorder::{MessageRow, RunLog};
+
+use super::{assert_exclusive_from, at, events, healing_bound_s, hit, mission};
+use crate::harness::Lab;
+
+fn fates(log: &RunLog, fate: &str) -> Vec<MessageRow> {
+    let mut rows = log.rows::<MessageRow>().unwrap();
+    rows.retain(|row| row.fate == fate);
+    rows
+}
+
+fn share(log: &RunLog, fate: &str) -> f64 {
+    fates(log, fate).len() as f64 / log.rows::<MessageRow>().unwrap().len() as f64
+}
+
+#[test]
+fn a_third_and_more_than_half_of_all_messages_lost() {
+    let lab = Lab::new();
+    for (name, p) in [("thirty", 0.3), ("sixty", 0.6)] {
+        let scenario = format!("[[faults.timeline]]\nid = \"d\"\nfault.drop = {{ p = {p} }}\n");
+        let log = mission(&lab, name, &scenario, &[], 0);
+        let dropped = fates(&log, "dropped").len() as u64;
+        assert_eq!(hit(&log, "d").hits, dropped, "each loss is one hit");
+        let share = share(&log, "dropped");
+        assert!((share - p).abs() < 0.05, "{share} of {p}");
+    }
+}
+
+#[test]
+fn messages_late_by_up_to_two_seconds_doubled_and_overtaken() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "late"
+        fault.delay = { delay_s = 0.5, jitter_s = 1.5 }
+        [[faults.timeline]]
+        id = "twice"
+        fault.duplicate = { p = 0.3 }
+        [[faults.timeline]]
+        id = "overtaken"
+        fault.reorder = { p = 0.3 }
+    "#;
+    let log = mission(&lab, "late", scenario, &[], 0);
+    for id in ["late", "twice", "overtaken"] {
+        hit(&log, id);
+    }
+    let delayed = fates(&log, "delayed");
+    assert!(delayed.len() > 100);
+    for row in &delayed {
+        let late = row.t_ms.since(row.sent_ms);
+        assert!(late >= at(0.5), "{row:?}");
+    }
+    assert_eq!(fates(&log, "heard").len(), 0, "none comes in time");
+    assert!(!fates(&log, "duplicate").is_empty());
+    let is_overtaken = |pair: &[MessageRow]| pair[0].seq > pair[1].seq;
+    let from_blue = |receiver: &str| {
+        let mut rows = delayed.clone();
+        rows.retain(|row| row.sender == "blue" && row.receiver == receiver);
+        rows
+    };
+    assert!(from_blue("gold").windows(2).any(is_overtaken));
+}
+
+#[test]
+fn a_link_is_directed() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "d"
+        fault.drop = { from = "green", to = "gold", p = 1.0 }
+        at_s = 20.0
+        for_s = 60.0
+    "#;
+    let log = mission(&lab, "directed", scenario, &[], 0);
+    let dropped = fates(&log, "dropped");
+    assert_eq!(hit(&log, "d").hits, dropped.len() as u64);
+    assert!(
+        dropped
+            .iter()
+            .all(|row| row.sender == "green" && row.receiver == "gold")
+    );
+    // All of that link in that time, and nothing else.
+    let in_force = at(20.0)..at(80.0);
+    for row in log.rows::<MessageRow>().unwrap() {
+        let concerned =
+            row.sender == "green" && row.receiver == "gold" && in_force.contains(&row.t_ms);
+        assert_eq!(row.fate == "dropped", concerned, "{row:?}");
+    }
+}
+
+#[test]
+fn partitions_of_a_minute_heal() {
+    let lab = Lab::new();
+    for (name, one_way) in [("two-way", false), ("one-way", true)] {
+        let scenario = format!(
+            "[[faults.timeline]]\nid = \"p\"\nat_s = 70.0\nfor_s = 60.0\n\
+             fault.partition = {{ groups = [[\"blue\", \"gold\"], [\"green\"]], one_way = {one_way} }}\n"
+        );
+        let log = mission(&lab, name, &scenario, &[], 0);
+        let cut = fates(&log, "cut");
+        assert_eq!(hit(&log, "p").hits, cut.len() as u64);
+        let crosses = |row: &MessageRow| (row.sender == "green") != (row.receiver == "green");
+        assert!(cut.iter().all(crosses));
+        let from_others = cut.iter().any(|row| row.receiver == "green");
+        assert_eq!(from_others, !one_way, "later groups hear earlier ones");
+        let healed = events(&log, "healed", None);
+        assert_eq!(healed[0].t_ms, at(130.0));
+        assert_exclusive_from(&log, at(130.0 + healing_bound_s(&log)));
+    }
+}
+
+#[test]
+fn without_any_radio_each_works_alone_and_the_mission_completes() {
+    let lab = Lab::new();
+    let scenario = "[[faults.timeline]]\nid = \"d\"\nfault.drop = { p = 1.0 }\n";
+    let log = mission(&lab, "mutes", scenario, &[], 0);
+    hit(&log, "d");
+    let rows = log.rows::<MessageRow>().unwrap();
+    assert!(!rows.is_empty() && rows.iter().all(|row| row.fate == "dropped"));
+    assert!(events(&log, "locations-learned", None).is_empty());
+}
+
+#[test]
+fn muted_deaf_held_back_and_out_of_range() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "mute"
+        fault.mute = "blue"
+        at_s = 10.0
+        for_s = 10.0
+        [[faults.timeline]]
+        id = "deaf"
+        fault.deaf = "gold"
+        at_s = 30.0
+        for_s = 10.0
+        [[faults.timeline]]
+        id = "hold"
+        fault.hold = { from = "green" }
+        at_s = 50.0
+        for_s = 10.0
+        [[faults.timeline]]
+        id = "range"
+        fault.range = { range_m = 3.0 }
+        at_s = 80.0
+        for_s = 100.0
+    "#;
+    let log = mission(&lab, "cut-off", scenario, &[], 0);
+    for id in ["mute", "deaf", "hold", "range"] {
+        hit(&log, id);
+    }
+    let rows = log.rows::<MessageRow>().unwrap();
+    let during = |from: f64, to: f64| {
+        let rows = rows.iter();
+        rows.filter(move |row| (at(from)..at(to)).contains(&row.t_ms))
+    };
+    assert!(during(10.0, 20.0).all(|row| (row.fate == "cut") == (row.sender == "blue")));
+    assert!(during(30.0, 40.0).all(|row| (row.fate == "cut") == (row.receiver == "gold")));
+    // What green said meanwhile comes in the tick in which it is let go, all at once.
+    assert!(during(50.0, 60.0).all(|row| row.sender != "green"));
+    let let_go = fates(&log, "delayed");
+    assert!(let_go.len() > 2);
+    assert!(
+        let_go
+            .iter()
+            .all(|row| row.sender == "green" && row.t_ms == at(60.0))
+    );
+    let far = during(80.0, 180.0).filter(|row| row.fate == "cut").count();
+    let near = during(80.0, 180.0)
+        .filter(|row| row.fate == "heard")
+        .count();
+    assert!(far > 0 && near > 0, "{far} out of range, {near} within");
+}

@@ -1,0 +1,153 @@
+//! Sensors that fail or lie, actuators that do not obey, robots that only talk: found out, taken over from, never starving
+//! the team.
+
+use alliance_proto::time::SimTime;
+use world_server::recorder::{EventRow, MotivationRow, RunLog};
+
+use super::{at, events, hit, mission};
+use crate::harness::Lab;
+
+fn motivation_rows(log: &RunLog, robot: &str, set: &str) -> Vec<MotivationRow> {
+    let mut rows = log.rows::<MotivationRow>().unwrap();
+    rows.retain(|row| row.robot == robot && row.behavior_set == set);
+    rows
+}
+
+/// The first activation of a task by somebody else than that robot after a time.
+#[track_caller]
+fn taken_over(log: &RunLog, task: &str, from: &str, after: SimTime) -> EventRow {
+    let rows = events(log, "activated", None).into_iter();
+    rows.filter(|row| row.detail == task && row.robot != from)
+        .find(|row| row.t_ms > after)
+        .unwrap_or_else(|| panic!("nobody takes {task} over from {from} after {after}"))
+}
+
+#[test]
+fn without_its_side_sensor_blue_goes_on_with_wander() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "s"
+        fault.sensor = { robot = "blue", device = "side-border", mode = "dead" }
+        at_s = 20.0
+    "#;
+    let log = mission(&lab, "no-side-sensor", scenario, &[], 0);
+    hit(&log, "s");
+    let methodical = motivation_rows(&log, "blue", "find-locations-methodical");
+    let before = methodical.iter().find(|row| row.t_ms == at(19.95)).unwrap();
+    assert_eq!(before.state, "active");
+    assert!(before.sensory_feedback);
+    let from = methodical.iter().filter(|row| row.t_ms >= at(20.0));
+    for row in from {
+        assert!(
+            !row.sensory_feedback && row.state == "hibernating",
+            "{row:?}"
+        );
+    }
+    let stopped = events(&log, "hibernated", Some("blue"));
+    assert_eq!(stopped[0].t_ms, at(20.0));
+    assert_eq!(stopped[0].reason, "not-applicable");
+    let wander = events(&log, "activated", Some("blue"));
+    let wander = wander
+        .iter()
+        .find(|row| row.subject == "find-locations-wander");
+    assert!(wander.is_some(), "blue does not wander");
+}
+
+#[test]
+fn wrong_locations_are_found_out_and_withdrawn() {
+    let lab = Lab::new();
+    for (name, mode, from, to) in [
+        ("biased", "{ bias = { m = 1.5 } }", 5.0, 75.0),
+        ("stuck", "\"stuck\"", 30.0, 75.0),
+        ("noisy", "{ noise = { m = 1.0 } }", 5.0, 75.0),
+    ] {
+        let seconds = to - from;
+        let scenario = format!(
+            "[[faults.timeline]]\nid = \"s\"\nat_s = {from}\nfor_s = {seconds}\n\
+             fault.sensor = {{ robot = \"blue\", device = \"position\", mode = {mode} }}\n"
+        );
+        let log = mission(&lab, name, &scenario, &[], 0);
+        hit(&log, "s");
+        let found = events(&log, "position-update", None);
+        let withdrawn = events(&log, "locations-withdrawn", None);
+        // A sensor that is stuck may as well lead nowhere; what is not found need not be withdrawn.
+        if found
+            .iter()
+            .any(|row| row.robot == "blue" && row.t_ms < at(to))
+        {
+            assert!(!withdrawn.is_empty(), "{name}: {found:?}");
+            assert!(
+                found.iter().any(|row| row.t_ms > withdrawn[0].t_ms),
+                "{name}"
+            );
+        } else {
+            assert!(
+                found.iter().any(|row| row.robot != "blue"),
+                "{name}: {found:?}"
+            );
+        }
+    }
+}
+
+/// Who moves items out of the top spill when they have been found, and from when on.
+fn mover(lab: &Lab, name: &str) -> (String, SimTime) {
+    let log = mission(lab, name, "", &[], 0);
+    let activated = events(&log, "activated", None);
+    let first = activated
+        .iter()
+        .find(|row| row.subject == "move-spill(top)");
+    let first = first.unwrap();
+    (first.robot.clone(), first.t_ms)
+}
+
+#[test]
+fn broken_actuators_and_idle_talk_are_taken_over_from() {
+    let lab = Lab::new();
+    let (robot, since) = mover(&lab, "undisturbed");
+    let at_s = since.as_secs_f64() + 5.0;
+    for (name, fault) in [
+        (
+            "gripper",
+            format!("actuator = {{ robot = \"{robot}\", mode = \"gripper\" }}"),
+        ),
+        (
+            "slow",
+            format!("actuator = {{ robot = \"{robot}\", mode = {{ slowed = 0.2 }} }}"),
+        ),
+        (
+            "dead-drive",
+            format!("actuator = {{ robot = \"{robot}\", mode = \"dead\" }}"),
+        ),
+        ("no-power", format!("power = \"{robot}\"")),
+        ("babble", format!("babble = \"{robot}\"")),
+    ] {
+        let scenario = format!("[[faults.timeline]]\nid = \"a\"\nat_s = {at_s}\nfault.{fault}\n");
+        let log = mission(&lab, name, &scenario, &[], 0);
+        hit(&log, "a");
+        let robot = robot.as_str();
+        let active = motivation_rows(&log, robot, "move-spill(top)");
+        let before = active.iter().find(|row| row.t_ms == at(at_s)).unwrap();
+        assert_eq!(before.state, "active", "{name}: before the fault it works");
+        let taken = taken_over(&log, "move-spill(top)", robot, at(at_s));
+        // Patience φ from the last progress heard of, then fast, then a wait of ψ + τ; or the robot's own λ and then the
+        // fast way up: whichever comes first.
+        let setup = &log.run.setup.alliance;
+        let bound_s = setup
+            .robots
+            .iter()
+            .filter(|(name, _)| *name != robot)
+            .map(|(_, other)| {
+                let set = &other.sets["move-spill(top)"];
+                let phi = set.willing_to_affect_s[robot];
+                let up = setup.threshold / set.fast_impatience;
+                phi + up + set.before_yielding_s + set.ceased_after_s
+            })
+            .fold(f64::INFINITY, f64::min);
+        let slack_s = bound_s + setup.threshold;
+        let late = taken.t_ms.since(at(at_s));
+        assert!(late <= at(slack_s), "{name}: {late} after the fault");
+        // It was not heard to be gone: its heartbeats went on.
+        assert!(events(&log, "gone", None).is_empty());
+    }
+}

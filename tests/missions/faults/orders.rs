@@ -1,0 +1,138 @@
+//! Orders to a live mission, by the command line: when they take effect, what the clock does, what is refused.
+
+use serde_json::Value;
+
+use super::{at, events, hit};
+use crate::harness::{Finished, Lab};
+use crate::team::Team;
+
+/// `alliance …` against the live run, its JSON answer.
+#[track_caller]
+fn ask(lab: &Lab, arguments: &[&str]) -> Value {
+    let mut all = arguments.to_vec();
+    all.push("--json");
+    lab.run(&all).expect(0).json()
+}
+
+#[track_caller]
+fn refused(lab: &Lab, arguments: &[&str], line: &str) {
+    let finished: Finished = lab.run(arguments).expect(2);
+    assert_eq!(finished.stderr.trim_end(), line);
+    assert_eq!(finished.stdout, "");
+}
+
+#[test]
+fn a_paused_clock_steps_and_shows_at_once_what_is_ordered() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "10x"]);
+    team.wait_for_row("poses.csv", &["5000,"]);
+    let paused = ask(&lab, &["clock", "pause"]);
+    let tick = paused["clock"]["tick"].as_u64().unwrap();
+    let status = || ask(&lab, &["status"])["status"].clone();
+    let now = || status()["tick"].as_u64().unwrap();
+    // The tick that was under way may end; no other one begins.
+    let still = now();
+    assert!(still <= tick + 1);
+    assert_eq!(now(), still);
+
+    let obstacle = ["fault", "obstacle", "6", "4", "0.5", "0.5", "--id", "box"];
+    let armed = ask(&lab, &obstacle)["armed"].clone();
+    assert_eq!(armed["tick"].as_u64(), Some(still), "in the very tick");
+    let faults = status()["faults"].clone();
+    assert_eq!(faults[0]["id"], "box");
+    assert_eq!(faults[0]["phase"], "in-force");
+    assert_eq!(now(), still, "the clock did not move");
+
+    ask(&lab, &["clock", "step", "3"]);
+    crate::harness::wait_until("three steps", || now() == still + 3);
+    assert_eq!(now(), still + 3);
+    ask(&lab, &["clock", "speed", "max"]);
+    assert_eq!(now(), still + 3, "a speed is no end of the pause");
+    ask(&lab, &["clock", "resume"]);
+    team.wait().expect(0);
+
+    let log = lab.log("run");
+    hit(&log, "box");
+    let applied = events(&log, "applied", None);
+    assert_eq!(applied[0].t_ms, at(still as f64 * 0.05));
+    assert_eq!(applied[0].detail, "obstacle 6 4 0.5 0.5");
+    assert!(!log.run.unscripted);
+    lab.run(&["replay", "run"]).expect(0);
+}
+
+#[test]
+fn what_is_ordered_is_listed_cleared_and_in_the_log() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "20x"]);
+    team.wait_for_row("poses.csv", &["2000,"]);
+    let killed = ask(&lab, &["fault", "kill", "gold", "--id", "k"]);
+    let tick = killed["armed"]["tick"].as_u64().unwrap();
+    team.wait_for_row("events.csv", &[",gone,gold,"]);
+    let waits = [
+        "fault",
+        "mute",
+        "blue",
+        "--when",
+        "any delivers",
+        "--for",
+        "5s",
+    ];
+    let waits = ask(&lab, &waits)["armed"].clone();
+    assert_eq!(waits["tick"], Value::Null);
+    let list = ask(&lab, &["fault", "list"])["faults"].clone();
+    assert_eq!(list[0]["id"], "k");
+    assert_eq!(list[0]["hits"], 1);
+    assert_eq!(list[1]["phase"], "armed");
+    // Clearing a kill brings the robot back.
+    ask(&lab, &["fault", "clear", "k"]);
+    team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
+    refused(
+        &lab,
+        &["fault", "clear", "k"],
+        "alliance fault: the fault 'k' is over already",
+    );
+    refused(
+        &lab,
+        &["fault", "kill", "glod"],
+        "alliance fault: fault.kill: the scenario has no robot 'glod'; did you mean 'gold'? (there are blue, gold, green)",
+    );
+    refused(
+        &lab,
+        &["fault", "mute", "blue", "--id", "k"],
+        "alliance fault: id: 'k' is the id of another fault of this run; give it another one, or none",
+    );
+    let status = ask(&lab, &["status"])["status"].clone();
+    assert_eq!(status["robots"][1]["robot"], "gold");
+    assert_eq!(status["robots"][1]["incarnation"], 2);
+    assert_ne!(
+        status["robots"][1]["pid"].as_u64(),
+        Some(u64::from(team.pid("gold")))
+    );
+    ask(&lab, &["clock", "speed", "max"]);
+    team.wait().expect(0);
+
+    let log = lab.log("run");
+    let gone = events(&log, "gone", Some("gold"));
+    assert_eq!(gone[0].t_ms, at(tick as f64 * 0.05));
+    assert!(gone[0].detail.ends_with("last broadcasts not listed"));
+    hit(&log, "f2");
+    assert!(!log.run.unscripted);
+    lab.run(&["replay", "run"]).expect(0);
+    lab.run(&["fault", "list"]).expect(3);
+}
+
+#[test]
+fn a_world_without_a_launcher_leaves_processes_alone() {
+    let lab = Lab::new();
+    std::fs::write(
+        lab.path("kills.toml"),
+        "name = \"kills\"\n[[faults.timeline]]\nfault.kill = \"gold\"\n",
+    )
+    .unwrap();
+    let finished = lab.run(&["world", "kills.toml", "--out", "none"]).expect(2);
+    assert_eq!(
+        finished.stderr.trim_end(),
+        "world: scenario 'kills': its fault 'kill gold' needs a launcher; start it with `alliance run`"
+    );
+    assert!(!lab.path("none").exists());
+}

@@ -1,0 +1,183 @@
+//! Process faults: real signals at a tick, and processes started again.
+
+use world_server::recorder::{EventRow, MessageRow, MotivationRow};
+
+use super::{at, events, hit, mission, only};
+use crate::harness::Lab;
+
+#[test]
+fn killed_paused_terminated_and_restarted_by_the_timeline() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "k"
+        fault.kill = "gold"
+        at_s = 60.0
+        for_s = 40.0
+        [[faults.timeline]]
+        id = "p"
+        fault.pause = "green"
+        at_s = 50.0
+        for_s = 30.0
+        [[faults.timeline]]
+        id = "t"
+        fault.terminate = "blue"
+        at_s = 110.0
+        for_s = 20.0
+        [[faults.timeline]]
+        id = "r"
+        fault.restart = "green"
+        at_s = 150.0
+    "#;
+    let log = mission(&lab, "processes", scenario, &[], 0);
+    for id in ["k", "p", "t", "r"] {
+        assert_eq!(hit(&log, id).hits, 1, "{id}");
+    }
+    // Before the first of them, nothing of the kind.
+    let first = at(50.0);
+    let early = log.rows::<EventRow>().unwrap().into_iter().find(|row| {
+        let kind = row.kind.as_str();
+        row.t_ms < first && row.t_ms > at(0.0) && ["gone", "stalled", "joined"].contains(&kind)
+    });
+    assert_eq!(early, None);
+
+    assert_eq!(only(&log, "stalled", "green").t_ms, at(50.0));
+    assert_eq!(only(&log, "back", "green").t_ms, at(80.0));
+    let gone = |robot| only(&log, "gone", robot);
+    assert_eq!(gone("gold").t_ms, at(60.0));
+    assert_eq!(
+        gone("gold").detail,
+        "incarnation 1; last counted in tick 1200; last broadcasts not listed"
+    );
+    assert_eq!(gone("blue").t_ms, at(110.0));
+    assert_eq!(gone("green").t_ms, at(150.0));
+    for (robot, back) in [("gold", 100.0), ("blue", 130.0), ("green", 150.0)] {
+        let joined = events(&log, "joined", Some(robot));
+        let lives: Vec<_> = joined
+            .iter()
+            .map(|row| (row.t_ms, row.detail.as_str()))
+            .collect();
+        assert_eq!(
+            lives,
+            [(at(0.0), "incarnation 1"), (at(back), "incarnation 2")],
+            "{robot}"
+        );
+        // It learns from its teammates, by radio alone, where the spills are, and works.
+        let after = |kind| {
+            let rows = events(&log, kind, Some(robot));
+            rows.into_iter().find(|row| row.t_ms > at(back))
+        };
+        assert!(
+            after("locations-learned").is_some(),
+            "{robot} learns nothing"
+        );
+        assert!(after("activated").is_some(), "{robot} does nothing");
+    }
+    // A dead robot says nothing, a stopped one neither thinks nor speaks.
+    let silent = |robot: &str, from: f64, to: f64| {
+        let messages = log.rows::<MessageRow>().unwrap();
+        let motivations = log.rows::<MotivationRow>().unwrap();
+        messages
+            .iter()
+            .all(|row| row.sender != robot || !(at(from)..at(to)).contains(&row.sent_ms))
+            && motivations
+                .iter()
+                .all(|row| row.robot != robot || !(at(from + 0.05)..at(to)).contains(&row.t_ms))
+    };
+    assert!(silent("gold", 60.0, 100.0), "its last tick counts, unheard");
+    assert!(silent("blue", 110.0, 130.0));
+    assert!(silent("green", 50.0, 80.0));
+}
+
+#[test]
+fn a_kill_by_an_event_comes_before_the_team_hears_of_it() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "k"
+        fault.kill = "blue"
+        when = "blue activates move-spill(top)"
+    "#;
+    for order in ["simultaneous", "in-order"] {
+        for seed in ["1", "2", "3"] {
+            let name = format!("event-{order}-{seed}");
+            let arguments = ["--seed", seed, "--step-order", order];
+            let log = mission(&lab, &name, scenario, &arguments, 0);
+            hit(&log, "k");
+            let activated = events(&log, "activated", Some("blue"));
+            let last = activated.last().unwrap();
+            assert_eq!(last.subject, "move-spill(top)");
+            assert_eq!(only(&log, "gone", "blue").t_ms, last.t_ms);
+            let heard = log.rows::<MessageRow>().unwrap();
+            let from_blue: Vec<_> = heard.iter().filter(|row| row.sender == "blue").collect();
+            assert!(!from_blue.is_empty());
+            assert!(from_blue.iter().all(|row| row.sent_ms < last.t_ms));
+            // Its report counts: the last row of its motivations is of that tick.
+            let motivations = log.rows::<MotivationRow>().unwrap();
+            let counted = motivations.iter().filter(|row| row.robot == "blue");
+            assert_eq!(counted.map(|row| row.t_ms).max(), Some(last.t_ms));
+            // The others finish without it.
+            let took_over = events(&log, "activated", None)
+                .into_iter()
+                .find(|row| row.robot != "blue" && row.subject == "move-spill(top)");
+            assert!(took_over.unwrap().t_ms >= last.t_ms);
+        }
+    }
+    let arguments = ["--seed", "1", "--step-order", "simultaneous"];
+    mission(&lab, "event-again", scenario, &arguments, 0);
+    lab.assert_same_bytes("event-simultaneous-1", "event-again");
+}
+
+#[test]
+fn a_whole_team_that_is_dead_or_stopped_is_brought_back_by_the_clock() {
+    let lab = Lab::new();
+    let mut scenario = String::new();
+    for robot in ["blue", "gold", "green"] {
+        scenario += &format!(
+            "[[faults.timeline]]\nfault.kill = \"{robot}\"\nat_s = 70.0\nfor_s = 10.0\n\
+             [[faults.timeline]]\nfault.pause = \"{robot}\"\nat_s = 100.0\nfor_s = 5.0\n"
+        );
+    }
+    let log = mission(&lab, "everybody", &scenario, &[], 0);
+    assert_eq!(events(&log, "gone", None).len(), 3);
+    assert_eq!(events(&log, "stalled", None).len(), 3);
+    let back = events(&log, "back", None);
+    assert!(back.len() == 3 && back.iter().all(|row| row.t_ms == at(105.0)));
+}
+
+#[test]
+fn robots_are_added_and_removed_in_mid_mission() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[robots]]
+        name = "blue"
+        side_sensor = true
+        [[robots]]
+        name = "gold"
+        [[robots]]
+        name = "red"
+        absent = true
+        [[faults.timeline]]
+        id = "a"
+        fault.add = "red"
+        at_s = 80.0
+        [[faults.timeline]]
+        id = "r"
+        fault.remove = "gold"
+        at_s = 120.0
+    "#;
+    let log = mission(&lab, "comings", scenario, &[], 0);
+    hit(&log, "a");
+    hit(&log, "r");
+    assert_eq!(only(&log, "joined", "red").t_ms, at(80.0));
+    assert_eq!(only(&log, "gone", "gold").t_ms, at(120.0));
+    let first = events(&log, "activated", Some("red"))[0].t_ms;
+    assert!(first > at(80.0));
+    let poses = log.rows::<world_server::recorder::PoseRow>().unwrap();
+    let seen = |robot: &str| -> Vec<_> {
+        let rows = poses.iter().filter(|row| row.robot == robot);
+        rows.map(|row| row.t_ms).collect()
+    };
+    assert_eq!(seen("red").first(), Some(&at(80.0)), "no body before");
+    assert_eq!(seen("gold").last(), Some(&at(119.95)), "no body after");
+}

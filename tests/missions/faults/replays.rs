@@ -1,0 +1,146 @@
+//! A run in which somebody killed, stopped and continued processes by hand, at any wall-clock moment, and sent commands while
+//! it ran at full speed, is repeated from its log alone.
+
+use std::time::Duration;
+
+use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
+use alliance_tests::mishaps::{self, Rates};
+use launch::diff::{Comparison, compare};
+use launch::replay::replay;
+use nix::sys::signal::Signal;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use world_server::recorder::RunLog;
+
+use super::assert_items_accounted_for;
+use crate::harness::Lab;
+use crate::team::Team;
+
+/// Runs by real processes; `ALLIANCE_REPLAYS` asks for more.
+const RUNS: u64 = 5;
+
+#[test]
+fn disturbed_by_hand_and_repeated_to_the_byte() {
+    let runs = std::env::var("ALLIANCE_REPLAYS").map_or(RUNS, |runs| runs.parse().unwrap());
+    let mut disturbances = 0;
+    for seed in 0..runs {
+        let lab = Lab::new();
+        disturbances += disturb(&lab, seed);
+        let log = lab.log("run");
+        assert_items_accounted_for(&log);
+        let finished = lab.run(&["replay", "run", "--out", "again"]).expect(0);
+        assert!(finished.stderr.starts_with("identical"));
+        lab.run(&["diff", "run", "again"]).expect(0);
+        lab.assert_same_bytes("run", "again");
+    }
+    assert!(disturbances > 3 * runs, "{disturbances} in {runs} runs");
+}
+
+/// A mission at full speed to which things happen from outside; how many.
+fn disturb(lab: &Lab, seed: u64) -> u64 {
+    let mut chance = ChaCha8Rng::seed_from_u64(seed);
+    let mission = lab.mission_of(160);
+    let mut team = Team::start(lab, &[&mission, "--seed", &seed.to_string()]);
+    team.wait_for_row("events.csv", &["joined"]);
+    let robots = ["blue", "gold", "green"];
+    let mut done = 0;
+    let mut stopped: Option<&str> = None;
+    for _ in 0..8 {
+        std::thread::sleep(Duration::from_millis(chance.random_range(1..120)));
+        if !team.is_running() {
+            break;
+        }
+        let robot = robots[chance.random_range(0..3)];
+        match (chance.random_range(0..5), stopped.take()) {
+            (_, Some(stopped)) => team.try_signal(stopped, Signal::SIGCONT),
+            (0, None) => team.try_signal(robot, Signal::SIGKILL),
+            (1, None) => {
+                team.try_signal(robot, Signal::SIGSTOP);
+                stopped = Some(robot);
+            }
+            (2, None) => {
+                let _ = lab.run(&["fault", "restart", robot]);
+            }
+            (3, None) => {
+                let _ = lab.run(&[
+                    "fault", "drop", "--from", robot, "--p", "0.5", "--for", "20s",
+                ]);
+            }
+            (_, None) => {
+                let _ = lab.run(&["fault", "pause", robot, "--for", "3s"]);
+            }
+        }
+        done += 1;
+    }
+    if let Some(stopped) = stopped {
+        team.try_signal(stopped, Signal::SIGCONT);
+    }
+    // Complete, or nobody was left.
+    let finished = team.wait();
+    assert!(
+        matches!(finished.status.code(), Some(0 | 1)),
+        "{}",
+        finished.stderr
+    );
+    done
+}
+
+#[test]
+fn whatever_happens_in_one_process_is_repeated() {
+    for seed in 0..12 {
+        let order = [StepOrder::Simultaneous, StepOrder::InOrder][seed as usize % 2];
+        let mut scenario = Scenario {
+            limit_s: 400.0,
+            ..Scenario::default()
+        };
+        scenario.alliance.preset = [Preset::Team, Preset::Thesis, Preset::Par98][seed as usize % 3];
+        scenario.alliance.switches.step_order = Some(order);
+        let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
+        let rates = Rates {
+            loss: 0.02,
+            death: 0.002,
+            stall: 0.005,
+            back: 0.02,
+        };
+        let recorder = mishaps::run(&setup, rates, seed).unwrap();
+        let logged = RunLog::from_memory(&recorder.into_sink()).unwrap();
+        assert!(logged.inputs().unwrap().len() > 20);
+        let (_, again) = replay(&logged).unwrap();
+        let comparison = compare(&logged, &again).unwrap();
+        assert!(
+            matches!(comparison, Comparison::Identical { .. }),
+            "seed {seed}: {comparison}"
+        );
+    }
+}
+
+#[test]
+fn a_difference_is_named_by_tick_robot_and_field() {
+    let lab = Lab::new();
+    lab.mission("a", &["--limit", "60"]).expect(1);
+    let altered = "[alliance.robots.gold.sets.find-locations-wander]\nfast_impatience = 2.0\n";
+    std::fs::write(lab.path("other.toml"), altered).unwrap();
+    lab.mission("b", &["other.toml", "--limit", "60"]).expect(1);
+    let finished = lab.run(&["diff", "a", "b"]).expect(1);
+    let line = finished.stderr.trim_end();
+    assert!(
+        line.starts_with(
+            "differs first in tick 0 (0.000 s): gold motivations, motivations.csv: impatience"
+        ),
+        "{line}"
+    );
+    let json = lab.run(&["diff", "a", "b", "--json"]).expect(1).json();
+    assert_eq!(json["result"], "differs");
+    assert_eq!(json["robot"], "gold");
+
+    // An input that is not there any more makes another run of it.
+    let path = lab.path("a").join("run.json");
+    let mut run: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    run["seed"] = 2.into();
+    std::fs::write(&path, run.to_string()).unwrap();
+    let finished = lab.run(&["replay", "a"]).expect(1);
+    assert!(finished.stderr.starts_with("differs first in tick"));
+    lab.run(&["replay", "nowhere"]).expect(2);
+}

@@ -1,0 +1,40 @@
+//! The default mission's parameters: progress reports on time, and the mission not the longer for it.
+
+use alliance_proto::tick::Outcome;
+use world_server::recorder::{Document, Figures, LogLevel, RunFile};
+
+use crate::harness::Lab;
+use crate::in_process::run;
+use crate::story::setup;
+
+const NAME: &str = "waste-cleanup";
+/// A quarter of the report period.
+const LATE_MS: u64 = 30_000;
+
+#[track_caller]
+fn assert_on_time(figures: &Figures) {
+    assert!(figures.reports_made >= 2);
+    assert!(figures.report_lateness_max_ms.unwrap() < LATE_MS);
+}
+
+#[test]
+fn reports_are_on_time_on_a_hundred_seeds() {
+    let mut total_s = 0.0;
+    for seed in 1..=100 {
+        let (outcome, recorder) = run(setup(NAME, seed), LogLevel::Off);
+        assert_eq!(outcome, Outcome::Complete, "seed {seed}");
+        let memory = recorder.into_sink();
+        let file: RunFile = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+        println!("seed {seed}");
+        assert_on_time(&file.result);
+        total_s += file.result.sim_time_ms.as_secs_f64();
+    }
+    assert!(total_s / 100.0 < 340.0, "{total_s} s for 100 missions");
+}
+
+#[test]
+fn reports_are_on_time_by_processes() {
+    let lab = Lab::new();
+    lab.mission("run", &[NAME, "--log", "summary"]).expect(0);
+    assert_on_time(&lab.log("run").run.result);
+}

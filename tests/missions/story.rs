@@ -1,0 +1,192 @@
+//! What a log tells about a mission: who did what, in which order and why. For the tests of scenarios, which assert orders and
+//! causes, not times.
+
+use std::path::Path;
+
+use alliance_proto::scenario::{Scenario, SetParams, Setup};
+use alliance_proto::time::SimTime;
+use launch::scenarios::builtin;
+use world_server::recorder::{
+    Document, EventRow, LogLevel, MessageRow, MotivationRow, PoseRow, RunFile, RunLog,
+};
+
+use crate::in_process::run;
+
+pub const METHODICAL: &str = "find-locations-methodical";
+pub const WANDER: &str = "find-locations-wander";
+pub const TOP: &str = "move-spill(top)";
+pub const BOTTOM: &str = "move-spill(bottom)";
+pub const REPORT: &str = "report-progress";
+pub const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
+
+/// A mission, as its log tells it.
+pub struct Story {
+    pub events: Vec<EventRow>,
+    pub poses: Vec<PoseRow>,
+    motivations: Vec<MotivationRow>,
+    messages: Vec<MessageRow>,
+    run: RunFile,
+}
+
+/// A change of state: robot, behavior set, event, reason.
+pub type Change<'a> = (&'a str, &'a str, &'a str, &'a str);
+
+/// A progress report.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    pub by: &'a str,
+    pub due: SimTime,
+    pub made: SimTime,
+}
+
+/// The run of a built-in scenario.
+pub fn setup(name: &str, seed: u64) -> Setup {
+    let file = builtin(name).unwrap();
+    let scenario = Scenario::parse(&file.file_name(), file.text).unwrap();
+    Setup::resolve(scenario, seed, None).unwrap().setup
+}
+
+impl Story {
+    /// Plays a mission within this process.
+    pub fn play(setup: Setup) -> Self {
+        let (_, recorder) = run(setup, LogLevel::Full);
+        let memory = recorder.into_sink();
+        let run = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+        Self::read(RunLog::from_tables(
+            Path::new("in memory"),
+            run,
+            memory.tables,
+        ))
+    }
+
+    /// Reads a log.
+    pub fn read(log: RunLog) -> Self {
+        Self {
+            events: log.rows().unwrap(),
+            poses: log.rows().unwrap(),
+            motivations: log.rows().unwrap(),
+            messages: log.rows().unwrap(),
+            run: log.run,
+        }
+    }
+
+    /// Length of a step.
+    pub fn step(&self) -> SimTime {
+        SimTime(self.run.setup.scenario.step_ms)
+    }
+
+    /// θ.
+    pub fn threshold(&self) -> f64 {
+        self.run.setup.alliance.threshold
+    }
+
+    /// The parameters in force.
+    pub fn params(&self, robot: &str, set: &str) -> &SetParams {
+        &self.run.setup.alliance.robots[robot].sets[set]
+    }
+
+    /// The period of the progress reports.
+    pub fn report_period(&self) -> SimTime {
+        SimTime::from_secs_f64(self.run.setup.scenario.waste.report_period_s)
+    }
+
+    /// The events of a kind.
+    pub fn all(&self, kind: &str) -> impl Iterator<Item = &EventRow> {
+        self.events.iter().filter(move |row| row.kind == kind)
+    }
+
+    /// The number of a robot's events of a kind.
+    pub fn count(&self, kind: &str, robot: &str) -> usize {
+        self.all(kind).filter(|row| row.robot == robot).count()
+    }
+
+    /// The only event of a kind.
+    #[track_caller]
+    pub fn only(&self, kind: &str) -> &EventRow {
+        let rows: Vec<_> = self.all(kind).collect();
+        assert_eq!(rows.len(), 1, "{rows:?}");
+        rows[0]
+    }
+
+    /// When a robot's behavior set became active for the first time.
+    #[track_caller]
+    pub fn first_activation(&self, robot: &str, set: &str) -> SimTime {
+        let mut rows = self.all("activated");
+        let first = rows.find(|row| row.robot == robot && row.subject == set);
+        first.unwrap().t_ms
+    }
+
+    /// The changes of state of the behavior sets of a task, those of all robots.
+    pub fn changes(&self, task: &str) -> Vec<&EventRow> {
+        let rows = self.events.iter();
+        rows.filter(|row| is_change(row) && row.detail == task)
+            .collect()
+    }
+
+    /// The behavior set that a robot executes at the end of that step.
+    pub fn active(&self, robot: &str, at: SimTime) -> Option<&str> {
+        let mut active = None;
+        for row in &self.events {
+            if row.robot != robot || row.t_ms > at || !is_change(row) {
+                continue;
+            }
+            match row.kind.as_str() {
+                "activated" => active = Some(row.subject.as_str()),
+                _ => active = active.filter(|set| *set != row.subject),
+            }
+        }
+        active
+    }
+
+    /// The motivations of a behavior set, step by step.
+    pub fn motivations(&self, robot: &str, set: &str) -> Vec<&MotivationRow> {
+        let rows = self.motivations.iter();
+        rows.filter(|row| row.robot == robot && row.behavior_set == set)
+            .collect()
+    }
+
+    /// The motivation of a behavior set in a step.
+    #[track_caller]
+    pub fn motivation(&self, robot: &str, set: &str, at: SimTime) -> f64 {
+        let mut rows = self.motivations.iter();
+        let row = rows.find(|row| row.t_ms == at && row.robot == robot && row.behavior_set == set);
+        row.unwrap().motivation
+    }
+
+    /// When a robot first heard another one speak about a task.
+    #[track_caller]
+    pub fn first_heard(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
+        let mut rows = self.messages.iter();
+        let heard = |row: &&MessageRow| row.receiver == receiver && row.fate == "heard";
+        let row = rows.find(|row| heard(row) && row.sender == sender && row.task == task);
+        row.unwrap().t_ms
+    }
+
+    /// The progress reports.
+    pub fn reports(&self) -> Vec<Report<'_>> {
+        let mut last = SimTime::ZERO;
+        self.all("reported")
+            .map(|row| Report {
+                by: &row.robot,
+                due: std::mem::replace(&mut last, row.t_ms) + self.report_period(),
+                made: row.t_ms,
+            })
+            .collect()
+    }
+}
+
+impl Report<'_> {
+    /// By how much it came too late.
+    pub fn lateness(&self) -> SimTime {
+        self.made.since(self.due)
+    }
+}
+
+/// What a change of state says, without its time.
+pub fn change(row: &EventRow) -> Change<'_> {
+    (&row.robot, &row.subject, &row.kind, &row.reason)
+}
+
+fn is_change(row: &EventRow) -> bool {
+    matches!(row.kind.as_str(), "activated" | "waiting" | "hibernated")
+}

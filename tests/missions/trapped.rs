@@ -1,0 +1,166 @@
+//! The built-in scenario `thesis-trapped-robot`: each observation of the thesis' §4.3.2, seen in the log.
+
+use alliance_proto::time::SimTime;
+use world_server::recorder::{EventRow, MotivationRow};
+
+use crate::harness::Lab;
+use crate::story::{METHODICAL, REPORT, Report, Story, WANDER, change, setup};
+
+const NAME: &str = "thesis-trapped-robot";
+/// A boxed-in robot stays this near to where it ends, m.
+const BOX_M: f32 = 0.3;
+
+fn assert_observations(story: &Story) {
+    blue_is_boxed_in_while_methodical(story);
+    the_search_goes_from_blue_to_gold_to_green(story);
+    impatience_bends(story);
+    gold_and_green_share_the_rest(story);
+    reports_come_late_because_nobody_is_free(story);
+}
+
+fn blue_is_boxed_in_while_methodical(story: &Story) {
+    let blue = story.poses.iter().filter(|row| row.robot == "blue");
+    let end = blue.clone().next_back().unwrap();
+    let away = |x_m: f32, y_m: f32| (x_m - end.x_m).hypot(y_m - end.y_m) > BOX_M;
+    let last_away = blue.rev().find(|row| away(row.x_m, row.y_m)).unwrap();
+    assert_eq!(last_away.behavior_set, METHODICAL);
+    let takeover = story.changes("find-locations")[1];
+    assert!(
+        last_away.t_ms < takeover.t_ms,
+        "blue is stuck before gold acts"
+    );
+}
+
+fn the_search_goes_from_blue_to_gold_to_green(story: &Story) {
+    let changes = story.changes("find-locations");
+    let seen: Vec<_> = changes.iter().map(|row| change(row)).collect();
+    let expected = [
+        ("blue", METHODICAL, "activated", "threshold"),
+        // Gold takes over.
+        ("gold", WANDER, "waiting", "threshold"),
+        ("blue", METHODICAL, "hibernated", "reset-by gold"),
+        ("gold", WANDER, "activated", "wait-over"),
+        // Blue waits: it is not its first time.
+        ("blue", METHODICAL, "waiting", "threshold"),
+        // Green takes over: it is its first time, and both others are reset.
+        ("green", WANDER, "waiting", "threshold"),
+        ("blue", METHODICAL, "hibernated", "reset-by green"),
+        ("gold", WANDER, "hibernated", "reset-by green"),
+        ("green", WANDER, "activated", "wait-over"),
+        // Both end up waiting, and green finishes.
+        ("blue", METHODICAL, "waiting", "threshold"),
+        ("gold", WANDER, "waiting", "threshold"),
+        ("blue", METHODICAL, "hibernated", "not-applicable"),
+        ("gold", WANDER, "hibernated", "not-applicable"),
+        ("green", WANDER, "hibernated", "not-applicable"),
+    ];
+    assert_eq!(seen, expected);
+
+    // Gold had not been active for long enough to yield to blue.
+    let (golds, greens) = (changes[3].t_ms, changes[8].t_ms);
+    let active_s = greens.since(golds).as_secs_f64();
+    assert!(active_s < story.params("gold", WANDER).before_yielding_s);
+    assert_eq!(story.only("position-update").robot, "green");
+    assert!(story.only("position-update").t_ms > changes[10].t_ms);
+    assert_eq!(story.all("locations-withdrawn").count(), 0);
+}
+
+/// After the first message of each new searcher the others rise slowly for phi, and then fast.
+fn impatience_bends(story: &Story) {
+    let changes = story.changes("find-locations");
+    let at = |index: usize| changes[index].t_ms;
+    bends(story, "gold", WANDER, "blue", at(1));
+    bends(story, "green", WANDER, "blue", at(1).since(story.step()));
+    bends(story, "blue", METHODICAL, "gold", at(4));
+    bends(story, "green", WANDER, "gold", at(5));
+    bends(story, "blue", METHODICAL, "green", at(9));
+    bends(story, "gold", WANDER, "green", at(10));
+}
+
+/// From the reset by that searcher's first message up to `end`.
+#[track_caller]
+fn bends(story: &Story, robot: &str, set: &str, searcher: &str, end: SimTime) {
+    let reset = story.first_heard(robot, searcher, "find-locations");
+    let params = story.params(robot, set);
+    let slow = params.slow_impatience[searcher];
+    let phi = SimTime::from_secs_f64(params.willing_to_affect_s[searcher]);
+    let rows: Vec<_> = story
+        .motivations(robot, set)
+        .into_iter()
+        .filter(|row| reset <= row.t_ms && row.t_ms <= end)
+        .collect();
+    assert!(!rows[0].impatience_reset && rows[0].motivation == 0.0);
+    for pair in rows.windows(2) {
+        assert!(pair[0].motivation < pair[1].motivation, "{:?}", pair[1]);
+    }
+    let (flat, steep): (Vec<&MotivationRow>, Vec<&MotivationRow>) =
+        rows.into_iter().partition(|row| row.t_ms < reset + phi);
+    assert!(flat.iter().all(|row| row.impatience == slow));
+    assert!(
+        steep
+            .iter()
+            .all(|row| row.impatience == params.fast_impatience)
+    );
+    assert!(!steep.is_empty(), "{robot} is interrupted before its phi");
+}
+
+fn gold_and_green_share_the_rest(story: &Story) {
+    let update = story.only("position-update").t_ms;
+    assert_eq!(story.count("delivered", "blue"), 0);
+    assert_eq!(story.count("reported", "blue"), 0);
+    let in_vain = |row: &&EventRow| row.robot == "blue" && row.t_ms > update;
+    assert!(story.all("activated").filter(in_vain).count() > 0);
+    let items = story.all("delivered").count();
+    for robot in ["gold", "green"] {
+        assert!(story.count("delivered", robot) >= items / 4, "{robot}");
+        assert!(story.count("reported", robot) > 0, "{robot}");
+    }
+}
+
+fn reports_come_late_because_nobody_is_free(story: &Story) {
+    // The first one fell due before the locations were known.
+    let reports = &story.reports()[1..];
+    let period = story.report_period();
+    assert!(reports.len() >= 3);
+    for report in reports {
+        assert!(report.lateness().0 > period.0 / 4, "{report:?}");
+    }
+    let mut reports = reports.iter();
+    assert!(
+        reports.any(|report| report.lateness().0 > period.0 / 2 && waited_for_psi(story, report)),
+        "no report had to wait until a robot acquiesced"
+    );
+}
+
+/// Whether gold and green both moved waste when the report fell due, and its robot came free by psi or lambda alone.
+fn waited_for_psi(story: &Story, report: &Report<'_>) -> bool {
+    let moves = |robot| {
+        let active = story.active(robot, report.due);
+        active.is_some_and(|set| set.starts_with("move-spill"))
+    };
+    let of_it = || story.events.iter().filter(|row| row.robot == report.by);
+    let begins = of_it()
+        .rfind(|row| row.kind == "activated" && row.subject == REPORT && row.t_ms <= report.made);
+    let ends: Vec<_> = of_it()
+        .filter(|row| row.kind == "hibernated" && row.subject.starts_with("move-spill"))
+        .filter(|row| report.due <= row.t_ms && row.t_ms <= begins.unwrap().t_ms)
+        .map(|row| &*row.reason)
+        .collect();
+    let by_time = |reason: &&str| matches!(*reason, "acquiesced-psi" | "gave-up-lambda");
+    moves("gold") && moves("green") && !ends.is_empty() && ends.iter().all(by_time)
+}
+
+#[test]
+fn a_trapped_robot_on_many_seeds() {
+    for seed in 1..=8 {
+        println!("seed {seed}");
+        assert_observations(&Story::play(setup(NAME, seed)));
+    }
+}
+
+#[test]
+fn a_trapped_robot_by_processes() {
+    let lab = Lab::new();
+    lab.mission("run", &[NAME]).expect(0);
+    assert_observations(&Story::read(lab.log("run")));
+}

@@ -1,0 +1,89 @@
+//! An interruption handler of one's own, without agents: a door that is open and closed by turns.
+//!
+//! `cargo run -p world-server --example own_interruption`
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::{Obstacle, Robot, Setup, Start};
+use alliance_proto::time::SimTime;
+use world_server::interruption::InterruptionHandler;
+use world_server::recorder::{Event, EventKind, FaultEvent};
+use world_server::world::{ObstacleId, World};
+
+/// Closes and opens every so often.
+struct Door {
+    period: SimTime,
+    leaf: Obstacle,
+    closed: Option<ObstacleId>,
+    due: SimTime,
+}
+
+impl InterruptionHandler for Door {
+    fn trigger_event(&mut self, now: SimTime, world: &mut World) -> Vec<Event> {
+        if now < self.due {
+            return Vec::new();
+        }
+        self.due = self.due + self.period;
+        let kind = match self.closed.take() {
+            Some(leaf) => {
+                world.remove_obstacle(leaf);
+                FaultEvent::Healed
+            }
+            None => {
+                self.closed = Some(world.add_obstacle(&self.leaf));
+                FaultEvent::Applied
+            }
+        };
+        vec![Event {
+            subject: "door".to_owned(),
+            ..Event::new(EventKind::Fault(kind), None)
+        }]
+    }
+}
+
+fn main() {
+    let blue = RobotId(0);
+    let mut setup = Setup::default_for(1);
+    setup.scenario.robots = vec![Robot {
+        name: "blue".to_owned(),
+        start: Some(Start {
+            x_m: 1.0,
+            y_m: 4.5,
+            heading_deg: 0.0,
+        }),
+        ..Robot::default()
+    }];
+    let mut world = World::new(&setup);
+    let mut door = Door {
+        period: SimTime(5000),
+        leaf: Obstacle {
+            x_m: 3.0,
+            y_m: 4.0,
+            width_m: 0.1,
+            height_m: 1.0,
+            penetrability: 0.0,
+        },
+        closed: None,
+        due: SimTime(2000),
+    };
+    let ahead = Some(Actuation {
+        speed_m_s: 0.5,
+        ..Actuation::default()
+    });
+    for _ in 0..200 {
+        let now = world.now();
+        for event in door.trigger_event(now, &mut world) {
+            let x_m = world.pose(blue).position.x;
+            println!(
+                "{now}: {} {}, blue at x = {x_m} m",
+                event.subject, event.kind
+            );
+        }
+        world.step(&[ahead]);
+    }
+    println!(
+        "{}: blue at x = {} m",
+        world.now(),
+        world.pose(blue).position.x
+    );
+}

@@ -1,0 +1,273 @@
+//! Broken actuators: what a body does instead of what it is told.
+//!
+//! Several faults of one robot act one after the other, in the order in which they were armed.
+
+use alliance_proto::fault::{ActuatorMode, Fault, Side};
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::{Actuation, Gripper};
+use alliance_proto::scenario::{Body, Scenario};
+
+use super::schedule::FaultIndex;
+use crate::world::limited;
+
+/// The broken actuators of all robots.
+#[derive(Clone, Debug)]
+pub struct Actuators {
+    body: Body,
+    /// By rank.
+    names: Vec<String>,
+    /// In the order of arming.
+    broken: Vec<(FaultIndex, RobotId, Defect)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Defect {
+    Actuator(ActuatorMode),
+    /// Nothing is obeyed.
+    Deaf,
+}
+
+impl Actuators {
+    /// Intact actuators.
+    #[must_use]
+    pub fn new(scenario: &Scenario) -> Self {
+        let names = scenario.robots.iter().map(|robot| robot.name.clone());
+        Self {
+            body: scenario.body,
+            names: names.collect(),
+            broken: Vec::new(),
+        }
+    }
+
+    /// Takes note of the faults that are in force, in the order of arming.
+    pub fn begin<'f>(&mut self, in_force: impl Iterator<Item = (FaultIndex, &'f Fault)>) {
+        self.broken.clear();
+        for (index, fault) in in_force {
+            let (name, defect) = match fault {
+                Fault::Actuator(fault) => (&fault.robot, Defect::Actuator(fault.mode)),
+                Fault::Power(robot) | Fault::Babble(robot) => (robot, Defect::Deaf),
+                _ => continue,
+            };
+            if let Some(rank) = self.names.iter().position(|known| known == name) {
+                self.broken.push((index, RobotId(rank as u16), defect));
+            }
+        }
+    }
+
+    /// Turns the command of a robot into what its body does. Returns the faults that changed what an intact body would have
+    /// done, in the order of arming.
+    pub fn disobey(&self, robot: RobotId, command: &mut Option<Actuation>) -> Vec<FaultIndex> {
+        let mut hits = Vec::new();
+        let Some(command) = command else {
+            return hits;
+        };
+        for (fault, _, defect) in self.broken.iter().filter(|(_, whose, _)| *whose == robot) {
+            let told = limited(&self.body, *command);
+            *command = limited(&self.body, defect.act(&self.body, told));
+            if *command != told {
+                hits.push(*fault);
+            }
+        }
+        hits
+    }
+}
+
+impl Defect {
+    fn act(self, body: &Body, told: Actuation) -> Actuation {
+        let mode = match self {
+            Self::Actuator(mode) => mode,
+            Self::Deaf => return Actuation::default(),
+        };
+        match mode {
+            ActuatorMode::Dead => slowed(told, 0.0),
+            ActuatorMode::Slowed(share) => slowed(told, share),
+            ActuatorMode::TurnBias(deg_s) => {
+                let moves = told.speed_m_s != 0.0 || told.turn_rad_s != 0.0;
+                let bias_rad_s = if moves { deg_s.to_radians() } else { 0.0 };
+                Actuation {
+                    turn_rad_s: told.turn_rad_s + bias_rad_s,
+                    ..told
+                }
+            }
+            ActuatorMode::OneWheel(dead) => one_wheel(body, told, dead),
+            ActuatorMode::Gripper => Actuation {
+                gripper: Gripper::Keep,
+                ..told
+            },
+        }
+    }
+}
+
+fn slowed(told: Actuation, share: f32) -> Actuation {
+    Actuation {
+        speed_m_s: told.speed_m_s * share,
+        turn_rad_s: told.turn_rad_s * share,
+        ..told
+    }
+}
+
+/// A differential drive with its wheels at the edges of the body, so a body's diameter apart, whose dead wheel stands still.
+fn one_wheel(body: &Body, told: Actuation, dead: Side) -> Actuation {
+    let from_turning_m_s = told.turn_rad_s * body.radius_m;
+    let (left_m_s, right_m_s) = match dead {
+        Side::Left => (0.0, told.speed_m_s + from_turning_m_s),
+        Side::Right => (told.speed_m_s - from_turning_m_s, 0.0),
+    };
+    Actuation {
+        speed_m_s: f32::midpoint(left_m_s, right_m_s),
+        turn_rad_s: (right_m_s - left_m_s) / (2.0 * body.radius_m),
+        ..told
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::fault::ActuatorFault;
+
+    use super::*;
+
+    const BLUE: RobotId = RobotId(0);
+    const GOLD: RobotId = RobotId(1);
+
+    /// What becomes of a speed and a turn rate in degrees/s, and which faults did it. Limits: 0.5 m/s and 90 degrees/s;
+    /// radius 0.2 m.
+    fn drive(modes: &[ActuatorMode], speed_m_s: f32, turn_deg_s: f32) -> (f32, f32, Vec<usize>) {
+        let told = Actuation {
+            speed_m_s,
+            turn_rad_s: turn_deg_s.to_radians(),
+            ..Actuation::default()
+        };
+        let faults = modes.iter().map(|mode| actuator(*mode)).collect::<Vec<_>>();
+        let (done, hits) = obeyed(&faults, BLUE, told);
+        (done.speed_m_s, done.turn_rad_s.to_degrees(), hits)
+    }
+
+    fn actuator(mode: ActuatorMode) -> Fault {
+        Fault::Actuator(ActuatorFault {
+            robot: "blue".to_owned(),
+            mode,
+        })
+    }
+
+    fn obeyed(faults: &[Fault], robot: RobotId, told: Actuation) -> (Actuation, Vec<usize>) {
+        let mut actuators = Actuators::new(&Scenario::default());
+        let faults = faults.iter().enumerate();
+        actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
+        let mut command = Some(told);
+        let hits = actuators.disobey(robot, &mut command);
+        let hits = hits.into_iter().map(|fault| fault.0).collect();
+        (command.unwrap(), hits)
+    }
+
+    #[track_caller]
+    fn assert_drive(actual: (f32, f32, Vec<usize>), speed_m_s: f32, turn_deg_s: f32, hit: bool) {
+        assert!((actual.0 - speed_m_s).abs() < 1e-6, "{actual:?}");
+        assert!((actual.1 - turn_deg_s).abs() < 1e-3, "{actual:?}");
+        assert_eq!(actual.2.is_empty(), !hit, "{actual:?}");
+    }
+
+    #[test]
+    fn a_dead_drive_neither_turns_nor_moves() {
+        assert_drive(drive(&[ActuatorMode::Dead], 0.5, 90.0), 0.0, 0.0, true);
+        assert_drive(drive(&[ActuatorMode::Dead], 0.0, 0.0), 0.0, 0.0, false);
+        // Nor does an intact one reverse.
+        assert_drive(drive(&[ActuatorMode::Dead], -1.0, 0.0), 0.0, 0.0, false);
+    }
+
+    #[test]
+    fn a_slow_drive_gives_its_share_of_what_an_intact_one_would() {
+        let slow = [ActuatorMode::Slowed(0.2)];
+        assert_drive(drive(&slow, 0.4, -30.0), 0.08, -6.0, true);
+        assert_drive(drive(&slow, 9.0, 900.0), 0.1, 18.0, true);
+        assert_drive(
+            drive(&[ActuatorMode::Slowed(1.0)], 0.4, 9.0),
+            0.4,
+            9.0,
+            false,
+        );
+    }
+
+    #[test]
+    fn a_turn_bias_acts_while_the_robot_drives() {
+        let bias = [ActuatorMode::TurnBias(-10.0)];
+        assert_drive(drive(&bias, 0.4, 0.0), 0.4, -10.0, true);
+        assert_drive(drive(&bias, 0.0, 30.0), 0.0, 20.0, true);
+        assert_drive(drive(&bias, 0.0, 0.0), 0.0, 0.0, false);
+        // At the limit already.
+        assert_drive(drive(&bias, 0.0, -90.0), 0.0, -90.0, false);
+    }
+
+    #[test]
+    fn with_one_wheel_it_drives_round_the_other() {
+        let left = [ActuatorMode::OneWheel(Side::Left)];
+        let right = [ActuatorMode::OneWheel(Side::Right)];
+        // Its center goes round the wheel at its edge: speed = turn rate · radius.
+        let round = (0.25_f32 / 0.2).to_degrees();
+        assert_drive(drive(&left, 0.5, 0.0), 0.25, round, true);
+        assert_drive(drive(&right, 0.5, 0.0), 0.25, -round, true);
+        let half = 22.5_f32.to_radians() * 0.2;
+        assert_drive(drive(&left, 0.0, 45.0), half, 22.5, true);
+        // The wheel that is left would go backwards: the body only turns.
+        assert_drive(drive(&right, 0.0, 45.0), 0.0, 22.5, true);
+        assert_drive(drive(&left, 0.0, 0.0), 0.0, 0.0, false);
+    }
+
+    #[test]
+    fn a_failed_gripper_keeps_and_the_drive_goes_on() {
+        let told = Actuation {
+            speed_m_s: 0.3,
+            gripper: Gripper::Pick,
+            ..Actuation::default()
+        };
+        let faults = [actuator(ActuatorMode::Gripper)];
+        let (done, hits) = obeyed(&faults, BLUE, told);
+        assert_eq!((done.speed_m_s, done.gripper), (0.3, Gripper::Keep));
+        assert_eq!(hits, [0]);
+        assert_eq!(obeyed(&faults, GOLD, told), (told, vec![]));
+        let keeps = Actuation {
+            gripper: Gripper::Keep,
+            ..told
+        };
+        assert_eq!(obeyed(&faults, BLUE, keeps), (keeps, vec![]));
+    }
+
+    #[test]
+    fn without_power_and_while_it_babbles_nothing_is_obeyed() {
+        let told = Actuation {
+            report_progress: true,
+            ..Actuation::default()
+        };
+        for fault in [Fault::Power as fn(String) -> Fault, Fault::Babble] {
+            let fault = fault("blue".to_owned());
+            let (done, hits) = obeyed(std::slice::from_ref(&fault), BLUE, told);
+            assert_eq!((done, hits), (Actuation::default(), vec![0]));
+            let (_, hits) = obeyed(&[fault], BLUE, Actuation::default());
+            assert!(hits.is_empty());
+        }
+        let mut none = None;
+        let mut actuators = Actuators::new(&Scenario::default());
+        let fault = Fault::Babble("blue".to_owned());
+        actuators.begin([(FaultIndex(0), &fault)].into_iter());
+        assert!(actuators.disobey(BLUE, &mut none).is_empty());
+        assert_eq!(none, None);
+    }
+
+    #[test]
+    fn faults_act_in_the_order_of_arming() {
+        let slow = ActuatorMode::Slowed(0.5);
+        let bias = ActuatorMode::TurnBias(10.0);
+        assert_drive(drive(&[slow, bias], 0.4, 20.0), 0.2, 20.0, true);
+        assert_drive(drive(&[bias, slow], 0.4, 20.0), 0.2, 15.0, true);
+        assert_eq!(drive(&[ActuatorMode::Dead, slow], 0.4, 0.0).2, [0]);
+    }
+
+    #[test]
+    fn what_is_intact_is_handed_on_as_it_is() {
+        let told = Actuation {
+            speed_m_s: 99.0,
+            turn_rad_s: f32::INFINITY,
+            ..Actuation::default()
+        };
+        assert_eq!(obeyed(&[], BLUE, told), (told, vec![]));
+    }
+}

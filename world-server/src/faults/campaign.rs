@@ -1,0 +1,360 @@
+//! Random faults: a campaign as orders for the schedule.
+//!
+//! Each robot has a stream of its own, and each of its failures a place of its own in it. So neither another robot nor
+//! another mix changes when a robot fails and for how long, and what is drawn for one failure changes no other.
+
+use alliance_proto::fault::{
+    ActuatorFault, ActuatorMode, Campaign, Delay, Device, Fault, Loss, Order, SensorError,
+    SensorFault, SensorMode, Side, Who,
+};
+use alliance_proto::ids::RobotId;
+use alliance_proto::rng::{Purpose, robot_stream};
+use alliance_proto::scenario::{Robot, Scenario};
+use alliance_proto::time::SimTime;
+use rand_chacha::ChaCha8Rng;
+
+use super::luck::{WORDS, exponential, uniform};
+
+/// Most random numbers that one failure takes.
+const DRAWS: u64 = 16;
+
+/// What can be wrong with a robot, drawn at random. A kind of failure gives one fault, or two that go together.
+type Draw = fn(&mut ChaCha8Rng, &Robot) -> Vec<Fault>;
+
+/// The random faults of a mission up to its limit, by time, with ids `random-1`, `random-2`, …. Each robot that is there from
+/// the start works for an exponentially distributed time, is out of order for another, and so on.
+#[must_use]
+pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order> {
+    let mix = &campaign.mix;
+    let kinds: [(f64, Draw); 7] = [
+        (mix.kill, kill),
+        (mix.pause, pause),
+        (mix.link, link),
+        (mix.sensor, sensor),
+        (mix.actuator, actuator),
+        (mix.power, power),
+        (mix.babble, babble),
+    ];
+    let limit = SimTime::from_secs_f64(scenario.limit_s);
+    let mut orders = Vec::new();
+    let robots = scenario.robots.iter().enumerate();
+    for (rank, robot) in robots.filter(|(_, robot)| !robot.absent) {
+        let mut rng = robot_stream(seed, Purpose::Campaign, RobotId(rank as u16));
+        let mut repaired = SimTime::ZERO;
+        for number in 0_u64.. {
+            rng.set_word_pos(u128::from(number) * u128::from(DRAWS * WORDS));
+            let at = repaired + SimTime::from_secs_f64(exponential(&mut rng, campaign.mtbf_s));
+            if at >= limit {
+                break;
+            }
+            let out = SimTime::from_secs_f64(exponential(&mut rng, campaign.mttr_s));
+            // An order lasts for 1 ms at least, and not beyond the range of its numbers.
+            let out = out.clamp(SimTime(1), limit.max(SimTime(1)));
+            for fault in weighted(&mut rng, &kinds)(&mut rng, robot) {
+                orders.push(Order {
+                    at_s: Some(at.as_secs_f64()),
+                    for_s: Some(out.as_secs_f64()),
+                    ..Order::now(fault)
+                });
+            }
+            repaired = at + out;
+        }
+    }
+    // Stable: of two at the same time, the robot of lower rank comes first.
+    orders.sort_by_key(Order::at);
+    for (index, order) in orders.iter_mut().enumerate() {
+        order.id = Some(format!("{}{}", Campaign::ID_PREFIX, index + 1));
+    }
+    orders
+}
+
+/// One of them, as often as its weight says. At least one weight is above 0.
+fn weighted(rng: &mut ChaCha8Rng, kinds: &[(f64, Draw)]) -> Draw {
+    let total: f64 = kinds.iter().map(|(weight, _)| weight).sum();
+    let mut left = uniform(rng) * total;
+    let mut chosen = kinds[0].1;
+    for (weight, draw) in kinds.iter().filter(|(weight, _)| *weight > 0.0) {
+        chosen = *draw;
+        left -= weight;
+        if left < 0.0 {
+            break;
+        }
+    }
+    chosen
+}
+
+fn kill(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    vec![Fault::Kill(robot.name.clone())]
+}
+
+fn pause(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    vec![Fault::Pause(robot.name.clone())]
+}
+
+fn power(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    vec![Fault::Power(robot.name.clone())]
+}
+
+fn babble(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    vec![Fault::Babble(robot.name.clone())]
+}
+
+/// Both directions of a radio at once.
+fn link(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    let own = || Who::Robot(robot.name.clone());
+    let directions = [(own(), Who::All), (Who::All, own())];
+    match choice(rng, 3) {
+        0 => {
+            let p = between(rng, 0.3, 0.9);
+            let burst_s = [0.0, 2.0][choice(rng, 2)];
+            let loss = |(from, to)| {
+                Fault::Drop(Loss {
+                    from,
+                    to,
+                    p,
+                    burst_s,
+                })
+            };
+            directions.map(loss).into()
+        }
+        1 => {
+            let delay_s = between(rng, 0.1, 2.0);
+            let jitter_s = between(rng, 0.0, 1.0);
+            let delay = |(from, to)| {
+                Fault::Delay(Delay {
+                    from,
+                    to,
+                    delay_s,
+                    jitter_s,
+                })
+            };
+            directions.map(delay).into()
+        }
+        _ => vec![
+            Fault::Mute(robot.name.clone()),
+            Fault::Deaf(robot.name.clone()),
+        ],
+    }
+}
+
+/// Any device that the robot has, in any way in which it can fail.
+fn sensor(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    let has = |device: &Device| *device != Device::SideBorder || robot.side_sensor;
+    let devices: Vec<Device> = Device::ALL.into_iter().filter(has).collect();
+    let device = devices[choice(rng, devices.len())];
+    let turns = device == Device::Position;
+    let mode = match choice(rng, if device.tells_lengths() { 5 } else { 3 }) {
+        0 => SensorMode::Dead,
+        1 => SensorMode::Stuck,
+        2 => SensorMode::Dropout(between(rng, 0.2, 0.9)),
+        3 => SensorMode::Noise(SensorError {
+            m: between(rng, 0.05, 0.5) as f32,
+            deg: if turns {
+                between(rng, 1.0, 20.0) as f32
+            } else {
+                0.0
+            },
+        }),
+        _ => SensorMode::Bias(SensorError {
+            m: either_sign(rng, 0.05, 0.5),
+            deg: if turns {
+                either_sign(rng, 1.0, 20.0)
+            } else {
+                0.0
+            },
+        }),
+    };
+    vec![Fault::Sensor(SensorFault {
+        robot: robot.name.clone(),
+        device,
+        mode,
+    })]
+}
+
+fn actuator(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    let mode = match choice(rng, 5) {
+        0 => ActuatorMode::Dead,
+        1 => ActuatorMode::Slowed(between(rng, 0.1, 0.8) as f32),
+        2 => ActuatorMode::TurnBias(either_sign(rng, 5.0, 30.0)),
+        3 => ActuatorMode::OneWheel([Side::Left, Side::Right][choice(rng, 2)]),
+        _ => ActuatorMode::Gripper,
+    };
+    vec![Fault::Actuator(ActuatorFault {
+        robot: robot.name.clone(),
+        mode,
+    })]
+}
+
+/// A number from 0 to below `count`.
+fn choice(rng: &mut ChaCha8Rng, count: usize) -> usize {
+    (uniform(rng) * count as f64) as usize
+}
+
+/// To two decimals: people read them.
+fn between(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f64 {
+    let value = from + (to - from) * uniform(rng);
+    (value * 100.0).round() / 100.0
+}
+
+fn either_sign(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f32 {
+    let sign = [1.0, -1.0][choice(rng, 2)];
+    (sign * between(rng, from, to)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use alliance_proto::fault::Mix;
+
+    use super::*;
+
+    fn long(change: impl FnOnce(&mut Scenario)) -> Scenario {
+        let mut scenario = Scenario {
+            limit_s: 1e6,
+            ..Scenario::default()
+        };
+        change(&mut scenario);
+        scenario
+    }
+
+    /// When a robot fails and for how long, once for faults that go together.
+    fn failures(orders: &[Order], robot: &str) -> Vec<(u64, u64)> {
+        let own = orders.iter().filter(|order| match &order.fault {
+            Fault::Drop(Loss { from, to, .. }) | Fault::Delay(Delay { from, to, .. }) => {
+                [from, to].iter().any(|who| who.as_str() == robot)
+            }
+            fault => fault.robot() == Some(robot),
+        });
+        let times = own.map(|order| (order.at().unwrap().0, order.duration().unwrap().0));
+        let mut times: Vec<_> = times.collect();
+        times.dedup();
+        times
+    }
+
+    #[test]
+    fn every_order_is_one_that_the_world_obeys() {
+        let scenario = long(|_| {});
+        let orders = expand(&Campaign::default(), &scenario, 1);
+        for (index, order) in orders.iter().enumerate() {
+            assert_eq!(order.id, Some(format!("random-{}", index + 1)));
+            order.check(&scenario).unwrap();
+            assert!(order.at_s.unwrap() < scenario.limit_s);
+        }
+        assert!(orders.is_sorted_by_key(Order::at));
+    }
+
+    #[test]
+    fn times_between_failures_and_repair_times_have_their_means() {
+        let scenario = long(|_| {});
+        let orders = expand(&Campaign::default(), &scenario, 1);
+        for robot in ["blue", "gold", "green"] {
+            let failures = failures(&orders, robot);
+            let count = failures.len() as f64;
+            assert!((count - 1e6 / 150.0).abs() < 250.0, "{count}");
+            let repair_s = failures.iter().map(|(_, out)| *out as f64).sum::<f64>() / 1000.0;
+            assert!((repair_s / count - 30.0).abs() < 1.5, "{repair_s}");
+            // One after the other.
+            assert!(
+                failures
+                    .windows(2)
+                    .all(|two| two[0].0 + two[0].1 <= two[1].0)
+            );
+        }
+    }
+
+    #[test]
+    fn the_mix_decides_how_often_each_kind_comes() {
+        let orders = expand(&Campaign::default(), &long(|_| {}), 1);
+        let count = |name: &str| {
+            orders
+                .iter()
+                .filter(|order| order.fault.name() == name)
+                .count()
+        };
+        let near = |name, wanted: f64| {
+            let got = count(name) as f64;
+            assert!((got / wanted - 1.0).abs() < 0.1, "{name}: {got}");
+        };
+        // Of 20,000 failures, by weights of 9 in all.
+        near("kill", 20_000.0 / 9.0);
+        near("pause", 20_000.0 / 9.0);
+        near("sensor", 40_000.0 / 9.0);
+        near("actuator", 40_000.0 / 9.0);
+        near("power", 10_000.0 / 9.0);
+        near("babble", 10_000.0 / 9.0);
+        // A third each of the links, and in two directions.
+        near("drop", 80_000.0 / 27.0);
+        near("delay", 80_000.0 / 27.0);
+        assert_eq!(count("mute"), count("deaf"));
+        near("deaf", 40_000.0 / 27.0);
+    }
+
+    #[test]
+    fn all_devices_and_modes_come_but_none_that_the_robot_lacks() {
+        let orders = expand(&Campaign::default(), &long(|_| {}), 1);
+        let mut seen = BTreeSet::new();
+        for order in &orders {
+            match &order.fault {
+                Fault::Sensor(fault) => {
+                    assert!(fault.device != Device::SideBorder || fault.robot == "blue");
+                    let mode = fault.mode.to_string();
+                    let mode = mode.split(' ').next().unwrap().to_owned();
+                    seen.insert((fault.device.as_str(), mode));
+                }
+                Fault::Actuator(fault) => {
+                    let mode = fault.mode.to_string();
+                    seen.insert(("actuator", mode.split(' ').next().unwrap().to_owned()));
+                }
+                _ => {}
+            }
+        }
+        // Five devices that tell lengths in five ways, four others in three; five actuator modes.
+        assert_eq!(seen.len(), 5 * 5 + 4 * 3 + 5);
+    }
+
+    #[test]
+    fn neither_teammates_nor_the_mix_change_when_a_robot_fails() {
+        let campaign = Campaign::default();
+        let all = expand(&campaign, &long(|_| {}), 1);
+        let alone = long(|scenario| scenario.robots.truncate(1));
+        assert_eq!(
+            failures(&expand(&campaign, &alone, 1), "blue"),
+            failures(&all, "blue")
+        );
+        let kills = Campaign {
+            mix: Mix {
+                kill: 5.0,
+                ..Mix::default()
+            },
+            ..campaign
+        };
+        let more_kills = expand(&kills, &long(|_| {}), 1);
+        assert_ne!(more_kills, all);
+        assert_eq!(failures(&more_kills, "gold"), failures(&all, "gold"));
+        assert_ne!(failures(&all, "blue"), failures(&all, "gold"));
+        let other_seed = expand(&campaign, &long(|_| {}), 2);
+        assert_ne!(failures(&other_seed, "blue"), failures(&all, "blue"));
+    }
+
+    #[test]
+    fn one_kind_alone_and_absent_robots_are_left_alone() {
+        let only = Campaign {
+            mix: Mix {
+                kill: 0.0,
+                pause: 0.0,
+                link: 0.0,
+                sensor: 0.0,
+                actuator: 0.0,
+                power: 0.0,
+                babble: 1.0,
+            },
+            ..Campaign::default()
+        };
+        let scenario = long(|scenario| scenario.robots[1].absent = true);
+        let orders = expand(&only, &scenario, 1);
+        assert!(orders.iter().all(|order| order.fault.name() == "babble"));
+        assert!(failures(&orders, "gold").is_empty());
+        assert!(!failures(&orders, "green").is_empty());
+    }
+}

@@ -1,0 +1,185 @@
+//! Faults of the world itself as changes that begin and end.
+
+use alliance_proto::fault::{Fault, MoveRobot, MoveWaste, Rectangle, Waste};
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::scenario::{Obstacle, Scenario};
+use glam::Vec2;
+
+use crate::world::{ChangeError, ComponentId, ObstacleId, World};
+
+/// A change of the world.
+#[derive(Clone, Debug)]
+pub struct Interruption(Change);
+
+#[derive(Clone, Debug)]
+enum Change {
+    Obstacle {
+        obstacle: Obstacle,
+        /// While it is there.
+        id: Option<ObstacleId>,
+    },
+    Waste(Waste),
+    MoveWaste(MoveWaste),
+    MoveRobot {
+        robot: RobotId,
+        to: MoveRobot,
+    },
+}
+
+impl Interruption {
+    /// The change that a fault makes; `None` if it is not about the world itself. The order has been
+    /// [checked](alliance_proto::fault::Order::check).
+    #[must_use]
+    pub fn of(fault: &Fault, scenario: &Scenario) -> Option<Self> {
+        Some(Self(match fault {
+            Fault::Obstacle(rectangle) => Change::Obstacle {
+                obstacle: as_obstacle(*rectangle),
+                id: None,
+            },
+            Fault::Waste(waste) => Change::Waste(*waste),
+            Fault::MoveWaste(moved) => Change::MoveWaste(*moved),
+            Fault::MoveRobot(to) => {
+                let mut robots = scenario.robots.iter();
+                let rank = robots.position(|robot| robot.name == to.robot)?;
+                Change::MoveRobot {
+                    robot: RobotId(rank as u16),
+                    to: to.clone(),
+                }
+            }
+            _ => return None,
+        }))
+    }
+
+    /// Makes the change. Tells what there is to say in the log beyond the order: what is where now, in m.
+    ///
+    /// # Errors
+    /// Why it cannot be made; the world is as before.
+    pub fn begin(&mut self, world: &mut World) -> Result<String, ChangeError> {
+        match &mut self.0 {
+            Change::Obstacle { obstacle, id } => {
+                let new = world.add_obstacle(obstacle);
+                *id = Some(new);
+                Ok(ComponentId::Obstacle(new).to_string())
+            }
+            Change::Waste(waste) => {
+                let near = Vec2::new(waste.x_m, waste.y_m);
+                let mut added = Vec::new();
+                // One that has a place leaves as many places as there were: items may lie on each other at worst.
+                for _ in 0..waste.items {
+                    let item = world.add_item(near)?;
+                    let at = world.items()[item.0 as usize].position();
+                    added.push(item_at(item, at));
+                }
+                Ok(added.join(", "))
+            }
+            Change::MoveWaste(moved) => {
+                let item = ItemId(moved.item);
+                let at = world.move_item(item, Vec2::new(moved.x_m, moved.y_m))?;
+                Ok(item_at(item, at))
+            }
+            Change::MoveRobot { robot, to } => {
+                let place = Vec2::new(to.x_m, to.y_m);
+                world.move_robot(*robot, place, to.heading_deg.map(f32::to_radians))?;
+                Ok(format!("{} {} {}", to.robot, place.x, place.y))
+            }
+        }
+    }
+
+    /// Takes back what can be taken back: an obstacle. What was added or moved stays as it is.
+    pub fn end(&mut self, world: &mut World) {
+        if let Change::Obstacle { id, .. } = &mut self.0
+            && let Some(id) = id.take()
+        {
+            world.remove_obstacle(id);
+        }
+    }
+}
+
+fn item_at(item: ItemId, at: Vec2) -> String {
+    format!("{item} {} {}", at.x, at.y)
+}
+
+fn as_obstacle(rectangle: Rectangle) -> Obstacle {
+    Obstacle {
+        x_m: rectangle.x_m,
+        y_m: rectangle.y_m,
+        width_m: rectangle.width_m,
+        height_m: rectangle.height_m,
+        penetrability: rectangle.penetrability,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::scenario::Setup;
+
+    use super::*;
+
+    fn interruption(json: &str) -> Interruption {
+        let fault = serde_json::from_str(json).unwrap();
+        Interruption::of(&fault, &Scenario::default()).unwrap()
+    }
+
+    fn world() -> World {
+        World::new(&Setup::default_for(1))
+    }
+
+    #[test]
+    fn an_obstacle_comes_goes_and_comes_again() {
+        let mut world = world();
+        let json = r#"{"obstacle":{"x_m":5,"y_m":4,"width_m":1,"height_m":2,"penetrability":0.5}}"#;
+        let (mut one, mut other) = (interruption(json), interruption(json));
+        assert_eq!(one.begin(&mut world).unwrap(), "obstacle-0");
+        assert_eq!(other.begin(&mut world).unwrap(), "obstacle-1");
+        one.end(&mut world);
+        one.end(&mut world);
+        let left: Vec<_> = world.obstacles().iter().map(|each| each.id).collect();
+        assert_eq!(left, [ComponentId::Obstacle(ObstacleId(1))]);
+        assert_eq!(world.obstacles()[0].penetrability.0, 0.5);
+        assert_eq!(world.obstacles()[0].pose.position, Vec2::new(5.5, 5.0));
+        assert_eq!(one.begin(&mut world).unwrap(), "obstacle-2");
+    }
+
+    #[test]
+    fn waste_is_added_moved_and_stays() {
+        let mut world = world();
+        let mut waste = interruption(r#"{"waste":{"x_m":6,"y_m":7,"items":2}}"#);
+        assert_eq!(
+            waste.begin(&mut world).unwrap(),
+            "item-24 6 7, item-25 6.1 7"
+        );
+        waste.end(&mut world);
+        assert_eq!(world.item_counts().total(), 26);
+        let mut moved = interruption(r#"{"move-waste":{"item":25,"x_m":2,"y_m":1}}"#);
+        assert_eq!(moved.begin(&mut world).unwrap(), "item-25 2 1");
+        moved.end(&mut world);
+        assert_eq!(world.items()[25].position(), Vec2::new(2.0, 1.0));
+        let mut none = interruption(r#"{"move-waste":{"item":26,"x_m":2,"y_m":1}}"#);
+        let error = none.begin(&mut world).unwrap_err();
+        assert_eq!(error.to_string(), "there is no item-26");
+    }
+
+    #[test]
+    fn a_robot_is_moved_where_there_is_room_for_it() {
+        let mut world = world();
+        let at = |x: f32| {
+            format!(r#"{{"move-robot":{{"robot":"gold","x_m":{x},"y_m":4.5,"heading_deg":90}}}}"#)
+        };
+        assert_eq!(
+            interruption(&at(6.0)).begin(&mut world).unwrap(),
+            "gold 6 4.5"
+        );
+        let pose = world.pose(RobotId(1));
+        assert_eq!(pose.position, Vec2::new(6.0, 4.5));
+        assert!((pose.heading_rad - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+        let error = interruption(&at(0.1)).begin(&mut world).unwrap_err();
+        assert_eq!(error, ChangeError::Taken);
+        assert_eq!(world.pose(RobotId(1)), pose);
+    }
+
+    #[test]
+    fn other_faults_are_none() {
+        let scenario = Scenario::default();
+        assert!(Interruption::of(&Fault::Mute("blue".to_owned()), &scenario).is_none());
+    }
+}
