@@ -1,5 +1,6 @@
 //! A client of the control topic of a live run, for every command that asks the world something.
 
+use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -10,6 +11,7 @@ use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::secret::{Secret, random};
 use anyhow::{Context, bail};
 use clap::Args;
+use serde::Serialize;
 use tokio::time::timeout;
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
@@ -50,11 +52,7 @@ impl ControlArgs {
             }
         };
         if self.json {
-            // Its maps have text as their keys, so it can be written.
-            println!(
-                "{}",
-                serde_json::to_string_pretty(&reply).unwrap_or_default()
-            );
+            print(&reply);
         }
         if let Reply::Refused(why) = &reply {
             eprintln!("alliance {part}: {why}");
@@ -137,6 +135,13 @@ async fn query(session: &Session, run: &Rendezvous, request: &Request) -> anyhow
         ),
         None => bail!("run '{}' does not answer", run.run),
     }
+}
+
+/// Prints JSON on stdout. Who closes the pipe has read enough.
+pub fn print(json: &impl Serialize) {
+    let mut stdout = std::io::stdout().lock();
+    let _ = serde_json::to_writer_pretty(&mut stdout, json);
+    let _ = writeln!(stdout);
 }
 
 /// What is said of a reply to some other question.

@@ -107,3 +107,45 @@ fn sets(robot: &RobotStatus) -> Vec<(String, String)> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STATUS: &str = r#"{
+        "run": "waste-cleanup-10929", "scenario": "waste-cleanup", "seed": 1, "tick": 1310, "t_ms": 65500,
+        "clock": {"paused": false, "speed": 5.0, "steps_left": 0, "tick": 1310},
+        "items": {"in_spills": 20, "carried": 1, "on_floor": 0, "delivered": 3},
+        "robots": [
+            {"robot": "blue", "pid": 10932, "incarnation": 1, "state": "present", "x_m": 4.1, "y_m": 5.9,
+             "heading_rad": 1.57, "carrying": true, "task": "move-spill(top)", "sets": [
+                {"behavior_set": "move-spill(top)", "motivation": 100.0, "state": "active"},
+                {"behavior_set": "report-progress", "motivation": 3.26, "state": "hibernating"}]},
+            {"robot": "gold", "pid": null, "incarnation": null, "state": "dead", "x_m": 1.0, "y_m": 1.0,
+             "heading_rad": 0.0, "carrying": false, "task": null, "sets": []}],
+        "faults": [
+            {"id": "f1", "order": {"fault": {"kill": "gold"}}, "phase": "in-force", "applied_ms": 60000,
+             "healed_ms": null, "hits": 1},
+            {"id": "late", "order": {"fault": {"mute": "blue"}, "when": "blue reports"}, "phase": "armed",
+             "applied_ms": null, "healed_ms": null, "hits": 0}]
+    }"#;
+
+    #[test]
+    fn a_status_in_words() {
+        let text = text(&serde_json::from_str(STATUS).unwrap());
+        // The tables' columns are as wide as they need to be.
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let words = words.join(" ");
+        for part in [
+            "run waste-cleanup-10929 (waste-cleanup, seed 1) clock tick 1310, 65.500 s simulated, at 5x items 3 of 24 delivered, \
+             1 carried, 20 in spills, 0 on the floor",
+            "│ blue ┆ 10932 ┆ 1 ┆ present ┆ move-spill(top) ┆ waste ┆ move-spill(top) (active) ┆ 100.0 │",
+            "│ ┆ ┆ ┆ ┆ ┆ ┆ report-progress ┆ 3.3 │",
+            "│ gold ┆ – ┆ – ┆ dead ┆ – ┆ – ┆ ┆ │",
+            "│ f1 ┆ kill gold ┆ in force ┆ 60.000 s ┆ – ┆ 1 │",
+            "│ late ┆ mute blue --when \"blue reports\" ┆ armed ┆ – ┆ – ┆ 0 │",
+        ] {
+            assert!(words.contains(part), "no '{part}' in:\n{text}");
+        }
+    }
+}

@@ -6,6 +6,7 @@ mod by_command;
 mod by_hand;
 mod check;
 mod closed_loop;
+mod control;
 mod control_python;
 mod differential;
 mod ends;

@@ -1,8 +1,9 @@
-"""What a foreign program does to a live run; prints each reply as a line of JSON: {"WHAT": REPLY}. The test of the same name
+"""What a foreign program does to a live run, which it leaves paused; prints each reply as a line of JSON: {"WHAT": REPLY}. The test of the same name
 (tests/missions/control_python.rs) reads them."""
 
 import json
 import sys
+import time
 
 import zenoh
 from control import ask, connect, find_run, seal
@@ -34,7 +35,8 @@ def main(run):
         tell("paused", ask(session, run, {"clock": "pause"}))
 
         # A query is answered.
-        tell("kill", ask(session, run, {"fault": {"fault": {"kill": "gold"}}}, nonce="kill-gold"))
+        kill = ask(session, run, {"fault": {"fault": {"kill": "gold"}}}, nonce="kill-gold")
+        tell("kill", kill)
         # A put is not. The same session keeps the order of the two.
         drop = {"id": "deaf-blue", "fault": {"drop": {"to": "blue", "p": 1.0}}, "for_s": 5}
         text, mark = request("drop", {"fault": drop})
@@ -57,10 +59,15 @@ def main(run):
         session.put(key, text, attachment=seal(stranger, key, text), encoding=zenoh.Encoding.APPLICATION_JSON)
         tell("no encoding", send(session, run, text, mark, encoding=zenoh.Encoding.ZENOH_BYTES))
 
+        # The tick in which gold dies.
         tell("step", ask(session, run, {"clock": {"step": 1}}))
+        for _ in range(600):
+            status = ask(session, run, "status")
+            if status["status"]["tick"] > kill["armed"]["tick"]:
+                break
+            time.sleep(0.1)
+        tell("status", status)
         tell("list", ask(session, run, "list"))
-        tell("status", ask(session, run, "status"))
-        tell("resume", ask(session, run, {"clock": "resume"}))
 
 
 if __name__ == "__main__":

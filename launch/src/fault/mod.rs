@@ -14,7 +14,7 @@ use clap::{Args, Subcommand};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 
-use crate::control::{ControlArgs, unexpected};
+use crate::control::{ControlArgs, print, unexpected};
 
 /// Break things in a live run, list and heal them.
 #[derive(Args, Clone, Debug)]
@@ -47,7 +47,7 @@ impl FaultArgs {
     #[must_use]
     pub fn run(self) -> ExitCode {
         if self.schema && self.part.is_none() {
-            println!("{:#}", schema());
+            print(&schema());
             return ExitCode::SUCCESS;
         }
         let command = match self.part {

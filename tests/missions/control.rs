@@ -1,0 +1,97 @@
+//! The control topic by `alliance fault`, `clock` and `status`, against a live run.
+
+use serde_json::Value;
+
+use crate::harness::{Finished, Lab};
+use crate::team::Team;
+
+/// The one line that it said.
+#[track_caller]
+fn line(finished: &Finished) -> &str {
+    let said = finished.stderr.strip_suffix('\n').unwrap();
+    assert!(!said.contains('\n'), "{said}");
+    assert_eq!(finished.stdout, "");
+    said
+}
+
+#[test]
+fn a_live_run_is_held_broken_listed_and_healed_by_command() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "2x", "--limit", "60"]);
+    team.wait_for_row("events.csv", &[",activated,"]);
+    let alliance = |command: &str| lab.run(&command.split(' ').collect::<Vec<_>>());
+
+    let paused = alliance("clock pause").expect(0);
+    assert!(line(&paused).ends_with(": paused"), "{}", paused.stderr);
+
+    let drop = "drop --from green --to all --p 0.3";
+    let armed = alliance(&format!("fault {drop} --for 60s --id noise")).expect(0);
+    let tick = line(&armed)
+        .strip_prefix(&format!("noise: {drop} from tick "))
+        .and_then(|rest| rest.split(' ').next()?.parse::<u64>().ok());
+    let t_s = tick.unwrap() as f64 * 0.05;
+    let end = format!(" ({t_s:.3} s) for 60 s");
+    assert!(line(&armed).ends_with(&end), "{}", armed.stderr);
+
+    let late = lab
+        .run(&["fault", "mute", "gold", "--when", "gold dies", "--json"])
+        .expect(0);
+    assert_eq!(late.stderr, "");
+    let late = &late.json()["armed"];
+    let id = late["id"].as_str().unwrap();
+    assert_eq!((&late["tick"], &late["t_ms"]), (&Value::Null, &Value::Null));
+
+    // Neither counts as a fault.
+    let unknown = alliance("fault kill glod").expect(2);
+    assert_eq!(
+        line(&unknown),
+        "alliance fault: fault.kill: the scenario has no robot 'glod'; did you mean 'gold'? (there are blue, gold, green)"
+    );
+    let again = alliance("fault pause gold --id noise").expect(2);
+    assert!(line(&again).starts_with("alliance fault: "));
+
+    let listed = alliance("fault list --json").expect(0).json();
+    let faults = listed["faults"].as_array().unwrap();
+    let ids: Vec<_> = faults.iter().map(|fault| fault["id"].as_str()).collect();
+    assert_eq!(ids, [Some("noise"), Some(id)]);
+    let table = alliance("fault list").expect(0).stderr;
+    assert!(
+        table.contains(&format!("│ noise ┆ {drop} --for 60s ")),
+        "{table}"
+    );
+    let status = alliance("status").expect(0).stderr;
+    let pid = team.pid("blue").to_string();
+    for part in [
+        " of 24 delivered",
+        "paused",
+        "│ blue ",
+        &pid,
+        "(active)",
+        "gold dies",
+    ] {
+        assert!(status.contains(part), "no '{part}' in:\n{status}");
+    }
+
+    let cleared = alliance("fault clear noise").expect(0);
+    assert!(line(&cleared).starts_with("cleared noise from tick "));
+    let over = alliance("fault clear noise").expect(2);
+    assert_eq!(
+        line(&over),
+        "alliance fault: the fault 'noise' is over already"
+    );
+    let resumed = alliance("clock speed max --json").expect(0).json();
+    assert_eq!(resumed["clock"]["speed"], Value::Null);
+    let resumed = alliance("clock resume").expect(0);
+    assert!(
+        line(&resumed).ends_with(": as fast as possible"),
+        "{}",
+        resumed.stderr
+    );
+    team.wait().expect(1);
+
+    let gone = alliance("status").expect(3);
+    assert_eq!(
+        line(&gone),
+        "alliance status: no run is live; start one with `alliance run` or `alliance world`"
+    );
+}
