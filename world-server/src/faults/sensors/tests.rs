@@ -1,0 +1,283 @@
+//! Each way to break, and what chance may depend on.
+
+use alliance_proto::fault::SensorFault;
+use alliance_proto::readings::{Ground, Hit, Pose, Proximity, Zone};
+
+use super::*;
+
+const BLUE: RobotId = RobotId(0);
+const GOLD: RobotId = RobotId(1);
+
+fn sensor(device: Device, mode: SensorMode) -> Fault {
+    sensor_of("blue", device, mode)
+}
+
+fn sensor_of(robot: &str, device: Device, mode: SensorMode) -> Fault {
+    Fault::Sensor(SensorFault {
+        robot: robot.to_owned(),
+        device,
+        mode,
+    })
+}
+
+fn error(m: f32, deg: f32) -> SensorError {
+    SensorError { m, deg }
+}
+
+/// What an intact robot senses, all devices at work.
+fn sensed(tick: Tick) -> Readings {
+    let hit = |distance_m| {
+        Some(Hit {
+            distance_m,
+            normal_rad: 3.0,
+        })
+    };
+    Readings {
+        pose: Some(Pose {
+            position: Vec2::new(tick as f32, 2.0),
+            heading_rad: 3.0,
+        }),
+        front_border: Some(Some(0.4)),
+        side_border: Some(None),
+        proximity: Some(Proximity {
+            ahead: [hit(0.3), None, hit(0.1)],
+            left: [None; 3],
+            right: [None, hit(0.2), None],
+        }),
+        waste: Some(vec![Vec2::new(0.3, 0.0), Vec2::new(-0.4, 0.1)]),
+        zone: Some(Zone::Spill),
+        report_site: Some(false),
+        holding: Some(true),
+        ground: Some(Ground {
+            here: 1.0,
+            ahead: 0.5,
+        }),
+        energy_j: Some(100.0),
+    }
+}
+
+/// Sensors of the default team with these faults in force from the first tick on.
+struct Bench {
+    sensors: Sensors,
+    faults: Vec<(FaultIndex, Fault)>,
+}
+
+impl Bench {
+    fn new(faults: impl IntoIterator<Item = Fault>) -> Self {
+        let faults = faults.into_iter().enumerate();
+        Self {
+            sensors: Sensors::new(&Setup::default_for(7)),
+            faults: faults
+                .map(|(index, fault)| (FaultIndex(index), fault))
+                .collect(),
+        }
+    }
+
+    fn tick(&mut self, tick: Tick) -> (Readings, Vec<usize>) {
+        self.tick_of(BLUE, tick)
+    }
+
+    fn tick_of(&mut self, robot: RobotId, tick: Tick) -> (Readings, Vec<usize>) {
+        let faults = self.faults.iter();
+        self.sensors
+            .begin(tick, faults.map(|(index, fault)| (*index, fault)));
+        let mut readings = sensed(tick);
+        let hits = self.sensors.distort(robot, tick, &mut readings);
+        (readings, hits.into_iter().map(|fault| fault.0).collect())
+    }
+}
+
+#[test]
+fn each_dead_device_is_silent_and_all_others_go_on() {
+    for device in Device::ALL {
+        let mut bench = Bench::new([sensor(device, SensorMode::Dead)]);
+        let (told, hits) = bench.tick(0);
+        assert_eq!(hits, [0], "{device:?}");
+        let mut expected = sensed(0);
+        match device {
+            Device::Position => expected.pose = None,
+            Device::FrontBorder => expected.front_border = None,
+            Device::SideBorder => expected.side_border = None,
+            Device::Avoidance => expected.proximity = None,
+            Device::Waste => expected.waste = None,
+            Device::SpillZone => expected.zone = None,
+            Device::ReportSite => expected.report_site = None,
+            Device::Gripper => expected.holding = None,
+            Device::Ground => expected.ground = None,
+        }
+        assert_eq!(told, expected, "{device:?}");
+        // A teammate's is intact.
+        assert_eq!(bench.tick_of(GOLD, 0), (sensed(0), vec![]));
+    }
+}
+
+#[test]
+fn a_stuck_one_goes_on_telling_what_it_told_in_the_tick_before() {
+    let mut bench = Bench::new([]);
+    bench.tick(3);
+    bench.tick(4);
+    bench.faults = vec![(FaultIndex(0), sensor(Device::Position, SensorMode::Stuck))];
+    for tick in 5..8 {
+        let (told, hits) = bench.tick(tick);
+        assert_eq!(told.pose, sensed(4).pose);
+        assert_eq!(told.waste, sensed(tick).waste);
+        assert_eq!(hits, [0]);
+    }
+    bench.faults.clear();
+    assert_eq!(bench.tick(8), (sensed(8), vec![]));
+    // Again in force, it is stuck at what it told before that.
+    bench.faults = vec![(FaultIndex(0), sensor(Device::Position, SensorMode::Stuck))];
+    assert_eq!(bench.tick(9).0.pose, sensed(8).pose);
+}
+
+#[test]
+fn a_stuck_one_of_a_robot_that_was_told_nothing_before_keeps_what_it_tells_first() {
+    let mut bench = Bench::new([]);
+    bench.tick(3);
+    bench.faults = vec![(FaultIndex(0), sensor(Device::Position, SensorMode::Stuck))];
+    // The robot was not asked in tick 4.
+    let (told, hits) = bench.tick(5);
+    assert_eq!((told, hits), (sensed(5), vec![]));
+    let (told, hits) = bench.tick(6);
+    assert_eq!((told.pose, hits), (sensed(5).pose, vec![0]));
+}
+
+#[test]
+fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
+    let (told, hits) = Bench::new([
+        sensor(Device::Position, SensorMode::Bias(error(-0.5, 20.0))),
+        sensor(Device::FrontBorder, SensorMode::Bias(error(-0.5, 0.0))),
+        sensor(Device::SideBorder, SensorMode::Bias(error(-0.5, 0.0))),
+        sensor(Device::Avoidance, SensorMode::Bias(error(-0.2, 0.0))),
+        sensor(Device::Waste, SensorMode::Bias(error(0.5, 0.0))),
+    ])
+    .tick(4);
+    // The side is free, so there is no number to be wrong.
+    assert_eq!(hits, [0, 1, 3, 4]);
+    let pose = told.pose.unwrap();
+    assert_eq!(pose.position, Vec2::new(3.5, 1.5));
+    let heading_rad = 3.0 + 20_f32.to_radians() - std::f32::consts::TAU;
+    assert!((pose.heading_rad - heading_rad).abs() < 1e-6);
+    assert_eq!(told.front_border, Some(Some(0.0)));
+    assert_eq!(told.side_border, Some(None));
+    let proximity = told.proximity.unwrap();
+    let distances = |beams: [Option<Hit>; 3]| beams.map(|hit| hit.map(|hit| hit.distance_m));
+    assert_eq!(
+        distances(proximity.ahead),
+        [Some(0.3 - 0.2), None, Some(0.0)]
+    );
+    assert_eq!(distances(proximity.left), [None; 3]);
+    assert_eq!(distances(proximity.right), [None, Some(0.0), None]);
+    // Nearest first still.
+    let expected = vec![Vec2::new(0.5 - 0.4, 0.1 + 0.5), Vec2::new(0.8, 0.5)];
+    assert_eq!(told.waste, Some(expected));
+}
+
+#[test]
+fn noise_has_its_size_and_is_new_in_every_tick_and_number() {
+    const TICKS: u64 = 10_000;
+    let mut bench = Bench::new([sensor(Device::Position, SensorMode::Noise(error(0.5, 2.0)))]);
+    let mut sums = [0.0_f64; 5];
+    for tick in 0..TICKS {
+        let (told, hits) = bench.tick(tick);
+        assert_eq!(hits, [0]);
+        let (told, true_pose) = (told.pose.unwrap(), sensed(tick).pose.unwrap());
+        let offset = (told.position - true_pose.position).as_dvec2();
+        let turn = f64::from(wrapped(told.heading_rad - true_pose.heading_rad).to_degrees());
+        let terms = [
+            offset.x,
+            offset.x * offset.x,
+            offset.y * offset.y,
+            offset.x * offset.y,
+            turn * turn,
+        ];
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            *sum += term / TICKS as f64;
+        }
+    }
+    for (got, wanted) in sums.into_iter().zip([0.0, 0.25, 0.25, 0.0, 4.0]) {
+        assert!(
+            (got - wanted).abs() < 0.02 * (1.0 + wanted * 5.0),
+            "{sums:?}"
+        );
+    }
+}
+
+#[test]
+fn a_dropout_takes_its_share_of_the_ticks() {
+    let mut bench = Bench::new([sensor(Device::Waste, SensorMode::Dropout(0.25))]);
+    let silent = (0..4000).filter(|tick| {
+        let (told, hits) = bench.tick(*tick);
+        assert_eq!(told.waste.is_none(), hits == [0]);
+        told.waste.is_none()
+    });
+    let silent = silent.count();
+    assert!((900..1100).contains(&silent), "{silent}");
+    for (share, expected) in [(0.0, 0), (1.0, 100)] {
+        let mut bench = Bench::new([sensor(Device::Waste, SensorMode::Dropout(share))]);
+        let hits = (0..100).filter(|tick| !bench.tick(*tick).1.is_empty());
+        assert_eq!(hits.count(), expected);
+    }
+}
+
+#[test]
+fn no_fault_shifts_the_luck_of_another() {
+    let noise = || sensor(Device::Position, SensorMode::Noise(error(0.5, 2.0)));
+    let told = |faults: Vec<Fault>, from: Tick| {
+        let mut bench = Bench::new(faults);
+        (from..10)
+            .map(|tick| bench.tick(tick).0.pose)
+            .collect::<Vec<_>>()
+    };
+    let alone = told(vec![noise()], 0);
+    let others = vec![
+        sensor(Device::Waste, SensorMode::Noise(error(0.1, 0.0))),
+        sensor(Device::Position, SensorMode::Dropout(0.0)),
+        sensor_of("gold", Device::Position, SensorMode::Noise(error(0.5, 2.0))),
+        noise(),
+    ];
+    assert_eq!(told(others, 0), alone);
+    assert_eq!(told(vec![noise()], 5), alone[5..]);
+}
+
+#[test]
+fn faults_of_one_device_act_in_the_order_of_arming() {
+    let bias = || sensor(Device::Position, SensorMode::Bias(error(1.0, 0.0)));
+    let dead = || sensor(Device::Position, SensorMode::Dead);
+    let (told, hits) = Bench::new([bias(), bias()]).tick(0);
+    assert_eq!(told.pose.unwrap().position, Vec2::new(2.0, 4.0));
+    assert_eq!(hits, [0, 1]);
+    assert_eq!(Bench::new([dead(), bias()]).tick(0).1, [0]);
+    assert_eq!(Bench::new([bias(), dead()]).tick(0).1, [0, 1]);
+    // Two noises are not the same noise twice.
+    let noise = || sensor(Device::Position, SensorMode::Noise(error(1.0, 0.0)));
+    let one = Bench::new([noise()]).tick(0).0.pose.unwrap().position;
+    let two = Bench::new([noise(), noise()]).tick(0).0.pose.unwrap();
+    let origin = sensed(0).pose.unwrap().position;
+    assert!((two.position - one).distance(one - origin) > 1e-3);
+}
+
+#[test]
+fn a_device_that_a_robot_lacks_cannot_be_hit() {
+    let modes = [SensorMode::Dead, SensorMode::Stuck];
+    let faults = modes.map(|mode| sensor(Device::SideBorder, mode));
+    let mut bench = Bench::new(faults);
+    let mut readings = Readings {
+        side_border: None,
+        ..sensed(0)
+    };
+    let faults = bench.faults.iter().map(|(index, fault)| (*index, fault));
+    bench.sensors.begin(0, faults);
+    assert!(bench.sensors.distort(BLUE, 0, &mut readings).is_empty());
+    assert_eq!(readings.side_border, None);
+}
+
+#[test]
+fn without_power_the_energy_reads_zero_where_it_is_simulated() {
+    let mut bench = Bench::new([Fault::Power("blue".to_owned())]);
+    let (told, hits) = bench.tick(0);
+    assert_eq!((told.energy_j, hits), (Some(0.0), vec![0]));
+    let mut readings = Readings::default();
+    assert!(bench.sensors.distort(BLUE, 1, &mut readings).is_empty());
+    assert_eq!(readings, Readings::default());
+}
