@@ -40,7 +40,7 @@ fn disturbed_by_hand_and_repeated_to_the_byte() {
 /// A mission at full speed to which things happen from outside; how many.
 fn disturb(lab: &Lab, seed: u64) -> u64 {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
-    let mission = lab.mission_of(160);
+    let mission = lab.mission_of(60);
     let mut team = Team::start(lab, &[&mission, "--seed", &seed.to_string()]);
     team.wait_for_row("events.csv", &["joined"]);
     let robots = ["blue", "gold", "green"];
