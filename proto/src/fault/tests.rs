@@ -152,7 +152,7 @@ fn mistakes_say_where_what_and_what_would_be_right() {
     );
     refused(
         r#"{"fault":{"drop":{"to":"red","p":0.5}}}"#,
-        "fault.drop.to: the scenario has no robot 'red'; did you mean 'green'? (there are blue, gold, green)",
+        "fault.drop.to: the scenario has no robot 'red'; there are blue, gold, green",
     );
     refused(
         r#"{"fault":{"sensor":{"robot":"blue","device":"gripper","mode":{"noise":{"m":1}}}}}"#,
