@@ -55,6 +55,7 @@ fn damage(
     }
 }
 
+#[allow(clippy::ptr_arg)] // As the other sorts of damage, which change the length.
 fn flip(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
     bytes[place] ^= 1 << rng.random_range(0..8);
 }
@@ -69,6 +70,7 @@ fn repeat(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
 }
 
 /// Lengths and numbers of more than one byte begin with one of these.
+#[allow(clippy::ptr_arg)] // As the other sorts of damage.
 fn lengthen(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
     bytes[place] = rng.random_range(250..=255);
 }

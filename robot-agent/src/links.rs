@@ -101,13 +101,11 @@ impl Links {
     /// What the robot hears in this tick. `arrived` has a place for each broadcast of the manifest, in its order; `None` is one
     /// that has not arrived.
     pub fn hear(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Heard {
+        // Before what ripens now leaves its own copies. Of one that came while the robot took no part nothing is left to say.
+        let copies = std::mem::take(&mut self.copies);
+        let copies = copies.into_iter().filter(|copy| copy.at == tick.now);
         let mut late = self.ripen(tick);
-        for copy in std::mem::take(&mut self.copies) {
-            // Of a copy that came while the robot took no part nothing is left to say.
-            if copy.at == tick.now {
-                late.receptions.push(copy);
-            }
-        }
+        late.receptions.extend(copies);
         let mut heard = self.take_in(tick, arrived);
         heard.inbox.append(&mut late.inbox);
         heard.receptions.append(&mut late.receptions);

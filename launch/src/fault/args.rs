@@ -4,8 +4,9 @@ use std::convert::Infallible;
 
 use alliance_proto::fault::{
     ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, MoveWaste, Order,
-    Partition, RadioQuality, Range, Rectangle, SensorFault, Waste, When, Who,
+    Partition, RadioQuality, Range, SensorFault, Waste, When, Who,
 };
+use alliance_proto::scenario::Obstacle;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
@@ -63,7 +64,7 @@ pub enum OrderArgs {
     /// Let a robot tell its team that it works, and do nothing
     Babble(Timed<OneRobot>),
     /// Put an obstacle, or a patch of slow or fast ground, on the floor
-    Obstacle(Timed<RectangleArgs>),
+    Obstacle(Timed<ObstacleArgs>),
     /// Put new waste on the floor
     Waste(Timed<WasteArgs>),
     /// Put an item that lies on the floor elsewhere
@@ -218,9 +219,9 @@ pub struct ActuatorArgs {
     size: Option<String>,
 }
 
-/// Rectangle.
+/// A rectangle on the floor.
 #[derive(Args, Clone, Copy, Debug)]
-pub struct RectangleArgs {
+pub struct ObstacleArgs {
     /// Lower left corner, m
     #[arg(value_name = "X", allow_negative_numbers = true)]
     x_m: f32,
@@ -379,7 +380,7 @@ impl OrderArgs {
                 }))
             })?,
             Self::Obstacle(timed) => timed.order(|rectangle| {
-                Fault::Obstacle(Rectangle {
+                Fault::Obstacle(Obstacle {
                     x_m: rectangle.x_m,
                     y_m: rectangle.y_m,
                     width_m: rectangle.width_m,

@@ -1,5 +1,6 @@
 //! What a finished run shows: a table for people, JSON for programs.
 
+use alliance_proto::control::FaultStatus;
 use alliance_proto::time::SimTime;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
@@ -26,6 +27,7 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
             "outcome": run.outcome,
             "unscripted": run.unscripted,
             "result": run.result,
+            "faults": run.faults,
             "host": host,
         });
         println!("{result:#}");
@@ -51,6 +53,9 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
         "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
         result.sim_time_ms, result.ticks,
     );
+    if let Some(line) = faults(&run.faults) {
+        eprintln!("{line}");
+    }
     eprintln!("folder  {}", plan.folder.display());
     eprintln!("seed    {}", run.setup.seed);
     eprintln!("hash    {}", run.hash.as_deref().unwrap_or("none"));
@@ -61,6 +66,25 @@ fn outcome(run: &RunFile) -> &'static str {
     match run.outcome {
         RunOutcome::Ended(outcome) => outcome.as_str(),
         RunOutcome::Running => "not ended",
+    }
+}
+
+/// How many faults have hit, and which never did: those have tested nothing.
+fn faults(faults: &[FaultStatus]) -> Option<String> {
+    let idle: Vec<&str> = faults
+        .iter()
+        .filter(|fault| fault.hits == 0)
+        .map(|fault| fault.id.as_str())
+        .collect();
+    let hit = faults.len() - idle.len();
+    match (faults, idle.as_slice()) {
+        ([], _) => None,
+        (_, []) => Some(format!("faults  all {hit} have hit")),
+        (all, idle) => Some(format!(
+            "faults  {hit} of {} have hit; never: {}",
+            all.len(),
+            idle.join(", ")
+        )),
     }
 }
 

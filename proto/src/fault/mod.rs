@@ -21,6 +21,8 @@ mod when;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::scenario::Obstacle;
+
 pub use campaign::{Campaign, Mix};
 pub use check::OrderError;
 pub use order::{Faults, Order};
@@ -77,7 +79,7 @@ pub enum Fault {
     Babble(String),
 
     /// A rectangle on the floor: an obstacle, or with a penetrability above 0.1 a patch; healed by taking it away.
-    Obstacle(Rectangle),
+    Obstacle(Obstacle),
     /// New waste on the floor.
     Waste(Waste),
     /// An item that lies on the floor is put elsewhere.
@@ -310,23 +312,6 @@ pub struct ActuatorFault {
     pub robot: String,
     /// How.
     pub mode: ActuatorMode,
-}
-
-/// A rectangle on the floor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Rectangle {
-    /// Lower left corner, m.
-    pub x_m: f32,
-    /// Lower left corner, m.
-    pub y_m: f32,
-    /// Extent in x, m.
-    pub width_m: f32,
-    /// Extent in y, m.
-    pub height_m: f32,
-    /// At most 0.1 solid, below 1 slows by that factor, above 1 speeds up (thesis §3.2.2.1).
-    #[serde(default)]
-    pub penetrability: f32,
 }
 
 /// New waste on the floor.

@@ -75,7 +75,7 @@ pub(crate) fn one_of_each() -> Vec<Fault> {
         actuator(ActuatorMode::Gripper),
         Fault::Power(robot()),
         Fault::Babble(robot()),
-        Fault::Obstacle(Rectangle {
+        Fault::Obstacle(Obstacle {
             x_m: 2.0,
             y_m: 1.0,
             width_m: 0.5,

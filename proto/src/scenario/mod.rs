@@ -19,6 +19,7 @@ mod toml_value;
 mod validate;
 mod values;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -354,7 +355,7 @@ fn facing_left() -> f32 {
 }
 
 /// A rectangle on the floor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
     /// Lower left corner, m.

@@ -132,22 +132,24 @@ fn a_clear_link_is_heard_at_once_by_rank_and_number() {
 #[test]
 fn probabilities_0_and_1_are_exact() {
     let mut links = links(1);
+    let (all_lost, all_doubled) = (
+        always(|link| &mut link.drop),
+        always(|link| &mut link.duplicate),
+    );
     for tick in 1..2000 {
         let heard = hear(
             &mut links,
             tick,
-            &[
-                (0, 1, always(|link| &mut link.drop)),
-                // A probability of 0 beside a delay that is none.
-                (1, 1, state(|link| link.jitter = SimTime(0))),
-            ],
+            &[(0, 1, all_lost), (1, 1, all_doubled)],
             &[],
         );
         let seq = (tick - 1) * 10;
         assert_eq!(
-            fates(&heard),
+            fates(&heard)[..2],
             [(0, seq, Fate::Dropped, tick), (1, seq, Fate::Heard, tick)]
         );
+        let copies = if tick == 1 { 0 } else { 1 };
+        assert_eq!(fates(&heard).len(), 2 + copies);
     }
 }
 
@@ -418,6 +420,10 @@ proptest! {
         let mut on_their_way = BTreeMap::new();
         let mut settled = BTreeSet::new();
         let mut audible = BTreeMap::new();
+        let is_doubled = |sender: u16, seq: u64| {
+            let (_, link, _) = script[(seq / 10) as usize].senders[usize::from(sender)];
+            link.duplicate == Probability::ALWAYS
+        };
         for (tick, heard) in (1..).zip(play(seed, &script)) {
             let Some(heard) = heard else { continue };
             let moment = &script[tick as usize - 1];
@@ -451,6 +457,10 @@ proptest! {
                     audible.insert(key, tick);
                     expected.insert(key);
                 }
+            }
+            // Those that are left of the step before had no copy.
+            for (&(sender, seq), &at) in &audible {
+                prop_assert!(at + 1 != tick || !is_doubled(sender, seq));
             }
             let sorted: Vec<_> = expected.into_iter().collect();
             prop_assert_eq!(inbox(&heard), sorted);

@@ -90,12 +90,17 @@ fn a_link_is_directed() {
     }
 }
 
+/// Two spills with more items than a team delivers in ten minutes.
+const MUCH_WASTE: &str = "[[waste.spills]]\nname = \"top\"\nitems = 40\ny_fraction = 0.6667\n\
+                          [[waste.spills]]\nname = \"bottom\"\nitems = 40\ny_fraction = 0.3333\n";
+
 #[test]
 fn partitions_of_a_minute_heal() {
     let lab = Lab::new();
     for (name, one_way) in [("two-way", false), ("one-way", true)] {
+        // Work for long enough after it has healed.
         let scenario = format!(
-            "[[faults.timeline]]\nid = \"p\"\nat_s = 70.0\nfor_s = 60.0\n\
+            "{MUCH_WASTE}[[faults.timeline]]\nid = \"p\"\nat_s = 70.0\nfor_s = 60.0\n\
              fault.partition = {{ groups = [[\"blue\", \"gold\"], [\"green\"]], one_way = {one_way} }}\n"
         );
         let log = mission(&lab, name, &scenario, &[], 0);

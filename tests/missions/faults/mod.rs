@@ -7,7 +7,7 @@ mod orders;
 mod processes;
 mod replays;
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::time::SimTime;
@@ -87,24 +87,22 @@ fn at(seconds: f64) -> SimTime {
     SimTime::from_secs_f64(seconds)
 }
 
-/// Robots that execute a task, row by row of motivations.csv from a time on: at most one at any time.
+/// No two robots go on with the same exclusive task, from a time on: claims of the same step are settled in the next one.
 #[track_caller]
 fn assert_exclusive_from(log: &RunLog, from: SimTime) {
-    let mut executing: BTreeSet<(SimTime, String)> = BTreeSet::new();
-    let mut rows = 0;
+    let mut executing: BTreeMap<(String, SimTime), u32> = BTreeMap::new();
     for row in log.rows::<MotivationRow>().unwrap() {
         if row.t_ms >= from && row.state == "active" {
-            rows += 1;
-            let claim = (row.t_ms, row.task.clone());
-            assert!(
-                executing.insert(claim),
-                "two execute {} at {}",
-                row.task,
-                row.t_ms
-            );
+            *executing.entry((row.task, row.t_ms)).or_default() += 1;
         }
     }
-    assert!(rows > 0, "nobody did anything after {from}");
+    assert!(!executing.is_empty(), "nobody did anything after {from}");
+    let step = SimTime(log.run.setup.scenario.step_ms);
+    for ((task, now), robots) in &executing {
+        let next = executing.get(&(task.clone(), *now + step));
+        let go_on = *robots > 1 && next.is_some_and(|robots| *robots > 1);
+        assert!(!go_on, "two go on with {task} at {now}");
+    }
 }
 
 /// The longest that two robots may go on with one exclusive task once they hear each other again: τ + ψ + a heartbeat, the

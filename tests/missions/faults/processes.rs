@@ -73,6 +73,19 @@ fn killed_paused_terminated_and_restarted_by_the_timeline() {
         );
         assert!(after("activated").is_some(), "{robot} does nothing");
     }
+    // They learn of the last report as well: nobody comes back and makes one before its time. Two may think of it at once.
+    let reports: Vec<_> = events(&log, "reported", None)
+        .iter()
+        .map(|row| row.t_ms)
+        .collect();
+    assert!(reports.len() >= 2);
+    assert!(
+        reports
+            .windows(2)
+            .map(|pair| pair[1].since(pair[0]))
+            .all(|gap| gap <= at(1.0) || gap >= at(100.0)),
+        "{reports:?}"
+    );
     // A dead robot says nothing, a stopped one neither thinks nor speaks.
     let silent = |robot: &str, from: f64, to: f64| {
         let messages = log.rows::<MessageRow>().unwrap();
@@ -90,13 +103,56 @@ fn killed_paused_terminated_and_restarted_by_the_timeline() {
 }
 
 #[test]
+fn a_restarted_robot_learns_which_spill_is_empty() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[waste.spills]]
+        name = "top"
+        items = 2
+        y_fraction = 0.6667
+        [[waste.spills]]
+        name = "bottom"
+        items = 12
+        y_fraction = 0.3333
+        [[faults.timeline]]
+        id = "r"
+        fault.restart = "green"
+        at_s = 130.0
+    "#;
+    let log = mission(&lab, "empty", scenario, &[], 0);
+    hit(&log, "r");
+    let emptied = &events(&log, "spill-empty", None)[0];
+    let back = events(&log, "joined", Some("green"))[1].t_ms;
+    assert!(back > emptied.t_ms);
+    // Within a heartbeat or two of its return the top spill is no work for it, though it has never seen it.
+    let rows = log.rows::<MotivationRow>().unwrap();
+    let top = rows.iter().filter(|row| {
+        row.robot == "green"
+            && row.behavior_set == "move-spill(top)"
+            && (back + at(5.0)..back + at(20.0)).contains(&row.t_ms)
+    });
+    let applicable: Vec<_> = top.map(|row| row.sensory_feedback).collect();
+    assert!(!applicable.is_empty() && applicable.iter().all(|applicable| !applicable));
+    let bottom = rows.iter().any(|row| {
+        row.robot == "green"
+            && row.behavior_set == "move-spill(bottom)"
+            && row.t_ms == back + at(5.0)
+            && row.sensory_feedback
+    });
+    assert!(bottom, "the other one is");
+}
+
+#[test]
 fn a_kill_by_an_event_comes_before_the_team_hears_of_it() {
     let lab = Lab::new();
+    // Blue is the one whom the clean-up interests first.
     let scenario = r#"
         [[faults.timeline]]
         id = "k"
         fault.kill = "blue"
         when = "blue activates move-spill(top)"
+        [alliance.robots.blue.sets."move-spill(top)"]
+        fast_impatience = 20.0
     "#;
     for order in ["simultaneous", "in-order"] {
         for seed in ["1", "2", "3"] {

@@ -138,7 +138,7 @@ fn a_difference_is_named_by_tick_robot_and_field() {
     let path = lab.path("a").join("run.json");
     let mut run: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-    run["seed"] = 2.into();
+    run["scenario"]["body"]["speed_m_s"] = 0.4.into();
     std::fs::write(&path, run.to_string()).unwrap();
     let finished = lab.run(&["replay", "a"]).expect(1);
     assert!(finished.stderr.starts_with("differs first in tick"));

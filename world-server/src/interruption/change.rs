@@ -1,6 +1,6 @@
 //! Faults of the world itself as changes that begin and end.
 
-use alliance_proto::fault::{Fault, MoveRobot, MoveWaste, Rectangle, Waste};
+use alliance_proto::fault::{Fault, MoveRobot, MoveWaste, Waste};
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::scenario::{Obstacle, Scenario};
 use glam::Vec2;
@@ -32,8 +32,8 @@ impl Interruption {
     #[must_use]
     pub fn of(fault: &Fault, scenario: &Scenario) -> Option<Self> {
         Some(Self(match fault {
-            Fault::Obstacle(rectangle) => Change::Obstacle {
-                obstacle: as_obstacle(*rectangle),
+            Fault::Obstacle(obstacle) => Change::Obstacle {
+                obstacle: *obstacle,
                 id: None,
             },
             Fault::Waste(waste) => Change::Waste(*waste),
@@ -97,16 +97,6 @@ impl Interruption {
 
 fn item_at(item: ItemId, at: Vec2) -> String {
     format!("{item} {} {}", at.x, at.y)
-}
-
-fn as_obstacle(rectangle: Rectangle) -> Obstacle {
-    Obstacle {
-        x_m: rectangle.x_m,
-        y_m: rectangle.y_m,
-        width_m: rectangle.width_m,
-        height_m: rectangle.height_m,
-        penetrability: rectangle.penetrability,
-    }
 }
 
 #[cfg(test)]

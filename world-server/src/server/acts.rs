@@ -82,7 +82,10 @@ impl Server {
     fn launcher_answered(&mut self, answer: Result<ProcessReply, OpenError>) {
         match answer {
             Ok(reply) => {
-                if let (Some(asked), Ok(pid)) = (&mut self.under_way, &reply.result) {
+                // The answer to the order before may come when its effect has been seen already, and the next one given.
+                if let (Some(asked), Ok(pid)) = (&mut self.under_way, &reply.result)
+                    && asked.number == reply.number
+                {
                     asked.started = Some(*pid);
                 }
                 self.act_done(reply.number, reply.result.map(drop));

@@ -193,8 +193,8 @@ fn without_room_an_absent_robot_stays_away() {
 
 #[test]
 fn what_a_removed_robot_carries_falls_and_is_kept() {
-    let mut world = world(robots(&[(3.0, 3.0, 0.0), (5.0, 3.0, 180.0)]));
-    let item = world.add_item(Vec2::new(5.0, 3.0)).unwrap();
+    let mut world = world(robots(&[(3.0, 3.0, 0.0), (6.0, 3.0, 180.0)]));
+    let item = world.add_item(Vec2::new(6.0, 3.0)).unwrap();
     world.step(&[None, gripper(Gripper::Pick)]);
     assert_eq!(world.carrying(GOLD), Some(item));
     let Some(WorldEvent::Dropped { at, .. }) = world.remove_robot(GOLD) else {
