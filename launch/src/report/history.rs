@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use alliance_proto::fault::Fault;
 use alliance_proto::ids::TaskId;
-use alliance_proto::scenario::{Catalog, SetParams, Setup};
+use alliance_proto::scenario::{Catalog, Obstacle, SetParams, Setup};
 use alliance_proto::time::SimTime;
 use world_server::recorder::{
     EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunLog,
@@ -28,6 +29,8 @@ pub struct History {
     pub events: Vec<EventRow>,
     /// The rows of mission.csv.
     pub mission: Vec<MissionRow>,
+    /// Rectangles that lay on the floor: the scenario's, and those that faults put there at some time.
+    pub obstacles: Vec<Obstacle>,
     ranks: BTreeMap<String, usize>,
 }
 
@@ -128,6 +131,16 @@ impl History {
         }
         history.events = log.rows()?;
         history.mission = log.rows()?;
+        let applied = log
+            .run
+            .faults
+            .iter()
+            .filter(|fault| fault.applied_ms.is_some());
+        let put_there = applied.filter_map(|fault| match fault.order.fault {
+            Fault::Obstacle(obstacle) => Some(obstacle),
+            _ => None,
+        });
+        history.obstacles.extend(put_there);
         Ok(history)
     }
 
@@ -164,6 +177,7 @@ impl History {
             robots,
             events: Vec::new(),
             mission: Vec::new(),
+            obstacles: setup.scenario.obstacles.clone(),
             setup,
         }
     }

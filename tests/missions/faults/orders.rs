@@ -43,6 +43,14 @@ fn a_paused_clock_steps_and_shows_at_once_what_is_ordered() {
     assert_eq!(faults[0]["phase"], "in-force");
     assert_eq!(now(), still, "the clock did not move");
 
+    // One after the other, in the order in which they are given.
+    ask(&lab, &["fault", "mute", "blue", "--id", "first"]);
+    ask(&lab, &["fault", "clear", "first"]);
+    let over = ask(&lab, &["fault", "list"])["faults"].clone();
+    assert_eq!(
+        (&over[1]["id"], &over[1]["phase"]),
+        (&"first".into(), &"over".into())
+    );
     ask(&lab, &["clock", "step", "3"]);
     crate::harness::wait_until("three steps", || now() == still + 3);
     assert_eq!(now(), still + 3);

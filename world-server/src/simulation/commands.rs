@@ -119,10 +119,9 @@ impl Simulation {
     }
 
     fn command(&mut self, command: Command) {
-        if self.opened {
-            self.commands.push(command);
-        } else {
-            self.obey(command);
+        self.commands.push(command);
+        if !self.opened {
+            self.obey_all();
             self.begin();
         }
     }

@@ -420,6 +420,10 @@ impl Simulation {
             }
         }
         self.outcome = self.decide_outcome();
+        // A clock that stands still asks for no tick: what was ordered meanwhile is obeyed all the same.
+        if !self.commands.is_empty() {
+            self.begin();
+        }
         Ok(())
     }
 

@@ -202,7 +202,7 @@ fn furniture(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool)
     let radius = f64::from(deposit.radius_m);
     disc(center, radius, DEPOSIT)?;
     label("deposit", (center.0, center.1 + radius + below))?;
-    for obstacle in &scenario.obstacles {
+    for obstacle in &scene.history.obstacles {
         let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
         let x = x..x + f64::from(obstacle.width_m);
         let y = y..y + f64::from(obstacle.height_m);
