@@ -477,3 +477,101 @@ fn an_old_report_that_somebody_puts_again_does_not_bring_a_silent_robot_back() {
     assert_eq!(watched.report(1, 1, 0, 0), Verdict::Stale);
     assert_eq!(watched.report(1, 1, 1, 0), Verdict::BackAgain);
 }
+
+/// Asks all robots and answers for all of them, with a broadcast each; who heard whom in the manifests that were asked with.
+fn everybody(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
+    let mut heard = Vec::new();
+    loop {
+        let questions = barrier.questions();
+        if questions.is_empty() {
+            return heard;
+        }
+        for question in questions {
+            let senders = question.manifest.iter().map(|entry| entry.sender);
+            heard.push((question.robot, senders.collect()));
+            let answer = report(question.robot, question.incarnation, barrier.tick(), 1);
+            assert_eq!(barrier.report(answer), Verdict::Counted);
+        }
+    }
+}
+
+#[test]
+fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
+    for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
+        let mut barrier = Watched::running(3, order).barrier;
+        everybody(&mut barrier);
+        barrier.finish();
+        barrier.doom(RobotId(0));
+        let heard = everybody(&mut barrier);
+        assert!(
+            heard
+                .iter()
+                .any(|(_, senders)| senders.contains(&RobotId(1)))
+        );
+        barrier.gone(RobotId(0), 1);
+        let gathered = barrier.finish();
+        assert!(gathered.reports[0].is_some());
+        let death = Input::Gone {
+            robot: "robot-0".to_owned(),
+            incarnation: 1,
+            last_counted: Some(1),
+            listed: false,
+            scripted: true,
+        };
+        assert_eq!(gathered.inputs, [death], "{order:?}");
+        for (robot, senders) in everybody(&mut barrier) {
+            assert!(
+                !senders.contains(&RobotId(0)),
+                "{robot} hears it, {order:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
+    let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
+    everybody(&mut barrier);
+    barrier.finish();
+    barrier.suspend(RobotId(1));
+    assert_eq!(everybody(&mut barrier).len(), 1);
+    let stray = report(RobotId(1), 1, barrier.tick(), 0);
+    assert_eq!(barrier.report(stray), Verdict::Stale);
+    let out = Input::StallBegin {
+        robot: "robot-1".to_owned(),
+        scripted: true,
+    };
+    assert_eq!(barrier.finish().inputs, [out]);
+    barrier.readmit(RobotId(1));
+    let heard = everybody(&mut barrier);
+    assert_eq!(heard[1], (RobotId(1), Vec::new()), "deaf until now");
+    let back = Input::StallEnd {
+        robot: "robot-1".to_owned(),
+        scripted: true,
+    };
+    assert_eq!(barrier.finish().inputs, [back]);
+}
+
+#[test]
+fn a_tick_waits_for_an_agent_that_is_expected() {
+    let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
+    everybody(&mut barrier);
+    barrier.gone(RobotId(1), 1);
+    barrier.finish();
+    barrier.expect(RobotId(1));
+    assert!(barrier.questions().is_empty() && !barrier.is_complete());
+    let (robot, life, first) = barrier.invite("robot-1").unwrap();
+    assert_eq!(
+        (robot, life, first),
+        (RobotId(1), 2, 1),
+        "in this very tick"
+    );
+    barrier.arrive(robot, life);
+    assert_eq!(everybody(&mut barrier).len(), 2);
+    let joined = Input::Join {
+        robot: "robot-1".to_owned(),
+        incarnation: 2,
+        scripted: true,
+    };
+    assert_eq!(barrier.finish().inputs, [joined]);
+}
