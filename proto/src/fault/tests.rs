@@ -192,10 +192,18 @@ fn mistakes_say_where_what_and_what_would_be_right() {
 #[test]
 fn events_are_read_as_people_write_them() {
     let when: When = "blue activates move-spill(top)".parse().unwrap();
-    let expected = When::new(Some("blue"), Happening::Activates, Some("move-spill(top)"));
+    let expected = When {
+        robot: Some("blue".to_owned()),
+        what: Happening::Activates,
+        subject: Some("move-spill(top)".to_owned()),
+    };
     assert_eq!(when, expected);
     assert_eq!(when.to_string(), "blue activates move-spill(top)");
-    let any = When::new(None, Happening::Delivers, None);
+    let any = When {
+        robot: None,
+        what: Happening::Delivers,
+        subject: None,
+    };
     assert_eq!("any  delivers".parse(), Ok(any));
     for wrong in ["", "blue", "blue naps", "blue dies twice", "blue picks a b"] {
         assert!(wrong.parse::<When>().is_err(), "{wrong}");

@@ -2,10 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{
-    ActuatorMode, Chance, Device, Fault, Happening, Link, Order, SensorError, SensorMode, Side,
-    When, Who,
-};
+use super::{ActuatorMode, Chance, Device, Fault, Link, Order, SensorError, SensorMode, Side, Who};
 
 impl Fault {
     /// Its name: the command, and the key in JSON and TOML.
@@ -251,18 +248,6 @@ impl Display for ActuatorMode {
             Self::OneWheel(Side::Left) => f.write_str("one-wheel left"),
             Self::OneWheel(Side::Right) => f.write_str("one-wheel right"),
             Self::Gripper => f.write_str("gripper"),
-        }
-    }
-}
-
-impl When {
-    /// "The next time that this robot, or any, does this."
-    #[must_use]
-    pub fn new(robot: Option<&str>, what: Happening, subject: Option<&str>) -> Self {
-        Self {
-            robot: robot.map(str::to_owned),
-            what,
-            subject: subject.map(str::to_owned),
         }
     }
 }
