@@ -131,7 +131,8 @@ impl<S: Sink> Team<S> {
         }
     }
 
-    /// Runs to the end, or until that many ticks are done: then it ends as it is told to.
+    /// Runs to the end, or until that many ticks are done: then it ends as it is told to. `see` looks at the run before the
+    /// first tick and after each.
     ///
     /// # Errors
     /// When the log cannot be written.
@@ -139,9 +140,13 @@ impl<S: Sink> Team<S> {
         mut self,
         ticks: u64,
         then: Outcome,
+        mut see: impl FnMut(&mut Simulation),
     ) -> Result<(Outcome, Recorder<S>), RecordError> {
+        see(&mut self.simulation);
         while self.simulation.tick() < ticks {
-            if let Some(outcome) = self.tick()? {
+            let outcome = self.tick()?;
+            see(&mut self.simulation);
+            if let Some(outcome) = outcome {
                 return self.finish(outcome);
             }
         }

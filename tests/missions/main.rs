@@ -19,6 +19,7 @@ mod killed;
 mod log_folder;
 mod on_time;
 mod other_version;
+mod page;
 mod parker;
 mod recompute;
 mod refusals;

@@ -1,0 +1,6 @@
+//! The page of a run: what its server tells and takes, and the page itself in a real browser.
+
+mod client;
+mod finished;
+mod gate;
+mod observer;
