@@ -20,6 +20,7 @@ mod log_folder;
 mod on_time;
 mod other_version;
 mod page;
+mod parity;
 mod parker;
 mod recompute;
 mod refusals;

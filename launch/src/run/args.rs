@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 use world_server::args::{MissionArgs, RunArgs};
 
+use super::one_process;
 use super::supervise::{Plan, supervise};
 use crate::page::link::{Link, LinkArgs};
 use crate::scenarios;
@@ -16,6 +17,9 @@ pub struct RunCommand {
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
+    /// All robots and the world in this process: no page, no signals to robots, no pace, and the same bytes
+    #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
+    in_process: bool,
     #[command(flatten)]
     page: LinkArgs,
     /// Serve no page
@@ -54,7 +58,12 @@ impl RunCommand {
             open: self.page.open,
             json: self.json,
         };
-        match supervise(&plan, link) {
+        let ran = if self.in_process {
+            one_process::run(&plan, self.run.log)
+        } else {
+            supervise(&plan, link)
+        };
+        match ran {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
@@ -66,7 +75,7 @@ impl RunCommand {
 
     /// Where the page is to be found.
     fn link(&self) -> anyhow::Result<Option<Link>> {
-        if self.no_page {
+        if self.no_page || self.in_process {
             return Ok(None);
         }
         Link::new(self.page.port).map(Some)

@@ -371,7 +371,7 @@ fn read_run(folder: &Path) -> anyhow::Result<RunFile> {
 }
 
 /// `runs/latest` leads to the newest run below `runs/`. A convenience: where it cannot be made, it is missing.
-fn link_latest(folder: &Path) {
+pub(super) fn link_latest(folder: &Path) {
     if folder.parent() == Some(Path::new("runs"))
         && let Some(name) = folder.file_name()
     {

@@ -46,8 +46,7 @@ impl Browser {
             .stderr(output)
             .spawn();
         let Ok(driver) = started else {
-            let how =
-                "no browser: run `.ci/run`, or install Debian's packages chromium and chromium-driver";
+            let how = "no browser: run `.ci/run`, or install Debian's packages chromium and chromium-driver";
             assert!(std::env::var_os("CI").is_none(), "{how}");
             println!("skipped: {how}");
             return None;
