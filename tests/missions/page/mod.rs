@@ -5,3 +5,5 @@ mod client;
 mod finished;
 mod gate;
 mod observer;
+mod replayed;
+mod watched;
