@@ -118,9 +118,11 @@ async function show(api, run) {
     for (const name of ["rays", "trails", "radio"]) attribute(byId(`show-${name}`), "aria-pressed", String(choices[name]));
   });
   loop.add(100, () => charts.draw());
-  for (const panel of [robots, new Tasks(model), events, new Messages(model), links, new Faults(model, orders)]) {
+  for (const panel of [robots, new Tasks(model), events, new Messages(model), new Faults(model, orders)]) {
     loop.add(100, () => panel.draw());
   }
+  // Of a large team there are thousands.
+  loop.add(400, () => links.draw());
   new ResizeObserver(changed).observe(byId("room"));
   new ResizeObserver(changed).observe(byId("chart-list"));
 

@@ -58,17 +58,18 @@ export class Model {
     return this.view?.now ?? 0;
   }
 
-  /** Takes in the next view. */
+  /** Takes in the next view, or one of the same tick whose clock or faults are others. */
   absorb(view) {
-    this.view = view;
     this.history.add(view, view.now);
-    this.traffic.absorb(view);
+    if (view.tick !== this.view?.tick) this.traffic.absorb(view);
+    this.view = view;
     this.#changed();
   }
 
   /** Goes to another place in the log: `view`, with the views right before it. */
   jump(view, before) {
     this.traffic.clear();
+    this.view = null;
     for (const each of before) {
       this.history.add(each, view.now);
       this.traffic.absorb(each);
@@ -113,6 +114,21 @@ export class Model {
       else high = middle;
     }
     return this.events.slice(0, low);
+  }
+
+  /** The behavior set that a robot waits to activate, or null. */
+  waitingFor(robot) {
+    const entry = robot.sets.find(({ motivation }) => motivation.state === "Waiting");
+    return entry ? this.sets[entry.motivation.set] : null;
+  }
+
+  /** What a robot does, in the thesis' words: a behavior set, or that it waits for one, or idle; empty if it takes no part. */
+  doingInWords(robot) {
+    const doing = this.doing(robot);
+    if (doing) return doing.set.words;
+    if (robot.state !== "present" && robot.state !== "silent") return "";
+    const wanted = this.waitingFor(robot);
+    return wanted ? `waits for ${wanted.words}` : "idle";
   }
 
   /** The behavior set that a robot executes, with since when: `{set, since}`, or null. Dead robots execute nothing. */

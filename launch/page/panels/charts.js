@@ -46,10 +46,10 @@ export class Charts {
   #swatch(set) {
     const svg = document.createElementNS(SVG, "svg");
     const line = document.createElementNS(SVG, "line");
-    attribute(svg, "width", "22");
+    attribute(svg, "width", "20");
     attribute(svg, "height", "8");
     attribute(svg, "aria-hidden", "true");
-    const look = { x1: 0, x2: 22, y1: 4, y2: 4, stroke: this.#color(set), "stroke-width": 2.5, "stroke-dasharray": this.#model.sets[set].dash.join(" ") || null };
+    const look = { x1: 0, x2: 20, y1: 4, y2: 4, stroke: this.#color(set), "stroke-width": 2.5, "stroke-dasharray": this.#model.sets[set].dash.join(" ") || null };
     for (const [name, value] of Object.entries(look)) attribute(line, name, value);
     svg.append(line);
     return svg;

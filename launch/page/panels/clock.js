@@ -62,7 +62,7 @@ export class Clock {
       if (Math.abs(byId("speed").valueAsNumber - place) > 0.02) byId("speed").value = place;
       attribute(byId("speed"), "aria-valuetext", shown(speed));
     }
-    this.#measure(paused || (isLive && !isOpen));
+    this.#measure(!view || paused || (isLive && !isOpen));
   }
 
   /** Simulated time per wall-clock time in the last seconds. */

@@ -25,6 +25,7 @@ export class Links {
     const rows = names.map((sender, from) =>
       el("tr", {}, el("th", { scope: "row" }, sender), ...names.map((receiver, to) => this.#cell(from, to, sender, receiver))),
     );
+    byId("link-table").classList.toggle("dense", names.length > 6);
     byId("link-table").replaceChildren(el("thead", {}, head), el("tbody", {}, ...rows));
   }
 

@@ -48,7 +48,8 @@ export class Messages {
   #row({ sender, sent, said }) {
     const { names, colors, sets, tasks } = this.#model;
     const subject = said?.set !== null && said?.set !== undefined ? sets[said.set]?.words : tasks[said?.task]?.words;
-    const details = said ? [said.state?.toLowerCase(), subject, said.progress ? `progress ${said.progress}` : null] : ["never arrived"];
+    const claim = [said?.state?.toLowerCase(), subject].filter(Boolean).join(" ");
+    const details = said ? [claim, said.progress ? `progress ${said.progress}` : null] : ["never arrived"];
     return el(
       "li",
       { "data-message": said?.kind ?? "unknown", "data-sender": names[sender], "data-t": sent },

@@ -108,9 +108,8 @@ export class Robots {
     attribute(card.querySelector("[data-action=select]"), "aria-pressed", String(this.#choices.selected === rank));
     put("state", robot.state);
     const doing = this.#model.doing(robot);
-    const isThere = robot.state === "present" || robot.state === "silent";
     const since = doing && doing.since !== null ? ` for ${seconds(Math.max(0, now - doing.since))}` : "";
-    put("doing", doing ? doing.set.words + since : isThere ? this.#waits(robot) : "–");
+    put("doing", this.#model.doingInWords(robot) + since || "–");
     put("carries", robot.carrying === null ? "nothing" : `item-${robot.carrying}`);
     put("speed", `${robot.speed_m_s.toFixed(2)} m/s`);
     put("pid", robot.pid ?? "–");
@@ -123,11 +122,6 @@ export class Robots {
       button.hidden = !this.#isOffered(button.dataset.action, robot.state);
       button.disabled = !this.#model.isOpen;
     }
-  }
-
-  #waits(robot) {
-    const waiting = robot.sets.find(({ motivation }) => motivation.state === "Waiting");
-    return waiting ? `waits for ${this.#model.sets[waiting.motivation.set].words}` : "idle";
   }
 
   #isOffered(action, state) {

@@ -26,7 +26,7 @@ export class Tasks {
         this.#fill(row.children[2], this.#entries(task, "Waiting"), "–");
       },
     );
-    const idle = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state === "present" && robot.active === null);
+    const idle = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state === "present" && this.#model.doingInWords(robot) === "idle");
     text(byId("idle"), idle.length ? `Idle: ${idle.map(({ rank }) => this.#model.names[rank]).join(", ")}` : "Nobody is idle.");
   }
 

@@ -13,7 +13,7 @@ export class Timeline {
   #player;
   #events;
   #marked = "";
-  // The event that was jumped to, and where that led: {t_ms, place_ms}.
+  // The event that was jumped to, and where that led: {t_ms, place_ms, line}.
   #jumped = null;
 
   constructor(model, player, events) {
@@ -39,9 +39,8 @@ export class Timeline {
     const found = direction > 0 ? events.find(wanted) : events.findLast(wanted);
     if (!found) return;
     this.#player.seekAfter(found.t_ms);
-    this.#jumped = { t_ms: found.t_ms, place_ms: this.#player.place_ms };
-    const { what } = eventInWords(found);
-    text(byId("at-event"), `${seconds(found.t_ms, 2)}: ${[found.robot, what].filter(Boolean).join(" ")}`);
+    const line = [found.robot, eventInWords(found).what].filter(Boolean).join(" ");
+    this.#jumped = { t_ms: found.t_ms, place_ms: this.#player.place_ms, line: `${seconds(found.t_ms, 2)}: ${line}` };
   }
 
   draw() {
@@ -51,6 +50,7 @@ export class Timeline {
     // While views are on their way the slider stays where it was put.
     if (!this.#player.isWaiting) slider.value = view.tick;
     slider.setAttribute("aria-valuetext", seconds(this.#model.now, 2));
+    text(byId("at-event"), this.#jumped?.place_ms === this.#player.place_ms ? this.#jumped.line : "");
     this.#mark();
   }
 

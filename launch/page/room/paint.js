@@ -148,7 +148,7 @@ export function paintTrails(c, p, model, lasts_ms) {
   const grain_ms = lasts_ms / 240;
   const first = model.history.indexAt(model.now - lasts_ms);
   c.lineWidth = 2;
-  c.globalAlpha = 0.55;
+  c.globalAlpha = 0.8;
   model.names.forEach((_, rank) => {
     const way = new Path2D();
     let grain = -1;
@@ -255,7 +255,7 @@ export function paintRadio(c, { a, b }, link, isDisturbed, palette) {
   if (loss > 0) badge(c, isCut ? "✗ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
 }
 
-/** A robot's body: heading, color, initial; crossed out when dead, hatched when it is silent, dashed when it is about to come. */
+/** A robot's body: heading, color, sign; crossed out when dead, hatched when it is silent, dashed when it is about to come. */
 export function paintBody(c, p, robot, look, palette) {
   const [x, y] = [p.x(robot.pose.position[0]), p.y(robot.pose.position[1])];
   const radius = Math.max(5, p.scale * look.radius_m);
@@ -316,16 +316,18 @@ export function paintBody(c, p, robot, look, palette) {
     c.lineTo(-radius, radius);
     c.stroke();
   } else if (radius >= 8 && robot.state !== "silent") {
-    words(c, look.initial, 0, 0.5, { color: "#fff", bold: true, size: Math.min(14, Math.round(1.2 * radius)), outline: "rgba(0,0,0,.55)" });
+    const size = Math.min(14, Math.round((look.sign.length > 1 ? 0.95 : 1.2) * radius));
+    words(c, look.sign, 0, 0.5, { color: "#fff", bold: true, size, outline: "rgba(0,0,0,.55)" });
   }
   c.restore();
 }
 
 /**
  * Lines of text beside a robot, at the first of four sides where they cover no other label; `side`, the one of the picture
- * before, is tried first, so that labels do not jump. Gives the side taken.
+ * before, is tried first, so that labels do not jump. Where none is free the label is left out unless it `mustShow`. Gives the
+ * side taken.
  */
-export function paintLabel(c, x, y, gap, lines, side, taken, palette) {
+export function paintLabel(c, x, y, gap, { lines, side, mustShow }, taken, palette) {
   const size = 11;
   const height = lines.length * (size + 2) + 2;
   const width = Math.max(...lines.map((line, index) => measure(c, line, size, index === 0))) + 6;
@@ -345,7 +347,9 @@ export function paintLabel(c, x, y, gap, lines, side, taken, palette) {
     top <= most.top &&
     taken.every((box) => left >= box.right || left + width <= box.left || top >= box.bottom || top + height <= box.top);
   const order = [side, 0, 1, 2, 3];
-  const chosen = order.find((each) => isFree(boxes[each])) ?? side;
+  const free = order.find((each) => isFree(boxes[each]));
+  if (free === undefined && !mustShow) return side;
+  const chosen = free ?? side;
   const [left, top] = boxes[chosen];
   taken.push({ left, top, right: left + width, bottom: top + height });
   c.fillStyle = palette.label;

@@ -8,7 +8,7 @@ import * as paint from "./paint.js";
 const MARGIN_PX = 10;
 /** Trails reach back so far, ms of simulated time. */
 const TRAIL_MS = 60_000;
-/** Robots of a larger team are labeled by their names only. */
+/** Robots of a larger team are labeled by their names only, and only where there is room. */
 const FULL_LABELS = 12;
 /** Radio lines of a larger team are drawn for the selected robot only. */
 const ALL_LINES = 8;
@@ -26,6 +26,7 @@ export class Room {
   #palette = paint.readPalette();
   #projection;
   #sides = new Map();
+  #signs;
   #size = "";
 
   constructor(canvas, model, choices) {
@@ -33,6 +34,7 @@ export class Room {
     this.#model = model;
     this.#choices = choices;
     this.#places = places(model.run.scenario);
+    this.#signs = signs(model.names);
     this.#fit();
   }
 
@@ -142,7 +144,7 @@ export class Room {
     const { radius_m } = run.scenario.body;
     const there = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
     for (const { robot, rank } of there) {
-      const look = { radius_m, color: colors[rank], initial: names[rank][0].toUpperCase(), isSelected: rank === this.#choices.selected };
+      const look = { radius_m, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
       paint.paintBody(c, this.#projection, robot, look, this.#palette);
     }
     // Bodies are no place for labels.
@@ -153,16 +155,17 @@ export class Room {
     });
     for (const { robot, rank } of there) {
       const { x, y } = this.toScreen(...robot.pose.position);
-      const side = paint.paintLabel(c, x, y, gap, this.#label(robot, rank), this.#sides.get(rank) ?? 0, taken, this.#palette);
-      this.#sides.set(rank, side);
+      const mustShow = names.length <= FULL_LABELS || rank === this.#choices.selected;
+      const label = { lines: this.#label(robot, rank), side: this.#sides.get(rank) ?? 0, mustShow };
+      this.#sides.set(rank, paint.paintLabel(c, x, y, gap, label, taken, this.#palette));
     }
   }
 
   #label(robot, rank) {
     const { names } = this.#model;
     const lines = [robot.state === "present" ? names[rank] : `${names[rank]}: ${robot.state}`];
-    const doing = this.#model.doing(robot);
-    if (doing && (names.length <= FULL_LABELS || rank === this.#choices.selected)) lines.push(doing.set.words);
+    const doing = this.#model.doingInWords(robot);
+    if (doing && doing !== "idle" && (names.length <= FULL_LABELS || rank === this.#choices.selected)) lines.push(doing);
     return lines;
   }
 
@@ -170,11 +173,19 @@ export class Room {
   #tell() {
     const { names, view } = this.#model;
     const robots = view.robots.map((robot, rank) => {
-      const doing = this.#model.doing(robot)?.set.words ?? "idle";
-      return `${names[rank]} ${robot.state === "present" ? doing : robot.state}`;
+      return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
     });
     attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}; ${view.items.delivered} items delivered`);
   }
+}
+
+/** What stands on the robots: the end of a name's number, or its initial, with a second letter where several have the same. */
+function signs(names) {
+  const initial = (name) => name[0].toUpperCase();
+  return names.map((name) => {
+    const isUnique = names.filter((each) => initial(each) === initial(name)).length === 1;
+    return name.match(/\d{1,2}$/)?.[0] ?? (isUnique ? initial(name) : initial(name) + name.slice(1, 2));
+  });
 }
 
 /** Shows the coordinates of a point of the room, or nothing. */

@@ -8,9 +8,9 @@ const GRID_M = 0.05;
 
 const HINTS = {
   look: "",
-  obstacle: "Drag a rectangle.",
-  waste: "Click where the waste shall lie.",
-  move: "Click where the robot shall stand.",
+  obstacle: "Drag:",
+  waste: "Click:",
+  move: "Click its new place.",
 };
 
 const snap = (m) => Number((Math.round(m / GRID_M) * GRID_M).toFixed(2));
@@ -64,7 +64,7 @@ export class Tools {
     }
     this.#canvas.dataset.tool = tool;
     byId("tool-options").hidden = tool === "look";
-    byId("obstacle-options").hidden = tool !== "obstacle";
+    byId("penetrability").hidden = tool !== "obstacle";
     byId("waste-options").hidden = tool !== "waste";
     text(byId("tool-hint"), HINTS[tool]);
   }

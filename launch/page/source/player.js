@@ -7,6 +7,9 @@ const MAX_SPEED = 500;
 /** Views that are taken in one after the other when the page was slow; more of them are a jump. */
 const MOST_AT_ONCE = 60;
 
+/** After a longer time without pictures, as of a page in the background, it goes on where it was, ms. */
+const MOST_LATE_MS = 500;
+
 export class Player {
   paused = true;
   /** Times real time; null: as fast as possible. */
@@ -40,7 +43,7 @@ export class Player {
 
   /** Called before every picture, at that wall-clock time; tells whether another one is needed. */
   advance(wall_ms) {
-    const elapsed_ms = this.#last_ms === null ? 0 : Math.min(200, wall_ms - this.#last_ms);
+    const elapsed_ms = this.#last_ms === null ? 0 : Math.min(MOST_LATE_MS, wall_ms - this.#last_ms);
     this.#last_ms = this.paused ? null : wall_ms;
     if (this.#mustJump) {
       this.#jump();

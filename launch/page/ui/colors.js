@@ -3,7 +3,7 @@
 
 /** Robots that are called by a color have it. */
 const BY_NAME = {
-  blue: "#0072b2",
+  blue: "#1a7fc4",
   gold: "#e69f00",
   green: "#009e73",
   red: "#d55e00",
@@ -21,7 +21,7 @@ const BY_NAME = {
 };
 
 /** For all others, in turn. */
-const OTHERS = ["#d55e00", "#cc79a7", "#56b4e9", "#0072b2", "#e69f00", "#009e73", "#d9c615", "#8c6239"];
+const OTHERS = ["#d55e00", "#cc79a7", "#56b4e9", "#1a7fc4", "#e69f00", "#009e73", "#d9c615", "#8c6239"];
 
 /** A color for each robot, by rank. */
 export function robotColors(names) {

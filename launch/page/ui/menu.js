@@ -4,6 +4,10 @@ import { byId, el } from "./dom.js";
 
 const EDGE_PX = 8;
 
+let place = () => {};
+// A menu may grow when something is chosen in it.
+const observer = new ResizeObserver(() => place());
+
 /** Opens a menu named `title` at the element or point `at` = `{x, y}` (CSS pixels of the window); closes any other. */
 export function openMenu(title, at, ...content) {
   const menu = byId("menu");
@@ -12,11 +16,15 @@ export function openMenu(title, at, ...content) {
   menu.replaceChildren(el("header", {}, el("h2", { id: "menu-title" }, title), close), ...content.filter(Boolean));
   menu.showPopover();
   const box = at instanceof Element ? at.getBoundingClientRect() : { left: at.x, bottom: at.y, top: at.y };
-  const { width, height } = menu.getBoundingClientRect();
-  const below = box.bottom + 4;
-  const top = below + height <= innerHeight - EDGE_PX ? below : box.top - height - 4;
-  menu.style.left = `${Math.max(EDGE_PX, Math.min(box.left, innerWidth - width - EDGE_PX))}px`;
-  menu.style.top = `${Math.max(EDGE_PX, Math.min(top, innerHeight - height - EDGE_PX))}px`;
+  place = () => {
+    const { width, height } = menu.getBoundingClientRect();
+    const below = box.bottom + 4;
+    const top = below + height <= innerHeight - EDGE_PX ? below : box.top - height - 4;
+    menu.style.left = `${Math.max(EDGE_PX, Math.min(box.left, innerWidth - width - EDGE_PX))}px`;
+    menu.style.top = `${Math.max(EDGE_PX, Math.min(top, innerHeight - height - EDGE_PX))}px`;
+  };
+  place();
+  observer.observe(menu);
   menu.querySelector("select, input, .choices button")?.focus();
 }
 
