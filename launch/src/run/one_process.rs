@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::tick::Outcome;
-use anyhow::Context;
 use serde_json::json;
 use tokio::runtime::Runtime;
 use tokio::signal::unix::{SignalKind, signal};
@@ -16,6 +15,7 @@ use super::progress::Progress;
 use super::summary;
 use super::supervise::{Plan, link_latest};
 use crate::in_process::Team;
+use crate::runtime;
 
 /// How often the progress is shown.
 const INTERVAL: Duration = Duration::from_millis(200);
@@ -75,11 +75,7 @@ struct Interrupted {
 
 impl Interrupted {
     fn watch() -> anyhow::Result<Self> {
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(1)
-            .enable_all()
-            .build()
-            .context("starting the runtime")?;
+        let runtime = runtime::start()?;
         let asked = Arc::new(AtomicBool::new(false));
         let mark = Arc::clone(&asked);
         let (mut interrupt, mut terminate) = runtime.block_on(async {
