@@ -40,6 +40,14 @@ fn run_to(browser: &Browser, page: &Page, wanted: u64) {
     ));
 }
 
+/// Where a point of the room is on the screen, in pixels of the window.
+fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
+    let at = browser.eval(&format!(
+        "(() => {{ const box = document.querySelector('#room-canvas').getBoundingClientRect(); const at = alliance.toScreen({x_m}, {y_m}); return [Math.round(box.x + at.x), Math.round(box.y + at.y)]; }})()"
+    ));
+    (at[0].as_i64().unwrap(), at[1].as_i64().unwrap())
+}
+
 #[test]
 fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
     let Some(browser) = Browser::start(LAPTOP) else {
@@ -132,12 +140,7 @@ fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
 
     let (team, page) = open(&lab, &browser, &arguments);
     run_to(&browser, &page, from as u64);
-    let canvas = |x: f32, y: f32| {
-        let at = browser.eval(&format!(
-            "(() => {{ const box = document.querySelector('#room-canvas').getBoundingClientRect(); const at = alliance.toScreen({x}, {y}); return [Math.round(box.x + at.x), Math.round(box.y + at.y)]; }})()"
-        ));
-        (at[0].as_i64().unwrap(), at[1].as_i64().unwrap())
-    };
+    let canvas = |x, y| canvas(&browser, x, y);
     browser.press('o');
     browser.drag(
         canvas(ahead.x_m - 0.3, ahead.y_m + 0.3),
@@ -274,10 +277,21 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
     browser.wait_for("alliance.view.faults.length == 1");
     browser.press('u');
     browser.wait_for("alliance.view.faults.length == 0");
+    // Waste cannot be undone: it has happened.
+    assert_eq!(browser.eval("alliance.view.waste.length"), 24);
+    browser.press('w');
+    let place = canvas(&browser, 6.0, 4.5);
+    browser.drag(place, place);
+    browser.wait_for("alliance.view.waste.length == 25");
+    let lies = browser.eval("alliance.view.waste[24].position");
+    let off = |axis: usize, wanted: f64| (lies[axis].as_f64().unwrap() - wanted).abs();
+    assert!(off(0, 6.0) < 0.1 && off(1, 4.5) < 0.1, "{lies}");
     assert_eq!(browser.console(), Vec::<String>::new());
     let_go(&page);
     team.wait().expect(1);
-    let faults = lab.log("run").run.faults;
+    let mut faults = lab.log("run").run.faults;
+    let waste = faults.pop().unwrap();
+    assert_eq!((waste.order.fault.name(), waste.hits), ("waste", 1));
     let told: Vec<(&str, bool)> = faults
         .iter()
         .map(|fault| (fault.order.fault.name(), fault.hits > 0))
