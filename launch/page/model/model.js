@@ -40,7 +40,7 @@ export class Model {
     this.sets = catalog.sets.map((set, id) => ({ ...set, ...styles[id], words: inThesisWords(set.name) }));
     this.tasks = catalog.tasks.map((task) => ({ ...task, words: inThesisWords(task.name) }));
     this.history = new History(this.names.length, this.sets.length);
-    this.traffic = new Traffic(this.names.length);
+    this.traffic = new Traffic(this.names.length, run.log !== null);
     this.#changed = changed;
   }
 
@@ -58,17 +58,18 @@ export class Model {
     return this.view?.now ?? 0;
   }
 
-  /** Takes in the next view. */
+  /** Takes in the next view, or one of the same tick whose clock or faults are others. */
   absorb(view) {
-    this.view = view;
     this.history.add(view, view.now);
-    this.traffic.absorb(view);
+    if (view.tick !== this.view?.tick) this.traffic.absorb(view);
+    this.view = view;
     this.#changed();
   }
 
   /** Goes to another place in the log: `view`, with the views right before it. */
   jump(view, before) {
     this.traffic.clear();
+    this.view = null;
     for (const each of before) {
       this.history.add(each, view.now);
       this.traffic.absorb(each);

@@ -45,6 +45,11 @@ export class Events {
     this.#changed();
   }
 
+  /** Another text for every other filter. */
+  get filter() {
+    return [...this.#groups].join();
+  }
+
   /** Whether the filter lets an event through. */
   isWanted(event) {
     return this.#groups.has(groupOf(event));
@@ -70,7 +75,7 @@ export class Events {
   #row(event) {
     const { names, colors } = this.#model;
     const rank = names.indexOf(event.robot);
-    const { what, why } = eventInWords(event);
+    const { what, why } = eventInWords(event, names);
     const time = seconds(event.t_ms, 2);
     return el(
       "li",

@@ -35,7 +35,11 @@ export class Messages {
       (broadcast) => this.#row(broadcast),
       (row, broadcast) => this.#fill(row, broadcast),
     );
-    text(byId("messages-left-out"), traffic.leftOut ? `${traffic.leftOut} receptions were left out to keep up.` : "");
+    const gaps = [
+      traffic.leftOut ? `${traffic.leftOut} receptions were left out to keep up.` : "",
+      traffic.skipped ? `The messages of ${traffic.skipped} ticks that were not shown are missing.` : "",
+    ];
+    text(byId("messages-left-out"), gaps.join(" ").trim());
   }
 
   #isWanted({ sender, said, receptions }) {
