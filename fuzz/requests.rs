@@ -57,6 +57,7 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
         Command::Clear(_) => "clear",
         Command::List => "list",
         Command::Status => "status",
+        Command::Describe => "describe",
         Command::Clock(_) => "clock",
     })
 }

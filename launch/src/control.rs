@@ -6,15 +6,16 @@ use std::time::Duration;
 
 use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::control::{Command, Reply, Request};
-use alliance_proto::keys::Keys;
 use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::secret::{Secret, random};
-use anyhow::{Context, bail};
+use alliance_proto::secret::random;
+use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 use tokio::time::timeout;
-use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget};
+
+use crate::observer::Observer;
+use crate::runtime;
 
 /// How long the world may take to answer.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -66,13 +67,8 @@ impl ControlArgs {
 
     fn reply_to(&self, command: Command) -> anyhow::Result<Reply> {
         let run = Rendezvous::find(self.run.as_deref())?;
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
-            .worker_threads(1)
-            .enable_all()
-            .build()
-            .context("starting the runtime")?;
-        runtime.block_on(ask(&run, command))
+        let runtime = runtime::start()?;
+        runtime.block_on(ask(run, command))
     }
 }
 
@@ -80,29 +76,29 @@ impl ControlArgs {
 ///
 /// # Errors
 /// When it cannot be reached, does not answer or cannot read the request.
-pub async fn ask(run: &Rendezvous, command: Command) -> anyhow::Result<Reply> {
-    let request = Request {
-        nonce: format!("{:032x}", random()?),
-        command,
-    };
-    let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
-        .map_err(anyhow::Error::from_boxed)?;
-    let session = zenoh::open(config)
-        .await
-        .map_err(anyhow::Error::from_boxed)
-        .with_context(|| format!("run '{}' cannot be reached at {}", run.run, run.endpoint))?;
-    let reply = query(&session, run, &request).await;
+pub async fn ask(run: Rendezvous, command: Command) -> anyhow::Result<Reply> {
+    let observer = Observer::join(run).await?;
+    let reply = query(&observer, command).await;
     // Teardown may hang.
-    let _ = timeout(CLOSE_DEADLINE, session.close()).await;
+    let _ = timeout(CLOSE_DEADLINE, observer.session.close()).await;
     reply
 }
 
 /// The first reply that bears the seal of the run for this request: on a bus anybody may answer.
-async fn query(session: &Session, run: &Rendezvous, request: &Request) -> anyhow::Result<Reply> {
+///
+/// # Errors
+/// When the world does not answer or cannot read the request.
+pub async fn query(observer: &Observer, command: Command) -> anyhow::Result<Reply> {
     const FORM: Form = Form::Bincode;
-    let wire = Wire::new(&Keys::new(&run.run), Secret::of(&run.token));
-    let written = wire.write_request(FORM, request)?;
-    let replies = session
+    let run = &observer.run;
+    let request = Request {
+        nonce: format!("{:032x}", random()?),
+        command,
+    };
+    let wire = Wire::new(&observer.keys, observer.secret.clone());
+    let written = wire.write_request(FORM, &request)?;
+    let replies = observer
+        .session
         .get(wire.key())
         .payload(written.payload)
         .encoding(FORM.encoding())
@@ -155,6 +151,8 @@ mod tests {
 
     use alliance_proto::control::wire::Written;
     use alliance_proto::control::{ClockCommand, ClockStatus};
+    use alliance_proto::keys::Keys;
+    use alliance_proto::secret::Secret;
     use zenoh::Wait;
     use zenoh::query::Query;
 
@@ -202,7 +200,7 @@ mod tests {
                 .background()
                 .await
                 .unwrap();
-            let reply = ask(&run, Command::Clock(ClockCommand::Pause)).await;
+            let reply = ask(run, Command::Clock(ClockCommand::Pause)).await;
             session.close().await.unwrap();
             reply
         })

@@ -4,6 +4,8 @@
 //! - `control`: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`in_process`]: the same run without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
 //!   differ.
+//! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run; [`retrace`]: a
+//!   finished run with a view of each tick.
 //! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
@@ -20,9 +22,13 @@ mod control;
 pub mod diff;
 mod fault;
 pub mod in_process;
+pub mod observer;
+pub mod page;
 pub mod replay;
 mod report;
+pub mod retrace;
 pub mod run;
+mod runtime;
 pub mod scenarios;
 mod scenarios_command;
 mod status;
@@ -53,6 +59,10 @@ enum Part {
     Clock(clock::ClockArgs),
     /// Show how a live run goes: robots, processes, tasks, motivations, faults
     Status(status::StatusArgs),
+    /// Serve a page on which a live run is watched and interfered with
+    Watch(page::watch::WatchCommand),
+    /// Show a finished run on a page
+    View(page::view::ViewCommand),
     /// Show what happened in a run: figures and metrics on a page
     Report(report::command::ReportCommand),
     /// Say what the parameters of a scenario mean, and which of them do not go together
@@ -84,6 +94,8 @@ pub fn main() -> ExitCode {
         Part::Fault(command) => command.run(),
         Part::Clock(command) => command.run(),
         Part::Status(command) => command.run(),
+        Part::Watch(command) => command.run(),
+        Part::View(command) => command.run(),
         Part::Report(command) => command.run(),
         Part::Check(command) => command.run(),
         Part::Scenarios(command) => command.run(),

@@ -7,6 +7,7 @@ use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
 use world_server::recorder::{LogLevel, Memory, RunLog, RunOutcome};
+use world_server::simulation::Simulation;
 
 use crate::diff::{Comparison, compare};
 use crate::in_process::Team;
@@ -54,7 +55,7 @@ impl ReplayCommand {
                 logged.run.version
             );
         }
-        let (memory, again) = replay(&logged)?;
+        let (memory, again) = replay(&logged, logged.run.log, |_| {})?;
         if let Some(out) = &self.out {
             write(&memory, out)?;
         }
@@ -62,11 +63,16 @@ impl ReplayCommand {
     }
 }
 
-/// Runs a logged run again, for as many ticks as its log is whole.
+/// Runs a logged run again, for as many ticks as its log is whole, and logs it at that level. `see` looks at the run before
+/// the first tick and after each.
 ///
 /// # Errors
 /// When the log has no tick that could be compared, or holds what is no input.
-pub fn replay(logged: &RunLog) -> anyhow::Result<(Memory, RunLog)> {
+pub fn replay(
+    logged: &RunLog,
+    level: LogLevel,
+    see: impl FnMut(&mut Simulation),
+) -> anyhow::Result<(Memory, RunLog)> {
     let (ticks, outcome) = match (logged.run.outcome, logged.last) {
         (RunOutcome::Ended(outcome), _) => (logged.run.result.ticks, outcome),
         (RunOutcome::Running, Some(last)) => (last.tick + 1, Outcome::Interrupted),
@@ -76,8 +82,8 @@ pub fn replay(logged: &RunLog) -> anyhow::Result<(Memory, RunLog)> {
         (RunOutcome::Running, None) => bail!("the log has no whole tick"),
     };
     let setup = logged.run.setup.clone();
-    let team = Team::with_inputs(setup, logged.inputs()?, logged.run.log, Memory::default())?;
-    let (_, recorder) = team.run_for(ticks, outcome)?;
+    let team = Team::with_inputs(setup, logged.inputs()?, level, Memory::default())?;
+    let (_, recorder) = team.run_for(ticks, outcome, see)?;
     let memory = recorder.into_sink();
     let again = RunLog::from_memory(&memory).context("the replay's own log")?;
     Ok((memory, again))

@@ -1,23 +1,53 @@
-//! A snapshot of the run for eyes: the progress line, and later the live page (DESIGN §3, key `view`).
+//! A snapshot of the run for eyes (DESIGN §3, key `view`): what the progress line and the live page show, what a finished run
+//! is shown and exported from.
+//!
+//! Everything that can change during a run and can be seen is in it; what cannot change is in the run's
+//! [`crate::scenario::Setup`].
 
+use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{Incarnation, SetId, Tick};
-use crate::readings::Pose;
+use crate::control::{AgentState, ClockStatus, FaultStatus};
+use crate::ids::{Incarnation, ItemId, RobotId, SetId, Tick};
+use crate::readings::{Pose, Readings};
+use crate::scenario::Obstacle;
+use crate::telemetry::{Motivation, Reception};
+use crate::tick::Outcome;
 use crate::time::SimTime;
+
+/// Messages that a view tells at most: the newest.
+pub const MESSAGES_MAX: usize = 256;
 
 /// What an observer sees.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct View {
-    /// Latest finished tick.
+    /// The tick under way: those before it are finished.
     pub tick: Tick,
     /// Its simulated time.
     pub now: SimTime,
-    /// Where the items are.
+    /// The step clock; `None` of a run that is shown from its log.
+    pub clock: Option<ClockStatus>,
+    /// How many items are where.
     pub items: ItemCounts,
+    /// All items, by id.
+    pub waste: Vec<ItemView>,
+    /// All rectangles on the floor, solid and not, in the order in which they were put there.
+    pub obstacles: Vec<Obstacle>,
+    /// Whether the report site shows its changed color.
+    pub site_colored: bool,
+    /// When the last progress report was made.
+    pub last_report: Option<SimTime>,
     /// One entry per robot, by rank.
     pub robots: Vec<RobotView>,
+    /// Faults that are armed or in force.
+    pub faults: Vec<FaultStatus>,
+    /// What has become of messages since the view before, the newest [`MESSAGES_MAX`] of them.
+    pub messages: Vec<MessageView>,
+    /// How many more there were.
+    pub messages_left_out: u64,
+    /// How the run ended, once it has: such a view is the last one.
+    pub outcome: Option<Outcome>,
 }
 
 /// How many items are where (mission.csv).
@@ -41,17 +71,54 @@ impl ItemCounts {
     }
 }
 
+/// An item.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ItemView {
+    /// Where it lies, m; while it is carried, where it was picked up.
+    pub position: Vec2,
+    /// Who carries it.
+    pub carrier: Option<RobotId>,
+}
+
 /// One robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotView {
-    /// Where it is.
-    pub pose: Pose,
-    /// Active behavior set.
-    pub active: Option<SetId>,
-    /// Whether it carries an item.
-    pub carrying: bool,
+    /// What its agent is up to.
+    pub state: AgentState,
     /// Life of its agent, if it has one that is alive.
     pub incarnation: Option<Incarnation>,
-    /// Whether its agent takes part in the barrier now.
-    pub in_barrier: bool,
+    /// Process id of its agent, if it has one and is not shown from a log.
+    pub pid: Option<u32>,
+    /// Where its body is.
+    pub pose: Pose,
+    /// How fast it moved in the last step, m/s.
+    pub speed_m_s: f32,
+    /// What it carries.
+    pub carrying: Option<ItemId>,
+    /// Energy left, J; `None` where energy is not simulated.
+    pub energy_j: Option<f32>,
+    /// What its sensors told it last, broken ones as they are.
+    pub readings: Readings,
+    /// Active behavior set.
+    pub active: Option<SetId>,
+    /// Its behavior sets as last reported, in the order of the catalog.
+    pub sets: Vec<SetView>,
+}
+
+/// A behavior set of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SetView {
+    /// Its motivation, with its factors and its state.
+    pub motivation: Motivation,
+    /// Since when it is in that state.
+    pub since: SimTime,
+}
+
+/// What became of a message at a receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MessageView {
+    /// At whom.
+    pub receiver: RobotId,
+    /// The message and its fate.
+    pub reception: Reception,
 }

@@ -96,9 +96,9 @@ impl Lab {
         file
     }
 
-    /// `alliance run` with `--out NAME` and these arguments, to its end.
+    /// `alliance run` with `--out NAME` and these arguments, without a page, to its end.
     pub fn mission(&self, out: &str, arguments: &[&str]) -> Finished {
-        let mut all = vec!["run", "--out", out];
+        let mut all = vec!["run", "--no-page", "--out", out];
         all.extend(arguments);
         self.run(&all)
     }

@@ -19,6 +19,8 @@ mod killed;
 mod log_folder;
 mod on_time;
 mod other_version;
+mod page;
+mod parity;
 mod parker;
 mod recompute;
 mod refusals;

@@ -16,8 +16,13 @@ pub struct Team<'l> {
 }
 
 impl<'l> Team<'l> {
-    /// Starts the mission and waits until every process has its id.
+    /// Starts the mission, without a page, and waits until every process has its id.
     pub fn start(lab: &'l Lab, arguments: &[&str]) -> Self {
+        Self::start_with_page(lab, &[arguments, &["--no-page"]].concat())
+    }
+
+    /// The same with its page, whose link is on the launcher's stderr, unless the arguments say otherwise.
+    pub fn start_with_page(lab: &'l Lab, arguments: &[&str]) -> Self {
         let mut all = vec!["run", "--out", "run", "--json"];
         all.extend(arguments);
         let mut launcher = lab.start(&all);
@@ -40,6 +45,14 @@ impl<'l> Team<'l> {
             id: after("run "),
             pids,
         }
+    }
+
+    /// Waits for the page's link; its process id.
+    pub fn wait_for_page(&mut self) -> u32 {
+        self.launcher.wait_for_stderr("(process ");
+        let said = self.launcher.stderr();
+        let after = said.split("(process ").nth(1).unwrap();
+        after.split(')').next().unwrap().parse().unwrap()
     }
 
     /// The launcher's process.

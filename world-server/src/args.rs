@@ -48,6 +48,9 @@ pub struct RunArgs {
     /// Pace: max, or a factor of real time such as 1x
     #[arg(long, value_name = "max|FACTORx", default_value = "max")]
     pub speed: Speed,
+    /// Begin with the clock held, until somebody lets it go on
+    #[arg(long)]
+    pub paused: bool,
     /// How much is logged; the hash is the same at every level
     #[arg(long, value_name = "LEVEL", value_enum, default_value_t)]
     pub log: LogLevel,
@@ -162,6 +165,7 @@ impl RunArgs {
             folder,
             launched,
             speed: self.speed,
+            paused: self.paused,
             log: self.log,
             stall_after: Duration::from_secs_f64(self.stall_after),
         }

@@ -48,6 +48,8 @@ pub struct Options {
     pub folder: PathBuf,
     /// Pace.
     pub speed: Speed,
+    /// Whether the clock is held at first.
+    pub paused: bool,
     /// What is logged.
     pub log: LogLevel,
     /// Whether a launcher started this world, and does to agents' processes what faults ask.
@@ -101,7 +103,10 @@ pub async fn serve(
     let token = format!("{:032x}", secret::random()?);
     let publishers = declare_publishers(&session, &keys, &setup).await?;
     let (ended, end) = oneshot::channel();
-    let pace = Pace::new(options.speed, setup.scenario.step_ms, started);
+    let mut pace = Pace::new(options.speed, setup.scenario.step_ms, started);
+    if options.paused {
+        pace.pause();
+    }
     let mut simulation = Simulation::new(setup, options.launched);
     for handler in handlers {
         simulation.add_handler(handler);

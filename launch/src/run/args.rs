@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use clap::Args;
 use world_server::args::{MissionArgs, RunArgs};
 
+use super::one_process;
 use super::supervise::{Plan, supervise};
+use crate::page::link::{Link, LinkArgs};
 use crate::scenarios;
 
 /// Run a mission: one world and one process per robot.
@@ -15,6 +17,14 @@ pub struct RunCommand {
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
+    /// All robots and the world in this process: no page, no signals to robots, no pace, and the same bytes
+    #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
+    in_process: bool,
+    #[command(flatten)]
+    page: LinkArgs,
+    /// Serve no page
+    #[arg(long, conflicts_with_all = ["open", "port"])]
+    no_page: bool,
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
@@ -31,8 +41,8 @@ impl RunCommand {
         let prepared = self
             .mission
             .setup(scenarios::text_of)
-            .and_then(|setup| Ok((self.run.folder(&setup)?, setup)));
-        let (folder, setup) = match prepared {
+            .and_then(|setup| Ok((self.run.folder(&setup)?, setup, self.link()?)));
+        let (folder, setup, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
                 eprintln!("alliance run: {error:#}");
@@ -44,9 +54,16 @@ impl RunCommand {
             world_arguments: self.world_arguments(),
             setup,
             folder,
+            paused: self.is_paused(),
+            open: self.page.open,
             json: self.json,
         };
-        match supervise(&plan) {
+        let ran = if self.in_process {
+            one_process::run(&plan, self.run.log)
+        } else {
+            supervise(&plan, link)
+        };
+        match ran {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
@@ -56,10 +73,26 @@ impl RunCommand {
         }
     }
 
+    /// Where the page is to be found.
+    fn link(&self) -> anyhow::Result<Option<Link>> {
+        if self.no_page || self.in_process {
+            return Ok(None);
+        }
+        Link::new(self.page.port).map(Some)
+    }
+
+    /// Whether the clock is held at first: who opens a page wants to see the run from its beginning.
+    fn is_paused(&self) -> bool {
+        self.run.paused || self.page.open
+    }
+
     /// What the world is started with, beside its folder and the run's id.
     fn world_arguments(&self) -> Vec<String> {
         let mission = &self.mission;
         let mut arguments: Vec<String> = mission.scenario.iter().cloned().collect();
+        if self.is_paused() {
+            arguments.push("--paused".to_owned());
+        }
         let mut push = |name: &str, value: String| arguments.push(format!("--{name}={value}"));
         push("seed", mission.seed.to_string());
         push("speed", self.run.speed.to_string());

@@ -1,7 +1,7 @@
 //! The launcher's place on the bus: it sees how the run goes, tells the world what has become of processes, and takes its
 //! orders.
 
-use alliance_proto::event::{EventLine, EventNews};
+use alliance_proto::event::EventLine;
 use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
 use alliance_proto::rendezvous::Rendezvous;
@@ -10,6 +10,8 @@ use alliance_proto::view::View;
 use tokio::sync::{mpsc, watch};
 use zenoh::Session;
 use zenoh::query::Query;
+
+use crate::observer::Observer;
 
 /// Orders and events that may wait to be looked at. The world gives one order at a time.
 const WAITING: usize = 256;
@@ -41,51 +43,36 @@ impl Bus {
     /// # Errors
     /// When the run cannot be found or the bus fails.
     pub async fn join(run: &str, views: watch::Sender<Option<View>>) -> anyhow::Result<Self> {
-        let run = Rendezvous::find(Some(run))?;
-        let keys = Keys::new(&run.run);
-        let secret = Secret::of(&run.token);
-        let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
-            .map_err(anyhow::Error::from_boxed)?;
-        let session = zenoh::open(config)
-            .await
-            .map_err(anyhow::Error::from_boxed)?;
+        let observer = Observer::join(Rendezvous::find(Some(run))?).await?;
         let (give_order, orders) = mpsc::channel(WAITING);
         let (tell_event, events) = mpsc::channel(WAITING);
-
-        let (opener, key) = (secret.clone(), keys.view());
-        session
-            .declare_subscriber(keys.view())
-            .callback(move |sample| {
-                // A view that cannot be read, or is put again, is one view less.
-                if let Ok(view) = opener.open::<View>(&key, &sample.payload().to_bytes()) {
-                    views.send_if_modified(|shown| {
-                        let newer = shown.as_ref().is_none_or(|shown| shown.tick <= view.tick);
-                        if newer {
-                            *shown = Some(view);
-                        }
-                        newer
-                    });
-                }
-            })
-            .background()
-            .await
-            .map_err(anyhow::Error::from_boxed)?;
-
-        let (opener, key) = (secret.clone(), keys.event());
-        session
-            .declare_subscriber(keys.event())
-            .callback(move |sample| {
-                if let Ok(news) = opener.open::<EventNews>(&key, &sample.payload().to_bytes()) {
-                    for line in news.events {
-                        // The log has them all; this is for eyes.
-                        let _ = tell_event.try_send(line);
+        observer
+            .on_view(move |view| {
+                // One that is put again is no newer.
+                views.send_if_modified(|shown| {
+                    let newer = shown.as_ref().is_none_or(|shown| shown.tick <= view.tick);
+                    if newer {
+                        *shown = Some(view);
                     }
+                    newer
+                });
+            })
+            .await?;
+        observer
+            .on_events(move |news| {
+                for line in news.events {
+                    // The log has them all; this is for eyes.
+                    let _ = tell_event.try_send(line);
                 }
             })
-            .background()
-            .await
-            .map_err(anyhow::Error::from_boxed)?;
+            .await?;
 
+        let Observer {
+            keys,
+            secret,
+            session,
+            ..
+        } = observer;
         let (opener, key) = (secret.clone(), keys.process_order());
         session
             .declare_queryable(keys.process())

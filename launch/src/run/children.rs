@@ -55,6 +55,20 @@ impl Process {
     /// # Errors
     /// When the program cannot be started or its log not be written.
     pub fn start(name: &str, log: &Path, arguments: &[String]) -> anyhow::Result<Self> {
+        Self::start_with(name, log, arguments, Stdio::null(), None)
+    }
+
+    /// The same, with another standard input and one more environment variable.
+    ///
+    /// # Errors
+    /// As of [`Process::start`].
+    pub fn start_with(
+        name: &str,
+        log: &Path,
+        arguments: &[String],
+        input: Stdio,
+        variable: Option<(&str, String)>,
+    ) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("finding this program")?;
         // A robot's later lives write below its earlier ones.
         let output = File::options()
@@ -65,7 +79,8 @@ impl Process {
         let child = Command::new(&program)
             .args(arguments)
             .env(LAUNCHER, std::process::id().to_string())
-            .stdin(Stdio::null())
+            .envs(variable)
+            .stdin(input)
             .stdout(output.try_clone().context("log file")?)
             .stderr(output)
             .process_group(0)

@@ -4,6 +4,7 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
+use alliance_proto::control::AgentState;
 use alliance_proto::event::EventLine;
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::view::{RobotView, View};
@@ -150,13 +151,13 @@ impl Progress {
     }
 
     fn describe(&self, name: &str, robot: &RobotView) -> String {
-        let doing = match (robot.incarnation, robot.in_barrier, robot.active) {
-            (None, ..) => "no agent",
-            (_, false, _) => "silent",
-            (.., None) => "idle",
-            (.., Some(set)) => self.catalog.set_name(set),
+        let doing = match (robot.state, robot.active) {
+            (AgentState::Absent | AgentState::Dead, _) => "no agent",
+            (AgentState::Coming | AgentState::Silent, _) => "silent",
+            (AgentState::Present, None) => "idle",
+            (AgentState::Present, Some(set)) => self.catalog.set_name(set),
         };
-        let load = if robot.carrying {
+        let load = if robot.carrying.is_some() {
             ", carries waste"
         } else {
             ""

@@ -1,8 +1,10 @@
 //! Starts the processes of a run, watches them until the world ends, and leaves none behind.
 
+use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use alliance_proto::control::AgentState;
 use alliance_proto::process::ProcessState;
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::Setup;
@@ -18,6 +20,8 @@ use super::bus::{Bus, Call};
 use super::children::{Change, Ending, Process};
 use super::progress::Progress;
 use super::summary;
+use crate::page::link::Link;
+use crate::runtime;
 
 /// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed.
 const GRACE: Duration = Duration::from_secs(3);
@@ -41,23 +45,22 @@ pub struct Plan {
     pub world_arguments: Vec<String>,
     /// Folder of the log.
     pub folder: PathBuf,
+    /// Whether the clock is held at first.
+    pub paused: bool,
+    /// Whether the page is opened in a browser.
+    pub open: bool,
     /// Whether the result goes to stdout as JSON.
     pub json: bool,
 }
 
-/// Runs it to its end; whether the mission is complete.
+/// Runs it to its end, with a page at that link; whether the mission is complete.
 ///
 /// # Errors
 /// When a process cannot be started or fails, or the bus does.
-pub fn supervise(plan: &Plan) -> anyhow::Result<bool> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
-        .worker_threads(1)
-        .enable_all()
-        .build()
-        .context("starting the runtime")?;
+pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
+    let runtime = runtime::start()?;
     runtime.block_on(async {
-        let mut team = Team::start(plan)?;
+        let mut team = Team::start(plan, link)?;
         let watched = team.watch(plan).await;
         team.end_all().await;
         team.progress.clear();
@@ -77,13 +80,15 @@ pub(super) struct Team {
     pub(super) agents: Vec<Process>,
     /// Those that have been succeeded.
     pub(super) former: Vec<Process>,
+    /// Serves the page. The run does without it.
+    page: Option<Process>,
     pub(super) run: String,
     logs: PathBuf,
     pub(super) progress: Progress,
 }
 
 impl Team {
-    fn start(plan: &Plan) -> anyhow::Result<Self> {
+    fn start(plan: &Plan, link: Option<Link>) -> anyhow::Result<Self> {
         let logs = plan.folder.join("logs");
         std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
 
@@ -97,6 +102,7 @@ impl Team {
             world,
             agents: Vec::new(),
             former: Vec::new(),
+            page: None,
             run: plan.run.clone(),
             logs,
             progress: Progress::new(&plan.setup),
@@ -114,7 +120,36 @@ impl Team {
         team.progress.say(&format!("run {}", plan.run));
         team.progress
             .say(&format!("process ids: {}", pids.join(", ")));
+        if let Some(link) = link {
+            team.start_page(link, plan.open)?;
+        }
+        if plan.paused {
+            team.progress
+                .say("the clock is held: start it on the page, or with `alliance clock resume`");
+        }
         Ok(team)
+    }
+
+    /// A process that serves the page.
+    fn start_page(&mut self, link: Link, open: bool) -> anyhow::Result<()> {
+        let url = link.url();
+        let opened = open.then(|| link.open());
+        let (socket, token) = link.into_heritage();
+        let arguments = ["watch", &self.run, "--inherited"].map(ToOwned::to_owned);
+        let page = Process::start_with(
+            "page",
+            &self.logs.join("page.log"),
+            &arguments,
+            OwnedFd::from(socket).into(),
+            Some(token),
+        )?;
+        self.progress
+            .say(&format!("page {url} (process {})", page.pid()));
+        self.page = Some(page);
+        if let Some(Err(error)) = opened {
+            self.progress.say(&format!("{error:#}"));
+        }
+        Ok(())
     }
 
     /// A process for that robot.
@@ -165,7 +200,11 @@ impl Team {
             self.poll(bus.as_mut()).await?;
 
             let begun = views.borrow().as_ref().is_some_and(|view| {
-                view.tick > 0 || view.robots.iter().any(|robot| robot.in_barrier)
+                view.tick > 0
+                    || view
+                        .robots
+                        .iter()
+                        .any(|robot| robot.state == AgentState::Present)
             });
             if let Some(agent) = self.agents.iter().find(|agent| agent.ending().is_some())
                 && !begun
@@ -202,6 +241,20 @@ impl Team {
     async fn poll(&mut self, mut bus: Option<&mut Bus>) -> anyhow::Result<()> {
         while self.world.poll()?.is_some() {}
         let over = self.world.ending().is_some();
+        if let Some(page) = &mut self.page {
+            while let Some(change) = page.poll()? {
+                if let Change::Ended(ending) = change
+                    && ending != Ending::Exit(0)
+                    && !over
+                {
+                    let said = format!("the page {}; the run goes on", ending.describe());
+                    self.progress.say(&said);
+                    if matches!(ending, Ending::Exit(_)) {
+                        self.progress.say(page.last_words().trim_end());
+                    }
+                }
+            }
+        }
         for agent in self.agents.iter_mut().chain(&mut self.former) {
             while let Some(change) = agent.poll()? {
                 let name = agent.name();
@@ -255,6 +308,7 @@ impl Team {
         let mut processes: Vec<&mut Process> = std::iter::once(&mut self.world)
             .chain(&mut self.agents)
             .chain(&mut self.former)
+            .chain(&mut self.page)
             .collect();
         let steps = [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)];
         for step in steps {
@@ -313,7 +367,7 @@ fn read_run(folder: &Path) -> anyhow::Result<RunFile> {
 }
 
 /// `runs/latest` leads to the newest run below `runs/`. A convenience: where it cannot be made, it is missing.
-fn link_latest(folder: &Path) {
+pub(super) fn link_latest(folder: &Path) {
     if folder.parent() == Some(Path::new("runs"))
         && let Some(name) = folder.file_name()
     {

@@ -6,11 +6,14 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
-use crate::ids::{RobotId, SetId, TaskId};
+use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
+use crate::fault::{Fault, Order};
+use crate::ids::{ItemId, RobotId, SetId, TaskId};
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
 use crate::process::{ProcessNews, ProcessState};
 use crate::readings::{Actuation, Gripper, Ground, Hit, Pose, Proximity, Readings, Zone};
+use crate::scenario::Obstacle;
 use crate::team::{
     Body, Broadcast, BroadcastKind, Fact, Heartbeat, Knowledge, Locations, LooseWaste, TaskState,
     Withdrawal,
@@ -20,7 +23,7 @@ use crate::telemetry::{
 };
 use crate::tick::{ManifestEntry, Outcome, Report, TickMessage, ToAgent};
 use crate::time::SimTime;
-use crate::view::{ItemCounts, RobotView, View};
+use crate::view::{ItemCounts, ItemView, MessageView, RobotView, SetView, View};
 
 fn robot() -> impl Strategy<Value = RobotId> {
     any::<u16>().prop_map(RobotId)
@@ -429,25 +432,113 @@ fn view() -> impl Strategy<Value = View> {
         on_floor: counts[2],
         delivered: counts[3],
     });
-    let robot = (
-        pose(),
-        option::of(set()),
-        any::<(bool, Option<u32>, bool)>(),
+    let item = (point(), option::of(robot()));
+    let waste = vec(
+        item.prop_map(|(position, carrier)| ItemView { position, carrier }),
+        0..4,
+    );
+    let obstacle = any::<[i8; 5]>().prop_map(|numbers| {
+        let [x_m, y_m, width_m, height_m, penetrability] = numbers.map(f32::from);
+        Obstacle {
+            x_m,
+            y_m,
+            width_m,
+            height_m,
+            penetrability,
+        }
+    });
+    let message = (robot(), reception()).prop_map(|(receiver, reception)| MessageView {
+        receiver,
+        reception,
+    });
+    let clock =
+        (any::<(bool, Option<i32>, u64, u64)>()).prop_map(|(paused, speed, steps_left, tick)| {
+            ClockStatus {
+                paused,
+                speed: speed.map(f64::from),
+                steps_left,
+                tick,
+            }
+        });
+    let world = (
+        counts,
+        waste,
+        vec(obstacle, 0..3),
+        any::<bool>(),
+        option::of(time()),
+    );
+    let team = (
+        vec(robot_view(), 0..3),
+        vec(fault(), 0..3),
+        vec(message, 0..3),
+        any::<(u64, bool)>(),
+    );
+    (any::<u64>(), time(), option::of(clock), world, team).prop_map(
+        |(tick, now, clock, world, team)| {
+            let (items, waste, obstacles, site_colored, last_report) = world;
+            let (robots, faults, messages, (messages_left_out, over)) = team;
+            let outcome = over.then_some(Outcome::Complete);
+            View {
+                tick,
+                now,
+                clock,
+                items,
+                waste,
+                obstacles,
+                site_colored,
+                last_report,
+                robots,
+                faults,
+                messages,
+                messages_left_out,
+                outcome,
+            }
+        },
     )
-        .prop_map(
-            |(pose, active, (carrying, incarnation, in_barrier))| RobotView {
-                pose,
-                active,
-                carrying,
-                incarnation,
-                in_barrier,
-            },
-        );
-    (any::<u64>(), time(), counts, vec(robot, 0..4)).prop_map(|(tick, now, items, robots)| View {
-        tick,
-        now,
-        items,
-        robots,
+}
+
+fn robot_view() -> impl Strategy<Value = RobotView> {
+    let states = vec![AgentState::Absent, AgentState::Present, AgentState::Silent];
+    let agent = (
+        prop::sample::select(states),
+        any::<(Option<u32>, Option<u32>)>(),
+    );
+    let body = (
+        pose(),
+        real(),
+        option::of(any::<u32>().prop_map(ItemId)),
+        option::of(real()),
+        readings(),
+    );
+    let set_view =
+        (motivation(), time()).prop_map(|(motivation, since)| SetView { motivation, since });
+    let mind = (option::of(set()), vec(set_view, 0..3));
+    (agent, body, mind).prop_map(|((state, (incarnation, pid)), body, (active, sets))| {
+        let (pose, speed_m_s, carrying, energy_j, readings) = body;
+        RobotView {
+            state,
+            incarnation,
+            pid,
+            pose,
+            speed_m_s,
+            carrying,
+            energy_j,
+            readings,
+            active,
+            sets,
+        }
+    })
+}
+
+fn fault() -> impl Strategy<Value = FaultStatus> {
+    let times = (option::of(time()), option::of(time()), any::<u64>());
+    (any::<String>(), times).prop_map(|(id, (applied_ms, healed_ms, hits))| FaultStatus {
+        order: Order::now(Fault::Kill(id.clone())),
+        id,
+        phase: Phase::InForce,
+        applied_ms,
+        healed_ms,
+        hits,
     })
 }
 

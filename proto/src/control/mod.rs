@@ -51,6 +51,8 @@ pub enum Command {
     List,
     /// How does the run go?
     Status,
+    /// What is being run, and where is its log?
+    Describe,
     /// The step clock; changes no byte of the run.
     Clock(ClockCommand),
 }
@@ -81,6 +83,8 @@ pub enum Reply {
     Faults(Vec<FaultStatus>),
     /// The run.
     Status(Box<Status>),
+    /// What is being run.
+    Description(Description),
     /// The clock does as it was told.
     Clock(ClockStatus),
     /// Nothing was done; what is wrong, and what would be right.
@@ -159,6 +163,17 @@ pub struct Status {
     pub robots: Vec<RobotStatus>,
     /// Faults that are armed or in force.
     pub faults: Vec<FaultStatus>,
+}
+
+/// What does not change during a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Description {
+    /// Id of the run.
+    pub run: String,
+    /// Folder of its log, on the world's machine.
+    pub folder: String,
+    /// JSON text of `seed`, `scenario` as resolved, and `alliance`, as in run.json.
+    pub setup: String,
 }
 
 /// The step clock.

@@ -106,7 +106,7 @@ fn whatever_happens_in_one_process_is_repeated() {
         let recorder = mishaps::run(&setup, rates, seed).unwrap();
         let logged = RunLog::from_memory(&recorder.into_sink()).unwrap();
         assert!(logged.inputs().unwrap().len() > 20);
-        let (_, again) = replay(&logged).unwrap();
+        let (_, again) = replay(&logged, logged.run.log, |_| {}).unwrap();
         let comparison = compare(&logged, &again).unwrap();
         assert!(
             matches!(comparison, Comparison::Identical { .. }),

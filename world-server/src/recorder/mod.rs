@@ -233,6 +233,12 @@ impl<S: Sink> Recorder<S> {
         self.write_run(RunOutcome::Ended(outcome), unscripted, faults)
     }
 
+    /// Where the log goes.
+    #[must_use]
+    pub fn sink(&self) -> &S {
+        &self.sink
+    }
+
     /// Where the log went.
     #[must_use]
     pub fn into_sink(self) -> S {

@@ -2,7 +2,7 @@
 
 use alliance_proto::control::wire::{Form, Wire, WireError, Written};
 use alliance_proto::control::{
-    AgentState, ClockCommand, ClockStatus, Command, Phase, Reply, Request, RobotStatus, SetStatus,
+    ClockCommand, ClockStatus, Command, Description, Phase, Reply, Request, RobotStatus, SetStatus,
     Status,
 };
 use alliance_proto::ids::RobotId;
@@ -43,6 +43,7 @@ impl Server {
             Command::Clear(id) => self.simulation.clear(id.as_deref()).map(Reply::Cleared),
             Command::List => Ok(Reply::Faults(self.simulation.faults())),
             Command::Status => Ok(Reply::Status(Box::new(self.status()))),
+            Command::Describe => self.description().map(Reply::Description),
             Command::Clock(command) => self.turn_the_clock(command).map(Reply::Clock),
         };
         // A world that stands still shows at once what has changed.
@@ -73,7 +74,7 @@ impl Server {
         Ok(self.clock())
     }
 
-    fn clock(&self) -> ClockStatus {
+    pub(super) fn clock(&self) -> ClockStatus {
         ClockStatus {
             paused: self.pace.is_paused(),
             speed: match self.pace.speed() {
@@ -83,6 +84,16 @@ impl Server {
             steps_left: self.pace.steps_left(),
             tick: self.simulation.tick(),
         }
+    }
+
+    fn description(&self) -> Result<Description, String> {
+        let setup = serde_json::to_string(self.simulation.setup());
+        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        Ok(Description {
+            run: self.run.clone(),
+            folder: folder.display().to_string(),
+            setup: setup.map_err(|error| error.to_string())?,
+        })
     }
 
     fn status(&self) -> Status {
@@ -113,13 +124,6 @@ impl Server {
         let motivations = self.simulation.motivations(robot);
         let pose = world.pose(robot);
         let presence = barrier.presence(robot);
-        let state = match presence {
-            _ if barrier.is_absent(robot) => AgentState::Absent,
-            Presence::Empty => AgentState::Dead,
-            Presence::Invited | Presence::Entering { .. } => AgentState::Coming,
-            Presence::Present => AgentState::Present,
-            Presence::Silent => AgentState::Silent,
-        };
         let lives = presence != Presence::Empty;
         let active = motivations
             .iter()
@@ -131,7 +135,7 @@ impl Server {
             robot: peer.name.clone(),
             pid: peer.pid.filter(|_| lives),
             incarnation: barrier.incarnation(robot),
-            state,
+            state: self.simulation.agent_state(robot),
             x_m: pose.position.x,
             y_m: pose.position.y,
             heading_rad: pose.heading_rad,

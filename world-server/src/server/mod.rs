@@ -7,6 +7,7 @@ mod acts;
 mod control;
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
@@ -35,6 +36,9 @@ use acts::UnderWay;
 /// somebody starts one again.
 const GRACE: Duration = Duration::from_secs(5);
 
+/// Least time between two views of a running clock: as often as a screen needs.
+const VIEW_INTERVAL: Duration = Duration::from_millis(30);
+
 /// What became of the run.
 pub type Ended = Result<Outcome, RecordError>;
 
@@ -56,6 +60,8 @@ pub struct Server {
     recorder: Recorder<Folder>,
     peers: Vec<Peer>,
     run: String,
+    /// Of the log.
+    folder: PathBuf,
     keys: Keys,
     secret: Secret,
     session: Session,
@@ -79,6 +85,8 @@ pub struct Server {
     orders: u64,
     /// That order.
     under_way: Option<UnderWay>,
+    /// When the latest view was published.
+    shown: Instant,
     refused: Ignored,
     ended: Option<oneshot::Sender<Ended>>,
 }
@@ -133,8 +141,9 @@ impl Server {
             .collect();
         Self {
             simulation,
-            recorder,
             peers,
+            folder: recorder.sink().path().to_owned(),
+            recorder,
             run: bus.run,
             keys: bus.keys,
             secret: bus.secret,
@@ -152,6 +161,7 @@ impl Server {
             latest_news: 0,
             orders: 0,
             under_way: None,
+            shown: Instant::now(),
             refused: Ignored::default(),
             ended: Some(ended),
         }
@@ -387,14 +397,17 @@ impl Server {
     }
 
     /// Publishes a snapshot for observers, who may miss it.
-    pub fn show(&self) {
-        if let Ok(bytes) = self
-            .secret
-            .seal(self.view.key_expr(), &self.simulation.view())
-        {
+    pub fn show(&mut self) {
+        let mut view = self.simulation.view();
+        view.clock = Some(self.clock());
+        for (robot, peer) in view.robots.iter_mut().zip(&self.peers) {
+            robot.pid = robot.incarnation.and(peer.pid);
+        }
+        if let Ok(bytes) = self.secret.seal(self.view.key_expr(), &view) {
             // An observer's trouble is not the run's.
             let _ = self.view.put(bytes).wait();
         }
+        self.shown = Instant::now();
     }
 
     /// Publishes the events of the tick that has just ended, for observers, who may miss them.
@@ -427,6 +440,9 @@ impl Server {
                     return self.fail(error);
                 }
                 self.announce_events();
+                if self.shown.elapsed() >= VIEW_INTERVAL {
+                    self.show();
+                }
             }
             if let Some(outcome) = self.simulation.outcome() {
                 return self.end(Ok(outcome));
@@ -504,6 +520,7 @@ impl Server {
     fn end(&mut self, ended: Ended) {
         if let Some(sender) = self.ended.take() {
             if let Ok(outcome) = ended {
+                self.show();
                 for robot in self.simulation.barrier().robots() {
                     self.send(robot, &ToAgent::End(outcome));
                 }

@@ -6,11 +6,13 @@
 //!
 //! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
 //! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.
+//! - `view`: what observers see of it all.
 
 mod acts;
 mod commands;
 mod effects;
 mod triggers;
+mod view;
 
 use std::collections::BTreeMap;
 
@@ -22,7 +24,6 @@ use alliance_proto::scenario::{Catalog, Setup, StepOrder};
 use alliance_proto::telemetry::{Fate, Motivation, SetState};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::{RobotView, View};
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
 use crate::faults::actuators::Actuators;
@@ -40,6 +41,7 @@ use crate::world::{World, WorldEvent};
 
 use acts::{Act, Acts};
 use commands::Command;
+use view::Memories;
 
 /// A run.
 pub struct Simulation {
@@ -77,6 +79,7 @@ pub struct Simulation {
     failures: Vec<Input>,
     /// Events of the current tick that no report and no step of the world tells.
     events: Vec<Event>,
+    memories: Memories,
     unscripted: bool,
     outcome: Option<Outcome>,
 }
@@ -89,6 +92,7 @@ impl Simulation {
         let catalog = Catalog::of(&setup.scenario);
         let world = World::new(&setup);
         let robots = setup.scenario.robots.len();
+        let sets = catalog.sets.len();
         let barrier = Barrier::new(&setup.scenario.robots, setup.alliance.switches.step_order);
         let mut simulation = Self {
             catalog,
@@ -112,6 +116,7 @@ impl Simulation {
             inputs: Vec::new(),
             failures: Vec::new(),
             events: Vec::new(),
+            memories: Memories::new(robots, sets),
             unscripted: false,
             outcome: None,
             setup,
@@ -414,6 +419,7 @@ impl Simulation {
             items: self.world.item_counts(),
             last_report: self.world.last_report(),
         })?;
+        self.memories.remember(now, &reports);
         for (known, report) in self.motivations.iter_mut().zip(&mut reports) {
             if let Some(report) = report {
                 std::mem::swap(known, &mut report.motivations);
@@ -425,28 +431,6 @@ impl Simulation {
             self.begin();
         }
         Ok(())
-    }
-
-    /// A snapshot for eyes.
-    #[must_use]
-    pub fn view(&self) -> View {
-        let robots = self
-            .barrier
-            .robots()
-            .map(|robot| RobotView {
-                pose: self.world.pose(robot),
-                active: self.active[robot.index()],
-                carrying: self.world.carrying(robot).is_some(),
-                incarnation: self.barrier.incarnation(robot),
-                in_barrier: self.barrier.presence(robot) == Presence::Present,
-            })
-            .collect();
-        View {
-            tick: self.barrier.tick(),
-            now: self.world.now(),
-            items: self.world.item_counts(),
-            robots,
-        }
     }
 
     /// The motivations that a robot last reported, in the order of the catalog.

@@ -1,0 +1,32 @@
+//! What the page is told of a run once: what does not change while it is shown.
+
+use alliance_proto::scenario::{Catalog, Setup};
+use serde_json::{Value, json};
+
+/// Catalog and setup under the names of `GET /api/run`; the rest depends on where the run comes from.
+#[must_use]
+pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> Value {
+    let catalog = Catalog::of(&setup.scenario);
+    let tasks: Vec<Value> = catalog
+        .tasks
+        .iter()
+        .map(|task| {
+            json!({"name": task.name, "max_robots": task.max_robots, "priority": task.priority})
+        })
+        .collect();
+    let sets: Vec<Value> = catalog
+        .sets
+        .iter()
+        .map(|set| json!({"name": set.name, "task": set.task}))
+        .collect();
+    json!({
+        "mode": mode,
+        "run": run,
+        "folder": folder,
+        "seed": setup.seed,
+        "scenario": setup.scenario,
+        "alliance": setup.alliance,
+        "catalog": {"tasks": tasks, "sets": sets},
+        "log": log,
+    })
+}

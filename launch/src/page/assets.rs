@@ -1,0 +1,118 @@
+//! The page's files, inside this program: a page needs no network and no other file.
+
+/// A file and its media type.
+pub struct Asset {
+    /// Contents.
+    pub bytes: &'static [u8],
+    /// As HTTP names it.
+    pub media_type: &'static str,
+}
+
+/// Path below the page's folder, and contents.
+macro_rules! files {
+    ($($path:literal)*) => {
+        &[$(($path, include_bytes!(concat!("../../page/", $path)))),*]
+    };
+}
+
+const FILES: &[(&str, &[u8])] = files! {
+    "icon.svg"
+    "index.html"
+    "layout.css"
+    "main.js"
+    "model/events.js"
+    "model/faults.js"
+    "model/history.js"
+    "model/levels.js"
+    "model/model.js"
+    "model/traffic.js"
+    "panels.css"
+    "panels/charts.js"
+    "panels/clock.js"
+    "panels/devices.js"
+    "panels/events.js"
+    "panels/faults.js"
+    "panels/links.js"
+    "panels/messages.js"
+    "panels/mission.js"
+    "panels/robots.js"
+    "panels/tasks.js"
+    "panels/timeline.js"
+    "room/geometry.js"
+    "room/obstacle_menu.js"
+    "room/paint.js"
+    "room/room.js"
+    "room/tools.js"
+    "source/api.js"
+    "source/live.js"
+    "source/live_clock.js"
+    "source/log.js"
+    "source/orders.js"
+    "source/player.js"
+    "theme.css"
+    "ui/choices.js"
+    "ui/colors.js"
+    "ui/dom.js"
+    "ui/keys.js"
+    "ui/loop.js"
+    "ui/menu.js"
+    "ui/notices.js"
+    "ui/tabs.js"
+    "ui/theme.js"
+    "ui/words.js"
+    "vendor/uplot/uPlot.iife.min.js"
+    "vendor/uplot/uPlot.min.css"
+};
+
+/// The file of that path below the page's folder.
+#[must_use]
+pub fn find(path: &str) -> Option<Asset> {
+    let (_, bytes) = FILES.iter().find(|(name, _)| *name == path)?;
+    let media_type = match path.rsplit_once('.')?.1 {
+        "html" => "text/html; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "js" => "text/javascript; charset=utf-8",
+        "svg" => "image/svg+xml",
+        _ => return None,
+    };
+    Some(Asset { bytes, media_type })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Files below the page's folder that a browser asks for.
+    fn on_disk(folder: &Path, found: &mut Vec<String>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                on_disk(&path, found);
+            } else if let Some("html" | "css" | "js" | "svg") =
+                path.extension().and_then(|extension| extension.to_str())
+            {
+                let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("page");
+                let path = path.strip_prefix(root).unwrap();
+                found.push(path.to_str().unwrap().to_owned());
+            }
+        }
+    }
+
+    #[test]
+    fn every_file_of_the_page_is_inside() {
+        let mut found = Vec::new();
+        on_disk(
+            &Path::new(env!("CARGO_MANIFEST_DIR")).join("page"),
+            &mut found,
+        );
+        found.sort();
+        let mut inside: Vec<_> = FILES.iter().map(|(name, _)| (*name).to_owned()).collect();
+        inside.sort();
+        assert_eq!(inside, found);
+        for path in &found {
+            assert!(find(path).is_some(), "{path} has no media type");
+        }
+    }
+}

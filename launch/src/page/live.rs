@@ -1,0 +1,337 @@
+//! A live run, as its observer hears of it. Pages get what is newest; however slow or many they are, the run does not wait.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use alliance_proto::control::{Command, Reply};
+use alliance_proto::event::EventNews;
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
+use anyhow::{Context, bail};
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
+use serde_json::{Value, json};
+use tokio::sync::{broadcast, watch};
+use zenoh::sample::SampleKind;
+
+use super::about::about;
+use super::past::Past;
+use crate::control;
+use crate::observer::Observer;
+
+/// Ticks with events that may wait for a slow page; it is told how many it has missed.
+const EVENTS_WAITING: usize = 1024;
+
+/// What `GET /api/run`, the WebSocket and `POST /api/control` need.
+pub struct Live {
+    observer: Observer,
+    about: Value,
+    folder: String,
+    heard: Arc<Heard>,
+}
+
+/// What has come over the bus.
+struct Heard {
+    memory: Mutex<Memory>,
+    /// The newest view, as a frame.
+    view: watch::Sender<Utf8Bytes>,
+    /// Events, as frames.
+    events: broadcast::Sender<Utf8Bytes>,
+    /// Whether the run is over, and how it ended if that is known.
+    over: watch::Sender<Option<Option<Outcome>>>,
+}
+
+struct Memory {
+    past: Past,
+    /// Tick of the newest view, and of the newest events: what comes again later is nothing new.
+    view: Option<u64>,
+    events: Option<u64>,
+}
+
+impl Live {
+    /// Joins a run and begins to observe it.
+    ///
+    /// # Errors
+    /// When the run cannot be reached or does not say what it is.
+    pub async fn join(run: Rendezvous) -> anyhow::Result<Arc<Self>> {
+        let observer = Observer::join(run).await?;
+        let described = control::query(&observer, Command::Describe).await?;
+        let Reply::Description(description) = described else {
+            bail!("run '{}' does not say what it is", observer.run.run);
+        };
+        let setup: Setup = serde_json::from_str(&description.setup)
+            .context("the world's description of the run")?;
+        let heard = Arc::new(Heard::new(SimTime(setup.scenario.step_ms)));
+
+        let ears = Arc::clone(&heard);
+        observer.on_events(move |news| ears.events(&news)).await?;
+        let ears = Arc::clone(&heard);
+        observer.on_view(move |view| ears.view(&view)).await?;
+        let ears = Arc::clone(&heard);
+        observer
+            .session
+            .liveliness()
+            .declare_subscriber(observer.keys.alive_world())
+            .history(true)
+            .callback(move |sample| {
+                if sample.kind() == SampleKind::Delete {
+                    ears.end(None);
+                }
+            })
+            .background()
+            .await
+            .map_err(anyhow::Error::from_boxed)?;
+
+        let folder = description.folder;
+        let about = about("live", &observer.run.run, &folder, &setup, Value::Null);
+        Ok(Arc::new(Self {
+            observer,
+            about,
+            folder,
+            heard,
+        }))
+    }
+
+    /// What does not change.
+    #[must_use]
+    pub fn about(&self) -> &Value {
+        &self.about
+    }
+
+    /// Until the run is over; how it ended, if that is known.
+    pub async fn over(&self) -> Option<Outcome> {
+        let mut over = self.heard.over.subscribe();
+        // The sender lives as long as this does.
+        over.wait_for(Option::is_some)
+            .await
+            .ok()
+            .and_then(|outcome| outcome.flatten())
+    }
+
+    /// Asks the world something for a page.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub async fn ask(&self, command: Command) -> anyhow::Result<Reply> {
+        control::query(&self.observer, command).await
+    }
+
+    /// Tells a page everything, as fast as it takes it, until it goes or the run ends.
+    pub async fn tell(&self, mut page: WebSocket) {
+        let (past, mut events) = self.heard.catch_up();
+        if page.send(Message::Text(past)).await.is_err() {
+            return;
+        }
+        let mut view = self.heard.view.subscribe();
+        view.mark_changed();
+        loop {
+            let frame = tokio::select! {
+                // The order says what is told first: nothing that is known is left out when the run ends.
+                biased;
+                said = page.recv() => match said {
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                    // A page has nothing to say here.
+                    Some(Ok(_)) => continue,
+                },
+                event = events.recv() => match event {
+                    Ok(event) => event,
+                    Err(broadcast::error::RecvError::Lagged(ticks)) => {
+                        json!({"missed": ticks}).to_string().into()
+                    }
+                    Err(broadcast::error::RecvError::Closed) => return,
+                },
+                Ok(()) = view.changed() => {
+                    let view = view.borrow_and_update().clone();
+                    if view.is_empty() {
+                        // None has come yet.
+                        continue;
+                    }
+                    view
+                }
+                outcome = self.over() => {
+                    let ended = json!({"ended": {"outcome": outcome, "folder": self.folder}});
+                    // It may be gone already.
+                    let _ = page.send(Message::Text(ended.to_string().into())).await;
+                    let _ = page.send(Message::Close(None)).await;
+                    return;
+                }
+            };
+            if page.send(Message::Text(frame)).await.is_err() {
+                return;
+            }
+        }
+    }
+}
+
+impl Heard {
+    /// Nothing yet, of a run with this step.
+    fn new(step: SimTime) -> Self {
+        Self {
+            memory: Mutex::new(Memory {
+                past: Past::new(step),
+                view: None,
+                events: None,
+            }),
+            view: watch::Sender::default(),
+            events: broadcast::Sender::new(EVENTS_WAITING),
+            over: watch::Sender::default(),
+        }
+    }
+
+    fn view(&self, view: &View) {
+        let mut memory = self.memory();
+        if memory.view.is_some_and(|newest| view.tick < newest) {
+            return;
+        }
+        memory.view = Some(view.tick);
+        // Its maps have string keys and it goes to memory, so nothing is left to fail.
+        let text = serde_json::to_string(view).unwrap_or_default();
+        memory.past.keep_view(view.now, &text);
+        self.view
+            .send_replace(format!(r#"{{"view":{text}}}"#).into());
+        drop(memory);
+        if view.outcome.is_some() {
+            self.end(view.outcome);
+        }
+    }
+
+    fn events(&self, news: &EventNews) {
+        let mut memory = self.memory();
+        if memory.events.is_some_and(|newest| news.tick <= newest) {
+            return;
+        }
+        memory.events = Some(news.tick);
+        for event in &news.events {
+            memory.past.keep_event(json!(event).to_string());
+        }
+        let frame = json!({"events": news.events}).to_string();
+        // While the lock is held: who catches up gets it there or here, and not twice. Nobody may be listening.
+        let _ = self.events.send(frame.into());
+    }
+
+    fn end(&self, outcome: Option<Outcome>) {
+        self.over.send_if_modified(|over| {
+            let first = over.is_none();
+            over.get_or_insert(outcome);
+            first
+        });
+    }
+
+    /// What has been, as a frame, and what comes from now on.
+    fn catch_up(&self) -> (Utf8Bytes, broadcast::Receiver<Utf8Bytes>) {
+        let memory = self.memory();
+        let past = format!(r#"{{"past":{}}}"#, memory.past.to_json());
+        (past.into(), self.events.subscribe())
+    }
+
+    /// A panic ends the process, so a poisoned lock is never seen.
+    fn memory(&self) -> MutexGuard<'_, Memory> {
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::event::EventLine;
+    use alliance_proto::view::ItemCounts;
+    use tokio::sync::broadcast::error::TryRecvError;
+
+    use super::*;
+
+    fn view(tick: u64, outcome: Option<Outcome>) -> View {
+        View {
+            tick,
+            now: SimTime(50 * tick),
+            clock: None,
+            items: ItemCounts::default(),
+            waste: Vec::new(),
+            obstacles: Vec::new(),
+            site_colored: false,
+            last_report: None,
+            robots: Vec::new(),
+            faults: Vec::new(),
+            messages: Vec::new(),
+            messages_left_out: 0,
+            outcome,
+        }
+    }
+
+    fn news(tick: u64) -> EventNews {
+        EventNews {
+            tick,
+            events: vec![EventLine {
+                t_ms: SimTime(50 * tick),
+                kind: "picked".to_owned(),
+                robot: "gold".to_owned(),
+                subject: format!("item-{tick}"),
+                reason: String::new(),
+                detail: String::new(),
+            }],
+        }
+    }
+
+    fn tick_of(frame: &str) -> u64 {
+        let frame: Value = serde_json::from_str(frame).unwrap();
+        frame["view"]["tick"].as_u64().unwrap()
+    }
+
+    #[test]
+    fn a_slow_page_gets_the_newest_view_and_is_told_what_it_has_missed() {
+        let heard = Heard::new(SimTime(50));
+        let slow = heard.view.subscribe();
+        let (_, mut events) = heard.catch_up();
+        let ticks = EVENTS_WAITING as u64 + 10;
+        for tick in 0..ticks {
+            heard.view(&view(tick, None));
+            heard.events(&news(tick));
+        }
+        assert_eq!(tick_of(&slow.borrow()), ticks - 1);
+        assert_eq!(events.try_recv(), Err(TryRecvError::Lagged(10)));
+        let next: Value = serde_json::from_str(&events.try_recv().unwrap()).unwrap();
+        assert_eq!(next["events"][0]["subject"], "item-10");
+    }
+
+    #[test]
+    fn what_is_put_again_is_no_news() {
+        let heard = Heard::new(SimTime(50));
+        let (_, mut events) = heard.catch_up();
+        heard.view(&view(7, None));
+        heard.view(&view(3, None));
+        assert_eq!(tick_of(&heard.view.subscribe().borrow()), 7);
+        for tick in [7, 7, 3] {
+            heard.events(&news(tick));
+        }
+        assert!(events.try_recv().is_ok());
+        assert_eq!(events.try_recv(), Err(TryRecvError::Empty));
+    }
+
+    #[test]
+    fn who_comes_later_gets_each_event_once() {
+        let heard = Heard::new(SimTime(50));
+        heard.events(&news(1));
+        let (past, mut events) = heard.catch_up();
+        heard.events(&news(2));
+        let past: Value = serde_json::from_str(&past).unwrap();
+        let subjects: Vec<&Value> = past["past"]["events"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|event| &event["subject"])
+            .collect();
+        assert_eq!(subjects, ["item-1"]);
+        assert!(events.try_recv().unwrap().contains("item-2"));
+        assert_eq!(events.try_recv(), Err(TryRecvError::Empty));
+    }
+
+    #[test]
+    fn a_run_ends_once_and_its_outcome_is_not_forgotten() {
+        let heard = Heard::new(SimTime(50));
+        let over = heard.over.subscribe();
+        assert_eq!(*over.borrow(), None);
+        heard.view(&view(9, Some(Outcome::Complete)));
+        // The world's token goes a little later.
+        heard.end(None);
+        assert_eq!(*over.borrow(), Some(Some(Outcome::Complete)));
+    }
+}

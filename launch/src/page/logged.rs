@@ -1,0 +1,114 @@
+//! A finished run: every tick of it, ready to be shown in any order.
+
+use std::path::Path;
+
+use alliance_proto::event::EventLine;
+use alliance_proto::ids::Tick;
+use alliance_proto::view::View;
+use serde_json::{Value, json};
+use world_server::recorder::{EventRow, LogLevel, RunLog};
+
+use super::about::about;
+use crate::retrace::retrace;
+
+/// Views that are held at most; of a longer run those of every second, third, … tick.
+const VIEWS_MAX: u64 = 20_000;
+
+/// Views that are told at once at most.
+pub const COUNT_MAX: u64 = 1000;
+
+/// What `GET /api/run`, `/api/views` and `/api/events` tell.
+pub struct Logged {
+    about: Value,
+    views: Vec<View>,
+    every: u64,
+    events: Vec<EventLine>,
+    /// Why what is shown is not quite what was logged.
+    pub warning: Option<String>,
+}
+
+impl Logged {
+    /// Reads a run's folder, and runs it again.
+    ///
+    /// # Errors
+    /// When it holds no run, or one without a whole tick.
+    pub fn open(folder: &Path) -> anyhow::Result<Self> {
+        let logged = RunLog::open(folder)?;
+        let every = logged.run.result.ticks.max(last_tick(&logged)) / VIEWS_MAX + 1;
+        let mut views = Vec::new();
+        let again = retrace(&logged, LogLevel::Summary, |view| {
+            if view.tick % every == 0 {
+                views.push(view);
+            }
+        })?;
+        let events = again
+            .log
+            .each_row()
+            .map(|row| row.map(line))
+            .collect::<Result<Vec<_>, _>>()?;
+        let ticks = again.log.run.result.ticks;
+        let log = json!({
+            "ticks": ticks,
+            "every": every,
+            "duration_ms": again.log.run.result.sim_time_ms,
+            "outcome": logged.run.outcome,
+            "hash": logged.run.hash,
+            "warning": again.differs,
+        });
+        let folder = std::path::absolute(folder)?;
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let about = about(
+            "log",
+            &name,
+            &folder.display().to_string(),
+            &logged.run.setup,
+            log,
+        );
+        Ok(Self {
+            about,
+            views,
+            every,
+            events,
+            warning: again.differs,
+        })
+    }
+
+    /// What does not change.
+    #[must_use]
+    pub fn about(&self) -> &Value {
+        &self.about
+    }
+
+    /// At most `count` views: of the tick `from`, and of every `step`-th after it, each rounded down to one that is held.
+    #[must_use]
+    pub fn views(&self, from: Tick, count: u64, step: u64) -> Vec<&View> {
+        (0..count.min(COUNT_MAX))
+            .map_while(|index| {
+                let tick = from.checked_add(index.checked_mul(step.max(1))?)?;
+                self.views.get(usize::try_from(tick / self.every).ok()?)
+            })
+            .collect()
+    }
+
+    /// All events.
+    #[must_use]
+    pub fn events(&self) -> &[EventLine] {
+        &self.events
+    }
+}
+
+/// Of a log that did not end.
+fn last_tick(logged: &RunLog) -> Tick {
+    logged.last.map_or(0, |last| last.tick + 1)
+}
+
+fn line(row: EventRow) -> EventLine {
+    EventLine {
+        t_ms: row.t_ms,
+        kind: row.kind,
+        robot: row.robot,
+        subject: row.subject,
+        reason: row.reason,
+        detail: row.detail,
+    }
+}

@@ -1,0 +1,32 @@
+//! The page: a run before the eyes, in a browser on this machine, and within reach of the hands.
+//!
+//! - [`watch`]: `alliance watch`, an observer of a live run in a process of its own. [`view`]: `alliance view`, a finished run.
+//! - [`link`]: socket, token and link. `gate`: who may ask. `server`: what is asked and answered; `assets`: the page's files,
+//!   which are in `launch/page/`.
+//! - `live`: what an observer hears; `past`: what it tells those who come later. `logged`: a finished run, from its log.
+//!
+//! # What the page's server answers
+//! The link is `http://127.0.0.1:PORT/#TOKEN`. Requests below `/api/` bear the token, as `Authorization: Bearer TOKEN` or, to
+//! open a WebSocket, as its second subprotocol beside `alliance`.
+//!
+//! | request | answer |
+//! |---|---|
+//! | `GET /`, `GET /assets/PATH` | the page's files |
+//! | `GET /api/run` | mode `live` or `log`, seed, scenario and ALLIANCE parameters as in run.json, catalog of tasks and behavior sets, length of a log |
+//! | WebSocket `/api/live` | first `{"past": {"views", "events"}}`, then `{"view"}` ([`View`](alliance_proto::view::View), the newest), `{"events"}` (rows of events.csv), `{"missed"}` (ticks with events that a slow page did not get), at last `{"ended": {"outcome", "folder"}}` |
+//! | `POST /api/control` | a command in the words of `docs/CONTROL.md`, and the world's reply |
+//! | `GET /api/views?from=TICK&count=N&step=K` | of a finished run: at most 1000 views |
+//! | `GET /api/events` | of a finished run: all rows of events.csv |
+//!
+//! What is refused is answered with `{"error": "…"}`.
+
+mod about;
+mod assets;
+mod gate;
+pub mod link;
+mod live;
+mod logged;
+mod past;
+mod server;
+pub mod view;
+pub mod watch;

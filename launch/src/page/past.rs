@@ -1,0 +1,130 @@
+//! What an observer has seen so far, for those who open the page later: bounded, however long the run.
+
+use std::collections::VecDeque;
+
+use alliance_proto::time::SimTime;
+
+/// Views that are kept at most.
+const VIEWS_MAX: usize = 400;
+
+/// Bytes that these have at most: views of large teams are long.
+const BYTES_MAX: usize = 4 << 20;
+
+/// Events that are kept at most: the newest.
+const EVENTS_MAX: usize = 5000;
+
+/// Views and events as JSON texts.
+#[derive(Debug)]
+pub struct Past {
+    /// Oldest first, at least `spacing` apart.
+    views: VecDeque<(SimTime, String)>,
+    spacing: SimTime,
+    bytes: usize,
+    events: VecDeque<String>,
+}
+
+impl Past {
+    /// Nothing yet, of a run with this step.
+    #[must_use]
+    pub fn new(step: SimTime) -> Self {
+        Self {
+            views: VecDeque::new(),
+            spacing: step,
+            bytes: 0,
+            events: VecDeque::new(),
+        }
+    }
+
+    /// Keeps a view, if the one before is long enough ago. When there are too many, every second one goes.
+    pub fn keep_view(&mut self, now: SimTime, view: &str) {
+        let due = self
+            .views
+            .back()
+            .is_none_or(|(last, _)| now >= *last + self.spacing);
+        if !due {
+            return;
+        }
+        self.bytes += view.len();
+        self.views.push_back((now, view.to_owned()));
+        while self.views.len() > VIEWS_MAX || (self.bytes > BYTES_MAX && self.views.len() > 2) {
+            self.spacing = SimTime(self.spacing.0 * 2);
+            let mut index = 0;
+            self.views.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.bytes = self.views.iter().map(|(_, view)| view.len()).sum();
+        }
+    }
+
+    /// Keeps an event.
+    pub fn keep_event(&mut self, event: String) {
+        if self.events.len() == EVENTS_MAX {
+            self.events.pop_front();
+        }
+        self.events.push_back(event);
+    }
+
+    /// All of it as JSON: `{"views": […], "events": […]}`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let views: Vec<&str> = self.views.iter().map(|(_, view)| view.as_str()).collect();
+        let events: Vec<&str> = self.events.iter().map(String::as_str).collect();
+        format!(
+            r#"{{"views":[{}],"events":[{}]}}"#,
+            views.join(","),
+            events.join(",")
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+
+    fn times(past: &Past) -> Vec<u64> {
+        past.views.iter().map(|(now, _)| now.0).collect()
+    }
+
+    #[test]
+    fn a_long_past_is_thinned_evenly_and_begins_at_its_beginning() {
+        let mut past = Past::new(SimTime(50));
+        for tick in 0..10_000_u64 {
+            past.keep_view(SimTime(50 * tick), &tick.to_string());
+        }
+        let times = times(&past);
+        assert_eq!(times[0], 0);
+        assert!((VIEWS_MAX / 2..=VIEWS_MAX).contains(&times.len()));
+        let spacing = times[1];
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] == spacing));
+        assert!(times[times.len() - 1] + spacing > 50 * 9999);
+    }
+
+    #[test]
+    fn long_views_are_thinned_by_their_bytes() {
+        let mut past = Past::new(SimTime(50));
+        let long = "7".repeat(BYTES_MAX / 8);
+        for tick in 0..100 {
+            past.keep_view(SimTime(50 * tick), &long);
+        }
+        assert!(past.bytes <= BYTES_MAX && past.views.len() >= 2);
+    }
+
+    #[test]
+    fn json_has_all_that_is_kept() {
+        let mut past = Past::new(SimTime(50));
+        assert_eq!(past.to_json(), r#"{"views":[],"events":[]}"#);
+        past.keep_view(SimTime(0), r#"{"tick":0}"#);
+        past.keep_view(SimTime(10), r#"{"tick":1}"#);
+        past.keep_view(SimTime(50), r#"{"tick":2}"#);
+        for number in 0..EVENTS_MAX + 3 {
+            past.keep_event(number.to_string());
+        }
+        let json: Value = serde_json::from_str(&past.to_json()).unwrap();
+        assert_eq!(json["views"], serde_json::json!([{"tick": 0}, {"tick": 2}]));
+        assert_eq!(json["events"].as_array().unwrap().len(), EVENTS_MAX);
+        assert_eq!(json["events"][0], 3);
+    }
+}

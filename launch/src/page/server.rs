@@ -1,0 +1,174 @@
+//! The HTTP server of the page: files, what the run tells, and what the page asks of it.
+
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+
+use alliance_proto::control::Command;
+use anyhow::Context;
+use axum::body::Bytes;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+};
+use axum::http::{HeaderValue, StatusCode};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use serde::Deserialize;
+use serde_json::json;
+use tokio::net::TcpListener;
+use tokio::sync::oneshot;
+use tokio::time::timeout;
+
+use super::assets;
+use super::gate::{Gate, SUBPROTOCOL};
+use super::live::Live;
+use super::logged::Logged;
+
+/// Longest command, as on the control topic.
+const COMMAND_MAX: usize = 256 * 1024;
+
+/// How long pages may take to go when the run is over.
+const FAREWELL: Duration = Duration::from_millis(300);
+
+/// The page runs its own code and nothing else, talks to this server alone, and is shown in no other page's frame.
+const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
+                      frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+
+/// What is shown.
+pub enum Shown {
+    /// A live run.
+    Live(Arc<Live>),
+    /// A finished one.
+    Logged(Logged),
+}
+
+/// Serves the page until then.
+///
+/// # Errors
+/// When the socket fails.
+pub async fn serve(
+    listener: TcpListener,
+    token: String,
+    shown: Shown,
+    until: impl Future<Output = ()> + Send + 'static,
+) -> anyhow::Result<()> {
+    let port = listener.local_addr().context("the page's socket")?.port();
+    let gate = Arc::new(Gate::new(port, token));
+    let routes = Router::new()
+        .route("/", get(|| async { file("index.html") }))
+        .route(
+            "/assets/{*path}",
+            get(|Path(path): Path<String>| async move { file(&path) }),
+        )
+        .merge(match shown {
+            Shown::Live(live) => Router::new()
+                .route("/api/run", get(about_live))
+                .route("/api/live", get(tell_live))
+                .route("/api/control", post(control))
+                .layer(DefaultBodyLimit::max(COMMAND_MAX))
+                .with_state(live),
+            Shown::Logged(logged) => Router::new()
+                .route("/api/run", get(about_logged))
+                .route("/api/views", get(views))
+                .route("/api/events", get(events))
+                .with_state(Arc::new(logged)),
+        })
+        .layer(middleware::from_fn_with_state(gate, guard));
+    let (going, gone) = oneshot::channel();
+    let server = axum::serve(listener, routes).with_graceful_shutdown(async {
+        until.await;
+        // Nobody waits for it any more when the server has failed.
+        let _ = going.send(());
+    });
+    let mut server = tokio::spawn(server.into_future());
+    tokio::select! {
+        ended = &mut server => ended.context("the page's server")?.context("the page's server"),
+        _ = gone => {
+            // Who has not gone by then is cut off with this process.
+            let _ = timeout(FAREWELL, server).await;
+            Ok(())
+        }
+    }
+}
+
+/// Lets a request pass or refuses it, and tells the browser to trust nothing but this server.
+async fn guard(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
+    let checked = gate.check(request.method(), request.uri().path(), request.headers());
+    let mut response = match checked {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refuse(refusal.status(), &refusal.to_string()),
+    };
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (CONTENT_SECURITY_POLICY, POLICY),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (REFERRER_POLICY, "no-referrer"),
+        (CACHE_CONTROL, "no-store"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+fn refuse(status: StatusCode, why: &str) -> Response {
+    let why = why.replace(char::is_control, " ");
+    (status, Json(json!({"error": why}))).into_response()
+}
+
+fn file(path: &str) -> Response {
+    match assets::find(path) {
+        Some(asset) => ([(CONTENT_TYPE, asset.media_type)], asset.bytes).into_response(),
+        None => refuse(StatusCode::NOT_FOUND, "there is no such file"),
+    }
+}
+
+async fn about_live(State(live): State<Arc<Live>>) -> Response {
+    Json(live.about()).into_response()
+}
+
+async fn tell_live(State(live): State<Arc<Live>>, upgrade: WebSocketUpgrade) -> Response {
+    upgrade
+        .protocols([SUBPROTOCOL])
+        .on_upgrade(move |page| async move { live.tell(page).await })
+}
+
+/// A command in the words of `docs/CONTROL.md`, and the world's reply.
+async fn control(State(live): State<Arc<Live>>, body: Bytes) -> Response {
+    let command: Command = match serde_json::from_slice(&body) {
+        Ok(command) => command,
+        Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.to_string()),
+    };
+    match live.ask(command).await {
+        Ok(reply) => Json(reply).into_response(),
+        Err(error) => refuse(StatusCode::BAD_GATEWAY, &format!("{error:#}")),
+    }
+}
+
+async fn about_logged(State(logged): State<Arc<Logged>>) -> Response {
+    Json(logged.about()).into_response()
+}
+
+/// Which views a page wants.
+#[derive(Deserialize)]
+struct Wanted {
+    from: u64,
+    count: u64,
+    #[serde(default = "one")]
+    step: u64,
+}
+
+fn one() -> u64 {
+    1
+}
+
+async fn views(State(logged): State<Arc<Logged>>, Query(wanted): Query<Wanted>) -> Response {
+    Json(logged.views(wanted.from, wanted.count, wanted.step)).into_response()
+}
+
+async fn events(State(logged): State<Arc<Logged>>) -> Response {
+    Json(logged.events()).into_response()
+}

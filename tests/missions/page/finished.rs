@@ -1,0 +1,173 @@
+//! A finished run on the page: every tick of it, as it was.
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use world_server::recorder::{MissionRow, MotivationRow, PoseRow};
+
+use super::client::Page;
+use crate::harness::{Lab, Process};
+use crate::team::Team;
+
+fn view(lab: &Lab) -> (Process, Page) {
+    let mut view = lab.start(&["view", "run"]);
+    view.wait_for_stderr("/#");
+    let page = Page::in_words(&view.stderr());
+    (view, page)
+}
+
+/// Every view of a run.
+fn views(page: &Page) -> Vec<Value> {
+    let ticks = page.get("/api/run")["log"]["ticks"].as_u64().unwrap();
+    let mut views = Vec::new();
+    while (views.len() as u64) <= ticks {
+        let path = format!("/api/views?from={}&count=1000", views.len());
+        let Value::Array(more) = page.get(&path) else {
+            panic!("{path}");
+        };
+        assert!(!more.is_empty());
+        views.extend(more);
+    }
+    views
+}
+
+#[test]
+fn every_tick_is_shown_as_it_was_logged() {
+    let lab = Lab::new();
+    // A kill, an obstacle and losses on the way.
+    std::fs::write(
+        lab.path("day.toml"),
+        "[[faults.timeline]]\nfault.kill = 'gold'\nat_s = 20.0\nfor_s = 5.0\n\
+         [[faults.timeline]]\nfault.obstacle = { x_m = 6.0, y_m = 4.0, width_m = 0.5, height_m = 1.0 }\nat_s = 30.0\nfor_s = 10.0\n\
+         [[faults.timeline]]\nfault.drop = { p = 0.3 }\nat_s = 10.0\nfor_s = 30.0\n",
+    )
+    .unwrap();
+    lab.mission("run", &["day.toml", "--limit", "70"]).expect(1);
+    let log = lab.log("run");
+    let (process, page) = view(&lab);
+    let about = page.get("/api/run");
+    assert_eq!(about["mode"], "log");
+    assert_eq!(about["log"]["outcome"], "time-limit");
+    assert_eq!(about["log"]["warning"], Value::Null);
+    assert_eq!(about["log"]["hash"], log.run.hash.clone().unwrap());
+    assert_eq!(about["log"]["duration_ms"], 70_000);
+
+    let views = views(&page);
+    assert_eq!(views.len(), 1401);
+    let at = |t_ms: u64, robot: &str| {
+        let rank = ["blue", "gold", "green"]
+            .iter()
+            .position(|name| *name == robot);
+        &views[t_ms as usize / 50]["robots"][rank.unwrap()]
+    };
+    for pose in log.rows::<PoseRow>().unwrap() {
+        let seen = at(pose.t_ms.0, &pose.robot);
+        let place = &seen["pose"]["position"];
+        let number = |value: &Value| value.as_f64().unwrap() as f32;
+        assert_eq!(
+            (
+                number(&place[0]),
+                number(&place[1]),
+                number(&seen["pose"]["heading_rad"])
+            ),
+            (pose.x_m, pose.y_m, pose.heading_rad),
+            "{pose:?}"
+        );
+        assert_eq!(!seen["carrying"].is_null(), pose.carrying, "{pose:?}");
+    }
+    let sets: Vec<Value> = about["catalog"]["sets"].as_array().unwrap().clone();
+    for row in log.rows::<MotivationRow>().unwrap() {
+        // A view stands between two ticks: motivations of the one before.
+        let robot = at(row.t_ms.0 + 50, &row.robot);
+        let seen = robot["sets"].as_array().unwrap().iter().find(|seen| {
+            let set = seen["motivation"]["set"].as_u64().unwrap();
+            sets[set as usize]["name"] == row.behavior_set
+        });
+        // A robot that died in this tick shows nothing any more.
+        let Some(seen) = seen else {
+            assert_eq!((row.robot.as_str(), row.t_ms.0), ("gold", 20_000));
+            continue;
+        };
+        assert_eq!(seen["motivation"]["motivation"], row.motivation, "{row:?}");
+        let state = seen["motivation"]["state"].as_str().unwrap().to_lowercase();
+        assert_eq!(state, row.state, "{row:?}");
+    }
+    for row in log.rows::<MissionRow>().unwrap() {
+        let items = &views[row.t_ms.0 as usize / 50 + 1]["items"];
+        assert_eq!(items["delivered"], row.items_delivered, "{row:?}");
+        assert_eq!(items["carried"], row.items_carried, "{row:?}");
+    }
+    let obstacles = |t_s: usize| views[t_s * 20 + 1]["obstacles"].as_array().unwrap().len();
+    assert_eq!((obstacles(29), obstacles(31), obstacles(41)), (0, 1, 0));
+    assert_eq!(at(22_000, "gold")["state"], "dead");
+    let fates = |from: usize, to: usize| {
+        let messages = views[from..to]
+            .iter()
+            .flat_map(|view| view["messages"].as_array().unwrap());
+        messages
+            .filter(|message| message["reception"]["fate"] == "Dropped")
+            .count()
+    };
+    assert_eq!(fates(0, 200), 0);
+    assert!(fates(200, 800) > 0);
+    assert_eq!(fates(805, 1401), 0);
+
+    let events = page.get("/api/events");
+    let lines = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();
+    assert_eq!(events.as_array().unwrap().len(), lines.lines().count() - 1);
+    // Few of many, and beyond the end.
+    let thinned = page.get("/api/views?from=100&count=3&step=50");
+    let ticks: Vec<&Value> = thinned
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|view| &view["tick"])
+        .collect();
+    assert_eq!(ticks, [100, 150, 200]);
+    assert_eq!(
+        page.get("/api/views?from=1400&count=10"),
+        Value::Array(views[1400..].to_vec())
+    );
+    assert_eq!(
+        page.get("/api/views?from=9999999&count=10"),
+        Value::Array(Vec::new())
+    );
+    process.signal(Signal::SIGINT);
+    process.wait().expect(0);
+}
+
+#[test]
+fn the_log_of_a_killed_world_is_shown_as_far_as_it_is_whole() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "20x", "--log", "summary"]);
+    team.wait_for_row("events.csv", &[",position-update,"]);
+    team.signal("world", Signal::SIGKILL);
+    team.wait().expect(3);
+    let last = lab.log("run").last.unwrap();
+    let (process, page) = view(&lab);
+    let about = page.get("/api/run");
+    assert_eq!(about["log"]["outcome"], "running");
+    assert_eq!(about["log"]["ticks"], last.tick + 1);
+    assert_eq!(about["log"]["warning"], Value::Null);
+    assert_eq!(views(&page).len() as u64, last.tick + 2);
+    process.signal(Signal::SIGINT);
+    process.wait().expect(0);
+}
+
+#[test]
+fn what_is_no_run_is_answered_in_one_line() {
+    let lab = Lab::new();
+    let nothing = lab.run(&["view", "nowhere"]).expect(2);
+    assert!(
+        nothing
+            .stderr
+            .starts_with("alliance view: cannot read nowhere/run.json: "),
+        "{}",
+        nothing.stderr
+    );
+    assert_eq!(nothing.stderr.lines().count(), 1);
+    let nobody = lab.run(&["watch"]).expect(3);
+    assert_eq!(
+        nobody.stderr,
+        "alliance watch: no run is live; start one with `alliance run` or `alliance world`\n"
+    );
+}

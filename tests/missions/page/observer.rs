@@ -1,0 +1,147 @@
+//! A live run with its page: what it tells, and that the run is the same whatever becomes of it.
+
+use std::collections::BTreeSet;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::{Value, json};
+
+use super::client::Page;
+use crate::harness::{Lab, command_line, wait_until};
+use crate::team::Team;
+
+#[test]
+fn whatever_becomes_of_the_page_no_byte_of_the_run_changes() {
+    let lab = Lab::new();
+    let arguments = ["--limit", "120", "--seed", "5"];
+    lab.mission("without", &arguments).expect(1);
+
+    let paced = [arguments.as_slice(), &["--speed", "20x"]].concat();
+    let mut team = Team::start_with_page(&lab, &paced);
+    let pid = team.wait_for_page();
+    let page = Page::in_words(&team.launcher().stderr());
+    // Pages come and go; two of them never read, one is paused and goes on.
+    let silent = [page.live(), page.live()];
+    for _ in 0..20 {
+        let mut ears = page.live();
+        assert!(ears.wait_for("past")["views"].is_array());
+    }
+    let mut ears = page.live();
+    assert!(ears.wait_for("view")["tick"].as_u64() > Some(0));
+    page.control(r#"{"clock": "pause"}"#);
+    ears.wait_for_view(|view| view["clock"]["paused"] == true);
+    page.control(r#"{"clock": "resume"}"#);
+    ears.wait_for_view(|view| view["clock"]["paused"] == false);
+
+    kill(Pid::from_raw(pid as i32), Signal::SIGKILL).unwrap();
+    wait_until("the end of the page", || command_line(pid).is_none());
+    while ears.next().is_some() {}
+    drop(silent);
+    // Another one, by hand, any number of times.
+    for _ in 0..2 {
+        let mut watch = lab.start(&["watch"]);
+        watch.wait_for_stderr("/#");
+        let mut ears = Page::in_words(&watch.stderr()).live();
+        ears.wait_for("view");
+        watch.signal(Signal::SIGINT);
+        watch.wait().expect(0);
+    }
+    let said = team.launcher().stderr();
+    assert!(
+        said.contains("the page was killed by SIGKILL; the run goes on"),
+        "{said}"
+    );
+    team.wait().expect(1);
+    lab.assert_same_bytes("without", "run");
+}
+
+#[test]
+fn a_page_is_told_everything_and_how_the_run_ended() {
+    let lab = Lab::new();
+    let mut team = Team::start_with_page(&lab, &["--paused", "--limit", "90"]);
+    team.wait_for_page();
+    let page = Page::in_words(&team.launcher().stderr());
+
+    let about = page.get("/api/run");
+    assert_eq!(
+        (&about["mode"], &about["seed"]),
+        (&json!("live"), &json!(1))
+    );
+    assert_eq!(about["scenario"]["robots"][1]["name"], "gold");
+    assert_eq!(about["alliance"]["threshold"], 100.0);
+    assert_eq!(about["catalog"]["sets"][2]["name"], "move-spill(top)");
+    assert_eq!(about["catalog"]["sets"][2]["task"], 1);
+
+    let mut ears = page.live();
+    assert_eq!(
+        ears.wait_for("past"),
+        json!({"views": ears_views(&page), "events": []})
+    );
+    let view = ears.wait_for_view(|view| view["robots"][0]["state"] != "dead");
+    assert_eq!(
+        (&view["tick"], &view["clock"]["paused"]),
+        (&json!(0), &json!(true))
+    );
+    assert_eq!(view["waste"].as_array().unwrap().len(), 24);
+
+    // One step, and one step only.
+    page.control(r#"{"clock": {"step": 1}}"#);
+    let view = ears.wait_for_view(|view| view["tick"] != 0);
+    assert_eq!(
+        (&view["tick"], &view["clock"]["steps_left"]),
+        (&json!(1), &json!(0))
+    );
+    assert_eq!(view["robots"][0]["sets"].as_array().unwrap().len(), 5);
+    // An obstacle takes effect and is seen while the clock stands still, and so does its removal.
+    let obstacle = r#"{"fault": {"fault": {"obstacle": {"x_m": 5, "y_m": 4, "width_m": 0.5, "height_m": 1}}}}"#;
+    let armed = page.control(obstacle);
+    let view = ears.wait_for_view(|view| view["obstacles"] != json!([]));
+    assert_eq!(view["tick"], armed["armed"]["tick"]);
+    assert_eq!(view["faults"][0]["phase"], "in-force");
+    page.control(r#"{"clear": "f1"}"#);
+    ears.wait_for_view(|view| view["obstacles"] == json!([]));
+
+    page.control(r#"{"clock": {"speed": 20}}"#);
+    page.control(r#"{"clock": "resume"}"#);
+    let mut told: Vec<Value> = Vec::new();
+    let mut fates = BTreeSet::new();
+    let ended = loop {
+        let frame = ears.next().unwrap();
+        if let Some(Value::Array(events)) = frame.get("events") {
+            told.extend_from_slice(events);
+        }
+        if let Some(messages) = frame.pointer("/view/messages") {
+            for message in messages.as_array().unwrap() {
+                fates.insert(message["reception"]["fate"].as_str().unwrap().to_owned());
+            }
+        }
+        assert_eq!(frame.get("missed"), None);
+        if let Some(ended) = frame.get("ended") {
+            break ended.clone();
+        }
+    };
+    assert_eq!(ended["outcome"], "time-limit");
+    assert_eq!(ended["folder"], lab.path("run").to_str().unwrap());
+    assert!(ears.next().is_none());
+    assert!(fates.contains("Heard"), "{fates:?}");
+    team.wait().expect(1);
+
+    // The events are the log's, all of them, in order.
+    let logged: Vec<Value> = lab
+        .log("run")
+        .each_row::<world_server::recorder::EventRow>()
+        .map(|row| {
+            let row = row.unwrap();
+            json!({"t_ms": row.t_ms, "kind": row.kind, "robot": row.robot, "subject": row.subject, "reason": row.reason, "detail": row.detail})
+        })
+        .collect();
+    let from = logged.len() - told.len();
+    assert_eq!(told, logged[from..]);
+    // What came before the page was opened it was told as the past, or there was nothing yet.
+    assert!(logged[..from].iter().all(|event| event["t_ms"] == 0));
+}
+
+/// The past of a run that stands at its beginning: its first view, if there has been one.
+fn ears_views(page: &Page) -> Value {
+    page.live().wait_for("past")["views"].clone()
+}

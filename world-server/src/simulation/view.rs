@@ -1,0 +1,172 @@
+//! What observers see of a run. It decides nothing: a run that nobody watches is the same.
+
+use std::collections::VecDeque;
+
+use alliance_proto::control::{AgentState, FaultStatus, Phase};
+use alliance_proto::ids::{Incarnation, RobotId, SetId};
+use alliance_proto::readings::Readings;
+use alliance_proto::scenario::Obstacle;
+use alliance_proto::tick::Report;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::{ItemView, MESSAGES_MAX, MessageView, RobotView, SetView, View};
+use glam::Vec2;
+
+use super::Simulation;
+use crate::barrier::Presence;
+use crate::world::{Component, Shape};
+
+/// Faults that a view tells at most; those in force come first.
+const FAULTS_MAX: usize = 200;
+
+/// Teams up to this size are seen with what their sensors tell: a view has to fit into a message.
+const SENSING_TEAM_MAX: usize = 200;
+
+/// What a view tells that the state of the run does not.
+pub(super) struct Memories {
+    /// Since when each behavior set is in its state, by rank and [`SetId`].
+    since: Vec<Vec<SimTime>>,
+    /// The life that reported last, by rank: with a new one all sets hibernate.
+    lives: Vec<Incarnation>,
+    messages: VecDeque<MessageView>,
+    left_out: u64,
+}
+
+impl Memories {
+    pub fn new(robots: usize, sets: usize) -> Self {
+        Self {
+            since: vec![vec![SimTime::ZERO; sets]; robots],
+            lives: vec![0; robots],
+            messages: VecDeque::new(),
+            left_out: 0,
+        }
+    }
+
+    /// A tick has ended with these reports, by rank.
+    pub fn remember(&mut self, now: SimTime, reports: &[Option<Report>]) {
+        for report in reports.iter().flatten() {
+            let rank = report.robot.index();
+            if self.lives[rank] != report.incarnation {
+                self.lives[rank] = report.incarnation;
+                self.since[rank].fill(now);
+            }
+            for change in &report.changes {
+                self.since[rank][change.set.index()] = now;
+            }
+            for &reception in &report.receptions {
+                if self.messages.len() == MESSAGES_MAX {
+                    self.messages.pop_front();
+                    self.left_out += 1;
+                }
+                self.messages.push_back(MessageView {
+                    receiver: report.robot,
+                    reception,
+                });
+            }
+        }
+    }
+
+    fn since(&self, robot: RobotId, set: SetId) -> SimTime {
+        self.since[robot.index()][set.index()]
+    }
+}
+
+impl Simulation {
+    /// A snapshot for eyes, with what has become of messages since the one before. Whoever owns the clock and the processes
+    /// adds what they know of them.
+    pub fn view(&mut self) -> View {
+        let messages = self.memories.messages.drain(..).collect();
+        let robots = self
+            .barrier
+            .robots()
+            .map(|robot| self.robot_view(robot))
+            .collect();
+        let waste = self.world.items().iter().map(|item| ItemView {
+            position: item.position(),
+            carrier: item.carrier,
+        });
+        View {
+            tick: self.barrier.tick(),
+            now: self.world.now(),
+            clock: None,
+            items: self.world.item_counts(),
+            waste: waste.collect(),
+            obstacles: self.world.obstacles().iter().map(rectangle).collect(),
+            site_colored: self.world.site_colored(),
+            last_report: self.world.last_report(),
+            robots,
+            faults: self.faults_to_see(),
+            messages,
+            messages_left_out: std::mem::take(&mut self.memories.left_out),
+            outcome: self.outcome,
+        }
+    }
+
+    /// What a robot's agent is up to.
+    #[must_use]
+    pub fn agent_state(&self, robot: RobotId) -> AgentState {
+        match self.barrier.presence(robot) {
+            _ if self.barrier.is_absent(robot) => AgentState::Absent,
+            Presence::Empty => AgentState::Dead,
+            Presence::Invited | Presence::Entering { .. } => AgentState::Coming,
+            Presence::Present => AgentState::Present,
+            Presence::Silent => AgentState::Silent,
+        }
+    }
+
+    fn robot_view(&self, robot: RobotId) -> RobotView {
+        let state = self.agent_state(robot);
+        let lives = !matches!(state, AgentState::Absent | AgentState::Dead);
+        let sensing = lives && self.readings.len() <= SENSING_TEAM_MAX;
+        let sets = self.motivations(robot).iter().filter(|_| lives);
+        RobotView {
+            state,
+            incarnation: self.barrier.incarnation(robot),
+            pid: None,
+            pose: self.world.pose(robot),
+            speed_m_s: self.world.speed_m_s(robot),
+            carrying: self.world.carrying(robot),
+            energy_j: self.world.energy_j(robot),
+            readings: if sensing {
+                self.readings[robot.index()].clone()
+            } else {
+                Readings::default()
+            },
+            active: self.active[robot.index()].filter(|_| lives),
+            sets: sets
+                .map(|&motivation| SetView {
+                    motivation,
+                    since: self.memories.since(robot, motivation.set),
+                })
+                .collect(),
+        }
+    }
+
+    /// Those in force, then those that wait, by the order in which they were armed.
+    fn faults_to_see(&self) -> Vec<FaultStatus> {
+        let of = |phase| {
+            self.schedule
+                .statuses()
+                .filter(move |fault| fault.phase == phase)
+        };
+        of(Phase::InForce)
+            .chain(of(Phase::Armed))
+            .take(FAULTS_MAX)
+            .cloned()
+            .collect()
+    }
+}
+
+fn rectangle(component: &Component) -> Obstacle {
+    let half = match component.shape {
+        Shape::Rectangle { half_size_m } => half_size_m,
+        Shape::Disc { radius_m } => Vec2::splat(radius_m),
+    };
+    let corner = component.pose.position - half;
+    Obstacle {
+        x_m: corner.x,
+        y_m: corner.y,
+        width_m: 2.0 * half.x,
+        height_m: 2.0 * half.y,
+        penetrability: component.penetrability.0,
+    }
+}
