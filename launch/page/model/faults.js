@@ -55,7 +55,14 @@ export function faultRows(view, events) {
   const rows = new Map();
   for (const event of events) {
     if (!TELLING.has(event.kind)) continue;
-    const row = rows.get(event.subject) ?? { id: event.subject, terms: "", phase: "over", applied_ms: null, healed_ms: null, hits: null };
+    const row = rows.get(event.subject) ?? {
+      id: event.subject,
+      terms: "",
+      phase: "over",
+      applied_ms: null,
+      healed_ms: null,
+      hits: null,
+    };
     rows.set(event.subject, row);
     row.words = event.detail;
     if (event.kind === "applied") row.applied_ms = event.t_ms;

@@ -1,7 +1,7 @@
 // The list of events, newest first, filtered by groups. In a log a click on one goes there.
 
 import { GROUPS, groupOf } from "../model/events.js";
-import { byId, el, keyed, text } from "../ui/dom.js";
+import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { eventInWords, seconds } from "../ui/words.js";
 
@@ -80,12 +80,14 @@ export class Events {
     return el(
       "li",
       { "data-event": event.kind, "data-group": groupOf(event), "data-robot": event.robot || null, "data-t": event.t_ms },
-      this.#seek ? el("button", { type: "button", class: "time link", onclick: () => this.#seek(event.t_ms) }, time) : el("span", { class: "time" }, time),
+      this.#seek
+        ? el("button", { type: "button", class: "time link", onclick: () => this.#seek(event.t_ms) }, time)
+        : el("span", { class: "time" }, time),
       el("span", { class: "sign", "aria-hidden": "true" }, GROUPS[groupOf(event)].sign),
       el(
         "span",
         {},
-        rank >= 0 ? el("span", { class: "dot", style: `background:${colors[rank]}` }) : null,
+        rank >= 0 ? dot(colors[rank]) : null,
         event.robot ? el("strong", {}, `${event.robot} `) : null,
         what,
         why ? el("span", { class: "dim" }, ` – ${why}`) : null,

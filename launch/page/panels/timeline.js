@@ -59,7 +59,14 @@ export class Timeline {
     const canvas = byId("marks");
     const { clientWidth: width, clientHeight: height } = canvas;
     const { events } = this.#model;
-    const key = [width, height, devicePixelRatio, events.length, this.#events.filter, document.documentElement.dataset.theme].join();
+    const key = [
+      width,
+      height,
+      devicePixelRatio,
+      events.length,
+      this.#events.filter,
+      document.documentElement.dataset.theme,
+    ].join();
     if (key === this.#marked) return;
     this.#marked = key;
     canvas.width = Math.round(width * devicePixelRatio);
@@ -69,7 +76,12 @@ export class Timeline {
     c.font = "10px system-ui, sans-serif";
     c.textAlign = "center";
     c.textBaseline = "middle";
-    const colors = Object.fromEntries(Object.keys(GROUPS).map((group) => [group, themeColor(group === "faults" ? "--bad" : group === "robots" ? "--ink" : "--ink-2")]));
+    const colors = Object.fromEntries(
+      Object.keys(GROUPS).map((group) => [
+        group,
+        themeColor(group === "faults" ? "--bad" : group === "robots" ? "--ink" : "--ink-2"),
+      ]),
+    );
     for (const event of events.filter((each) => this.#events.isWanted(each))) {
       const group = groupOf(event);
       const x = THUMB_PX + (event.t_ms / this.#model.run.log.duration_ms) * (width - 2 * THUMB_PX);
