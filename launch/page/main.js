@@ -40,7 +40,9 @@ function refuse(why) {
 async function start() {
   const token = location.hash.slice(1);
   if (!token) {
-    refuse("This page shows a run to whoever has its link. Open the whole link that the command has printed, with what follows the #.");
+    refuse(
+      "This page shows a run to whoever has its link. Open the whole link that the command has printed, with what follows the #.",
+    );
     return;
   }
   const api = new Api(token);
@@ -180,9 +182,24 @@ function shortcuts({ model, choices, orders, player, clockwork, clock, timeline,
   const live = [
     key(["o"], "o", "draw an obstacle", () => tools.take("obstacle")),
     key(["w"], "w", "add waste", () => tools.take("waste")),
-    key(["k"], "k", "kill the selected robot", chosen((rank) => robots.kill(rank))),
-    key(["s"], "s", "stop the selected robot, or let it go on", chosen((rank) => robots.pause(rank))),
-    key(["b"], "b", "bring the selected robot back in a new life: restart", chosen((rank) => robots.restart(rank))),
+    key(
+      ["k"],
+      "k",
+      "kill the selected robot",
+      chosen((rank) => robots.kill(rank)),
+    ),
+    key(
+      ["s"],
+      "s",
+      "stop the selected robot, or let it go on",
+      chosen((rank) => robots.pause(rank)),
+    ),
+    key(
+      ["b"],
+      "b",
+      "bring the selected robot back in a new life: restart",
+      chosen((rank) => robots.restart(rank)),
+    ),
     key(["u"], "u", "undo the latest order of this page", () => orders.undo()),
   ];
   const log = [

@@ -45,29 +45,33 @@ export function touchesLink(fault, from, to) {
   }
 }
 
-const PHASES = { armed: "armed", applied: "in-force", healed: "over", disarmed: "over", failed: "over" };
+const TELLING = new Set(["armed", "applied", "healed", "disarmed", "failed"]);
 
 /**
- * All faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits, order}`. Those that are armed or in
- * force come from the view; those that are over have left it and are told by the events. Events know the time of effect of
- * both.
+ * All faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits}`. Those that are armed or in force
+ * stand in the view; what else the events tell of is over.
  */
 export function faultRows(view, events) {
   const rows = new Map();
   for (const event of events) {
-    const phase = PHASES[event.kind];
-    if (!phase) continue;
-    const row = rows.get(event.subject) ?? { id: event.subject, terms: "", applied_ms: null, healed_ms: null, hits: null, order: null };
+    if (!TELLING.has(event.kind)) continue;
+    const row = rows.get(event.subject) ?? {
+      id: event.subject,
+      terms: "",
+      phase: "over",
+      applied_ms: null,
+      healed_ms: null,
+      hits: null,
+    };
     rows.set(event.subject, row);
     row.words = event.detail;
-    row.phase = phase;
     if (event.kind === "applied") row.applied_ms = event.t_ms;
-    if (phase === "over") row.healed_ms = event.t_ms;
+    if (event.kind === "healed") row.healed_ms = event.t_ms;
   }
   for (const { id, order, phase, applied_ms, hits } of view.faults) {
     const row = rows.get(id) ?? { id, healed_ms: null };
     rows.set(id, row);
-    Object.assign(row, { order, phase, hits, words: faultInWords(order.fault), terms: termsInWords(order) });
+    Object.assign(row, { phase, hits, words: faultInWords(order.fault), terms: termsInWords(order) });
     row.applied_ms = applied_ms ?? row.applied_ms ?? null;
   }
   return [...rows.values()].reverse();

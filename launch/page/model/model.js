@@ -40,7 +40,7 @@ export class Model {
     this.sets = catalog.sets.map((set, id) => ({ ...set, ...styles[id], words: inThesisWords(set.name) }));
     this.tasks = catalog.tasks.map((task) => ({ ...task, words: inThesisWords(task.name) }));
     this.history = new History(this.names.length, this.sets.length);
-    this.traffic = new Traffic(this.names.length);
+    this.traffic = new Traffic(this.names.length, run.log !== null);
     this.#changed = changed;
   }
 

@@ -13,20 +13,28 @@ export class Traffic {
   broadcasts = [];
   /** Receptions that did not reach this page. */
   leftOut = 0;
+  /** Ticks of which nothing was heard, for their views were not shown. */
+  skipped = 0;
 
   #robots;
+  #isSampled;
+  #lastTick;
   #byKey = new Map();
   // By sender · robots + receiver: [{at, fate}], oldest first.
   #links;
 
-  constructor(robots) {
+  /** `isSampled`: a view tells of its own tick only, as in a log, and not of all since the view before. */
+  constructor(robots, isSampled) {
     this.#robots = robots;
+    this.#isSampled = isSampled;
     this.clear();
   }
 
   clear() {
     this.broadcasts = [];
     this.leftOut = 0;
+    this.skipped = 0;
+    this.#lastTick = null;
     this.#byKey.clear();
     this.#links = Array.from({ length: this.#robots ** 2 }, () => []);
   }
@@ -34,6 +42,8 @@ export class Traffic {
   /** Takes in what was heard since the view before. */
   absorb(view) {
     this.leftOut += view.messages_left_out ?? 0;
+    if (this.#isSampled && this.#lastTick !== null) this.skipped += view.tick - this.#lastTick - 1;
+    this.#lastTick = view.tick;
     // Those with contents first: one that never arrived then finds its broadcast by sender and time.
     const sorted = view.messages.filter(({ reception }) => reception.said);
     sorted.push(...view.messages.filter(({ reception }) => !reception.said));

@@ -4,7 +4,7 @@
 import { ACTIVE, WAITING } from "../model/history.js";
 import { levels } from "../model/levels.js";
 import { themeColor } from "../ui/colors.js";
-import { attribute, byId, el, keyed, text } from "../ui/dom.js";
+import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 
 /** Robots that are shown at first. */
@@ -49,7 +49,15 @@ export class Charts {
     attribute(svg, "width", "20");
     attribute(svg, "height", "8");
     attribute(svg, "aria-hidden", "true");
-    const look = { x1: 0, x2: 20, y1: 4, y2: 4, stroke: this.#color(set), "stroke-width": 2.5, "stroke-dasharray": this.#model.sets[set].dash.join(" ") || null };
+    const look = {
+      x1: 0,
+      x2: 20,
+      y1: 4,
+      y2: 4,
+      stroke: this.#color(set),
+      "stroke-width": 2.5,
+      "stroke-dasharray": this.#model.sets[set].dash.join(" ") || null,
+    };
     for (const [name, value] of Object.entries(look)) attribute(line, name, value);
     svg.append(line);
     return svg;
@@ -132,9 +140,14 @@ export class Charts {
     const owned = view.robots[rank].sets.map(({ motivation }) => motivation.set);
     const values = new Map();
     const readout = el("span", { class: "values" });
-    const title = el("div", { class: "chart-title" }, el("span", { class: "dot", style: `background:${colors[rank]}` }), el("strong", {}, names[rank]), readout);
+    const title = el("div", { class: "chart-title" }, dot(colors[rank]), el("strong", {}, names[rank]), readout);
     const place = el("div", { class: "plot" });
-    const element = el("section", { class: "chart", "data-chart": names[rank], "aria-label": `Motivations of ${names[rank]}` }, title, place);
+    const element = el(
+      "section",
+      { class: "chart", "data-chart": names[rank], "aria-label": `Motivations of ${names[rank]}` },
+      title,
+      place,
+    );
     const chart = { element, place, readout, values, bands: [], columns: [[]], size: null };
     this.#charts.set(rank, chart);
     chart.addValue = (set) => {
@@ -162,10 +175,19 @@ export class Charts {
       padding: [4, 16, 0, 0],
       legend: { show: false },
       cursor: { sync: { key: "motivations" }, drag: { x: false, y: false }, y: false },
-      scales: { x: { time: false, auto: false, range: () => this.#range().map((ms) => ms / 1000) }, y: { range: [0, 1.12 * threshold] } },
+      scales: {
+        x: { time: false, auto: false, range: () => this.#range().map((ms) => ms / 1000) },
+        y: { range: [0, 1.12 * threshold] },
+      },
       axes: [
         { ...axis, size: 18, gap: 2, space: 60, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-        { ...axis, size: 38, gap: 3, splits: [0, threshold / 2, threshold], values: (_, ticks) => ticks.map((tick) => (tick === threshold ? `θ ${tick}` : tick)) },
+        {
+          ...axis,
+          size: 38,
+          gap: 3,
+          splits: [0, threshold / 2, threshold],
+          values: (_, ticks) => ticks.map((tick) => (tick === threshold ? `θ ${tick}` : tick)),
+        },
       ],
       series: [
         {},

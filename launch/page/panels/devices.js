@@ -34,7 +34,14 @@ const ACTUATOR_MODES = [
   ["gripper", "gripper failed"],
 ];
 
-const duration = () => numberField("For how long, s", { min: 0.05, step: "any", value: lasts() ?? "", placeholder: "until undone", "data-field": "for" });
+const duration = () =>
+  numberField("For how long, s", {
+    min: 0.05,
+    step: "any",
+    value: lasts() ?? "",
+    placeholder: "until undone",
+    "data-field": "for",
+  });
 const forHowLong = ({ input }) => (input.valueAsNumber > 0 ? input.valueAsNumber : null);
 
 /** A form that arms `fault()` for the chosen time. */
@@ -44,7 +51,13 @@ function form(orders, button, time, fault, ...fields) {
     closeMenu();
     orders.arm(fault(), forHowLong(time));
   };
-  return el("form", { class: "choices", onsubmit: submit }, ...fields, time.element, el("button", { type: "submit", "data-action": "break" }, button));
+  return el(
+    "form",
+    { class: "choices", onsubmit: submit },
+    ...fields,
+    time.element,
+    el("button", { type: "submit", "data-action": "break" }, button),
+  );
 }
 
 /** Break a sensor of the robot. */
@@ -97,7 +110,11 @@ export function openActuators(model, orders, rank, at) {
     return how === "turn-bias" ? { "turn-bias": turn.input.valueAsNumber } : how;
   };
   const fault = () => ({ actuator: { robot, mode: chosen() } });
-  openMenu(`Break an actuator of ${robot}`, at, form(orders, "Break it", duration(), fault, mode.element, share.element, turn.element));
+  openMenu(
+    `Break an actuator of ${robot}`,
+    at,
+    form(orders, "Break it", duration(), fault, mode.element, share.element, turn.element),
+  );
 }
 
 /** Power, behavior, radio and place of the robot. */
@@ -105,7 +122,11 @@ export function openMore(model, choices, orders, rank, at) {
   const robot = model.names[rank];
   const time = duration();
   const arm = (name, label) =>
-    el("button", { type: "button", "data-action": name, onclick: () => (closeMenu(), orders.arm({ [name]: robot }, forHowLong(time))) }, label);
+    el(
+      "button",
+      { type: "button", "data-action": name, onclick: () => (closeMenu(), orders.arm({ [name]: robot }, forHowLong(time))) },
+      label,
+    );
   const move = () => (closeMenu(), choices.set({ selected: rank, tool: "move" }));
   openMenu(
     `More for ${robot}`,

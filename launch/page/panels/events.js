@@ -1,7 +1,7 @@
 // The list of events, newest first, filtered by groups. In a log a click on one goes there.
 
 import { GROUPS, groupOf } from "../model/events.js";
-import { byId, el, keyed, text } from "../ui/dom.js";
+import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { eventInWords, seconds } from "../ui/words.js";
 
@@ -45,6 +45,11 @@ export class Events {
     this.#changed();
   }
 
+  /** Another text for every other filter. */
+  get filter() {
+    return [...this.#groups].join();
+  }
+
   /** Whether the filter lets an event through. */
   isWanted(event) {
     return this.#groups.has(groupOf(event));
@@ -70,17 +75,19 @@ export class Events {
   #row(event) {
     const { names, colors } = this.#model;
     const rank = names.indexOf(event.robot);
-    const { what, why } = eventInWords(event);
+    const { what, why } = eventInWords(event, names);
     const time = seconds(event.t_ms, 2);
     return el(
       "li",
       { "data-event": event.kind, "data-group": groupOf(event), "data-robot": event.robot || null, "data-t": event.t_ms },
-      this.#seek ? el("button", { type: "button", class: "time link", onclick: () => this.#seek(event.t_ms) }, time) : el("span", { class: "time" }, time),
+      this.#seek
+        ? el("button", { type: "button", class: "time link", onclick: () => this.#seek(event.t_ms) }, time)
+        : el("span", { class: "time" }, time),
       el("span", { class: "sign", "aria-hidden": "true" }, GROUPS[groupOf(event)].sign),
       el(
         "span",
         {},
-        rank >= 0 ? el("span", { class: "dot", style: `background:${colors[rank]}` }) : null,
+        rank >= 0 ? dot(colors[rank]) : null,
         event.robot ? el("strong", {}, `${event.robot} `) : null,
         what,
         why ? el("span", { class: "dim" }, ` – ${why}`) : null,

@@ -37,7 +37,9 @@ export class Faults {
   }
 
   #row(id) {
-    const undo = this.#model.isLive ? el("button", { type: "button", "data-undo": id, onclick: () => this.#orders.clear(id) }, "Undo") : null;
+    const undo = this.#model.isLive
+      ? el("button", { type: "button", "data-undo": id, onclick: () => this.#orders.clear(id) }, "Undo")
+      : null;
     return el(
       "tr",
       { "data-fault": id },

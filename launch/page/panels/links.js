@@ -21,7 +21,12 @@ export class Links {
 
   #build() {
     const { names } = this.#model;
-    const head = el("tr", {}, el("th", { scope: "col" }, "from ↓ to →"), ...names.map((name) => el("th", { scope: "col" }, name)));
+    const head = el(
+      "tr",
+      {},
+      el("th", { scope: "col" }, "from ↓ to →"),
+      ...names.map((name) => el("th", { scope: "col" }, name)),
+    );
     const rows = names.map((sender, from) =>
       el("tr", {}, el("th", { scope: "row" }, sender), ...names.map((receiver, to) => this.#cell(from, to, sender, receiver))),
     );
@@ -31,7 +36,11 @@ export class Links {
 
   #cell(from, to, sender, receiver) {
     if (from === to) return el("td", { class: "dim" }, "·");
-    const button = el("button", { type: "button", "data-link": `${sender}>${receiver}`, onclick: () => this.open(from, to, button) });
+    const button = el("button", {
+      type: "button",
+      "data-link": `${sender}>${receiver}`,
+      onclick: () => this.open(from, to, button),
+    });
     this.#cells.push({ from, to, button });
     return el("td", {}, button);
   }
@@ -45,7 +54,8 @@ export class Links {
       const isDisturbed = orders.some(({ order }) => touchesLink(order.fault, names[from], names[to]));
       const isUsed = [from, to].every((rank) => view.robots[rank].state !== "absent");
       const loss = link.count ? link.lost / link.count : 0;
-      const state = !isUsed || link.count === 0 ? "unused" : loss === 1 ? "cut" : loss > 0 ? "lossy" : link.late ? "late" : "good";
+      const state =
+        !isUsed || link.count === 0 ? "unused" : loss === 1 ? "cut" : loss > 0 ? "lossy" : link.late ? "late" : "good";
       const sign = { unused: "–", cut: "⊘ cut", lossy: `✗ ${percent(loss)}`, late: "◷ late", good: "✓" }[state];
       text(button, isDisturbed ? `${sign} ⚡` : sign);
       attribute(button, "data-state", state);
@@ -77,7 +87,12 @@ export class Links {
     if (!found.length) return null;
     const rows = found.map(({ id, order }) => {
       const undo = () => (this.#orders.clear(id), closeMenu());
-      return el("li", {}, `${id}: ${faultInWords(order.fault)} `, this.#model.isOpen ? el("button", { type: "button", "data-undo": id, onclick: undo }, "Undo") : null);
+      return el(
+        "li",
+        {},
+        `${id}: ${faultInWords(order.fault)} `,
+        this.#model.isOpen ? el("button", { type: "button", "data-undo": id, onclick: undo }, "Undo") : null,
+      );
     });
     return el("ul", { class: "plain" }, ...rows);
   }
@@ -86,14 +101,27 @@ export class Links {
     const delay = numberField("Delay, s", { min: 0.05, step: 0.05, value: 0.5, id: "link-delay" });
     const loss = numberField("Loss, %", { min: 1, max: 100, step: 1, value: 30, id: "link-loss" });
     const both = el("input", { type: "checkbox", id: "link-both" });
-    const duration = numberField("For how long, s", { min: 0.05, step: "any", value: lasts() ?? "", placeholder: "until undone", id: "link-for" });
+    const duration = numberField("For how long, s", {
+      min: 0.05,
+      step: "any",
+      value: lasts() ?? "",
+      placeholder: "until undone",
+      id: "link-for",
+    });
     // One fault per direction; a partition is the only one that knows both.
     const arm = async (make) => {
       closeMenu();
       const for_s = duration.input.valueAsNumber > 0 ? duration.input.valueAsNumber : null;
       for (const fault of make(both.checked)) await this.#orders.arm(fault, for_s);
     };
-    const ends = (isBoth) => (isBoth ? [[sender, receiver], [receiver, sender]] : [[sender, receiver]]).map(([from, to]) => ({ from, to }));
+    const ends = (isBoth) =>
+      (isBoth
+        ? [
+            [sender, receiver],
+            [receiver, sender],
+          ]
+        : [[sender, receiver]]
+      ).map(([from, to]) => ({ from, to }));
     const act = (action, label, make) => el("button", { type: "button", "data-action": action, onclick: () => arm(make) }, label);
     return el(
       "div",
@@ -101,8 +129,22 @@ export class Links {
       // Later groups hear earlier ones: so the receiver is in the first.
       act("cut", "Cut", (isBoth) => [{ partition: { groups: [[receiver], [sender]], one_way: !isBoth } }]),
       act("hold", "Hold back", (isBoth) => ends(isBoth).map((link) => ({ hold: link }))),
-      el("div", { class: "row" }, delay.element, act("delay", "Delay", (isBoth) => ends(isBoth).map((link) => ({ delay: { ...link, delay_s: delay.input.valueAsNumber } })))),
-      el("div", { class: "row" }, loss.element, act("drop", "Thin out", (isBoth) => ends(isBoth).map((link) => ({ drop: { ...link, p: loss.input.valueAsNumber / 100 } })))),
+      el(
+        "div",
+        { class: "row" },
+        delay.element,
+        act("delay", "Delay", (isBoth) =>
+          ends(isBoth).map((link) => ({ delay: { ...link, delay_s: delay.input.valueAsNumber } })),
+        ),
+      ),
+      el(
+        "div",
+        { class: "row" },
+        loss.element,
+        act("drop", "Thin out", (isBoth) =>
+          ends(isBoth).map((link) => ({ drop: { ...link, p: loss.input.valueAsNumber / 100 } })),
+        ),
+      ),
       el("label", { class: "check" }, both, "both directions"),
       duration.element,
     );

@@ -1,6 +1,6 @@
 // The stream of heartbeats and PositionUpdates, newest first, with what became of each at every receiver.
 
-import { byId, el, keyed, text } from "../ui/dom.js";
+import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { FATES, messageKind, seconds } from "../ui/words.js";
 
@@ -35,7 +35,11 @@ export class Messages {
       (broadcast) => this.#row(broadcast),
       (row, broadcast) => this.#fill(row, broadcast),
     );
-    text(byId("messages-left-out"), traffic.leftOut ? `${traffic.leftOut} receptions were left out to keep up.` : "");
+    const gaps = [
+      traffic.leftOut ? `${traffic.leftOut} receptions were left out to keep up.` : "",
+      traffic.skipped ? `The messages of ${traffic.skipped} ticks that were not shown are missing.` : "",
+    ];
+    text(byId("messages-left-out"), gaps.join(" ").trim());
   }
 
   #isWanted({ sender, said, receptions }) {
@@ -54,8 +58,14 @@ export class Messages {
       "li",
       { "data-message": said?.kind ?? "unknown", "data-sender": names[sender], "data-t": sent },
       el("span", { class: "time" }, seconds(sent, 2)),
-      el("span", { class: "dot", style: `background:${colors[sender]}` }),
-      el("span", {}, el("strong", {}, `${names[sender]} `), said ? messageKind(said.kind) : "message", el("span", { class: "dim" }, ` ${details.filter(Boolean).join(", ")}`)),
+      dot(colors[sender]),
+      el(
+        "span",
+        {},
+        el("strong", {}, `${names[sender]} `),
+        said ? messageKind(said.kind) : "message",
+        el("span", { class: "dim" }, ` ${details.filter(Boolean).join(", ")}`),
+      ),
       el("span", { class: "fates" }),
     );
   }

@@ -26,6 +26,9 @@ export function drawState(model, state) {
   ended.hidden = model.ended === null;
   if (model.ended) {
     const { outcome, folder } = model.ended;
-    text(ended, `${outcome ? `The run is over: ${outcome}.` : "The run has gone without a word."} Look at it again with: alliance view ${folder}`);
+    text(
+      ended,
+      `${outcome ? `The run is over: ${outcome}.` : "The run has gone without a word."} Look at it again with: alliance view ${folder}`,
+    );
   }
 }

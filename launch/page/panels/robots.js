@@ -2,7 +2,7 @@
 
 import { concernsRobot } from "../model/faults.js";
 import { lasts } from "../room/tools.js";
-import { attribute, byId, el, keyed, text } from "../ui/dom.js";
+import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { faultInWords, seconds } from "../ui/words.js";
 import { openActuators, openMore, openSensors } from "./devices.js";
@@ -46,7 +46,12 @@ export class Robots {
       el(
         "header",
         {},
-        el("button", { type: "button", class: "name", "data-action": "select", title: "Select: its rays, its radio links", onclick: select }, el("span", { class: "dot", style: `background:${colors[rank]}` }), name),
+        el(
+          "button",
+          { type: "button", class: "name", "data-action": "select", title: "Select: its rays, its radio links", onclick: select },
+          dot(colors[rank]),
+          name,
+        ),
         el("span", { class: "state", "data-field": "state" }),
       ),
       el("p", { class: "doing", "data-field": "doing" }),
@@ -69,7 +74,11 @@ export class Robots {
   #buttons(rank) {
     const name = this.#model.names[rank];
     const act = (action, label, run, title = null) =>
-      el("button", { type: "button", "data-action": action, "data-interfere": "", title, "aria-label": title, onclick: run }, label);
+      el(
+        "button",
+        { type: "button", "data-action": action, "data-interfere": "", title, "aria-label": title, onclick: run },
+        label,
+      );
     return el(
       "div",
       { class: "buttons" },
@@ -80,7 +89,12 @@ export class Robots {
       act("add", "Bring in", () => this.#orders.arm({ add: name }, lasts())),
       act("sensors", "Sensor…", ({ currentTarget }) => openSensors(this.#model, this.#orders, rank, currentTarget)),
       act("actuators", "Actuator…", ({ currentTarget }) => openActuators(this.#model, this.#orders, rank, currentTarget)),
-      act("more", "⋯", ({ currentTarget }) => openMore(this.#model, this.#choices, this.#orders, rank, currentTarget), `More for ${name}: radio, behavior, power, place`),
+      act(
+        "more",
+        "⋯",
+        ({ currentTarget }) => openMore(this.#model, this.#choices, this.#orders, rank, currentTarget),
+        `More for ${name}: radio, behavior, power, place`,
+      ),
     );
   }
 
@@ -142,9 +156,21 @@ export class Robots {
           "li",
           { "data-fault": id },
           el("span", {}),
-          this.#model.isLive ? el("button", { type: "button", "data-undo": id, title: `Undo ${faultInWords(order.fault)}`, onclick: () => this.#orders.clear(id) }, "Undo") : null,
+          this.#model.isLive
+            ? el(
+                "button",
+                {
+                  type: "button",
+                  "data-undo": id,
+                  title: `Undo ${faultInWords(order.fault)}`,
+                  onclick: () => this.#orders.clear(id),
+                },
+                "Undo",
+              )
+            : null,
         ),
-      (row, { id, order, phase }) => text(row.firstChild, `${id}: ${faultInWords(order.fault)}${phase === "armed" ? " (armed)" : ""} `),
+      (row, { id, order, phase }) =>
+        text(row.firstChild, `${id}: ${faultInWords(order.fault)}${phase === "armed" ? " (armed)" : ""} `),
     );
   }
 }

@@ -1,6 +1,6 @@
 // The task table: who executes each task, who waits for it, since when.
 
-import { byId, el, keyed, text } from "../ui/dom.js";
+import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { seconds } from "../ui/words.js";
 
@@ -26,14 +26,22 @@ export class Tasks {
         this.#fill(row.children[2], this.#entries(task, "Waiting"), "–");
       },
     );
-    const idle = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state === "present" && this.#model.doingInWords(robot) === "idle");
+    const idle = view.robots
+      .map((robot, rank) => ({ robot, rank }))
+      .filter(({ robot }) => robot.state === "present" && this.#model.doingInWords(robot) === "idle");
     text(byId("idle"), idle.length ? `Idle: ${idle.map(({ rank }) => this.#model.names[rank]).join(", ")}` : "Nobody is idle.");
   }
 
   #row(task) {
     const { name, words, max_robots } = this.#model.tasks[task];
     const allowed = max_robots > 1 ? el("span", { class: "dim" }, ` (up to ${max_robots})`) : null;
-    return el("tr", { "data-task": name }, el("th", { scope: "row" }, words, allowed), el("td", { "data-field": "executes" }), el("td", { "data-field": "waits" }));
+    return el(
+      "tr",
+      { "data-task": name },
+      el("th", { scope: "row" }, words, allowed),
+      el("td", { "data-field": "executes" }),
+      el("td", { "data-field": "waits" }),
+    );
   }
 
   /** Robots with a behavior set for the task in that state. */
@@ -55,7 +63,7 @@ export class Tasks {
       (entry) => (entry ? `${entry.rank} ${entry.set.name}` : ""),
       (entry) => {
         if (!entry) return el("span", { class: "dim" }, nobody);
-        return el("div", { "data-robot": names[entry.rank] }, el("span", { class: "dot", style: `background:${colors[entry.rank]}` }), el("span"), el("span", { class: "dim" }));
+        return el("div", { "data-robot": names[entry.rank] }, dot(colors[entry.rank]), el("span"), el("span", { class: "dim" }));
       },
       (element, entry) => {
         if (!entry) return;

@@ -39,7 +39,7 @@ export class Timeline {
     const found = direction > 0 ? events.find(wanted) : events.findLast(wanted);
     if (!found) return;
     this.#player.seekAfter(found.t_ms);
-    const line = [found.robot, eventInWords(found).what].filter(Boolean).join(" ");
+    const line = [found.robot, eventInWords(found, this.#model.names).what].filter(Boolean).join(" ");
     this.#jumped = { t_ms: found.t_ms, place_ms: this.#player.place_ms, line: `${seconds(found.t_ms, 2)}: ${line}` };
   }
 
@@ -57,9 +57,16 @@ export class Timeline {
   /** Redraws the marks where the filter, the theme or the width is another. */
   #mark() {
     const canvas = byId("marks");
-    const wanted = this.#model.events.filter((event) => this.#events.isWanted(event));
     const { clientWidth: width, clientHeight: height } = canvas;
-    const key = [width, height, devicePixelRatio, wanted.length, wanted[0]?.index, document.documentElement.dataset.theme].join();
+    const { events } = this.#model;
+    const key = [
+      width,
+      height,
+      devicePixelRatio,
+      events.length,
+      this.#events.filter,
+      document.documentElement.dataset.theme,
+    ].join();
     if (key === this.#marked) return;
     this.#marked = key;
     canvas.width = Math.round(width * devicePixelRatio);
@@ -69,8 +76,13 @@ export class Timeline {
     c.font = "10px system-ui, sans-serif";
     c.textAlign = "center";
     c.textBaseline = "middle";
-    const colors = Object.fromEntries(Object.keys(GROUPS).map((group) => [group, themeColor(group === "faults" ? "--bad" : group === "robots" ? "--ink" : "--ink-2")]));
-    for (const event of wanted) {
+    const colors = Object.fromEntries(
+      Object.keys(GROUPS).map((group) => [
+        group,
+        themeColor(group === "faults" ? "--bad" : group === "robots" ? "--ink" : "--ink-2"),
+      ]),
+    );
+    for (const event of events.filter((each) => this.#events.isWanted(each))) {
       const group = groupOf(event);
       const x = THUMB_PX + (event.t_ms / this.#model.run.log.duration_ms) * (width - 2 * THUMB_PX);
       c.fillStyle = colors[group];

@@ -53,9 +53,7 @@ export function sameRectangle(a, b) {
 
 /** Whether a point, m, lies in an obstacle. */
 export function isInside({ x, y }, obstacle) {
-  return (
-    x >= obstacle.x_m && x <= obstacle.x_m + obstacle.width_m && y >= obstacle.y_m && y <= obstacle.y_m + obstacle.height_m
-  );
+  return x >= obstacle.x_m && x <= obstacle.x_m + obstacle.width_m && y >= obstacle.y_m && y <= obstacle.y_m + obstacle.height_m;
 }
 
 /**

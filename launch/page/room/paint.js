@@ -11,7 +11,27 @@ const LEAP_M = 1.5;
 
 /** The colors of the theme, read once per picture. */
 export function readPalette() {
-  const names = ["floor", "outside", "ink", "ink-2", "line", "label", "spill", "deposit", "site", "site-lit", "solid", "slow", "fast", "waste", "ray", "hit", "warn", "bad", "select"];
+  const names = [
+    "floor",
+    "outside",
+    "ink",
+    "ink-2",
+    "line",
+    "label",
+    "spill",
+    "deposit",
+    "site",
+    "site-lit",
+    "solid",
+    "slow",
+    "fast",
+    "waste",
+    "ray",
+    "hit",
+    "warn",
+    "bad",
+    "select",
+  ];
   return Object.fromEntries(names.map((name) => [name, themeColor(`--${name}`)]));
 }
 
@@ -28,7 +48,11 @@ export function paintPlaces(c, p, room, isLit, palette) {
   c.lineWidth = isLit ? 2 : 1;
   c.strokeRect(p.x(site.x), p.y(site.y + site.height), p.scale * site.width, p.scale * site.height);
   const label = isLit ? "★ reported" : "report site";
-  words(c, label, p.x(site.x) + 5, p.y(site.y + site.height) - 8, { color: isLit ? palette.ink : palette["ink-2"], bold: isLit, align: "left" });
+  words(c, label, p.x(site.x) + 5, p.y(site.y + site.height) - 8, {
+    color: isLit ? palette.ink : palette["ink-2"],
+    bold: isLit,
+    align: "left",
+  });
   for (const spill of room.spills) disc(c, p, spill, palette.spill, `spill (${spill.name})`, palette, [4, 4]);
   disc(c, p, room.deposit, palette.deposit, "deposit", palette, []);
 }

@@ -61,7 +61,9 @@ export class Room {
     const point = this.pointUnder(event);
     const reach_m = this.#model.run.scenario.body.radius_m + NEAR_PX / this.#projection.scale;
     const far = ({ pose }) => Math.hypot(pose.position[0] - point.x, pose.position[1] - point.y);
-    const near = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent" && far(robot) <= reach_m);
+    const near = view.robots
+      .map((robot, rank) => ({ robot, rank }))
+      .filter(({ robot }) => robot.state !== "absent" && far(robot) <= reach_m);
     near.sort((a, b) => far(a.robot) - far(b.robot));
     if (near.length) return { robot: near[0].rank };
 
@@ -175,7 +177,11 @@ export class Room {
     const robots = view.robots.map((robot, rank) => {
       return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
     });
-    attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}; ${view.items.delivered} items delivered`);
+    attribute(
+      this.#canvas,
+      "aria-label",
+      `The room seen from above: ${robots.join(", ")}; ${view.items.delivered} items delivered`,
+    );
   }
 }
 

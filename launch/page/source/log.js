@@ -1,7 +1,7 @@
 // The views of a finished run, fetched in chunks around the place that is looked at.
 //
-// Level l has every l-th view, l a power of two: fast playing takes a high level, so that it fetches no more than it shows. A
-// chunk has a fixed number of views of one level.
+// Level l has every l-th view, l a power of two: very fast playing takes a high level, so that it can keep up. A chunk has a
+// fixed number of views of one level.
 
 /** Chunks that are kept. */
 const CHUNKS = 24;
@@ -38,7 +38,7 @@ export class Log {
     const place = Math.floor(index / level);
     const chunk = Math.floor(place / this.#size);
     const views = this.#chunk(level, chunk);
-    if (views && place % this.#size > this.#size / 2) this.#chunk(level, chunk + 1);
+    if (views && place % this.#size > this.#size / 4) this.#chunk(level, chunk + 1);
     return views?.[place % this.#size] ?? null;
   }
 

@@ -1,11 +1,12 @@
 // Plays a log: where it is, how fast it goes. Has the same face as the clock of a live run (see live_clock.js).
 
-/** Views shown per second at most. */
+/** Views taken in per second at least where there are so many, and of how many robots together at most. */
 const VIEWS_PER_S = 30;
+const ROBOT_VIEWS_PER_S = 3000;
 /** What "as fast as possible" means here, times real time. */
 const MAX_SPEED = 500;
 /** Views that are taken in one after the other when the page was slow; more of them are a jump. */
-const MOST_AT_ONCE = 60;
+const MOST_AT_ONCE = 200;
 
 /** After a longer time without pictures, as of a page in the background, it goes on where it was, ms. */
 const MOST_LATE_MS = 500;
@@ -64,7 +65,9 @@ export class Player {
 
   #play(elapsed_ms) {
     const perSecond = (1000 * (this.speed ?? MAX_SPEED)) / this.#log.step_ms;
-    const level = 2 ** Math.max(0, Math.ceil(Math.log2(perSecond / VIEWS_PER_S)));
+    // Every view as long as that can be kept up with: for each tells only the messages of its own tick.
+    const bearable = Math.max(VIEWS_PER_S, ROBOT_VIEWS_PER_S / this.#model.names.length);
+    const level = 2 ** Math.max(0, Math.ceil(Math.log2(perSecond / bearable)));
     const last = this.#log.count - 1;
     const place = Math.min(last, this.#place + (elapsed_ms / 1000) * perSecond);
     // The last view belongs to every level.

@@ -27,6 +27,11 @@ export function attribute(element, name, value) {
   if (element.getAttribute(name) !== wanted) element.setAttribute(name, wanted);
 }
 
+/** A robot's color, always beside its name. */
+export function dot(color) {
+  return el("span", { class: "dot", style: `background:${color}` });
+}
+
 const kept = new WeakMap();
 
 /**

@@ -29,6 +29,8 @@ export function startKeys(shortcuts) {
     event.preventDefault();
     shortcut.run(event);
   });
-  const rows = shortcuts.map(({ shown, does }) => el("tr", {}, el("th", { scope: "row" }, el("kbd", {}, shown)), el("td", {}, does)));
+  const rows = shortcuts.map(({ shown, does }) =>
+    el("tr", {}, el("th", { scope: "row" }, el("kbd", {}, shown)), el("td", {}, does)),
+  );
   byId("shortcuts").replaceChildren(...rows);
 }

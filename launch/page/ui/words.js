@@ -128,12 +128,18 @@ const SENTENCES = {
 
 const STATE_KINDS = new Set(["activated", "waiting", "hibernated"]);
 
-/** What an event says, without its robot, as `{what, why}`; `why` may be empty. */
-export function eventInWords(event) {
+/** Numbers of few digits, and robots by their names. */
+function tidy(detail, names) {
+  const short = detail.replace(/-?\d+\.\d{4,}/g, (number) => String(Number(Number(number).toFixed(2)) || 0));
+  return short.replace(/robot#(\d+)/g, (rank, index) => names[index] ?? rank);
+}
+
+/** What an event says, without its robot, as `{what, why}`; `why` may be empty. `names` are those of the robots, by rank. */
+export function eventInWords(event, names) {
   const what = SENTENCES[event.kind]?.(event) ?? [event.kind, event.subject].filter(Boolean).join(" ");
   if (STATE_KINDS.has(event.kind)) return { what, why: reasonInWords(event.reason) };
   if (event.kind === "progress") return { what, why: "" };
-  return { what, why: [event.reason, event.detail].filter(Boolean).join("; ") };
+  return { what, why: tidy([event.reason, event.detail].filter(Boolean).join("; "), names) };
 }
 
 const SAYINGS = { Heartbeat: "Heartbeat", Position: "PositionUpdate", Withdrawal: "Withdrawal" };
