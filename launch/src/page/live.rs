@@ -109,6 +109,11 @@ impl Live {
             .and_then(|outcome| outcome.flatten())
     }
 
+    /// Until no page listens any more.
+    pub async fn left_alone(&self) {
+        self.heard.view.closed().await;
+    }
+
     /// Asks the world something for a page.
     ///
     /// # Errors
@@ -119,12 +124,12 @@ impl Live {
 
     /// Tells a page everything, as fast as it takes it, until it goes or the run ends.
     pub async fn tell(&self, mut page: WebSocket) {
+        let mut view = self.heard.view.subscribe();
+        view.mark_changed();
         let (past, mut events) = self.heard.catch_up();
         if page.send(Message::Text(past)).await.is_err() {
             return;
         }
-        let mut view = self.heard.view.subscribe();
-        view.mark_changed();
         loop {
             let frame = tokio::select! {
                 // The order says what is told first: nothing that is known is left out when the run ends.
