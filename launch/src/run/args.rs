@@ -2,10 +2,12 @@
 
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::Args;
 use world_server::args::{MissionArgs, RunArgs};
 
 use super::supervise::{Plan, supervise};
+use crate::export::export_mcap;
 use crate::page::link::{Link, LinkArgs};
 use crate::scenarios;
 
@@ -21,6 +23,9 @@ pub struct RunCommand {
     /// Serve no page
     #[arg(long, conflicts_with_all = ["open", "port"])]
     no_page: bool,
+    /// At the end, write run.mcap into the run's folder, for Foxglove, Lichtblick and PlotJuggler
+    #[arg(long)]
+    mcap: bool,
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
@@ -30,7 +35,7 @@ impl RunCommand {
     /// Runs the mission and shows how it went.
     ///
     /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
-    /// arguments, 3 when a process or the bus failed.
+    /// arguments, 3 when a process, the bus or the export failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // Everything is read and checked here, before the first process starts.
@@ -54,7 +59,7 @@ impl RunCommand {
             open: self.page.open,
             json: self.json,
         };
-        match supervise(&plan, link) {
+        match self.run_plan(&plan, link) {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
@@ -62,6 +67,15 @@ impl RunCommand {
                 ExitCode::from(3)
             }
         }
+    }
+
+    /// Runs it and exports it; whether the mission is complete.
+    fn run_plan(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
+        let complete = supervise(plan, link)?;
+        if self.mcap {
+            export_mcap(&plan.folder).context("--mcap")?;
+        }
+        Ok(complete)
     }
 
     /// Where the page is to be found.
