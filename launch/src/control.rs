@@ -8,13 +8,14 @@ use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::control::{Command, Reply, Request};
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::secret::random;
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 use tokio::time::timeout;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
 use crate::observer::Observer;
+use crate::runtime;
 
 /// How long the world may take to answer.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -66,12 +67,7 @@ impl ControlArgs {
 
     fn reply_to(&self, command: Command) -> anyhow::Result<Reply> {
         let run = Rendezvous::find(self.run.as_deref())?;
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
-            .worker_threads(1)
-            .enable_all()
-            .build()
-            .context("starting the runtime")?;
+        let runtime = runtime::start()?;
         runtime.block_on(ask(run, command))
     }
 }

@@ -8,11 +8,12 @@ use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Outcome, TickMessage};
+use alliance_proto::view::View;
 use robot_agent::agent::Agent;
 use robot_agent::radio::Radio;
 use world_server::barrier::Presence;
 use world_server::input::{Input, InputLine};
-use world_server::recorder::{LogLevel, RecordError, Recorder, Sink};
+use world_server::recorder::{LogLevel, RecordError, Recorder, RunFile, Sink};
 use world_server::simulation::Simulation;
 
 /// A robot without its process.
@@ -86,6 +87,11 @@ impl<S: Sink> Team<S> {
         &self.simulation
     }
 
+    /// A snapshot for eyes.
+    pub fn view(&mut self) -> View {
+        self.simulation.view()
+    }
+
     /// One tick. Says how the run ended, once it has.
     ///
     /// # Errors
@@ -154,11 +160,20 @@ impl<S: Sink> Team<S> {
         self.finish(outcome)
     }
 
-    fn finish(mut self, outcome: Outcome) -> Result<(Outcome, Recorder<S>), RecordError> {
+    /// Ends the log: the run ended like this.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn end(mut self, outcome: Outcome) -> Result<(RunFile, Recorder<S>), RecordError> {
         let unscripted = self.simulation.is_unscripted();
-        self.recorder
-            .finish(outcome, unscripted, self.simulation.faults())?;
-        Ok((outcome, self.recorder))
+        let faults = self.simulation.faults();
+        let run = self.recorder.finish(outcome, unscripted, faults)?;
+        Ok((run, self.recorder))
+    }
+
+    fn finish(self, outcome: Outcome) -> Result<(Outcome, Recorder<S>), RecordError> {
+        let (_, recorder) = self.end(outcome)?;
+        Ok((outcome, recorder))
     }
 
     /// Lets in whoever takes part from that tick on; before it begins.

@@ -30,6 +30,7 @@ pub mod replay;
 mod report;
 pub mod retrace;
 pub mod run;
+mod runtime;
 pub mod scenarios;
 mod scenarios_command;
 mod status;

@@ -6,6 +6,7 @@ use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::secret::Secret;
 use alliance_proto::view::View;
 use anyhow::Context;
+use serde::de::DeserializeOwned;
 use zenoh::Session;
 
 /// A session on the bus of a live run.
@@ -45,17 +46,7 @@ impl Observer {
     /// # Errors
     /// When the bus fails.
     pub async fn on_view(&self, look: impl Fn(View) + Send + Sync + 'static) -> anyhow::Result<()> {
-        let (secret, key) = (self.secret.clone(), self.keys.view());
-        self.session
-            .declare_subscriber(self.keys.view())
-            .callback(move |sample| {
-                if let Ok(view) = secret.open::<View>(&key, &sample.payload().to_bytes()) {
-                    look(view);
-                }
-            })
-            .background()
-            .await
-            .map_err(anyhow::Error::from_boxed)
+        self.subscribe(self.keys.view(), look).await
     }
 
     /// Tells `listen` the events of every tick that has any.
@@ -66,12 +57,21 @@ impl Observer {
         &self,
         listen: impl Fn(EventNews) + Send + Sync + 'static,
     ) -> anyhow::Result<()> {
-        let (secret, key) = (self.secret.clone(), self.keys.event());
+        self.subscribe(self.keys.event(), listen).await
+    }
+
+    /// What bears no seal of the run is nobody's message.
+    async fn subscribe<T: DeserializeOwned>(
+        &self,
+        key: String,
+        take: impl Fn(T) + Send + Sync + 'static,
+    ) -> anyhow::Result<()> {
+        let secret = self.secret.clone();
         self.session
-            .declare_subscriber(self.keys.event())
+            .declare_subscriber(key.clone())
             .callback(move |sample| {
-                if let Ok(news) = secret.open::<EventNews>(&key, &sample.payload().to_bytes()) {
-                    listen(news);
+                if let Ok(message) = secret.open(&key, &sample.payload().to_bytes()) {
+                    take(message);
                 }
             })
             .background()

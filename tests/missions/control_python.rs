@@ -47,7 +47,7 @@ fn a_foreign_program_breaks_things_and_what_is_refused_changes_nothing() {
         refused("misspelled"),
         "fault.kill: the scenario has no robot 'glod'; did you mean 'gold'? (there are blue, gold, green)"
     );
-    let unknown = "malformed JSON: unknown variant `dance`, expected one of `fault`, `clear`, `list`, `status`, `clock`";
+    let unknown = "malformed JSON: unknown variant `dance`, expected one of `fault`, `clear`, `list`, `status`, `describe`, `clock`";
     assert!(
         error("malformed").starts_with(unknown),
         "{}",

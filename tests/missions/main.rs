@@ -21,6 +21,7 @@ mod log_folder;
 mod on_time;
 mod other_version;
 mod page;
+mod parity;
 mod parker;
 mod python;
 mod recompute;

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, TcpListener};
 use std::os::fd::AsFd;
 
 use alliance_proto::secret;
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 
 /// Tells a process that inherits its page's socket the token of the link.
@@ -81,7 +81,9 @@ impl Link {
     /// # Errors
     /// When there is none.
     pub fn open(&self) -> anyhow::Result<()> {
-        open::that_detached(self.url()).context("no browser can be opened here; use the link")
+        // The error would say the whole link again.
+        open::that_detached(self.url())
+            .map_err(|_| anyhow!("no browser can be opened here; use the link"))
     }
 
     /// Socket and token for a server.

@@ -62,16 +62,7 @@ impl Live {
         };
         let setup: Setup = serde_json::from_str(&description.setup)
             .context("the world's description of the run")?;
-        let heard = Arc::new(Heard {
-            memory: Mutex::new(Memory {
-                past: Past::new(SimTime(setup.scenario.step_ms)),
-                view: None,
-                events: None,
-            }),
-            view: watch::Sender::default(),
-            events: broadcast::Sender::new(EVENTS_WAITING),
-            over: watch::Sender::default(),
-        });
+        let heard = Arc::new(Heard::new(SimTime(setup.scenario.step_ms)));
 
         let ears = Arc::clone(&heard);
         observer.on_events(move |news| ears.events(&news)).await?;
@@ -118,6 +109,11 @@ impl Live {
             .and_then(|outcome| outcome.flatten())
     }
 
+    /// Until no page listens any more.
+    pub async fn left_alone(&self) {
+        self.heard.view.closed().await;
+    }
+
     /// Asks the world something for a page.
     ///
     /// # Errors
@@ -128,12 +124,12 @@ impl Live {
 
     /// Tells a page everything, as fast as it takes it, until it goes or the run ends.
     pub async fn tell(&self, mut page: WebSocket) {
+        let mut view = self.heard.view.subscribe();
+        view.mark_changed();
         let (past, mut events) = self.heard.catch_up();
         if page.send(Message::Text(past)).await.is_err() {
             return;
         }
-        let mut view = self.heard.view.subscribe();
-        view.mark_changed();
         loop {
             let frame = tokio::select! {
                 // The order says what is told first: nothing that is known is left out when the run ends.
@@ -174,6 +170,20 @@ impl Live {
 }
 
 impl Heard {
+    /// Nothing yet, of a run with this step.
+    fn new(step: SimTime) -> Self {
+        Self {
+            memory: Mutex::new(Memory {
+                past: Past::new(step),
+                view: None,
+                events: None,
+            }),
+            view: watch::Sender::default(),
+            events: broadcast::Sender::new(EVENTS_WAITING),
+            over: watch::Sender::default(),
+        }
+    }
+
     fn view(&self, view: &View) {
         let mut memory = self.memory();
         if memory.view.is_some_and(|newest| view.tick < newest) {
@@ -223,5 +233,110 @@ impl Heard {
     /// A panic ends the process, so a poisoned lock is never seen.
     fn memory(&self) -> MutexGuard<'_, Memory> {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::event::EventLine;
+    use alliance_proto::view::ItemCounts;
+    use tokio::sync::broadcast::error::TryRecvError;
+
+    use super::*;
+
+    fn view(tick: u64, outcome: Option<Outcome>) -> View {
+        View {
+            tick,
+            now: SimTime(50 * tick),
+            clock: None,
+            items: ItemCounts::default(),
+            waste: Vec::new(),
+            obstacles: Vec::new(),
+            site_colored: false,
+            last_report: None,
+            robots: Vec::new(),
+            faults: Vec::new(),
+            messages: Vec::new(),
+            messages_left_out: 0,
+            outcome,
+        }
+    }
+
+    fn news(tick: u64) -> EventNews {
+        EventNews {
+            tick,
+            events: vec![EventLine {
+                t_ms: SimTime(50 * tick),
+                kind: "picked".to_owned(),
+                robot: "gold".to_owned(),
+                subject: format!("item-{tick}"),
+                reason: String::new(),
+                detail: String::new(),
+            }],
+        }
+    }
+
+    fn tick_of(frame: &str) -> u64 {
+        let frame: Value = serde_json::from_str(frame).unwrap();
+        frame["view"]["tick"].as_u64().unwrap()
+    }
+
+    #[test]
+    fn a_slow_page_gets_the_newest_view_and_is_told_what_it_has_missed() {
+        let heard = Heard::new(SimTime(50));
+        let slow = heard.view.subscribe();
+        let (_, mut events) = heard.catch_up();
+        let ticks = EVENTS_WAITING as u64 + 10;
+        for tick in 0..ticks {
+            heard.view(&view(tick, None));
+            heard.events(&news(tick));
+        }
+        assert_eq!(tick_of(&slow.borrow()), ticks - 1);
+        assert_eq!(events.try_recv(), Err(TryRecvError::Lagged(10)));
+        let next: Value = serde_json::from_str(&events.try_recv().unwrap()).unwrap();
+        assert_eq!(next["events"][0]["subject"], "item-10");
+    }
+
+    #[test]
+    fn what_is_put_again_is_no_news() {
+        let heard = Heard::new(SimTime(50));
+        let (_, mut events) = heard.catch_up();
+        heard.view(&view(7, None));
+        heard.view(&view(3, None));
+        assert_eq!(tick_of(&heard.view.subscribe().borrow()), 7);
+        for tick in [7, 7, 3] {
+            heard.events(&news(tick));
+        }
+        assert!(events.try_recv().is_ok());
+        assert_eq!(events.try_recv(), Err(TryRecvError::Empty));
+    }
+
+    #[test]
+    fn who_comes_later_gets_each_event_once() {
+        let heard = Heard::new(SimTime(50));
+        heard.events(&news(1));
+        let (past, mut events) = heard.catch_up();
+        heard.events(&news(2));
+        let past: Value = serde_json::from_str(&past).unwrap();
+        let subjects: Vec<&Value> = past["past"]["events"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|event| &event["subject"])
+            .collect();
+        assert_eq!(subjects, ["item-1"]);
+        assert!(events.try_recv().unwrap().contains("item-2"));
+        assert_eq!(events.try_recv(), Err(TryRecvError::Empty));
+    }
+
+    #[test]
+    fn a_run_ends_once_and_its_outcome_is_not_forgotten() {
+        let heard = Heard::new(SimTime(50));
+        let over = heard.over.subscribe();
+        assert_eq!(*over.borrow(), None);
+        heard.view(&view(9, Some(Outcome::Complete)));
+        // The world's token goes a little later.
+        heard.end(None);
+        assert_eq!(*over.borrow(), Some(Some(Outcome::Complete)));
     }
 }

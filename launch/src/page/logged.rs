@@ -4,7 +4,7 @@ use std::path::Path;
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
-use alliance_proto::view::View;
+use alliance_proto::view::{MESSAGES_MAX, View};
 use serde_json::{Value, json};
 use world_server::recorder::{EventRow, LogLevel, RunLog};
 
@@ -36,8 +36,15 @@ impl Logged {
         let logged = RunLog::open(folder)?;
         let every = logged.run.result.ticks.max(last_tick(&logged)) / VIEWS_MAX + 1;
         let mut views = Vec::new();
-        let again = retrace(&logged, LogLevel::Summary, |view| {
+        let mut messages = Vec::new();
+        let mut left_out = 0;
+        let again = retrace(&logged, LogLevel::Summary, |mut view| {
+            messages.append(&mut view.messages);
+            left_out += view.messages_left_out;
             if view.tick % every == 0 {
+                let surplus = messages.len().saturating_sub(MESSAGES_MAX);
+                view.messages = messages.drain(..).skip(surplus).collect();
+                view.messages_left_out = std::mem::take(&mut left_out) + surplus as u64;
                 views.push(view);
             }
         })?;

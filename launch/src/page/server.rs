@@ -31,8 +31,8 @@ use super::logged::Logged;
 /// Longest command, as on the control topic.
 const COMMAND_MAX: usize = 256 * 1024;
 
-/// How long pages may take to go when the run is over.
-const FAREWELL: Duration = Duration::from_millis(300);
+/// How long pages may take to be told that the run is over.
+const FAREWELL: Duration = Duration::from_secs(2);
 
 /// The page runs its own code and nothing else, talks to this server alone, and is shown in no other page's frame.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
@@ -58,6 +58,10 @@ pub async fn serve(
 ) -> anyhow::Result<()> {
     let port = listener.local_addr().context("the page's socket")?.port();
     let gate = Arc::new(Gate::new(port, token));
+    let live = match &shown {
+        Shown::Live(live) => Some(Arc::clone(live)),
+        Shown::Logged(_) => None,
+    };
     let routes = Router::new()
         .route("/", get(|| async { file("index.html") }))
         .route(
@@ -88,8 +92,15 @@ pub async fn serve(
     tokio::select! {
         ended = &mut server => ended.context("the page's server")?.context("the page's server"),
         _ = gone => {
-            // Who has not gone by then is cut off with this process.
-            let _ = timeout(FAREWELL, server).await;
+            // Who has not been told by then is cut off with this process.
+            let told = async {
+                let _ = server.await;
+                // The server does not wait for those to whom it speaks by WebSocket.
+                if let Some(live) = live {
+                    live.left_alone().await;
+                }
+            };
+            let _ = timeout(FAREWELL, told).await;
             Ok(())
         }
     }

@@ -4,7 +4,6 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use alliance_proto::rendezvous::Rendezvous;
-use anyhow::Context;
 use clap::Args;
 use tokio::signal::ctrl_c;
 use tokio::time::{Instant, sleep};
@@ -12,6 +11,7 @@ use tokio::time::{Instant, sleep};
 use super::link::{Link, LinkArgs};
 use super::live::Live;
 use super::server::{Shown, serve};
+use crate::runtime;
 
 /// How long a run that is named may take to be there.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -56,12 +56,7 @@ impl WatchCommand {
     }
 
     fn serve(&self, link: Link) -> anyhow::Result<()> {
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
-            .worker_threads(1)
-            .enable_all()
-            .build()
-            .context("starting the runtime")?;
+        let runtime = runtime::start()?;
         runtime.block_on(async {
             let run = self.find().await?;
             let id = run.run.clone();

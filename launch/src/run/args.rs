@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::Args;
 use world_server::args::{MissionArgs, RunArgs};
 
+use super::one_process;
 use super::supervise::{Plan, supervise};
 use crate::export::export_mcap;
 use crate::page::link::{Link, LinkArgs};
@@ -18,6 +19,9 @@ pub struct RunCommand {
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
+    /// All robots and the world in this process: no page, no signals to robots, no pace, and the same bytes
+    #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
+    in_process: bool,
     #[command(flatten)]
     page: LinkArgs,
     /// Serve no page
@@ -59,7 +63,7 @@ impl RunCommand {
             open: self.page.open,
             json: self.json,
         };
-        match self.run_plan(&plan, link) {
+        match self.carry_out(&plan, link) {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
@@ -69,9 +73,13 @@ impl RunCommand {
         }
     }
 
-    /// Runs it and exports it; whether the mission is complete.
-    fn run_plan(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
-        let complete = supervise(plan, link)?;
+    /// Runs it, and exports it if that is wanted; whether the mission is complete.
+    fn carry_out(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
+        let complete = if self.in_process {
+            one_process::run(plan, self.run.log)?
+        } else {
+            supervise(plan, link)?
+        };
         if self.mcap {
             export_mcap(&plan.folder).context("--mcap")?;
         }
@@ -80,7 +88,7 @@ impl RunCommand {
 
     /// Where the page is to be found.
     fn link(&self) -> anyhow::Result<Option<Link>> {
-        if self.no_page {
+        if self.no_page || self.in_process {
             return Ok(None);
         }
         Link::new(self.page.port).map(Some)

@@ -3,6 +3,7 @@
 pub mod args;
 mod bus;
 pub mod children;
+mod one_process;
 mod orders;
 mod progress;
 mod summary;

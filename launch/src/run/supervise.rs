@@ -21,6 +21,7 @@ use super::children::{Change, Ending, Process};
 use super::progress::Progress;
 use super::summary;
 use crate::page::link::Link;
+use crate::runtime;
 
 /// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed.
 const GRACE: Duration = Duration::from_secs(3);
@@ -57,12 +58,7 @@ pub struct Plan {
 /// # Errors
 /// When a process cannot be started or fails, or the bus does.
 pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
-        .worker_threads(1)
-        .enable_all()
-        .build()
-        .context("starting the runtime")?;
+    let runtime = runtime::start()?;
     runtime.block_on(async {
         let mut team = Team::start(plan, link)?;
         let watched = team.watch(plan).await;
@@ -371,7 +367,7 @@ fn read_run(folder: &Path) -> anyhow::Result<RunFile> {
 }
 
 /// `runs/latest` leads to the newest run below `runs/`. A convenience: where it cannot be made, it is missing.
-fn link_latest(folder: &Path) {
+pub(super) fn link_latest(folder: &Path) {
     if folder.parent() == Some(Path::new("runs"))
         && let Some(name) = folder.file_name()
     {

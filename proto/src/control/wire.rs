@@ -399,7 +399,7 @@ mod tests {
         );
         refused(
             read_text(br#"{"nonce":"n","command":"dance"}"#),
-            "malformed JSON: unknown variant `dance`, expected one of `fault`, `clear`, `list`, `status`, `clock` at line 1 column 30",
+            "malformed JSON: unknown variant `dance`, expected one of `fault`, `clear`, `list`, `status`, `describe`, `clock` at line 1 column 30",
         );
         refused(
             read_text(br#"{"nonce":"n","command":"list","x":1}"#),
@@ -413,7 +413,7 @@ mod tests {
         );
         refused(
             read_text(br#"{"nonce":"n","command":"\n\u001b[2J"}"#),
-            "malformed JSON: unknown variant `\\n\\u{1b}[2J`, expected one of `fault`, `clear`, `list`, `status`, `clock` at line \
+            "malformed JSON: unknown variant `\\n\\u{1b}[2J`, expected one of `fault`, `clear`, `list`, `status`, `describe`, `clock` at line \
              1 column 36",
         );
         let long = format!(r#"{{"nonce":"n","command":"{}"}}"#, "x".repeat(100_000));

@@ -45,7 +45,7 @@ fn a_recording_holds_every_row_and_how_it_looked() {
     // The run can be had again from the recording alone.
     let scenario = metadata["scenario_toml"].as_str().unwrap();
     std::fs::write(lab.path("again.toml"), scenario).unwrap();
-    lab.mission("again", &["again.toml", "--seed", "3"])
+    lab.mission("again", &["again.toml", "--seed", "3", "--in-process"])
         .expect(1);
     assert_eq!(lab.log("again").run.hash, log.run.hash);
 
@@ -93,8 +93,8 @@ fn a_recording_holds_every_row_and_how_it_looked() {
 #[test]
 fn a_recording_is_the_same_whatever_was_logged_and_whenever_it_is_made() {
     let lab = Lab::new();
-    bad_day(&lab, "full", &["--mcap"]);
-    bad_day(&lab, "summary", &["--log", "summary"]);
+    bad_day(&lab, "full", &["--mcap", "--in-process"]);
+    bad_day(&lab, "summary", &["--log", "summary", "--in-process"]);
     bad_day(&lab, "off", &["--log", "off", "--mcap"]);
     lab.run(&["export", "summary", "--mcap=elsewhere.mcap"])
         .expect(0);
@@ -114,7 +114,7 @@ fn tables_keep_every_value() {
         return;
     };
     let lab = Lab::new();
-    bad_day(&lab, "run", &[]);
+    bad_day(&lab, "run", &["--in-process"]);
     let finished = lab.run(&["export", "run", "--parquet"]).expect(0);
     assert_eq!(finished.stderr, "parquet run/parquet\n");
     // The script compares every value with the CSV's.
@@ -150,7 +150,7 @@ fn a_long_table_has_several_groups_of_rows() {
         return;
     };
     let lab = Lab::new();
-    lab.mission("run", &[]).expect(0);
+    lab.mission("run", &["--in-process"]).expect(0);
     lab.run(&["export", "run", "--parquet"]).expect(0);
     let found = read(&lab, &python, "read_parquet.py", &["run", "run/parquet"]);
     assert!(found["motivations"]["rows"].as_u64() > Some(1 << 16));
@@ -166,10 +166,14 @@ fn tables_that_were_not_logged_are_left_out_and_older_ones_do_not_pass_for_them(
         return;
     };
     let lab = Lab::new();
-    lab.mission("full", &["--limit", "5"]).expect(1);
-    lab.run(&["export", "full", "--parquet=tables"]).expect(0);
-    lab.mission("summary", &["--limit", "5", "--log", "summary"])
+    lab.mission("full", &["--limit", "5", "--in-process"])
         .expect(1);
+    lab.run(&["export", "full", "--parquet=tables"]).expect(0);
+    lab.mission(
+        "summary",
+        &["--limit", "5", "--log", "summary", "--in-process"],
+    )
+    .expect(1);
     let finished = lab
         .run(&["export", "summary", "--parquet=tables"])
         .expect(0);
@@ -224,7 +228,8 @@ fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
 fn layouts_name_what_there_is() {
     let Some(python) = python(&MCAP) else { return };
     let lab = Lab::new();
-    lab.mission("run", &["--limit", "100", "--mcap"]).expect(1);
+    lab.mission("run", &["--limit", "100", "--in-process", "--mcap"])
+        .expect(1);
     let layouts = format!("{}/../docs/layouts", env!("CARGO_MANIFEST_DIR"));
     let found = read(
         &lab,

@@ -15,8 +15,11 @@ fn figure_4_9_from_the_tables() {
         return;
     };
     let lab = Lab::new();
-    lab.mission("run", &["thesis-no-interruption", "--limit", "150"])
-        .expect(1);
+    lab.mission(
+        "run",
+        &["thesis-no-interruption", "--limit", "150", "--in-process"],
+    )
+    .expect(1);
     lab.run(&["export", "run", "--parquet"]).expect(0);
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples/fig_4_9.py");
     let drawn = read(

@@ -14,7 +14,7 @@ fn refusal(lab: &Lab, arguments: &[&str], status: i32) -> String {
 #[test]
 fn arguments() {
     let lab = Lab::new();
-    lab.mission("run", &["--limit", "2", "--log", "off"])
+    lab.mission("run", &["--limit", "2", "--log", "off", "--in-process"])
         .expect(1);
     let before = files(&lab, "run");
     std::fs::create_dir_all(lab.path("taken.mcap")).unwrap();
@@ -54,7 +54,8 @@ fn arguments() {
 #[test]
 fn a_run_that_this_program_does_not_repeat_has_no_recording() {
     let lab = Lab::new();
-    lab.mission("run", &["--limit", "2", "--mcap"]).expect(1);
+    lab.mission("run", &["--limit", "2", "--in-process", "--mcap"])
+        .expect(1);
     let before = bytes(&lab, "run/run.mcap");
     let run = lab.path("run/run.json");
     let text = std::fs::read_to_string(&run).unwrap();

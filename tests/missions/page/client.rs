@@ -29,6 +29,11 @@ impl Page {
         }
     }
 
+    /// The link itself.
+    pub fn link(&self) -> String {
+        format!("http://{}/#{}", self.host(), self.token)
+    }
+
     /// The address of its server.
     pub fn host(&self) -> String {
         format!("127.0.0.1:{}", self.port)

@@ -1,6 +1,9 @@
 //! The page of a run: what its server tells and takes, and the page itself in a real browser.
 
+mod browser;
 mod client;
 mod finished;
 mod gate;
 mod observer;
+mod replayed;
+mod watched;

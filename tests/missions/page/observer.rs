@@ -35,7 +35,7 @@ fn whatever_becomes_of_the_page_no_byte_of_the_run_changes() {
 
     kill(Pid::from_raw(pid as i32), Signal::SIGKILL).unwrap();
     wait_until("the end of the page", || command_line(pid).is_none());
-    assert!(ears.next().is_none_or(|_| ears.next().is_none()) || ears.next().is_none());
+    while ears.next().is_some() {}
     drop(silent);
     // Another one, by hand, any number of times.
     for _ in 0..2 {

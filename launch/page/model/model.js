@@ -1,0 +1,140 @@
+// The run as this page knows it, whether it is live or a log: what it is made of, the newest view, and what was before.
+
+import { robotColors, setStyles } from "../ui/colors.js";
+import { inThesisWords } from "../ui/words.js";
+import { History } from "./history.js";
+import { Traffic } from "./traffic.js";
+
+/** Events that are remembered of a live run. */
+const EVENTS = 20_000;
+
+export class Model {
+  /** Answer of /api/run. */
+  run;
+  /** Names and colors of the robots, by rank. */
+  names;
+  colors;
+  /** Behavior sets by id: `{name, words, task, color, dash}`; color null is the page's ink. */
+  sets;
+  /** Tasks by id: `{name, words, max_robots, priority}`. */
+  tasks;
+  /** The newest view, or null. */
+  view = null;
+  /** Events by time, each with a running number `index`. */
+  events = [];
+  /** Events that did not reach this page, and those forgotten. */
+  missed = 0;
+  /** How a live run ended: `{outcome, folder}`. */
+  ended = null;
+
+  #changed;
+  #nextEvent = 0;
+
+  /** `changed` is called after every change. */
+  constructor(run, changed) {
+    const { scenario, catalog } = run;
+    this.run = run;
+    this.names = scenario.robots.map((robot) => robot.name);
+    this.colors = robotColors(this.names);
+    const styles = setStyles(catalog);
+    this.sets = catalog.sets.map((set, id) => ({ ...set, ...styles[id], words: inThesisWords(set.name) }));
+    this.tasks = catalog.tasks.map((task) => ({ ...task, words: inThesisWords(task.name) }));
+    this.history = new History(this.names.length, this.sets.length);
+    this.traffic = new Traffic(this.names.length, run.log !== null);
+    this.#changed = changed;
+  }
+
+  get isLive() {
+    return this.run.mode === "live";
+  }
+
+  /** Whether orders can still be given. */
+  get isOpen() {
+    return this.isLive && this.ended === null;
+  }
+
+  /** Simulated time that is shown, ms. */
+  get now() {
+    return this.view?.now ?? 0;
+  }
+
+  /** Takes in the next view, or one of the same tick whose clock or faults are others. */
+  absorb(view) {
+    this.history.add(view, view.now);
+    if (view.tick !== this.view?.tick) this.traffic.absorb(view);
+    this.view = view;
+    this.#changed();
+  }
+
+  /** Goes to another place in the log: `view`, with the views right before it. */
+  jump(view, before) {
+    this.traffic.clear();
+    this.view = null;
+    for (const each of before) {
+      this.history.add(each, view.now);
+      this.traffic.absorb(each);
+    }
+    this.absorb(view);
+  }
+
+  /** Takes in views of which only what the robots did counts: samples of a whole log. */
+  remember(views) {
+    for (const view of views) this.history.add(view, this.now);
+    this.#changed();
+  }
+
+  addEvents(events) {
+    for (const event of events) this.events.push({ ...event, index: this.#nextEvent++ });
+    const surplus = this.events.length - EVENTS;
+    if (this.isLive && surplus > 0) {
+      this.events.splice(0, surplus);
+      this.missed += surplus;
+    }
+    this.#changed();
+  }
+
+  miss(count) {
+    this.missed += count;
+    this.#changed();
+  }
+
+  end(how) {
+    this.ended ??= how;
+    this.#changed();
+  }
+
+  /** The events up to the time that is shown. A live page may hear of an event just before it gets the view. */
+  eventsSoFar() {
+    if (this.isLive) return this.events;
+    let low = 0;
+    let high = this.events.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.events[middle].t_ms <= this.now) low = middle + 1;
+      else high = middle;
+    }
+    return this.events.slice(0, low);
+  }
+
+  /** The behavior set that a robot waits to activate, or null. */
+  waitingFor(robot) {
+    const entry = robot.sets.find(({ motivation }) => motivation.state === "Waiting");
+    return entry ? this.sets[entry.motivation.set] : null;
+  }
+
+  /** What a robot does, in the thesis' words: a behavior set, or that it waits for one, or idle; empty if it takes no part. */
+  doingInWords(robot) {
+    const doing = this.doing(robot);
+    if (doing) return doing.set.words;
+    if (robot.state !== "present" && robot.state !== "silent") return "";
+    const wanted = this.waitingFor(robot);
+    return wanted ? `waits for ${wanted.words}` : "idle";
+  }
+
+  /** The behavior set that a robot executes, with since when: `{set, since}`, or null. Dead robots execute nothing. */
+  doing(robot) {
+    if (robot.active === null || robot.state === "dead" || robot.state === "absent") return null;
+    const entry = robot.sets.find(({ motivation }) => motivation.set === robot.active);
+    return { set: this.sets[robot.active], since: entry?.since ?? null };
+  }
+}

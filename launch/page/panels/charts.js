@@ -1,0 +1,335 @@
+// The motivations of the robots as running charts: one chart per robot, one line per behavior set, the threshold, and the states
+// as bands. Drawn by uPlot, which index.html loads.
+
+import { ACTIVE, WAITING } from "../model/history.js";
+import { levels } from "../model/levels.js";
+import { themeColor } from "../ui/colors.js";
+import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
+import { isShown } from "../ui/tabs.js";
+
+/** Robots that are shown at first. */
+const SHOWN = 6;
+/** Least height of a chart, px. */
+const HEIGHT_PX = 108;
+const MAX_HEIGHT_PX = 220;
+const SVG = "http://www.w3.org/2000/svg";
+
+export class Charts {
+  #model;
+  #seek;
+  #shown;
+  #hidden = new Set();
+  #charts = new Map();
+
+  /** `seek(ms)` is called on a click into a chart; null where there is nothing to seek. */
+  constructor(model, seek) {
+    this.#model = model;
+    this.#seek = seek;
+    this.#shown = new Set(model.names.slice(0, SHOWN));
+    this.#buildLegend();
+    this.#buildRobots();
+    byId("span").addEventListener("change", () => this.draw());
+  }
+
+  /** Colors are others now: all charts are made anew. */
+  refreshColors() {
+    for (const { plot } of this.#charts.values()) plot.destroy();
+    this.#charts.clear();
+    keyed(byId("chart-list"), []);
+    this.#buildLegend();
+  }
+
+  #color(set) {
+    return this.#model.sets[set].color ?? themeColor("--ink");
+  }
+
+  #swatch(set) {
+    const svg = document.createElementNS(SVG, "svg");
+    const line = document.createElementNS(SVG, "line");
+    attribute(svg, "width", "20");
+    attribute(svg, "height", "8");
+    attribute(svg, "aria-hidden", "true");
+    const look = {
+      x1: 0,
+      x2: 20,
+      y1: 4,
+      y2: 4,
+      stroke: this.#color(set),
+      "stroke-width": 2.5,
+      "stroke-dasharray": this.#model.sets[set].dash.join(" ") || null,
+    };
+    for (const [name, value] of Object.entries(look)) attribute(line, name, value);
+    svg.append(line);
+    return svg;
+  }
+
+  #buildLegend() {
+    const buttons = this.#model.sets.map(({ name, words }, set) =>
+      el(
+        "button",
+        {
+          type: "button",
+          class: "chip",
+          "data-legend": name,
+          "aria-pressed": String(!this.#hidden.has(set)),
+          title: `Show or hide ${words}`,
+          onclick: ({ currentTarget }) => this.#toggleSet(set, currentTarget),
+        },
+        this.#swatch(set),
+        words,
+      ),
+    );
+    byId("legend").replaceChildren(...buttons);
+  }
+
+  #toggleSet(set, button) {
+    if (!this.#hidden.delete(set)) this.#hidden.add(set);
+    attribute(button, "aria-pressed", String(!this.#hidden.has(set)));
+    for (const { plot } of this.#charts.values()) plot.setSeries(set + 1, { show: !this.#hidden.has(set) });
+    this.draw();
+  }
+
+  #buildRobots() {
+    const { names } = this.#model;
+    byId("chart-choice").hidden = names.length <= 1;
+    const boxes = names.map((name) => {
+      const box = el("input", { type: "checkbox", "data-chart-choice": name, checked: this.#shown.has(name) });
+      box.addEventListener("change", () => {
+        if (box.checked) this.#shown.add(name);
+        else this.#shown.delete(name);
+        this.draw();
+      });
+      return el("label", { class: "check" }, box, name);
+    });
+    byId("chart-robots").replaceChildren(...boxes);
+  }
+
+  draw() {
+    if (!isShown("charts") || !this.#model.view) return;
+    const list = byId("chart-list");
+    const ranks = this.#model.names.map((_, rank) => rank).filter((rank) => this.#shown.has(this.#model.names[rank]));
+    keyed(
+      list,
+      ranks,
+      (rank) => rank,
+      (rank) => this.#build(rank),
+    );
+    for (const [rank, { plot }] of this.#charts) {
+      if (ranks.includes(rank)) continue;
+      plot.destroy();
+      this.#charts.delete(rank);
+    }
+    text(byId("chart-count"), `${ranks.length} of ${this.#model.names.length}`);
+    const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
+    const size = { width: list.clientWidth - 4, height: Math.max(HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
+    for (const rank of ranks) this.#update(rank, size);
+  }
+
+  /** From when to when the charts go, ms. A log has something to show after the present, too. */
+  #range() {
+    const span_ms = 1000 * Number(byId("span").value);
+    const { now, run } = this.#model;
+    const end = run.log ? run.log.duration_ms : now;
+    if (span_ms === 0) return [0, Math.max(1000, end)];
+    const to = Math.max(span_ms, Math.min(end, now + (run.log ? span_ms / 4 : 0)));
+    return [to - span_ms, to];
+  }
+
+  #build(rank) {
+    const { names, colors, sets, view } = this.#model;
+    const owned = view.robots[rank].sets.map(({ motivation }) => motivation.set);
+    const values = new Map();
+    const readout = el("span", { class: "values" });
+    const title = el("div", { class: "chart-title" }, dot(colors[rank]), el("strong", {}, names[rank]), readout);
+    const place = el("div", { class: "plot" });
+    const element = el(
+      "section",
+      { class: "chart", "data-chart": names[rank], "aria-label": `Motivations of ${names[rank]}` },
+      title,
+      place,
+    );
+    const chart = { element, place, readout, values, bands: [], columns: [[]], size: null };
+    this.#charts.set(rank, chart);
+    chart.addValue = (set) => {
+      const number = el("span", { "data-motivation": sets[set].name });
+      readout.append(el("span", { class: "value", title: sets[set].words }, this.#swatch(set), number));
+      values.set(set, number);
+    };
+    owned.forEach(chart.addValue);
+    chart.plot = new uPlot(this.#options(chart), [[0], ...sets.map(() => [null])], place);
+    return element;
+  }
+
+  #options(chart) {
+    const { sets, run } = this.#model;
+    const { threshold } = run.alliance;
+    const axis = {
+      stroke: themeColor("--ink-2"),
+      font: "10px system-ui, sans-serif",
+      grid: { stroke: themeColor("--line"), width: 1 },
+      ticks: { show: false },
+    };
+    return {
+      width: 300,
+      height: HEIGHT_PX,
+      padding: [4, 16, 0, 0],
+      legend: { show: false },
+      cursor: { sync: { key: "motivations" }, drag: { x: false, y: false }, y: false },
+      scales: {
+        x: { time: false, auto: false, range: () => this.#range().map((ms) => ms / 1000) },
+        y: { range: [0, 1.12 * threshold] },
+      },
+      axes: [
+        { ...axis, size: 18, gap: 2, space: 60, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+        {
+          ...axis,
+          size: 38,
+          gap: 3,
+          splits: [0, threshold / 2, threshold],
+          values: (_, ticks) => ticks.map((tick) => (tick === threshold ? `θ ${tick}` : tick)),
+        },
+      ],
+      series: [
+        {},
+        ...sets.map(({ dash }, set) => ({
+          stroke: this.#color(set),
+          width: 1.75,
+          dash,
+          points: { show: false },
+          show: !this.#hidden.has(set),
+        })),
+      ],
+      hooks: {
+        drawClear: [(plot) => this.#paintBands(plot, chart)],
+        draw: [(plot) => this.#paintLines(plot)],
+        setCursor: [() => this.#tell(chart)],
+        ready: [(plot) => this.#seekOnClick(plot)],
+      },
+    };
+  }
+
+  #seekOnClick(plot) {
+    if (!this.#seek) return;
+    plot.over.style.cursor = "pointer";
+    plot.over.addEventListener("click", (event) => this.#seek(1000 * plot.posToVal(event.offsetX, "x")));
+  }
+
+  #update(rank, { width, height }) {
+    const chart = this.#charts.get(rank);
+    const { history, sets } = this.#model;
+    const size = `${width}×${height}`;
+    if (chart.size !== size) {
+      chart.size = size;
+      chart.plot.setSize({ width, height });
+    }
+    const { columns, bands } = levels(history, sets.length, rank, ...this.#range());
+    Object.assign(chart, { columns, bands });
+    for (const { motivation } of this.#model.view.robots[rank].sets) {
+      if (!chart.values.has(motivation.set)) chart.addValue(motivation.set);
+    }
+    chart.plot.setData(columns);
+    attribute(chart.element, "data-state", this.#model.view.robots[rank].state);
+    this.#tell(chart, rank);
+  }
+
+  /** The numbers beside the robot's name: at the pointer, or else now. */
+  #tell(chart) {
+    const { idx } = chart.plot?.cursor ?? {};
+    const { columns } = chart;
+    const at = idx ?? this.#indexOfNow(columns[0]);
+    for (const [set, number] of chart.values) {
+      const level = columns[set + 1]?.[at];
+      text(number, level === null || level === undefined ? "–" : level.toFixed(0));
+    }
+    attribute(chart.readout, "data-at", idx === null || idx === undefined ? "now" : "pointer");
+  }
+
+  #indexOfNow(times) {
+    const now = this.#model.now / 1000;
+    let at = times.length - 1;
+    while (at > 0 && times[at] > now) at -= 1;
+    return at;
+  }
+
+  #paintBands(plot, { bands }) {
+    const { ctx: c, bbox } = plot;
+    const ratio = devicePixelRatio;
+    c.save();
+    c.beginPath();
+    c.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    c.clip();
+    const lines = [];
+    for (const { set, state, from, to } of bands) {
+      if (set !== null && this.#hidden.has(set)) continue;
+      const left = plot.valToPos(from, "x", true);
+      const right = Math.max(left + ratio, plot.valToPos(to, "x", true));
+      const box = [left, bbox.top, right - left, bbox.height];
+      c.fillStyle = c.strokeStyle = set === null ? themeColor("--ink-2") : this.#color(set);
+      if (state === ACTIVE) {
+        c.globalAlpha = 0.2;
+        c.fillRect(...box);
+      } else {
+        c.globalAlpha = state === WAITING ? 0.6 : 0.35;
+        c.lineWidth = ratio;
+        stripes(c, box, (state === WAITING ? 5 : 9) * ratio);
+      }
+      c.globalAlpha = 1;
+      const words = this.#model.sets[set]?.words;
+      const label = set === null ? state : state === ACTIVE ? words : `waits: ${words}`;
+      const top = plot.valToPos(this.#model.run.alliance.threshold, "y", true) + 3 * ratio;
+      paintBandLabel(c, label, Math.max(left, bbox.left), Math.min(right, bbox.left + bbox.width), top, ratio, lines);
+    }
+    c.restore();
+  }
+
+  /** The threshold; and in a log the present. */
+  #paintLines(plot) {
+    const { ctx: c, bbox } = plot;
+    const line = (x1, y1, x2, y2, color, dash) => {
+      c.strokeStyle = color;
+      c.lineWidth = devicePixelRatio;
+      c.setLineDash(dash);
+      c.beginPath();
+      c.moveTo(x1, y1);
+      c.lineTo(x2, y2);
+      c.stroke();
+      c.setLineDash([]);
+    };
+    const y = plot.valToPos(this.#model.run.alliance.threshold, "y", true);
+    c.save();
+    line(bbox.left, y, bbox.left + bbox.width, y, themeColor("--ink"), [8, 4]);
+    const x = plot.valToPos(this.#model.now / 1000, "x", true);
+    if (!this.#model.isLive) line(x, bbox.top, x, bbox.top + bbox.height, themeColor("--select"), []);
+    c.restore();
+  }
+}
+
+/** Names a band that is wide enough, in the first line of text that is free there; `lines` are the right ends of those in use. */
+function paintBandLabel(c, label, left, right, top, ratio, lines) {
+  c.font = `${10 * ratio}px system-ui, sans-serif`;
+  const width = c.measureText(label).width + 6 * ratio;
+  if (width > right - left) return;
+  const free = lines.findIndex((end) => end <= left);
+  const line = free < 0 ? lines.length : free;
+  lines[line] = left + width;
+  c.fillStyle = themeColor("--ink");
+  c.textAlign = "left";
+  c.textBaseline = "top";
+  c.fillText(label, left + 3 * ratio, top + 12 * ratio * line);
+}
+
+/** Strokes from the lower left to the upper right inside a box. */
+function stripes(c, [x, y, width, height], step) {
+  c.save();
+  c.beginPath();
+  c.rect(x, y, width, height);
+  c.clip();
+  c.beginPath();
+  // On a grid of the canvas, so that stripes stand still while a band grows.
+  for (let at = Math.floor((x - height) / step) * step; at < x + width; at += step) {
+    c.moveTo(at, y + height);
+    c.lineTo(at + height, y);
+  }
+  c.stroke();
+  c.restore();
+}

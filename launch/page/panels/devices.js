@@ -1,0 +1,147 @@
+// The menus of a robot: break a sensor, break an actuator, and what else there is.
+
+import { lasts } from "../room/tools.js";
+import { el } from "../ui/dom.js";
+import { closeMenu, numberField, openMenu, selectField } from "../ui/menu.js";
+
+/** Sensors, and whether they tell lengths, so that they can be noisy or biased. */
+const SENSORS = [
+  ["position", "position", true],
+  ["front-border", "front border", true],
+  ["side-border", "side border", true],
+  ["avoidance", "collision avoidance", true],
+  ["waste", "waste", true],
+  ["spill-zone", "spill zone", false],
+  ["report-site", "report site", false],
+  ["gripper", "gripper", false],
+  ["ground", "ground", false],
+];
+
+const SENSOR_MODES = [
+  ["dead", "dead: tells nothing"],
+  ["stuck", "stuck: repeats its last reading"],
+  ["noise", "noisy"],
+  ["bias", "biased"],
+  ["dropout", "drops out"],
+];
+
+const ACTUATOR_MODES = [
+  ["dead", "drive dead"],
+  ["slowed", "drive slowed"],
+  ["turn-bias", "turns too much"],
+  ["one-wheel left", "left wheel dead"],
+  ["one-wheel right", "right wheel dead"],
+  ["gripper", "gripper failed"],
+];
+
+const duration = () =>
+  numberField("For how long, s", {
+    min: 0.05,
+    step: "any",
+    value: lasts() ?? "",
+    placeholder: "until undone",
+    "data-field": "for",
+  });
+const forHowLong = ({ input }) => (input.valueAsNumber > 0 ? input.valueAsNumber : null);
+
+/** A form that arms `fault()` for the chosen time. */
+function form(orders, button, time, fault, ...fields) {
+  const submit = (event) => {
+    event.preventDefault();
+    closeMenu();
+    orders.arm(fault(), forHowLong(time));
+  };
+  return el(
+    "form",
+    { class: "choices", onsubmit: submit },
+    ...fields,
+    time.element,
+    el("button", { type: "submit", "data-action": "break" }, button),
+  );
+}
+
+/** Break a sensor of the robot. */
+export function openSensors(model, orders, rank, at) {
+  const robot = model.names[rank];
+  const owned = SENSORS.filter(([device]) => device !== "side-border" || model.run.scenario.robots[rank].side_sensor);
+  const device = selectField("Sensor", owned, { "data-field": "device" });
+  const mode = selectField("How", SENSOR_MODES, { "data-field": "mode" });
+  const error = numberField("By, m", { step: "any", value: 0.2, "data-field": "m" });
+  const turn = numberField("By, degrees", { step: "any", value: 0, "data-field": "deg" });
+  const share = numberField("In this share of the steps, %", { min: 0, max: 100, step: 1, value: 25, "data-field": "share" });
+  const adapt = () => {
+    const telling = owned.find(([name]) => name === device.input.value)[2];
+    for (const option of mode.input.options) option.disabled = !telling && (option.value === "noise" || option.value === "bias");
+    if (mode.input.selectedOptions[0].disabled) mode.input.value = "dead";
+    const isOff = mode.input.value === "noise" || mode.input.value === "bias";
+    error.element.hidden = !isOff;
+    turn.element.hidden = !isOff || device.input.value !== "position";
+    share.element.hidden = mode.input.value !== "dropout";
+  };
+  for (const { input } of [device, mode]) input.addEventListener("change", adapt);
+  adapt();
+  const chosen = () => {
+    const how = mode.input.value;
+    if (how === "dropout") return { dropout: share.input.valueAsNumber / 100 };
+    if (how !== "noise" && how !== "bias") return how;
+    return { [how]: { m: error.input.valueAsNumber || 0, deg: turn.element.hidden ? 0 : turn.input.valueAsNumber || 0 } };
+  };
+  const fault = () => ({ sensor: { robot, device: device.input.value, mode: chosen() } });
+  const fields = [device, mode, error, turn, share].map(({ element }) => element);
+  openMenu(`Break a sensor of ${robot}`, at, form(orders, "Break it", duration(), fault, ...fields));
+}
+
+/** Break an actuator of the robot. */
+export function openActuators(model, orders, rank, at) {
+  const robot = model.names[rank];
+  const mode = selectField("How", ACTUATOR_MODES, { "data-field": "mode" });
+  const share = numberField("To this share of its speed, %", { min: 0, max: 100, step: 1, value: 20, "data-field": "share" });
+  const turn = numberField("By, degrees/s", { step: "any", value: -10, "data-field": "deg" });
+  const adapt = () => {
+    share.element.hidden = mode.input.value !== "slowed";
+    turn.element.hidden = mode.input.value !== "turn-bias";
+  };
+  mode.input.addEventListener("change", adapt);
+  adapt();
+  const chosen = () => {
+    const [how, side] = mode.input.value.split(" ");
+    if (side) return { [how]: side };
+    if (how === "slowed") return { slowed: share.input.valueAsNumber / 100 };
+    return how === "turn-bias" ? { "turn-bias": turn.input.valueAsNumber } : how;
+  };
+  const fault = () => ({ actuator: { robot, mode: chosen() } });
+  openMenu(
+    `Break an actuator of ${robot}`,
+    at,
+    form(orders, "Break it", duration(), fault, mode.element, share.element, turn.element),
+  );
+}
+
+/** Power, behavior, radio and place of the robot. */
+export function openMore(model, choices, orders, rank, at) {
+  const robot = model.names[rank];
+  const time = duration();
+  const arm = (name, label) =>
+    el(
+      "button",
+      { type: "button", "data-action": name, onclick: () => (closeMenu(), orders.arm({ [name]: robot }, forHowLong(time))) },
+      label,
+    );
+  const move = () => (closeMenu(), choices.set({ selected: rank, tool: "move" }));
+  openMenu(
+    `More for ${robot}`,
+    at,
+    el(
+      "div",
+      { class: "choices" },
+      arm("mute", "Mute: nobody hears it"),
+      arm("deaf", "Deaf: it hears nobody"),
+      arm("babble", "Babble: talks, does nothing"),
+      arm("power", "No power"),
+      arm("terminate", "Terminate (SIGTERM)"),
+      arm("remove", "Take out of the mission"),
+      time.element,
+      el("button", { type: "button", "data-action": "move", onclick: move }, "Put it elsewhere: click in the room"),
+    ),
+  );
+}

@@ -1,0 +1,97 @@
+// The list of events, newest first, filtered by groups. In a log a click on one goes there.
+
+import { GROUPS, groupOf } from "../model/events.js";
+import { byId, dot, el, keyed, text } from "../ui/dom.js";
+import { isShown } from "../ui/tabs.js";
+import { eventInWords, seconds } from "../ui/words.js";
+
+/** Rows at most. */
+const ROWS = 250;
+const KEY = "alliance-events";
+
+export class Events {
+  #model;
+  #seek;
+  #changed;
+  #groups;
+
+  /** `seek(ms)` is called on a click on an event; null where there is nothing to seek. `changed`: the filter is another. */
+  constructor(model, seek, changed) {
+    this.#model = model;
+    this.#seek = seek;
+    this.#changed = changed;
+    const stored = sessionStorage.getItem(KEY);
+    this.#groups = new Set(stored === null ? Object.keys(GROUPS).filter((group) => group !== "details") : stored.split(" "));
+    const chips = Object.entries(GROUPS).map(([group, { label, sign }]) =>
+      el(
+        "button",
+        {
+          type: "button",
+          class: "chip",
+          "data-group": group,
+          "aria-pressed": String(this.#groups.has(group)),
+          onclick: ({ currentTarget }) => this.#toggle(group, currentTarget),
+        },
+        `${sign} ${label}`,
+      ),
+    );
+    byId("event-groups").replaceChildren(...chips);
+  }
+
+  #toggle(group, button) {
+    if (!this.#groups.delete(group)) this.#groups.add(group);
+    sessionStorage.setItem(KEY, [...this.#groups].join(" "));
+    button.setAttribute("aria-pressed", String(this.#groups.has(group)));
+    this.#changed();
+  }
+
+  /** Another text for every other filter. */
+  get filter() {
+    return [...this.#groups].join();
+  }
+
+  /** Whether the filter lets an event through. */
+  isWanted(event) {
+    return this.#groups.has(groupOf(event));
+  }
+
+  draw() {
+    if (!isShown("events")) return;
+    const all = this.#model.eventsSoFar();
+    const rows = [];
+    for (let index = all.length - 1; index >= 0 && rows.length < ROWS; index -= 1) {
+      if (this.isWanted(all[index])) rows.push(all[index]);
+    }
+    keyed(
+      byId("event-list"),
+      rows,
+      (event) => event.index,
+      (event) => this.#row(event),
+    );
+    const missed = this.#model.missed ? `; ${this.#model.missed} did not reach this page` : "";
+    text(byId("event-count"), `${all.length} events${missed}`);
+  }
+
+  #row(event) {
+    const { names, colors } = this.#model;
+    const rank = names.indexOf(event.robot);
+    const { what, why } = eventInWords(event, names);
+    const time = seconds(event.t_ms, 2);
+    return el(
+      "li",
+      { "data-event": event.kind, "data-group": groupOf(event), "data-robot": event.robot || null, "data-t": event.t_ms },
+      this.#seek
+        ? el("button", { type: "button", class: "time link", onclick: () => this.#seek(event.t_ms) }, time)
+        : el("span", { class: "time" }, time),
+      el("span", { class: "sign", "aria-hidden": "true" }, GROUPS[groupOf(event)].sign),
+      el(
+        "span",
+        {},
+        rank >= 0 ? dot(colors[rank]) : null,
+        event.robot ? el("strong", {}, `${event.robot} `) : null,
+        what,
+        why ? el("span", { class: "dim" }, ` – ${why}`) : null,
+      ),
+    );
+  }
+}

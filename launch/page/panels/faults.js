@@ -1,0 +1,69 @@
+// What is broken on purpose: armed, in force, over, with the time of effect, and Undo.
+
+import { faultRows } from "../model/faults.js";
+import { attribute, byId, el, keyed, text } from "../ui/dom.js";
+import { isShown } from "../ui/tabs.js";
+import { seconds } from "../ui/words.js";
+
+/** Rows at most. */
+const ROWS = 100;
+
+export class Faults {
+  #model;
+  #orders;
+
+  constructor(model, orders) {
+    this.#model = model;
+    this.#orders = orders;
+    byId("undo-all").addEventListener("click", () => this.#orders.clear(null));
+  }
+
+  draw() {
+    const { view } = this.#model;
+    if (!view) return;
+    const count = view.faults.length;
+    text(byId("fault-count"), count ? ` (${count})` : "");
+    byId("undo-all").disabled = count === 0 || !this.#model.isOpen;
+    if (!isShown("faults")) return;
+    const rows = faultRows(view, this.#model.eventsSoFar()).slice(0, ROWS);
+    byId("no-faults").hidden = rows.length > 0;
+    keyed(
+      byId("fault-rows"),
+      rows,
+      ({ id }) => id,
+      ({ id }) => this.#row(id),
+      (row, fault) => this.#update(row, fault),
+    );
+  }
+
+  #row(id) {
+    const undo = this.#model.isLive
+      ? el("button", { type: "button", "data-undo": id, onclick: () => this.#orders.clear(id) }, "Undo")
+      : null;
+    return el(
+      "tr",
+      { "data-fault": id },
+      el("th", { scope: "row" }, id),
+      el("td", { "data-field": "fault" }),
+      el("td", { "data-field": "phase" }),
+      el("td", { "data-field": "applied" }),
+      el("td", { "data-field": "hits" }),
+      el("td", {}, undo),
+    );
+  }
+
+  #update(row, { words, terms, phase, applied_ms, healed_ms, hits }) {
+    const put = (field, value) => text(row.querySelector(`[data-field=${field}]`), value);
+    attribute(row, "data-phase", phase);
+    put("fault", words + terms);
+    put("phase", phase === "in-force" ? "in force" : phase);
+    const until = phase === "over" && healed_ms !== null ? ` to ${seconds(healed_ms, 2)}` : "";
+    put("applied", applied_ms === null ? "–" : seconds(applied_ms, 2) + until);
+    put("hits", hits ?? "");
+    const undo = row.querySelector("[data-undo]");
+    if (undo) {
+      undo.hidden = phase === "over";
+      undo.disabled = !this.#model.isOpen;
+    }
+  }
+}

@@ -1,0 +1,152 @@
+// The radio links as a table, senders down and receivers across, with what each has lost lately. A click opens what can be done
+// to the link.
+
+import { touchesLink } from "../model/faults.js";
+import { attribute, byId, el, text } from "../ui/dom.js";
+import { closeMenu, numberField, openMenu } from "../ui/menu.js";
+import { isShown } from "../ui/tabs.js";
+import { faultInWords, percent } from "../ui/words.js";
+import { lasts } from "../room/tools.js";
+
+export class Links {
+  #model;
+  #orders;
+  #cells = [];
+
+  constructor(model, orders) {
+    this.#model = model;
+    this.#orders = orders;
+    this.#build();
+  }
+
+  #build() {
+    const { names } = this.#model;
+    const head = el(
+      "tr",
+      {},
+      el("th", { scope: "col" }, "from ↓ to →"),
+      ...names.map((name) => el("th", { scope: "col" }, name)),
+    );
+    const rows = names.map((sender, from) =>
+      el("tr", {}, el("th", { scope: "row" }, sender), ...names.map((receiver, to) => this.#cell(from, to, sender, receiver))),
+    );
+    byId("link-table").classList.toggle("dense", names.length > 6);
+    byId("link-table").replaceChildren(el("thead", {}, head), el("tbody", {}, ...rows));
+  }
+
+  #cell(from, to, sender, receiver) {
+    if (from === to) return el("td", { class: "dim" }, "·");
+    const button = el("button", {
+      type: "button",
+      "data-link": `${sender}>${receiver}`,
+      onclick: () => this.open(from, to, button),
+    });
+    this.#cells.push({ from, to, button });
+    return el("td", {}, button);
+  }
+
+  draw() {
+    const { view, names, traffic, now } = this.#model;
+    if (!isShown("links") || !view) return;
+    const orders = this.#inForce();
+    for (const { from, to, button } of this.#cells) {
+      const link = traffic.link(from, to, now);
+      const isDisturbed = orders.some(({ order }) => touchesLink(order.fault, names[from], names[to]));
+      const isUsed = [from, to].every((rank) => view.robots[rank].state !== "absent");
+      const loss = link.count ? link.lost / link.count : 0;
+      const state =
+        !isUsed || link.count === 0 ? "unused" : loss === 1 ? "cut" : loss > 0 ? "lossy" : link.late ? "late" : "good";
+      const sign = { unused: "–", cut: "⊘ cut", lossy: `✗ ${percent(loss)}`, late: "◷ late", good: "✓" }[state];
+      text(button, isDisturbed ? `${sign} ⚡` : sign);
+      attribute(button, "data-state", state);
+      attribute(button, "data-loss", link.count ? loss.toFixed(2) : "");
+      attribute(button, "data-disturbed", isDisturbed ? "yes" : "no");
+      const words = link.count ? `${link.lost} of the last ${link.count} messages lost, ${link.late} late` : "no messages lately";
+      attribute(button, "aria-label", `${names[from]} to ${names[to]}: ${words}${isDisturbed ? ", disturbed by a fault" : ""}`);
+      attribute(button, "title", button.getAttribute("aria-label"));
+    }
+  }
+
+  #inForce() {
+    return this.#model.view.faults.filter(({ phase }) => phase === "in-force");
+  }
+
+  /** Opens the menu of the link from one rank to another beside `at` (see openMenu). */
+  open(from, to, at) {
+    const { names, traffic, now } = this.#model;
+    const [sender, receiver] = [names[from], names[to]];
+    const { count, lost, late } = traffic.link(from, to, now);
+    const state = count ? `${lost} of the last ${count} messages lost, ${late} late.` : "No messages lately.";
+    const content = [el("p", {}, state), this.#disturbances(sender, receiver)];
+    if (this.#model.isOpen) content.push(this.#actions(sender, receiver));
+    openMenu(`${sender} → ${receiver}`, at, ...content);
+  }
+
+  #disturbances(sender, receiver) {
+    const found = this.#inForce().filter(({ order }) => touchesLink(order.fault, sender, receiver));
+    if (!found.length) return null;
+    const rows = found.map(({ id, order }) => {
+      const undo = () => (this.#orders.clear(id), closeMenu());
+      return el(
+        "li",
+        {},
+        `${id}: ${faultInWords(order.fault)} `,
+        this.#model.isOpen ? el("button", { type: "button", "data-undo": id, onclick: undo }, "Undo") : null,
+      );
+    });
+    return el("ul", { class: "plain" }, ...rows);
+  }
+
+  #actions(sender, receiver) {
+    const delay = numberField("Delay, s", { min: 0.05, step: 0.05, value: 0.5, id: "link-delay" });
+    const loss = numberField("Loss, %", { min: 1, max: 100, step: 1, value: 30, id: "link-loss" });
+    const both = el("input", { type: "checkbox", id: "link-both" });
+    const duration = numberField("For how long, s", {
+      min: 0.05,
+      step: "any",
+      value: lasts() ?? "",
+      placeholder: "until undone",
+      id: "link-for",
+    });
+    // One fault per direction; a partition is the only one that knows both.
+    const arm = async (make) => {
+      closeMenu();
+      const for_s = duration.input.valueAsNumber > 0 ? duration.input.valueAsNumber : null;
+      for (const fault of make(both.checked)) await this.#orders.arm(fault, for_s);
+    };
+    const ends = (isBoth) =>
+      (isBoth
+        ? [
+            [sender, receiver],
+            [receiver, sender],
+          ]
+        : [[sender, receiver]]
+      ).map(([from, to]) => ({ from, to }));
+    const act = (action, label, make) => el("button", { type: "button", "data-action": action, onclick: () => arm(make) }, label);
+    return el(
+      "div",
+      { class: "choices" },
+      // Later groups hear earlier ones: so the receiver is in the first.
+      act("cut", "Cut", (isBoth) => [{ partition: { groups: [[receiver], [sender]], one_way: !isBoth } }]),
+      act("hold", "Hold back", (isBoth) => ends(isBoth).map((link) => ({ hold: link }))),
+      el(
+        "div",
+        { class: "row" },
+        delay.element,
+        act("delay", "Delay", (isBoth) =>
+          ends(isBoth).map((link) => ({ delay: { ...link, delay_s: delay.input.valueAsNumber } })),
+        ),
+      ),
+      el(
+        "div",
+        { class: "row" },
+        loss.element,
+        act("drop", "Thin out", (isBoth) =>
+          ends(isBoth).map((link) => ({ drop: { ...link, p: loss.input.valueAsNumber / 100 } })),
+        ),
+      ),
+      el("label", { class: "check" }, both, "both directions"),
+      duration.element,
+    );
+  }
+}

@@ -1,0 +1,176 @@
+// The robots as cards: state, process, what each does and carries, what is broken about it, and what can be done to it.
+
+import { concernsRobot } from "../model/faults.js";
+import { lasts } from "../room/tools.js";
+import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
+import { isShown } from "../ui/tabs.js";
+import { faultInWords, seconds } from "../ui/words.js";
+import { openActuators, openMore, openSensors } from "./devices.js";
+
+export class Robots {
+  #model;
+  #choices;
+  #orders;
+
+  constructor(model, choices, orders) {
+    this.#model = model;
+    this.#choices = choices;
+    this.#orders = orders;
+  }
+
+  draw() {
+    const { view, names } = this.#model;
+    if (!isShown("robots") || !view) return;
+    keyed(
+      byId("robot-cards"),
+      names.map((_, rank) => rank),
+      (rank) => rank,
+      (rank) => this.#card(rank),
+      (card, rank) => this.#update(card, rank),
+    );
+  }
+
+  /** Brings a robot's card into sight. */
+  reveal(rank) {
+    byId("robot-cards").children[rank]?.scrollIntoView({ block: "nearest" });
+  }
+
+  #card(rank) {
+    const { names, colors } = this.#model;
+    const name = names[rank];
+    const fact = (field) => el("dd", { "data-field": field });
+    const select = () => this.#choices.set({ selected: this.#choices.selected === rank ? null : rank });
+    return el(
+      "article",
+      { class: "card", "data-robot": name },
+      el(
+        "header",
+        {},
+        el(
+          "button",
+          { type: "button", class: "name", "data-action": "select", title: "Select: its rays, its radio links", onclick: select },
+          dot(colors[rank]),
+          name,
+        ),
+        el("span", { class: "state", "data-field": "state" }),
+      ),
+      el("p", { class: "doing", "data-field": "doing" }),
+      el(
+        "dl",
+        {},
+        ...[
+          ["carries", "carries"],
+          ["speed", "speed"],
+          ["process", "pid"],
+          ["life", "life"],
+          ["energy", "energy"],
+        ].map(([label, field]) => el("div", {}, el("dt", {}, label), fact(field))),
+      ),
+      el("ul", { class: "plain faults", "data-field": "faults" }),
+      this.#model.isLive ? this.#buttons(rank) : null,
+    );
+  }
+
+  #buttons(rank) {
+    const name = this.#model.names[rank];
+    const act = (action, label, run, title = null) =>
+      el(
+        "button",
+        { type: "button", "data-action": action, "data-interfere": "", title, "aria-label": title, onclick: run },
+        label,
+      );
+    return el(
+      "div",
+      { class: "buttons" },
+      act("kill", "Kill", () => this.kill(rank)),
+      act("pause", "Pause", () => this.pause(rank)),
+      act("continue", "Continue", () => this.pause(rank)),
+      act("restart", "Restart", () => this.restart(rank)),
+      act("add", "Bring in", () => this.#orders.arm({ add: name }, lasts())),
+      act("sensors", "Sensor…", ({ currentTarget }) => openSensors(this.#model, this.#orders, rank, currentTarget)),
+      act("actuators", "Actuator…", ({ currentTarget }) => openActuators(this.#model, this.#orders, rank, currentTarget)),
+      act(
+        "more",
+        "⋯",
+        ({ currentTarget }) => openMore(this.#model, this.#choices, this.#orders, rank, currentTarget),
+        `More for ${name}: radio, behavior, power, place`,
+      ),
+    );
+  }
+
+  kill(rank) {
+    return this.#orders.arm({ kill: this.#model.names[rank] }, lasts());
+  }
+
+  /** Stops its process, or lets it go on if it is stopped. */
+  pause(rank) {
+    const name = this.#model.names[rank];
+    const isStopped = this.#model.view.robots[rank].state === "silent";
+    return isStopped ? this.#orders.arm({ continue: name }) : this.#orders.arm({ pause: name }, lasts());
+  }
+
+  restart(rank) {
+    return this.#orders.arm({ restart: this.#model.names[rank] });
+  }
+
+  #update(card, rank) {
+    const { view, names, now } = this.#model;
+    const robot = view.robots[rank];
+    const put = (field, value) => text(card.querySelector(`[data-field=${field}]`), value);
+    attribute(card, "data-state", robot.state);
+    attribute(card, "data-selected", this.#choices.selected === rank ? "yes" : null);
+    attribute(card.querySelector("[data-action=select]"), "aria-pressed", String(this.#choices.selected === rank));
+    put("state", robot.state);
+    const doing = this.#model.doing(robot);
+    const since = doing && doing.since !== null ? ` for ${seconds(Math.max(0, now - doing.since))}` : "";
+    put("doing", this.#model.doingInWords(robot) + since || "–");
+    put("carries", robot.carrying === null ? "nothing" : `item-${robot.carrying}`);
+    put("speed", `${robot.speed_m_s.toFixed(2)} m/s`);
+    put("pid", robot.pid ?? "–");
+    put("life", robot.incarnation ?? "–");
+    const hasEnergy = robot.energy_j !== null;
+    card.querySelector("[data-field=energy]").parentElement.hidden = !hasEnergy;
+    if (hasEnergy) put("energy", `${(robot.energy_j / 1000).toFixed(1)} kJ`);
+    this.#updateFaults(card.querySelector("[data-field=faults]"), names[rank]);
+    for (const button of card.querySelectorAll("[data-interfere]")) {
+      button.hidden = !this.#isOffered(button.dataset.action, robot.state);
+      button.disabled = !this.#model.isOpen;
+    }
+  }
+
+  #isOffered(action, state) {
+    if (state === "absent" || action === "add") return action === "add" && state === "absent";
+    if (action === "continue") return state === "silent";
+    if (action === "pause") return state === "present" || state === "coming";
+    return action !== "kill" || state !== "dead";
+  }
+
+  #updateFaults(list, name) {
+    const found = this.#model.view.faults.filter(({ order }) => concernsRobot(order.fault, name));
+    keyed(
+      list,
+      found,
+      ({ id }) => id,
+      ({ id, order }) =>
+        el(
+          "li",
+          { "data-fault": id },
+          el("span", {}),
+          this.#model.isLive
+            ? el(
+                "button",
+                {
+                  type: "button",
+                  "data-undo": id,
+                  title: `Undo ${faultInWords(order.fault)}`,
+                  onclick: () => this.#orders.clear(id),
+                },
+                "Undo",
+              )
+            : null,
+        ),
+      (row, { id, order, phase }) =>
+        text(row.firstChild, `${id}: ${faultInWords(order.fault)}${phase === "armed" ? " (armed)" : ""} `),
+    );
+  }
+}

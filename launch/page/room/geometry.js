@@ -1,0 +1,82 @@
+// Where things are: in the room, m, and on the canvas, CSS pixels.
+
+/** The fixed places of a scenario, m. */
+export function places(scenario) {
+  const { width_m: width, height_m: height } = scenario.room;
+  const { spills, spill_radius_m, deposit, report_site } = scenario.waste;
+  const disc = (it, radius) => ({ name: it.name, x: it.x_fraction * width, y: it.y_fraction * height, radius });
+  // Cut off at the border.
+  const siteHeight = Math.min(height, report_site.height_m);
+  return {
+    width,
+    height,
+    spills: spills.map((spill) => disc(spill, spill_radius_m)),
+    deposit: disc(deposit, deposit.radius_m),
+    site: { x: 0, y: (height - siteHeight) / 2, width: Math.min(width, report_site.width_m), height: siteHeight },
+  };
+}
+
+/** A projection of the room onto a canvas of that size, to scale, with a margin around it. */
+export class Projection {
+  constructor(room, width_px, height_px, margin_px) {
+    this.scale = Math.max(1, Math.min((width_px - 2 * margin_px) / room.width, (height_px - 2 * margin_px) / room.height));
+    this.left = (width_px - this.scale * room.width) / 2;
+    this.bottom = (height_px + this.scale * room.height) / 2;
+  }
+
+  x(m) {
+    return this.left + this.scale * m;
+  }
+
+  y(m) {
+    return this.bottom - this.scale * m;
+  }
+
+  /** The point of the room under a point of the canvas, m. */
+  point(x_px, y_px) {
+    return { x: (x_px - this.left) / this.scale, y: (this.bottom - y_px) / this.scale };
+  }
+}
+
+/** Distance of a point from the piece of line between `a` and `b`. */
+export function distanceToLine(point, a, b) {
+  const [dx, dy] = [b.x - a.x, b.y - a.y];
+  const length = dx * dx + dy * dy;
+  const share = length === 0 ? 0 : Math.max(0, Math.min(1, ((point.x - a.x) * dx + (point.y - a.y) * dy) / length));
+  return Math.hypot(point.x - a.x - share * dx, point.y - a.y - share * dy);
+}
+
+/** Whether two obstacles are the same rectangle; what was sent with double precision comes back with single. */
+export function sameRectangle(a, b) {
+  return ["x_m", "y_m", "width_m", "height_m"].every((key) => Math.abs(a[key] - b[key]) < 1e-3);
+}
+
+/** Whether a point, m, lies in an obstacle. */
+export function isInside({ x, y }, obstacle) {
+  return x >= obstacle.x_m && x <= obstacle.x_m + obstacle.width_m && y >= obstacle.y_m && y <= obstacle.y_m + obstacle.height_m;
+}
+
+/**
+ * The radio lines between robots that are in the mission, on the canvas: each direction beside the other, seen along its
+ * own way to the right. With a rank only the lines of that robot.
+ */
+export function radioLines(view, projection, selected) {
+  const there = view.robots
+    .map(({ state, pose }, rank) => ({ state, rank, x: projection.x(pose.position[0]), y: projection.y(pose.position[1]) }))
+    .filter(({ state }) => state !== "absent");
+  const lines = [];
+  for (const from of there) {
+    for (const to of there) {
+      if (from === to || (selected !== null && from.rank !== selected && to.rank !== selected)) continue;
+      const length = Math.hypot(to.x - from.x, to.y - from.y) || 1;
+      const [right, down] = [(-5 * (to.y - from.y)) / length, (5 * (to.x - from.x)) / length];
+      lines.push({
+        from: from.rank,
+        to: to.rank,
+        a: { x: from.x + right, y: from.y + down },
+        b: { x: to.x + right, y: to.y + down },
+      });
+    }
+  }
+  return lines;
+}

@@ -1,0 +1,424 @@
+// Draws the room on a canvas. Everything is in CSS pixels of the canvas; `p` is the projection from meters.
+
+import { themeColor } from "../ui/colors.js";
+import { percent } from "../ui/words.js";
+
+/** Up to this penetrability an obstacle is solid. */
+const SOLID = 0.1;
+const FULL_TURN = 2 * Math.PI;
+/** A robot cannot have come this far between two samples of its trail that lie close together: it was put there. */
+const LEAP_M = 1.5;
+
+/** The colors of the theme, read once per picture. */
+export function readPalette() {
+  const names = [
+    "floor",
+    "outside",
+    "ink",
+    "ink-2",
+    "line",
+    "label",
+    "spill",
+    "deposit",
+    "site",
+    "site-lit",
+    "solid",
+    "slow",
+    "fast",
+    "waste",
+    "ray",
+    "hit",
+    "warn",
+    "bad",
+    "select",
+  ];
+  return Object.fromEntries(names.map((name) => [name, themeColor(`--${name}`)]));
+}
+
+export function paintFloor(c, p, room, palette) {
+  c.fillStyle = palette.floor;
+  c.fillRect(p.x(0), p.y(room.height), p.scale * room.width, p.scale * room.height);
+}
+
+export function paintPlaces(c, p, room, isLit, palette) {
+  const { site } = room;
+  c.fillStyle = isLit ? palette["site-lit"] : palette.site;
+  c.fillRect(p.x(site.x), p.y(site.y + site.height), p.scale * site.width, p.scale * site.height);
+  c.strokeStyle = isLit ? palette.ink : palette["ink-2"];
+  c.lineWidth = isLit ? 2 : 1;
+  c.strokeRect(p.x(site.x), p.y(site.y + site.height), p.scale * site.width, p.scale * site.height);
+  const label = isLit ? "★ reported" : "report site";
+  words(c, label, p.x(site.x) + 5, p.y(site.y + site.height) - 8, {
+    color: isLit ? palette.ink : palette["ink-2"],
+    bold: isLit,
+    align: "left",
+  });
+  for (const spill of room.spills) disc(c, p, spill, palette.spill, `spill (${spill.name})`, palette, [4, 4]);
+  disc(c, p, room.deposit, palette.deposit, "deposit", palette, []);
+}
+
+function disc(c, p, { x, y, radius }, fill, label, palette, dash) {
+  c.beginPath();
+  c.arc(p.x(x), p.y(y), p.scale * radius, 0, FULL_TURN);
+  c.fillStyle = fill;
+  c.fill();
+  c.strokeStyle = palette["ink-2"];
+  c.lineWidth = 1;
+  c.setLineDash(dash);
+  c.stroke();
+  c.setLineDash([]);
+  words(c, label, p.x(x), p.y(y) - p.scale * radius - 8, { color: palette["ink-2"] });
+}
+
+export function paintBorder(c, p, room, palette) {
+  c.strokeStyle = palette.ink;
+  c.lineWidth = 3;
+  c.strokeRect(p.x(0) - 1.5, p.y(room.height) - 1.5, p.scale * room.width + 3, p.scale * room.height + 3);
+}
+
+/** A bar of one meter, so that the scale can be read. */
+export function paintScale(c, p, room, palette) {
+  const [x, y] = [p.x(room.width) - p.scale - 8, p.y(0) - 8];
+  c.strokeStyle = palette["ink-2"];
+  c.lineWidth = 1.5;
+  c.beginPath();
+  c.moveTo(x, y - 4);
+  c.lineTo(x, y);
+  c.lineTo(x + p.scale, y);
+  c.lineTo(x + p.scale, y - 4);
+  c.stroke();
+  words(c, "1 m", x + p.scale / 2, y - 8, { color: palette["ink-2"] });
+}
+
+/** An obstacle or a patch. `label` names the fault that put it there, if one did. */
+export function paintObstacle(c, p, obstacle, label, palette) {
+  const box = [p.x(obstacle.x_m), p.y(obstacle.y_m + obstacle.height_m), p.scale * obstacle.width_m, p.scale * obstacle.height_m];
+  const { penetrability } = obstacle;
+  const isSolid = penetrability <= SOLID;
+  const kind = isSolid ? "solid" : penetrability < 1 ? "slow" : "fast";
+  c.save();
+  c.beginPath();
+  c.rect(...box);
+  c.globalAlpha = isSolid ? 0.85 : 0.3;
+  c.fillStyle = palette[kind];
+  c.fill();
+  c.globalAlpha = isSolid ? 0.5 : 0.7;
+  c.clip();
+  hatch(c, box, kind, isSolid ? palette.floor : palette[kind]);
+  c.restore();
+  c.strokeStyle = palette[kind];
+  c.lineWidth = 1.5;
+  c.setLineDash(label ? [5, 3] : []);
+  c.strokeRect(...box);
+  c.setLineDash([]);
+  const note = isSolid ? label : [`${penetrability}×`, label].filter(Boolean).join(" ");
+  if (note) badge(c, note, box[0] + box[2] / 2, box[1] + box[3] / 2, palette);
+}
+
+/** Solid: strokes one way; slow: dense dots; fast: arrow heads. */
+function hatch(c, [x, y, width, height], kind, color) {
+  c.strokeStyle = color;
+  c.fillStyle = color;
+  c.lineWidth = 1.5;
+  c.beginPath();
+  if (kind === "solid") {
+    for (let at = -height; at < width; at += 8) {
+      c.moveTo(x + at, y + height);
+      c.lineTo(x + at + height, y);
+    }
+  } else {
+    const step = kind === "slow" ? 7 : 14;
+    for (let row = y + step / 2; row < y + height; row += step) {
+      for (let column = x + step / 2; column < x + width; column += step) {
+        if (kind === "slow") {
+          c.moveTo(column + 1.2, row);
+          c.arc(column, row, 1.2, 0, FULL_TURN);
+        } else {
+          c.moveTo(column - 3, row - 4);
+          c.lineTo(column + 1, row);
+          c.lineTo(column - 3, row + 4);
+        }
+      }
+    }
+  }
+  c.stroke();
+}
+
+/** Items that lie on the floor, and those that are carried, at the front of their carriers. */
+export function paintWaste(c, p, view, scenario, palette) {
+  const size = Math.max(2.5, p.scale * scenario.waste.item_radius_m);
+  const front_m = scenario.body.radius_m + scenario.waste.item_radius_m;
+  c.fillStyle = palette.waste;
+  c.strokeStyle = palette.ink;
+  c.lineWidth = 0.8;
+  c.beginPath();
+  for (const { position, carrier } of view.waste) {
+    const { pose } = carrier === null ? {} : view.robots[carrier];
+    const x = p.x(pose ? pose.position[0] + front_m * Math.cos(pose.heading_rad) : position[0]);
+    const y = p.y(pose ? pose.position[1] + front_m * Math.sin(pose.heading_rad) : position[1]);
+    c.moveTo(x, y - size);
+    c.lineTo(x + size, y);
+    c.lineTo(x, y + size);
+    c.lineTo(x - size, y);
+    c.closePath();
+  }
+  c.fill();
+  c.stroke();
+}
+
+/** Where the robots came along in the last `lasts_ms`, at most some hundred points each. */
+export function paintTrails(c, p, model, lasts_ms) {
+  const { samples } = model.history;
+  const grain_ms = lasts_ms / 240;
+  const first = model.history.indexAt(model.now - lasts_ms);
+  c.lineWidth = 2;
+  c.globalAlpha = 0.8;
+  model.names.forEach((_, rank) => {
+    const way = new Path2D();
+    let grain = -1;
+    let last = null;
+    for (let index = first; index < samples.length && samples[index].t <= model.now; index += 1) {
+      const { t, places, agents } = samples[index];
+      const isNewest = t === model.now;
+      if ((Math.floor(t / grain_ms) === grain && !isNewest) || agents[rank] === "absent") continue;
+      grain = Math.floor(t / grain_ms);
+      const [x, y] = [places[2 * rank], places[2 * rank + 1]];
+      const leaps = !last || (Math.hypot(x - last.x, y - last.y) > LEAP_M && t - last.t < 1000);
+      if (leaps) way.moveTo(p.x(x), p.y(y));
+      else way.lineTo(p.x(x), p.y(y));
+      last = { x, y, t };
+    }
+    c.strokeStyle = model.colors[rank];
+    c.stroke(way);
+  });
+  c.globalAlpha = 1;
+}
+
+/** What a robot's sensors tell: a free beam to its full range, a beam that meets something to there. */
+export function paintRays(c, p, robot, scenario, palette) {
+  const { readings } = robot;
+  if (!readings) return;
+  const [x, y] = robot.pose.position;
+  const heading = robot.pose.heading_rad;
+  const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
+  const { radius_m: radius } = scenario.body;
+  const { avoidance_range_m, border_range_m, waste_range_m } = scenario.sensors;
+  // From the robot's frame (x ahead, y to the left) to the canvas.
+  const at = (ahead, left) => [p.x(x + ahead * cos - left * sin), p.y(y + ahead * sin + left * cos)];
+  const beam = (ahead, left, dx, dy, range, distance) => {
+    const length = distance ?? range;
+    const [endX, endY] = at(ahead + dx * length, left + dy * length);
+    c.strokeStyle = distance === null ? palette.ray : palette.hit;
+    c.lineWidth = distance === null ? 1 : 2;
+    c.beginPath();
+    c.moveTo(...at(ahead, left));
+    c.lineTo(endX, endY);
+    c.stroke();
+    if (distance !== null) {
+      c.fillStyle = palette.hit;
+      c.fillRect(endX - 2.5, endY - 2.5, 5, 5);
+    }
+  };
+  const { proximity } = readings;
+  if (proximity) {
+    [radius, 0, -radius].forEach((left, index) => {
+      beam(radius, left, 1, 0, avoidance_range_m, proximity.ahead[index]?.distance_m ?? null);
+    });
+    [radius, 0, -radius].forEach((ahead, index) => {
+      beam(ahead, radius, 0, 1, avoidance_range_m, proximity.left[index]?.distance_m ?? null);
+      beam(ahead, -radius, 0, -1, avoidance_range_m, proximity.right[index]?.distance_m ?? null);
+    });
+  }
+  c.setLineDash([6, 3]);
+  if (readings.front_border !== null) beam(radius, 0, 1, 0, border_range_m, readings.front_border);
+  if (readings.side_border !== null) beam(0, radius, 0, 1, border_range_m, readings.side_border);
+  if (readings.waste) {
+    c.strokeStyle = palette.ray;
+    c.lineWidth = 1;
+    c.setLineDash([2, 4]);
+    c.beginPath();
+    c.arc(p.x(x), p.y(y), p.scale * (radius + waste_range_m), 0, FULL_TURN);
+    c.stroke();
+    c.setLineDash([]);
+    c.strokeStyle = palette.hit;
+    for (const [ahead, left] of readings.waste) {
+      c.beginPath();
+      c.arc(...at(ahead, left), 6, 0, FULL_TURN);
+      c.stroke();
+    }
+  }
+  c.setLineDash([]);
+}
+
+/** A radio line. `link` is `{count, lost}`; `isDisturbed`: a fault in force may change it. */
+export function paintRadio(c, { a, b }, link, isDisturbed, palette) {
+  const loss = link.count ? link.lost / link.count : 0;
+  const isCut = link.count > 0 && loss === 1;
+  c.strokeStyle = isCut ? palette.bad : loss > 0 || isDisturbed ? palette.warn : palette["ink-2"];
+  c.globalAlpha = link.count === 0 && !isDisturbed ? 0.35 : 0.85;
+  c.lineWidth = loss > 0 || isDisturbed ? 2 : 1.2;
+  c.setLineDash(isCut ? [2, 5] : loss > 0 || isDisturbed ? [8, 4] : []);
+  c.beginPath();
+  c.moveTo(a.x, a.y);
+  c.lineTo(b.x, b.y);
+  c.stroke();
+  c.setLineDash([]);
+  // An arrow head at two thirds, so that those of both directions do not meet.
+  const angle = Math.atan2(b.y - a.y, b.x - a.x);
+  c.save();
+  c.translate(a.x + (b.x - a.x) * 0.66, a.y + (b.y - a.y) * 0.66);
+  c.rotate(angle);
+  c.fillStyle = c.strokeStyle;
+  c.beginPath();
+  c.moveTo(5, 0);
+  c.lineTo(-4, 4);
+  c.lineTo(-4, -4);
+  c.fill();
+  c.restore();
+  c.globalAlpha = 1;
+  if (loss > 0) badge(c, isCut ? "✗ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
+}
+
+/** A robot's body: heading, color, sign; crossed out when dead, hatched when it is silent, dashed when it is about to come. */
+export function paintBody(c, p, robot, look, palette) {
+  const [x, y] = [p.x(robot.pose.position[0]), p.y(robot.pose.position[1])];
+  const radius = Math.max(5, p.scale * look.radius_m);
+  const isDead = robot.state === "dead";
+  if (look.isSelected) {
+    c.strokeStyle = palette.select;
+    c.lineWidth = 3;
+    c.beginPath();
+    c.arc(x, y, radius + 5, 0, FULL_TURN);
+    c.stroke();
+  }
+  c.save();
+  c.translate(x, y);
+  c.save();
+  c.rotate(-robot.pose.heading_rad);
+  c.fillStyle = isDead ? palette["ink-2"] : look.color;
+  c.strokeStyle = palette.ink;
+  c.lineWidth = 1.5;
+  // A nose that stands out says where it faces.
+  c.beginPath();
+  c.moveTo(radius * 1.55, 0);
+  c.lineTo(radius * 0.8, radius * 0.55);
+  c.lineTo(radius * 0.8, -radius * 0.55);
+  c.closePath();
+  c.fill();
+  c.stroke();
+  c.beginPath();
+  c.arc(0, 0, radius, 0, FULL_TURN);
+  c.globalAlpha = isDead ? 0.45 : robot.state === "coming" ? 0.4 : 1;
+  c.fill();
+  c.globalAlpha = 1;
+  c.setLineDash(robot.state === "coming" ? [3, 3] : []);
+  c.stroke();
+  c.setLineDash([]);
+  c.restore();
+  if (robot.state === "silent") {
+    c.save();
+    c.beginPath();
+    c.arc(0, 0, radius, 0, FULL_TURN);
+    c.clip();
+    c.strokeStyle = palette.floor;
+    c.lineWidth = 2;
+    c.beginPath();
+    for (let at = -2 * radius; at < 2 * radius; at += 5) {
+      c.moveTo(at, radius);
+      c.lineTo(at + 2 * radius, -radius);
+    }
+    c.stroke();
+    c.restore();
+  }
+  if (isDead) {
+    c.strokeStyle = palette.bad;
+    c.lineWidth = 3;
+    c.beginPath();
+    c.moveTo(-radius, -radius);
+    c.lineTo(radius, radius);
+    c.moveTo(radius, -radius);
+    c.lineTo(-radius, radius);
+    c.stroke();
+  } else if (radius >= 8 && robot.state !== "silent") {
+    const size = Math.min(14, Math.round((look.sign.length > 1 ? 0.95 : 1.2) * radius));
+    words(c, look.sign, 0, 0.5, { color: "#fff", bold: true, size, outline: "rgba(0,0,0,.55)" });
+  }
+  c.restore();
+}
+
+/**
+ * Lines of text beside a robot, at the first of four sides where they cover no other label; `side`, the one of the picture
+ * before, is tried first, so that labels do not jump. Where none is free the label is left out unless it `mustShow`. Gives the
+ * side taken.
+ */
+export function paintLabel(c, x, y, gap, { lines, side, mustShow }, taken, palette) {
+  const size = 11;
+  const height = lines.length * (size + 2) + 2;
+  const width = Math.max(...lines.map((line, index) => measure(c, line, size, index === 0))) + 6;
+  const room = c.canvas;
+  const most = { left: room.clientWidth - width, top: room.clientHeight - height };
+  const inside = Math.max(0, Math.min(x - width / 2, most.left));
+  const boxes = [
+    [inside, y + gap],
+    [inside, y - gap - height],
+    [x + gap, y - height / 2],
+    [x - gap - width, y - height / 2],
+  ];
+  const isFree = ([left, top]) =>
+    left >= 0 &&
+    top >= 0 &&
+    left <= most.left &&
+    top <= most.top &&
+    taken.every((box) => left >= box.right || left + width <= box.left || top >= box.bottom || top + height <= box.top);
+  const order = [side, 0, 1, 2, 3];
+  const free = order.find((each) => isFree(boxes[each]));
+  if (free === undefined && !mustShow) return side;
+  const chosen = free ?? side;
+  const [left, top] = boxes[chosen];
+  taken.push({ left, top, right: left + width, bottom: top + height });
+  c.fillStyle = palette.label;
+  c.beginPath();
+  c.roundRect(left, top, width, height, 3);
+  c.fill();
+  lines.forEach((line, index) => {
+    words(c, line, left + width / 2, top + 2 + (size + 2) * (index + 0.5), { color: palette.ink, bold: index === 0, size });
+  });
+  return chosen;
+}
+
+/** The rectangle that is being drawn, with its size. */
+export function paintDraft(c, p, draft, palette) {
+  paintObstacle(c, p, draft, "", palette);
+  const label = `${draft.width_m} × ${draft.height_m} m`;
+  badge(c, label, p.x(draft.x_m + draft.width_m / 2), p.y(draft.y_m + draft.height_m) - 10, palette);
+}
+
+function measure(c, line, size, bold) {
+  c.font = font(size, bold);
+  return c.measureText(line).width;
+}
+
+const font = (size, bold) => `${bold ? "600 " : ""}${size}px system-ui, sans-serif`;
+
+function words(c, line, x, y, { color, bold = false, size = 11, outline = null, align = "center" }) {
+  c.font = font(size, bold);
+  c.textAlign = align;
+  c.textBaseline = "middle";
+  if (outline) {
+    c.strokeStyle = outline;
+    c.lineWidth = 2.5;
+    c.lineJoin = "round";
+    c.strokeText(line, x, y);
+  }
+  c.fillStyle = color;
+  c.fillText(line, x, y);
+}
+
+function badge(c, line, x, y, palette) {
+  const width = measure(c, line, 11, false) + 8;
+  c.fillStyle = palette.label;
+  c.beginPath();
+  c.roundRect(x - width / 2, y - 8, width, 16, 3);
+  c.fill();
+  words(c, line, x, y, { color: palette.ink });
+}

@@ -1,0 +1,200 @@
+// The room seen from above: draws it to scale, and finds what lies under the pointer.
+
+import { touchesLink } from "../model/faults.js";
+import { attribute, text } from "../ui/dom.js";
+import { Projection, distanceToLine, isInside, places, radioLines, sameRectangle } from "./geometry.js";
+import * as paint from "./paint.js";
+
+const MARGIN_PX = 10;
+/** Trails reach back so far, ms of simulated time. */
+const TRAIL_MS = 60_000;
+/** Robots of a larger team are labeled by their names only, and only where there is room. */
+const FULL_LABELS = 12;
+/** Radio lines of a larger team are drawn for the selected robot only. */
+const ALL_LINES = 8;
+/** How near to a robot or line the pointer must be, px. */
+const NEAR_PX = 7;
+
+export class Room {
+  /** A rectangle that is being drawn, as an obstacle, or null. */
+  draft = null;
+
+  #canvas;
+  #model;
+  #choices;
+  #places;
+  #palette = paint.readPalette();
+  #projection;
+  #sides = new Map();
+  #signs;
+  #size = "";
+
+  constructor(canvas, model, choices) {
+    this.#canvas = canvas;
+    this.#model = model;
+    this.#choices = choices;
+    this.#places = places(model.run.scenario);
+    this.#signs = signs(model.names);
+    this.#fit();
+  }
+
+  /** Reads the colors anew. */
+  refreshPalette() {
+    this.#palette = paint.readPalette();
+  }
+
+  /** Where a point of the room is, CSS pixels from the canvas' upper left corner. */
+  toScreen(x_m, y_m) {
+    return { x: this.#projection.x(x_m), y: this.#projection.y(y_m) };
+  }
+
+  /** The point of the room under a pointer event, m. */
+  pointUnder(event) {
+    const box = this.#canvas.getBoundingClientRect();
+    return this.#projection.point(event.clientX - box.left, event.clientY - box.top);
+  }
+
+  /** What is under the pointer: `{robot: rank}`, `{link: [from, to]}`, `{obstacle}` or null. */
+  pick(event) {
+    const { view } = this.#model;
+    if (!view) return null;
+    const point = this.pointUnder(event);
+    const reach_m = this.#model.run.scenario.body.radius_m + NEAR_PX / this.#projection.scale;
+    const far = ({ pose }) => Math.hypot(pose.position[0] - point.x, pose.position[1] - point.y);
+    const near = view.robots
+      .map((robot, rank) => ({ robot, rank }))
+      .filter(({ robot }) => robot.state !== "absent" && far(robot) <= reach_m);
+    near.sort((a, b) => far(a.robot) - far(b.robot));
+    if (near.length) return { robot: near[0].rank };
+
+    const at = this.toScreen(point.x, point.y);
+    const lines = this.#lines().map((line) => ({ line, px: distanceToLine(at, line.a, line.b) }));
+    lines.sort((a, b) => a.px - b.px);
+    if (lines.length && lines[0].px <= NEAR_PX) return { link: [lines[0].line.from, lines[0].line.to] };
+
+    const obstacle = view.obstacles.findLast((each) => isInside(point, each));
+    return obstacle ? { obstacle } : null;
+  }
+
+  /** The fault in force that put this obstacle there, if any. */
+  faultBehind(obstacle) {
+    return this.#model.view.faults.findLast(({ order, phase }) => {
+      return phase === "in-force" && order.fault.obstacle && sameRectangle(order.fault.obstacle, obstacle);
+    });
+  }
+
+  #lines() {
+    const { radio, selected } = this.#choices;
+    if (!radio || (this.#model.names.length > ALL_LINES && selected === null)) return [];
+    return radioLines(this.#model.view, this.#projection, selected);
+  }
+
+  #fit() {
+    const { clientWidth: width, clientHeight: height } = this.#canvas.parentElement;
+    const size = `${width}×${height}×${devicePixelRatio}`;
+    if (size === this.#size) return;
+    this.#size = size;
+    this.#canvas.style.width = `${width}px`;
+    this.#canvas.style.height = `${height}px`;
+    this.#canvas.width = Math.round(width * devicePixelRatio);
+    this.#canvas.height = Math.round(height * devicePixelRatio);
+    this.#projection = new Projection(this.#places, width, height, MARGIN_PX);
+  }
+
+  draw() {
+    this.#fit();
+    const { view, run } = this.#model;
+    const { scenario } = run;
+    const c = this.#canvas.getContext("2d");
+    const [p, palette, choices] = [this.#projection, this.#palette, this.#choices];
+    c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+    c.fillStyle = palette.outside;
+    c.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
+    paint.paintFloor(c, p, this.#places, palette);
+    paint.paintPlaces(c, p, this.#places, view?.site_colored ?? false, palette);
+    if (view) {
+      for (const obstacle of view.obstacles) paint.paintObstacle(c, p, obstacle, this.faultBehind(obstacle)?.id ?? "", palette);
+    }
+    paint.paintBorder(c, p, this.#places, palette);
+    paint.paintScale(c, p, this.#places, palette);
+    if (!view) return;
+    if (choices.trails) paint.paintTrails(c, p, this.#model, TRAIL_MS);
+    paint.paintWaste(c, p, view, scenario, palette);
+    if (choices.rays) {
+      view.robots.forEach((robot, rank) => {
+        const isAsked = choices.selected === null || choices.selected === rank;
+        if (isAsked && (robot.state === "present" || robot.state === "silent")) paint.paintRays(c, p, robot, scenario, palette);
+      });
+    }
+    this.#drawRadio(c);
+    this.#drawRobots(c);
+    if (this.draft) paint.paintDraft(c, p, this.draft, palette);
+    this.#tell();
+  }
+
+  #drawRadio(c) {
+    const { names, traffic, now, view } = this.#model;
+    const orders = view.faults.filter(({ phase }) => phase === "in-force").map(({ order }) => order);
+    for (const line of this.#lines()) {
+      const isDisturbed = orders.some(({ fault }) => touchesLink(fault, names[line.from], names[line.to]));
+      paint.paintRadio(c, line, traffic.link(line.from, line.to, now), isDisturbed, this.#palette);
+    }
+  }
+
+  #drawRobots(c) {
+    const { names, colors, view, run } = this.#model;
+    const { radius_m } = run.scenario.body;
+    const there = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
+    for (const { robot, rank } of there) {
+      const look = { radius_m, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
+      paint.paintBody(c, this.#projection, robot, look, this.#palette);
+    }
+    // Bodies are no place for labels.
+    const gap = Math.max(5, this.#projection.scale * radius_m) + 6;
+    const taken = there.map(({ robot }) => {
+      const { x, y } = this.toScreen(...robot.pose.position);
+      return { left: x - gap + 4, right: x + gap - 4, top: y - gap + 4, bottom: y + gap - 4 };
+    });
+    for (const { robot, rank } of there) {
+      const { x, y } = this.toScreen(...robot.pose.position);
+      const mustShow = names.length <= FULL_LABELS || rank === this.#choices.selected;
+      const label = { lines: this.#label(robot, rank), side: this.#sides.get(rank) ?? 0, mustShow };
+      this.#sides.set(rank, paint.paintLabel(c, x, y, gap, label, taken, this.#palette));
+    }
+  }
+
+  #label(robot, rank) {
+    const { names } = this.#model;
+    const lines = [robot.state === "present" ? names[rank] : `${names[rank]}: ${robot.state}`];
+    const doing = this.#model.doingInWords(robot);
+    if (doing && doing !== "idle" && (names.length <= FULL_LABELS || rank === this.#choices.selected)) lines.push(doing);
+    return lines;
+  }
+
+  /** Says in words what the picture shows. */
+  #tell() {
+    const { names, view } = this.#model;
+    const robots = view.robots.map((robot, rank) => {
+      return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
+    });
+    attribute(
+      this.#canvas,
+      "aria-label",
+      `The room seen from above: ${robots.join(", ")}; ${view.items.delivered} items delivered`,
+    );
+  }
+}
+
+/** What stands on the robots: the end of a name's number, or its initial, with a second letter where several have the same. */
+function signs(names) {
+  const initial = (name) => name[0].toUpperCase();
+  return names.map((name) => {
+    const isUnique = names.filter((each) => initial(each) === initial(name)).length === 1;
+    return name.match(/\d{1,2}$/)?.[0] ?? (isUnique ? initial(name) : initial(name) + name.slice(1, 2));
+  });
+}
+
+/** Shows the coordinates of a point of the room, or nothing. */
+export function showPoint(output, point) {
+  text(output, point ? `${point.x.toFixed(2)}, ${point.y.toFixed(2)} m` : "");
+}

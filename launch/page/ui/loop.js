@@ -1,0 +1,50 @@
+// Draws only when something has changed, before the next picture of the screen, and each part no more often than it needs.
+
+export class Loop {
+  // {least_ms, draw, last_ms, isDue}
+  #parts = [];
+  #before = () => false;
+  #isRequested = false;
+  #timer = null;
+
+  /** `run(wall_ms)` is called before every picture; if it is true, another one follows. */
+  before(run) {
+    this.#before = run;
+  }
+
+  /** Adds a part that is drawn after a change, at least so many ms apart. */
+  add(least_ms, draw) {
+    this.#parts.push({ least_ms, draw, last_ms: -Infinity, isDue: false });
+  }
+
+  /** Something has changed. */
+  request() {
+    for (const part of this.#parts) part.isDue = true;
+    this.#next();
+  }
+
+  #next() {
+    if (this.#isRequested) return;
+    this.#isRequested = true;
+    requestAnimationFrame((wall_ms) => this.#frame(wall_ms));
+  }
+
+  #frame(wall_ms) {
+    this.#isRequested = false;
+    if (this.#before(wall_ms)) this.#next();
+    let wait_ms = Infinity;
+    for (const part of this.#parts) {
+      if (!part.isDue) continue;
+      const left_ms = part.last_ms + part.least_ms - wall_ms;
+      if (left_ms > 0) {
+        wait_ms = Math.min(wait_ms, left_ms);
+        continue;
+      }
+      part.isDue = false;
+      part.last_ms = wall_ms;
+      part.draw();
+    }
+    clearTimeout(this.#timer);
+    if (wait_ms < Infinity) this.#timer = setTimeout(() => this.#next(), wait_ms);
+  }
+}

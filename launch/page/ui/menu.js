@@ -1,0 +1,47 @@
+// A small window beside what was clicked. The browser closes it on Escape and on a click elsewhere.
+
+import { byId, el } from "./dom.js";
+
+const EDGE_PX = 8;
+
+let place = () => {};
+// A menu may grow when something is chosen in it.
+const observer = new ResizeObserver(() => place());
+
+/** Opens a menu named `title` at the element or point `at` = `{x, y}` (CSS pixels of the window); closes any other. */
+export function openMenu(title, at, ...content) {
+  const menu = byId("menu");
+  if (menu.matches(":popover-open")) menu.hidePopover();
+  const close = el("button", { type: "button", class: "quiet", "aria-label": "Close", onclick: () => menu.hidePopover() }, "✕");
+  menu.replaceChildren(el("header", {}, el("h2", { id: "menu-title" }, title), close), ...content.filter(Boolean));
+  menu.showPopover();
+  const box = at instanceof Element ? at.getBoundingClientRect() : { left: at.x, bottom: at.y, top: at.y };
+  place = () => {
+    const { width, height } = menu.getBoundingClientRect();
+    const below = box.bottom + 4;
+    const top = below + height <= innerHeight - EDGE_PX ? below : box.top - height - 4;
+    menu.style.left = `${Math.max(EDGE_PX, Math.min(box.left, innerWidth - width - EDGE_PX))}px`;
+    menu.style.top = `${Math.max(EDGE_PX, Math.min(top, innerHeight - height - EDGE_PX))}px`;
+  };
+  place();
+  observer.observe(menu);
+  menu.querySelector("select, input, .choices button")?.focus();
+}
+
+/** Closes the menu, if it is open. */
+export function closeMenu() {
+  const menu = byId("menu");
+  if (menu.matches(":popover-open")) menu.hidePopover();
+}
+
+/** A labeled number field. `options` are attributes of the input. */
+export function numberField(label, options) {
+  const input = el("input", { type: "number", ...options });
+  return { input, element: el("label", { class: "field" }, el("span", {}, label), input) };
+}
+
+/** A labeled choice among `values` = `[[value, text], …]`. */
+export function selectField(label, values, options = {}) {
+  const input = el("select", options, ...values.map(([value, shown]) => el("option", { value }, shown)));
+  return { input, element: el("label", { class: "field" }, el("span", {}, label), input) };
+}

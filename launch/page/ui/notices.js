@@ -1,0 +1,19 @@
+// Short notices in a corner of the page, read out by screen readers.
+
+import { byId, el } from "./dom.js";
+
+const LASTS_MS = 8000;
+const MOST = 2;
+
+/** Shows a line for some seconds. `kind` is `done` or `refused`; `action`, if any, is `{label, run}`. */
+export function notify(kind, line, action = null) {
+  const close = () => notice.remove();
+  const act =
+    action && el("button", { type: "button", "data-action": "undo", onclick: () => (action.run(), close()) }, action.label);
+  const dismiss = el("button", { type: "button", "aria-label": "Close this notice", class: "quiet", onclick: close }, "✕");
+  const role = kind === "refused" ? "alert" : "status";
+  const notice = el("div", { class: "notice", "data-notice": kind, role }, el("span", {}, line), act, dismiss);
+  byId("notices").prepend(notice);
+  while (byId("notices").children.length > MOST) byId("notices").lastChild.remove();
+  setTimeout(close, kind === "refused" ? 2 * LASTS_MS : LASTS_MS);
+}

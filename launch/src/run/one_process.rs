@@ -1,0 +1,109 @@
+//! `alliance run --in-process`: the same world, the same agents and the same bytes, without processes and sockets.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use alliance_proto::tick::Outcome;
+use serde_json::json;
+use tokio::runtime::Runtime;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::time::Instant;
+use world_server::recorder::{Folder, LogLevel};
+
+use super::progress::Progress;
+use super::summary;
+use super::supervise::{Plan, link_latest};
+use crate::in_process::Team;
+use crate::runtime;
+
+/// How often the progress is shown.
+const INTERVAL: Duration = Duration::from_millis(200);
+
+/// Ticks between two looks at the clock, which costs as much as a small tick.
+const TICKS_PER_LOOK: u64 = 64;
+
+/// Runs it to its end; whether the mission is complete.
+///
+/// # Errors
+/// When the log cannot be written.
+pub fn run(plan: &Plan, log: LogLevel) -> anyhow::Result<bool> {
+    let interrupted = Interrupted::watch()?;
+    let mut progress = Progress::new(&plan.setup);
+    progress.say(&format!("run {}, in one process", plan.run));
+    let (began, wall) = (Instant::now(), unix_ms());
+    let mut team = Team::new(plan.setup.clone(), log, Folder::create(&plan.folder)?)?;
+    let mut shown = began;
+    let outcome = loop {
+        if let Some(outcome) = team.tick()? {
+            break outcome;
+        }
+        if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) {
+            if interrupted.is_so() {
+                break Outcome::Interrupted;
+            }
+            if shown.elapsed() >= INTERVAL {
+                shown = Instant::now();
+                progress.show(&team.view());
+            }
+        }
+    };
+    let running_s = began.elapsed().as_secs_f64();
+    let ticks = team.simulation().tick();
+    let (run, mut recorder) = team.end(outcome)?;
+    recorder.write_host(&json!({
+        "run": plan.run,
+        "in_process": true,
+        "started_unix_ms": wall,
+        "ended_unix_ms": unix_ms(),
+        "running_s": running_s,
+        "ticks_per_s": (running_s > 0.0).then(|| ticks as f64 / running_s),
+        "pids": {"world": std::process::id()},
+    }))?;
+    progress.clear();
+    link_latest(&plan.folder);
+    summary::show(plan, &run)?;
+    Ok(outcome == Outcome::Complete)
+}
+
+/// Whether somebody has asked this process to end.
+struct Interrupted {
+    asked: Arc<AtomicBool>,
+    /// Keeps the ears open.
+    _runtime: Runtime,
+}
+
+impl Interrupted {
+    fn watch() -> anyhow::Result<Self> {
+        let runtime = runtime::start()?;
+        let asked = Arc::new(AtomicBool::new(false));
+        let mark = Arc::clone(&asked);
+        let (mut interrupt, mut terminate) = runtime.block_on(async {
+            let interrupt = signal(SignalKind::interrupt())?;
+            signal(SignalKind::terminate()).map(|terminate| (interrupt, terminate))
+        })?;
+        runtime.spawn(async move {
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+            }
+            mark.store(true, Ordering::Relaxed);
+        });
+        Ok(Self {
+            asked,
+            _runtime: runtime,
+        })
+    }
+
+    fn is_so(&self) -> bool {
+        self.asked.load(Ordering::Relaxed)
+    }
+}
+
+/// The log says when it happened; the simulation never does.
+#[allow(clippy::disallowed_methods)]
+fn unix_ms() -> u64 {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_millis() as u64)
+}

@@ -1,0 +1,219 @@
+//! A real browser, driven as a person would: headless Chromium under its WebDriver.
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use fantoccini::actions::{
+    InputSource, KeyAction, KeyActions, MOUSE_BUTTON_LEFT, MouseActions, PointerAction,
+};
+use fantoccini::{Client, ClientBuilder, Locator};
+use hyper_util::client::legacy::connect::HttpConnector;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tokio::runtime::Runtime;
+
+use crate::harness::wait_until;
+
+/// A laptop's window.
+pub const LAPTOP: (u32, u32) = (1280, 800);
+
+/// A phone held upright.
+pub const PHONE: (u32, u32) = (390, 844);
+
+/// A browser with one window. It ends when dropped.
+pub struct Browser {
+    runtime: Runtime,
+    client: Client,
+    driver: Child,
+    /// What driver and browser say, the pages' consoles among it.
+    log: PathBuf,
+    _folder: TempDir,
+}
+
+impl Browser {
+    /// Starts one whose pages are of that size; `None` lets a test be skipped where there is none, which must not happen unseen
+    /// where everything is checked.
+    pub fn start((width, height): (u32, u32)) -> Option<Self> {
+        let folder = TempDir::new().unwrap();
+        let log = folder.path().join("driver.log");
+        let output = File::create(&log).unwrap();
+        let started = Command::new("chromedriver")
+            .args(["--port=0", "--enable-chrome-logs"])
+            .stdin(Stdio::null())
+            .stdout(output.try_clone().unwrap())
+            .stderr(output)
+            .spawn();
+        let Ok(driver) = started else {
+            let how = "no browser: run `.ci/run`, or install Debian's packages chromium and chromium-driver";
+            assert!(std::env::var_os("CI").is_none(), "{how}");
+            println!("skipped: {how}");
+            return None;
+        };
+        let mut port = None;
+        wait_until("the browser's driver", || {
+            let said = std::fs::read_to_string(&log).unwrap_or_default();
+            port = said.lines().find_map(|line| {
+                let number = line.split("successfully on port ").nth(1)?;
+                number.trim_end_matches('.').parse::<u16>().ok()
+            });
+            port.is_some()
+        });
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .unwrap();
+        let profile = folder.path().join("profile");
+        let options = json!({
+            "args": [
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-quic",
+                "--disable-dev-shm-usage",
+                "--no-first-run",
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--disable-sync",
+                "--enable-logging=stderr",
+                format!("--user-data-dir={}", profile.display()),
+            ],
+            "mobileEmulation": {
+                "deviceMetrics": {
+                    "width": width, "height": height, "pixelRatio": 1.0,
+                    "touch": width < 600, "mobile": width < 600,
+                },
+            },
+        });
+        let mut capabilities = serde_json::Map::new();
+        capabilities.insert("goog:chromeOptions".to_owned(), options);
+        let client = runtime.block_on(async {
+            let url = format!("http://127.0.0.1:{}", port.unwrap());
+            let mut builder = ClientBuilder::new(HttpConnector::new());
+            builder.capabilities(capabilities).connect(&url).await
+        });
+        let client = client.unwrap_or_else(|error| {
+            let said = std::fs::read_to_string(&log).unwrap_or_default();
+            panic!("the browser does not start: {error}\n{said}")
+        });
+        Some(Self {
+            runtime,
+            client,
+            driver,
+            log,
+            _folder: folder,
+        })
+    }
+
+    /// Goes to a page.
+    pub fn open(&self, url: &str) {
+        self.runtime.block_on(self.client.goto(url)).unwrap();
+    }
+
+    /// What an expression is on the page.
+    #[track_caller]
+    pub fn eval(&self, expression: &str) -> Value {
+        let script = format!("return ({expression});");
+        let evaluated = self.runtime.block_on(self.client.execute(&script, vec![]));
+        evaluated.unwrap_or_else(|error| panic!("{expression}: {error}"))
+    }
+
+    /// Waits until an expression is something, and says what.
+    #[track_caller]
+    pub fn wait_for(&self, expression: &str) -> Value {
+        let mut found = Value::Null;
+        wait_until(expression, || {
+            found = self.eval(expression);
+            !matches!(found, Value::Null | Value::Bool(false))
+        });
+        found
+    }
+
+    /// Text of the first element, as it is seen.
+    #[track_caller]
+    pub fn text(&self, selector: &str) -> String {
+        let element = self.wait_for(&format!(
+            "document.querySelector({selector:?})?.innerText ?? null"
+        ));
+        element.as_str().unwrap().to_owned()
+    }
+
+    /// Clicks on the first element, where it is seen.
+    #[track_caller]
+    pub fn click(&self, selector: &str) {
+        self.runtime.block_on(async {
+            let wait = self.client.wait().at_most(Duration::from_secs(60));
+            let element = wait.for_element(Locator::Css(selector)).await;
+            let element = element.unwrap_or_else(|error| panic!("{selector}: {error}"));
+            let clicked = element.click().await;
+            clicked.unwrap_or_else(|error| panic!("{selector}: {error}"));
+        });
+    }
+
+    /// Chooses an option by its value.
+    #[track_caller]
+    pub fn choose(&self, selector: &str, value: &str) {
+        self.runtime.block_on(async {
+            let found = self.client.find(Locator::Css(selector)).await;
+            let element = found.unwrap_or_else(|error| panic!("{selector}: {error}"));
+            element.select_by_value(value).await.unwrap();
+        });
+    }
+
+    /// Moves the mouse there, in pixels of the window, presses, moves on, and lets go.
+    pub fn drag(&self, from: (i64, i64), to: (i64, i64)) {
+        let at = |(x, y): (i64, i64)| PointerAction::MoveTo {
+            duration: Some(Duration::from_millis(50)),
+            x: x as f64,
+            y: y as f64,
+        };
+        let button = MOUSE_BUTTON_LEFT;
+        let between = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+        let mouse = MouseActions::new("mouse".to_owned())
+            .then(at(from))
+            .then(PointerAction::Down { button })
+            .then(at(between))
+            .then(at(to))
+            .then(PointerAction::Up { button });
+        self.runtime
+            .block_on(self.client.perform_actions(mouse))
+            .unwrap();
+    }
+
+    /// Presses a key.
+    pub fn press(&self, key: char) {
+        let keys = KeyActions::new("keyboard".to_owned())
+            .then(KeyAction::Down { value: key })
+            .then(KeyAction::Up { value: key });
+        self.runtime
+            .block_on(self.client.perform_actions(keys))
+            .unwrap();
+    }
+
+    /// A picture of the window, in the build's folder for temporary files.
+    pub fn screenshot(&self, name: &str) {
+        let png = self.runtime.block_on(self.client.screenshot()).unwrap();
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+        std::fs::write(folder.join(format!("{name}.png")), png).unwrap();
+    }
+
+    /// What the pages' consoles have said: a page that is well says nothing.
+    pub fn console(&self) -> Vec<String> {
+        let said = std::fs::read_to_string(&self.log).unwrap_or_default();
+        said.lines()
+            .filter(|line| line.contains("CONSOLE"))
+            .map(ToOwned::to_owned)
+            .collect()
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        // The browser first, which is the driver's child.
+        let _ = self.runtime.block_on(self.client.clone().close());
+        let _ = self.driver.kill();
+        let _ = self.driver.wait();
+    }
+}

@@ -1,0 +1,71 @@
+//! A finished run in a real browser: its time goes back and forth.
+
+use nix::sys::signal::Signal;
+
+use super::browser::{Browser, LAPTOP};
+use super::client::Page;
+use crate::harness::Lab;
+
+#[test]
+fn a_finished_run_is_played_sought_and_jumped_through() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    std::fs::write(
+        lab.path("day.toml"),
+        "[[faults.timeline]]\nfault.kill = 'gold'\nat_s = 100.0\nfor_s = 30.0\n",
+    )
+    .unwrap();
+    lab.mission("run", &["day.toml", "--limit", "150"])
+        .expect(1);
+    let mut view = lab.start(&["view", "run"]);
+    view.wait_for_stderr("/#");
+    browser.open(&Page::in_words(&view.stderr()).link());
+    browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
+    // Nothing can be broken any more.
+    assert_eq!(
+        browser.eval("[...document.querySelectorAll('[data-interfere], .live-only')].filter(e => e.checkVisibility()).length"),
+        0
+    );
+    let seek = |tick: u64| {
+        browser.eval(&format!(
+            "(() => {{ const slider = document.querySelector('#time-slider'); slider.value = {tick}; slider.dispatchEvent(new Event('input', {{bubbles: true}})); return true; }})()"
+        ));
+        browser.wait_for(&format!(
+            "alliance.view.tick == {tick} && document.body.dataset.tick == '{tick}'"
+        ));
+    };
+    let gold = "document.querySelector('[data-robot=gold]')?.dataset.state ?? null";
+    // Forth, back and forth again.
+    for (tick, state) in [
+        (2200, "dead"),
+        (1000, "present"),
+        (2700, "present"),
+        (2001, "dead"),
+    ] {
+        seek(tick);
+        browser.wait_for(&format!("({gold}) == '{state}'"));
+    }
+    browser.screenshot("page-replay");
+    // The event after the start of the kill's tick: the events of gold's death.
+    seek(1990);
+    browser.press('n');
+    browser.wait_for("alliance.view.tick >= 2000 && alliance.view.tick <= 2001");
+    browser.press('p');
+    browser.wait_for("alliance.view.tick < 2000");
+    // Played, it goes on by itself; held, it stands.
+    seek(100);
+    browser.press(' ');
+    browser.wait_for("alliance.view.tick > 120");
+    browser.press(' ');
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    let held = browser.eval("alliance.view.tick").as_u64().unwrap();
+    browser.press('.');
+    browser.wait_for(&format!("alliance.view.tick == {}", held + 1));
+    browser.press('\u{e010}');
+    browser.wait_for("alliance.view.tick == 3000 && document.body.dataset.state == 'ended'");
+    assert_eq!(browser.console(), Vec::<String>::new());
+    view.signal(Signal::SIGINT);
+    view.wait().expect(0);
+}

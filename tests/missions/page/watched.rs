@@ -1,0 +1,377 @@
+//! A live run in a real browser, watched and interfered with as a person does it.
+
+use serde_json::{Value, json};
+use world_server::recorder::{EventRow, PoseRow};
+
+use super::browser::{Browser, LAPTOP, PHONE};
+use super::client::Page;
+use crate::harness::{Lab, command_line};
+use crate::team::Team;
+
+/// A notice says that the first fault is acknowledged, and from when on.
+const NOTICE: &str = "/f1: .* from .* s .tick /.test(document.querySelector('#notices').innerText)";
+
+/// A run that stands at its beginning, on the page.
+fn open<'l>(lab: &'l Lab, browser: &Browser, arguments: &[&str]) -> (Team<'l>, Page) {
+    let mut team = Team::start_with_page(lab, &[arguments, &["--paused"]].concat());
+    team.wait_for_page();
+    let page = Page::in_words(&team.launcher().stderr());
+    browser.open(&page.link());
+    browser.wait_for("document.body.dataset.state == 'paused' && alliance.view.robots.every(r => r.state == 'present' || r.state == 'coming')");
+    (team, page)
+}
+
+/// Lets the run go on to its end, as fast as it can.
+fn let_go(page: &Page) {
+    page.control(r#"{"clock": {"speed": null}}"#);
+    page.control(r#"{"clock": "resume"}"#);
+}
+
+fn tick(browser: &Browser) -> u64 {
+    browser.eval("alliance.view.tick").as_u64().unwrap()
+}
+
+/// Holds the clock at that tick, or soon after.
+fn run_to(browser: &Browser, page: &Page, wanted: u64) {
+    let left = wanted - tick(browser);
+    page.control(&format!(r#"{{"clock": {{"step": {left}}}}}"#));
+    browser.wait_for(&format!(
+        "alliance.view.tick == {wanted} && document.body.dataset.tick == '{wanted}'"
+    ));
+}
+
+/// Where a point of the room is on the screen, in pixels of the window.
+fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
+    let at = browser.eval(&format!(
+        "(() => {{ const box = document.querySelector('#room-canvas').getBoundingClientRect(); const at = alliance.toScreen({x_m}, {y_m}); return [Math.round(box.x + at.x), Math.round(box.y + at.y)]; }})()"
+    ));
+    (at[0].as_i64().unwrap(), at[1].as_i64().unwrap())
+}
+
+#[test]
+fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let (team, _) = open(&lab, &browser, &["--speed", "5x", "--limit", "60"]);
+    assert_eq!(browser.eval("document.body.dataset.mode"), "live");
+    assert_eq!(tick(&browser), 0);
+    // By key, one step and ten; by button, on and off.
+    browser.press('.');
+    browser.wait_for("document.body.dataset.tick == '1'");
+    browser.press('>');
+    browser.wait_for("document.body.dataset.tick == '11'");
+    let places = "JSON.stringify(alliance.view.robots.map(r => r.pose))";
+    let before = browser.eval(places);
+    browser.click("#pause");
+    browser.wait_for("document.body.dataset.state == 'running' && alliance.view.tick > 250");
+    browser.press(' ');
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    assert_ne!(browser.eval(places), before);
+    // It is really the barrier that stands: the world's own log gets no further.
+    let held = browser.eval("alliance.view.tick");
+    let status = lab.run(&["status", "--json"]).expect(0).json();
+    assert_eq!(status["status"]["clock"]["paused"], true);
+    assert_eq!(status["status"]["tick"], held);
+    browser.click("#step");
+    let next = held.as_u64().unwrap() + 1;
+    browser.wait_for(&format!("alliance.view.tick == {next}"));
+    assert_eq!(tick(&browser), next);
+
+    // Words, numbers and colors of the robots are on the page.
+    assert_eq!(
+        browser.text("[data-robot=blue] [data-field=state]"),
+        "present"
+    );
+    let doing = browser.text("[data-robot=blue] [data-field=doing]");
+    assert!(doing.starts_with("Find-Locations-Methodical"), "{doing}");
+    assert_eq!(
+        browser.eval("document.querySelectorAll('[data-chart]').length"),
+        3
+    );
+    assert_eq!(
+        browser.eval("document.querySelector('[data-task=find-locations] [data-field=executes]').dataset.robots"),
+        "blue"
+    );
+    browser.click("#speed-max");
+    browser.press(' ');
+    browser.wait_for("document.body.dataset.state == 'ended'");
+    let ended = browser.text("#ended");
+    assert!(
+        ended.contains("time-limit") || ended.contains("time limit"),
+        "{ended}"
+    );
+    assert_eq!(browser.console(), Vec::<String>::new());
+    team.wait().expect(1);
+}
+
+#[test]
+fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    // Where blue is a little later if nobody interferes.
+    let arguments = ["--limit", "60"];
+    lab.mission("before", &arguments).expect(1);
+    let way: Vec<PoseRow> = lab
+        .log("before")
+        .rows::<PoseRow>()
+        .unwrap()
+        .into_iter()
+        .filter(|row| row.robot == "blue")
+        .collect();
+    let from = 400;
+    let start = &way[from];
+    let ahead = way[from..]
+        .iter()
+        .find(|row| (row.x_m - start.x_m).hypot(row.y_m - start.y_m) > 1.5)
+        .unwrap();
+    let inside = |row: &PoseRow, corner: (f32, f32), size: (f32, f32), radius: f32| {
+        let dx = (corner.0 - row.x_m)
+            .max(row.x_m - corner.0 - size.0)
+            .max(0.0);
+        let dy = (corner.1 - row.y_m)
+            .max(row.y_m - corner.1 - size.1)
+            .max(0.0);
+        dx.hypot(dy) < radius
+    };
+
+    let (team, page) = open(&lab, &browser, &arguments);
+    run_to(&browser, &page, from as u64);
+    let canvas = |x, y| canvas(&browser, x, y);
+    browser.press('o');
+    browser.drag(
+        canvas(ahead.x_m - 0.3, ahead.y_m + 0.3),
+        canvas(ahead.x_m + 0.3, ahead.y_m - 0.3),
+    );
+    browser.wait_for("alliance.view.obstacles.length == 1 && alliance.view.faults.length == 1");
+    browser.screenshot("page-obstacle");
+    let drawn = browser.eval("alliance.view.obstacles[0]");
+    let number = |key: &str| drawn[key].as_f64().unwrap() as f32;
+    let corner = (number("x_m"), number("y_m"));
+    let size = (number("width_m"), number("height_m"));
+    assert!(
+        (size.0 - 0.6).abs() < 0.1 && (size.1 - 0.6).abs() < 0.1,
+        "{drawn}"
+    );
+    // Without it, blue would go there.
+    assert!(way[from..].iter().any(|row| inside(row, corner, size, 0.2)));
+    // The page says since when it is there.
+    browser.wait_for(NOTICE);
+
+    run_to(&browser, &page, 1000);
+    // Undone from the list of faults: it is gone again.
+    browser.click("#tab-faults");
+    browser.click("#faults [data-undo=f1]");
+    browser.wait_for("alliance.view.obstacles.length == 0");
+    assert_eq!(browser.console(), Vec::<String>::new());
+    let_go(&page);
+    team.wait().expect(1);
+
+    let log = lab.log("run");
+    let there = |row: &&PoseRow| row.robot == "blue" && (20_050..=50_000).contains(&row.t_ms.0);
+    for row in log.rows::<PoseRow>().unwrap().iter().filter(there) {
+        assert!(!inside(row, corner, size, 0.199), "{row:?} in {drawn}");
+    }
+    let events = log.rows::<EventRow>().unwrap();
+    let times = |kind: &str| -> Vec<u64> {
+        let of_it = events
+            .iter()
+            .filter(|row| row.kind == kind && row.subject == "f1");
+        of_it.map(|row| row.t_ms.0).collect()
+    };
+    assert_eq!(times("applied"), [20_000]);
+    assert_eq!(times("healed"), [50_000]);
+    lab.run(&["replay", "run"]).expect(0);
+}
+
+#[test]
+fn gold_is_killed_on_the_page_and_its_task_is_seen_to_be_taken_over() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let (mut team, page) = open(&lab, &browser, &["--limit", "250"]);
+    // Until gold has a spill.
+    let task = |robot: &str| {
+        format!(
+            "[...document.querySelectorAll('[data-task]')].find(row => row.querySelector('[data-field=executes]').dataset.robots.split(' ').includes('{robot}'))?.dataset.task ?? null"
+        )
+    };
+    page.control(r#"{"clock": {"speed": 30}}"#);
+    page.control(r#"{"clock": "resume"}"#);
+    browser.wait_for("alliance.view.robots[1].sets.some(s => s.motivation.state == 'Active' && s.motivation.set >= 2)");
+    browser.press(' ');
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    let spill = browser.wait_for(&task("gold"));
+    let spill = spill.as_str().unwrap();
+    let pid = team.pid("gold");
+    assert_eq!(
+        browser.text("[data-robot=gold] [data-field=pid]"),
+        pid.to_string()
+    );
+    browser.click("[data-robot=gold] [data-action=kill]");
+    browser.wait_for(NOTICE);
+    // With the clock held the kill takes effect in the next tick: a real SIGKILL.
+    browser.press('.');
+    browser.press('.');
+    browser.wait_for("document.querySelector('[data-robot=gold]').dataset.state == 'dead'");
+    assert!(command_line(pid).is_none());
+    browser.screenshot("page-killed");
+    assert_eq!(browser.eval(&task("gold")), Value::Null);
+
+    browser.press(' ');
+    let heir = browser.wait_for(&format!(
+        "document.querySelector({:?}).dataset.robots || null",
+        format!("[data-task={spill:?}] [data-field=executes]")
+    ));
+    browser.click("#tab-events");
+    browser.wait_for("document.querySelector('#event-list').innerText.includes('gold')");
+    // Back again, by the button.
+    browser.click("[data-robot=gold] [data-action=restart]");
+    browser.wait_for("document.querySelector('[data-robot=gold]').dataset.state == 'present'");
+    assert_eq!(browser.text("[data-robot=gold] [data-field=life]"), "2");
+    assert_eq!(browser.console(), Vec::<String>::new());
+    team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
+    let_go(&page);
+    team.wait();
+
+    let log = lab.log("run");
+    let events = log.rows::<EventRow>().unwrap();
+    let gone = events.iter().find(|row| row.kind == "gone").unwrap();
+    assert_eq!(gone.robot, "gold");
+    let taken = events
+        .iter()
+        .find(|row| row.t_ms > gone.t_ms && row.kind == "activated" && row.subject == spill);
+    assert_eq!(json!(taken.unwrap().robot), heir);
+    lab.run(&["replay", "run"]).expect(0);
+}
+
+#[test]
+fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let (team, page) = open(&lab, &browser, &["--limit", "60"]);
+    run_to(&browser, &page, 100);
+    browser.click("#tab-links");
+    browser.click("[data-link='green>blue']");
+    browser.click("#menu [data-action=cut]");
+    browser.wait_for("alliance.view.faults.length == 1");
+    assert_eq!(
+        browser.eval("alliance.view.faults[0].order.fault"),
+        json!({"partition": {"groups": [["blue"], ["green"]], "one_way": true}})
+    );
+    browser.click("[data-robot=blue] [data-action=sensors]");
+    browser.choose("#menu [data-field=device]", "waste");
+    browser.click("#menu [data-action=break]");
+    browser.wait_for("alliance.view.faults.length == 2");
+    run_to(&browser, &page, 300);
+    browser.click("#tab-messages");
+    browser.wait_for("document.querySelector('#message-list [data-fate=lost]') != null");
+    browser.screenshot("page-messages");
+    browser.press('u');
+    browser.wait_for("alliance.view.faults.length == 1");
+    browser.press('u');
+    browser.wait_for("alliance.view.faults.length == 0");
+    // Waste cannot be undone: it has happened.
+    assert_eq!(browser.eval("alliance.view.waste.length"), 24);
+    browser.press('w');
+    let place = canvas(&browser, 6.0, 4.5);
+    browser.drag(place, place);
+    browser.wait_for("alliance.view.waste.length == 25");
+    let lies = browser.eval("alliance.view.waste[24].position");
+    let off = |axis: usize, wanted: f64| (lies[axis].as_f64().unwrap() - wanted).abs();
+    assert!(off(0, 6.0) < 0.1 && off(1, 4.5) < 0.1, "{lies}");
+    assert_eq!(browser.console(), Vec::<String>::new());
+    let_go(&page);
+    team.wait().expect(1);
+    let mut faults = lab.log("run").run.faults;
+    let waste = faults.pop().unwrap();
+    assert_eq!((waste.order.fault.name(), waste.hits), ("waste", 1));
+    let told: Vec<(&str, bool)> = faults
+        .iter()
+        .map(|fault| (fault.order.fault.name(), fault.hits > 0))
+        .collect();
+    assert_eq!(told, [("partition", true), ("sensor", true)]);
+    assert!(faults.iter().all(|fault| fault.healed_ms.is_some()));
+}
+
+/// Another page in the same browser, which knows the address and even the token, tries whatever a page can.
+#[test]
+fn a_page_elsewhere_in_the_same_browser_cannot_kill_a_robot() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let (team, page) = open(&lab, &browser, &["--limit", "60"]);
+    // It comes from another server on this machine: the page of another run.
+    let other_lab = Lab::new();
+    let mut other = Team::start_with_page(&other_lab, &["--paused", "--limit", "60"]);
+    other.wait_for_page();
+    let elsewhere = Page::in_words(&other.launcher().stderr());
+    browser.open(&format!("http://{}/assets/icon.svg", elsewhere.host()));
+    let (host, token) = (page.host(), &page.token);
+    let kill = r#"{\"fault\": {\"fault\": {\"kill\": \"gold\"}}}"#;
+    let tries = [
+        // As a form would, which asks nobody; with the token, which asks first.
+        format!(
+            "fetch('http://{host}/api/control', {{method: 'POST', mode: 'no-cors', body: \"{kill}\"}})"
+        ),
+        format!(
+            "fetch('http://{host}/api/control?token={token}', {{method: 'POST', mode: 'no-cors', headers: {{'Content-Type': 'text/plain'}}, body: \"{kill}\"}})"
+        ),
+        format!(
+            "fetch('http://{host}/api/control', {{method: 'POST', headers: {{Authorization: 'Bearer {token}'}}, body: \"{kill}\"}})"
+        ),
+        format!(
+            "new Promise((yes, no) => {{ const s = new WebSocket('ws://{host}/api/live', ['alliance', '{token}']); s.onopen = () => yes('open'); s.onerror = () => no('refused'); }})"
+        ),
+    ];
+    for attempt in tries {
+        browser.eval(&format!(
+            "(window.tried = null, ({attempt}).then(r => window.tried = 'done ' + (r.type ?? r) + ' ' + (r.status ?? ''), e => window.tried = 'refused'), true)"
+        ));
+        let tried = browser.wait_for("window.tried");
+        let tried = tried.as_str().unwrap();
+        // What it may send unasked it does not get to read.
+        assert!(
+            tried == "refused" || tried == "done opaque 0",
+            "{attempt}: {tried}"
+        );
+    }
+    let listed = page.control(r#""list""#);
+    assert_eq!(listed, json!({"faults": []}));
+    assert!(command_line(team.pid("gold")).is_some());
+    let_go(&page);
+    team.wait().expect(1);
+    assert!(lab.log("run").run.faults.is_empty());
+    let_go(&elsewhere);
+    other.wait().expect(1);
+}
+
+#[test]
+fn it_fits_a_laptop_and_a_phone() {
+    for (name, size) in [("laptop", LAPTOP), ("phone", PHONE)] {
+        let Some(browser) = Browser::start(size) else {
+            return;
+        };
+        let lab = Lab::new();
+        let (team, page) = open(&lab, &browser, &["--limit", "100"]);
+        run_to(&browser, &page, 1500);
+        let seen = browser.eval("[innerWidth, innerHeight]");
+        assert_eq!(seen, json!([size.0, size.1]), "{name}");
+        let overflow = browser.eval("document.documentElement.scrollWidth - innerWidth");
+        assert_eq!(overflow, 0, "{name} scrolls sideways");
+        if size == LAPTOP {
+            let below = browser.eval("document.documentElement.scrollHeight - innerHeight");
+            assert_eq!(below, 0, "{name} scrolls");
+        }
+        browser.screenshot(&format!("page-{name}"));
+        let_go(&page);
+        team.wait().expect(1);
+    }
+}

@@ -1,0 +1,175 @@
+//! `alliance run --in-process` writes the bytes that many processes write, whatever happens to them
+//! (issue "One process, thousands of runs", item 1).
+//!
+//! Some of it as a normal test; `ALLIANCE_PARITY=all` runs every built-in scenario with ten seeds and a hundred random days.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use launch::scenarios;
+use rand::RngExt;
+use rand::seq::IndexedRandom;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use world_server::recorder::RunFile;
+
+use crate::harness::Lab;
+
+/// Kinds of faults in a [`timeline`].
+const KINDS: usize = 13;
+
+/// So much of everything, or so little.
+fn amount(all: u64, some: u64) -> u64 {
+    match std::env::var("ALLIANCE_PARITY") {
+        Ok(wanted) if wanted == "all" => all,
+        _ => some,
+    }
+}
+
+/// Runs it both ways; run.json of either.
+#[track_caller]
+fn check(arguments: &[&str]) -> RunFile {
+    let lab = Lab::new();
+    check_in(&lab, arguments)
+}
+
+#[track_caller]
+fn check_in(lab: &Lab, arguments: &[&str]) -> RunFile {
+    let many = lab.mission("many", arguments);
+    let one = lab.run(&[&["run", "--in-process", "--out", "one"], arguments].concat());
+    let status = many.status.code();
+    assert!(
+        matches!(status, Some(0 | 1)),
+        "{arguments:?}: {}",
+        many.stderr
+    );
+    assert_eq!(one.status.code(), status, "{arguments:?}: {}", one.stderr);
+    lab.assert_same_bytes("many", "one");
+    let run = |out: &str| std::fs::read_to_string(lab.path(out).join("run.json")).unwrap();
+    assert_eq!(run("many"), run("one"), "{arguments:?}");
+    let run = lab.log("one").run;
+    assert!(run.hash.is_some() && !run.unscripted, "{arguments:?}");
+    run
+}
+
+#[test]
+fn every_scenario() {
+    for builtin in scenarios::builtins() {
+        for seed in 1..=amount(10, 2) {
+            check(&[builtin.name, "--seed", &seed.to_string()]);
+        }
+    }
+}
+
+#[test]
+fn random_days() {
+    let days = amount(100, 8);
+    let mut hit = BTreeSet::new();
+    for day in 0..days {
+        let lab = Lab::new();
+        std::fs::write(lab.path("day.toml"), timeline(day)).unwrap();
+        let order = ["simultaneous", "in-order"][day as usize % 2];
+        let seed = day.to_string();
+        let run = check_in(
+            &lab,
+            &[
+                "day.toml",
+                "--limit",
+                "120",
+                "--seed",
+                &seed,
+                "--step-order",
+                order,
+            ],
+        );
+        let happened = run.faults.iter().filter(|fault| fault.hits > 0);
+        hit.extend(happened.map(|fault| fault.order.fault.name().to_owned()));
+    }
+    // What never hits shows nothing.
+    let wanted = if days < 100 { 5 } else { KINDS };
+    assert!(hit.len() >= wanted, "only {hit:?} hit");
+    println!("{days} days, hit: {hit:?}");
+}
+
+/// A scenario with three to ten faults at random times of two minutes.
+fn timeline(seed: u64) -> String {
+    const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut text = "name = \"day\"\n".to_owned();
+    for _ in 0..rng.random_range(3..=10) {
+        let a = *ROBOTS.choose(&mut rng).unwrap();
+        let b = *ROBOTS
+            .iter()
+            .filter(|name| **name != a)
+            .collect::<Vec<_>>()
+            .choose(&mut rng)
+            .unwrap();
+        let p = rng.random_range(0.05..0.9_f64);
+        let device = [
+            "position",
+            "avoidance",
+            "waste",
+            "gripper",
+            "spill-zone",
+            "front-border",
+        ]
+        .choose(&mut rng)
+        .unwrap();
+        let (x, y) = (
+            rng.random_range(3.0..9.0_f64),
+            rng.random_range(1.0..8.0_f64),
+        );
+        let fault = match rng.random_range(0..18) {
+            0 | 1 => format!("kill = '{a}'"),
+            2 => format!("terminate = '{a}'"),
+            3 | 4 => format!("pause = '{a}'"),
+            5 => format!("restart = '{a}'"),
+            6 => format!("drop = {{ from = '{a}', p = {p} }}"),
+            7 => format!("drop = {{ p = {p}, burst_s = 2.0 }}"),
+            8 => format!("delay = {{ from = '{a}', to = '{b}', delay_s = {p}, jitter_s = 1.0 }}"),
+            9 => format!("partition = {{ groups = [['{a}'], ['{b}']] }}"),
+            10 => format!("mute = '{a}'"),
+            11 => format!("deaf = '{a}'"),
+            12 => format!("duplicate = {{ p = {p} }}"),
+            13 => format!("sensor = {{ robot = '{a}', device = '{device}', mode = 'dead' }}"),
+            14 => format!("sensor = {{ robot = '{a}', device = '{device}', mode = 'stuck' }}"),
+            15 => format!(
+                "sensor = {{ robot = '{a}', device = 'position', mode = {{ noise = {{ m = {p} }} }} }}"
+            ),
+            16 => format!("actuator = {{ robot = '{a}', mode = {{ slowed = {p} }} }}"),
+            _ => format!("obstacle = {{ x_m = {x}, y_m = {y}, width_m = 0.5, height_m = 0.7 }}"),
+        };
+        let at = rng.random_range(0.0..110.0_f64);
+        writeln!(text, "[[faults.timeline]]\nfault.{fault}\nat_s = {at:.2}").unwrap();
+        let moment = fault.starts_with("restart");
+        if !moment && rng.random_bool(0.7) {
+            let length = rng.random_range(1.0..30.0_f64);
+            writeln!(text, "for_s = {length:.2}").unwrap();
+        }
+    }
+    text
+}
+
+#[test]
+fn what_one_process_cannot_do_is_refused_in_one_line() {
+    let lab = Lab::new();
+    for arguments in [
+        ["--speed", "5x"].as_slice(),
+        &["--open"],
+        &["--paused"],
+        &["--stall-after", "3"],
+    ] {
+        let refused = lab
+            .run(&[&["run", "--in-process"], arguments].concat())
+            .expect(2);
+        assert!(
+            refused
+                .stderr
+                .starts_with("alliance: the argument '--in-process' cannot be used with"),
+            "{}",
+            refused.stderr
+        );
+        assert_eq!(refused.stderr.lines().count(), 1);
+    }
+    assert!(!lab.path("runs").exists());
+}
