@@ -5,7 +5,7 @@
 //! - [`in_process`]: the same run without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
 //!   differ.
 //! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run; [`retrace`]: a
-//!   finished run with a view of each tick.
+//!   finished run with a view of each tick; [`export`]: it for other tools.
 //! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
@@ -20,10 +20,12 @@ pub mod check;
 mod clock;
 mod control;
 pub mod diff;
+pub mod export;
 mod fault;
 pub mod in_process;
 pub mod observer;
 pub mod page;
+mod palette;
 pub mod replay;
 mod report;
 pub mod retrace;
@@ -65,6 +67,8 @@ enum Part {
     View(page::view::ViewCommand),
     /// Show what happened in a run: figures and metrics on a page
     Report(report::command::ReportCommand),
+    /// Write a run as MCAP or Parquet, for other tools
+    Export(export::ExportCommand),
     /// Say what the parameters of a scenario mean, and which of them do not go together
     Check(check::CheckCommand),
     /// List the built-in scenarios, or print one
@@ -97,6 +101,7 @@ pub fn main() -> ExitCode {
         Part::Watch(command) => command.run(),
         Part::View(command) => command.run(),
         Part::Report(command) => command.run(),
+        Part::Export(command) => command.run(),
         Part::Check(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }

@@ -1,54 +1,16 @@
 //! The control topic from outside: a program in Python, with zenoh's own package, breaks things in a live run.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
 use serde_json::{Value, json};
 
 use crate::harness::Lab;
+use crate::python::{python, run};
 use crate::team::Team;
-
-/// A Python that has the zenoh package: the one that `.ci/run` makes beside the programs under test, or the system's. `None`
-/// lets a test be skipped, which must not happen unseen where everything is checked.
-fn python() -> Option<PathBuf> {
-    let program = Path::new(env!("CARGO_BIN_EXE_alliance-under-test"));
-    let made = program
-        .ancestors()
-        .map(|folder| folder.join("python/bin/python3"));
-    let found = made
-        .filter(|python| python.is_file())
-        .chain([PathBuf::from("python3")])
-        .find(|python| {
-            let tried = Command::new(python).args(["-c", "import zenoh"]).output();
-            tried.is_ok_and(|tried| tried.status.success())
-        });
-    if found.is_none() {
-        let how = "no Python with the package zenoh: run `.ci/run`, or `pip install -r tests/python/requirements.txt`";
-        assert!(std::env::var_os("CI").is_none(), "{how}");
-        println!("skipped: {how}");
-    }
-    found
-}
-
-/// Runs a script of tests/python in the lab and gives what it prints.
-#[track_caller]
-fn run(lab: &Lab, python: &Path, script: &str, arguments: &[&str]) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
-    let output = Command::new(python)
-        .arg(folder.join(script))
-        .args(arguments)
-        .env("XDG_RUNTIME_DIR", lab.path("runtime"))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{script}: {said}");
-    String::from_utf8(output.stdout).unwrap()
-}
 
 #[test]
 fn a_foreign_program_breaks_things_and_what_is_refused_changes_nothing() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(&["zenoh"]) else {
+        return;
+    };
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "2x", "--limit", "60"]);
     team.wait_for_row("events.csv", &[",activated,"]);

@@ -2,11 +2,13 @@
 
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::Args;
 use world_server::args::{MissionArgs, RunArgs};
 
 use super::one_process;
 use super::supervise::{Plan, supervise};
+use crate::export::export_mcap;
 use crate::page::link::{Link, LinkArgs};
 use crate::scenarios;
 
@@ -25,6 +27,9 @@ pub struct RunCommand {
     /// Serve no page
     #[arg(long, conflicts_with_all = ["open", "port"])]
     no_page: bool,
+    /// At the end, write run.mcap into the run's folder, for Foxglove, Lichtblick and PlotJuggler
+    #[arg(long)]
+    mcap: bool,
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
@@ -34,7 +39,7 @@ impl RunCommand {
     /// Runs the mission and shows how it went.
     ///
     /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
-    /// arguments, 3 when a process or the bus failed.
+    /// arguments, 3 when a process, the bus or the export failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // Everything is read and checked here, before the first process starts.
@@ -58,12 +63,7 @@ impl RunCommand {
             open: self.page.open,
             json: self.json,
         };
-        let ran = if self.in_process {
-            one_process::run(&plan, self.run.log)
-        } else {
-            supervise(&plan, link)
-        };
-        match ran {
+        match self.carry_out(&plan, link) {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
@@ -71,6 +71,19 @@ impl RunCommand {
                 ExitCode::from(3)
             }
         }
+    }
+
+    /// Runs it, and exports it if that is wanted; whether the mission is complete.
+    fn carry_out(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
+        let complete = if self.in_process {
+            one_process::run(plan, self.run.log)?
+        } else {
+            supervise(plan, link)?
+        };
+        if self.mcap {
+            export_mcap(&plan.folder).context("--mcap")?;
+        }
+        Ok(complete)
     }
 
     /// Where the page is to be found.

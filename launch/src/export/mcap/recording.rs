@@ -1,0 +1,128 @@
+//! An MCAP file: topics with messages of one type each.
+
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+use std::marker::PhantomData;
+
+use ::mcap::records::{MessageHeader, Metadata};
+use ::mcap::{WriteOptions, Writer};
+use alliance_proto::time::SimTime;
+use anyhow::Context;
+use foxglove::Encode;
+
+/// A file that is being written. The foxglove crate's own writer drops the errors of a full disk; so its types are encoded
+/// by it, and written by the crate below it.
+pub struct Recording<W: Write + Seek> {
+    writer: Writer<W>,
+    /// How many messages each channel has.
+    counts: BTreeMap<u16, u32>,
+}
+
+/// A topic.
+pub struct Channel<M> {
+    id: u16,
+    messages: PhantomData<fn(M)>,
+}
+
+/// A message, encoded.
+pub struct Message {
+    /// Its simulated time.
+    pub at: SimTime,
+    /// Its topic.
+    pub channel: u16,
+    /// Its contents.
+    pub bytes: Vec<u8>,
+}
+
+impl<W: Write + Seek> Recording<W> {
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn new(file: W) -> anyhow::Result<Self> {
+        // In this thread: then the same run makes the same bytes on every machine.
+        let options = WriteOptions::new().compression_threads(0);
+        Ok(Self {
+            writer: options.create(file)?,
+            counts: BTreeMap::new(),
+        })
+    }
+
+    /// Adds a topic.
+    ///
+    /// # Errors
+    /// Those of the file, and more topics than it can tell apart: 65 535.
+    pub fn channel<M: Encode>(&mut self, topic: &str) -> anyhow::Result<Channel<M>> {
+        let schema = M::get_schema().context("a message type without schema")?;
+        let schema = self
+            .writer
+            .add_schema(&schema.name, &schema.encoding, &schema.data)?;
+        let encoding = M::get_message_encoding();
+        let id = self
+            .writer
+            .add_channel(schema, topic, &encoding, &BTreeMap::new())?;
+        Ok(Channel {
+            id,
+            messages: PhantomData,
+        })
+    }
+
+    /// Adds a record of facts about the whole.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn write_metadata(
+        &mut self,
+        name: &str,
+        metadata: BTreeMap<String, String>,
+    ) -> anyhow::Result<()> {
+        let name = name.to_owned();
+        self.writer.write_metadata(&Metadata { name, metadata })?;
+        Ok(())
+    }
+
+    /// Adds a message.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn write(&mut self, message: &Message) -> anyhow::Result<()> {
+        let count = self.counts.entry(message.channel).or_default();
+        *count = count.wrapping_add(1);
+        let time_ns = message.at.0.saturating_mul(1_000_000);
+        let header = MessageHeader {
+            channel_id: message.channel,
+            sequence: *count,
+            log_time: time_ns,
+            publish_time: time_ns,
+        };
+        self.writer
+            .write_to_known_channel(&header, &message.bytes)?;
+        Ok(())
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        self.writer.finish()?;
+        self.writer.into_inner().flush()?;
+        Ok(())
+    }
+}
+
+impl<M: Encode> Channel<M> {
+    /// A message for this topic.
+    pub fn message(&self, at: SimTime, message: &M) -> Message {
+        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
+        message
+            .encode(&mut bytes)
+            // A `Vec` grows, and room is all that encoding can lack.
+            .expect("a message can be encoded");
+        Message {
+            at,
+            channel: self.id,
+            bytes,
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! What is in the files is what is in the log, whatever was logged, and the same each time.
+
+use nix::sys::signal::Signal;
+use serde_json::{Value, json};
+use world_server::recorder::{LogLevel, MotivationRow, RunOutcome, TableRow};
+
+use super::{bad_day, bytes, files, read};
+use crate::harness::Lab;
+use crate::python::python;
+use crate::team::Team;
+
+const TABLES: [&str; 6] = [
+    "events",
+    "messages",
+    "mission",
+    "motivations",
+    "poses",
+    "ticks",
+];
+
+const MCAP: [&str; 2] = ["mcap", "mcap_protobuf"];
+const PARQUET: [&str; 2] = ["pandas", "pyarrow"];
+
+/// Rows of a table of the lab's run.
+fn rows(lab: &Lab, run: &str, table: &str) -> u64 {
+    let text = String::from_utf8(bytes(lab, &format!("{run}/{table}.csv"))).unwrap();
+    text.lines().count() as u64 - 1
+}
+
+#[test]
+fn a_recording_holds_every_row_and_how_it_looked() {
+    let Some(python) = python(&MCAP) else { return };
+    let lab = Lab::new();
+    bad_day(&lab, "run", &["--seed", "3", "--mcap"]);
+    // The script compares every message with its row, and the scene with the log.
+    let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);
+
+    let log = lab.log("run");
+    let metadata = &found["metadata"]["run"];
+    assert_eq!(metadata["seed"], "3");
+    assert_eq!(metadata["scenario"], "a-bad-day");
+    assert_eq!(metadata["outcome"], "time-limit");
+    assert_eq!(metadata["hash"], json!(log.run.hash));
+    assert_eq!(metadata["version"], json!(log.run.version));
+    // The run can be had again from the recording alone.
+    let scenario = metadata["scenario_toml"].as_str().unwrap();
+    std::fs::write(lab.path("again.toml"), scenario).unwrap();
+    lab.mission("again", &["again.toml", "--seed", "3", "--in-process"])
+        .expect(1);
+    assert_eq!(lab.log("again").run.hash, log.run.hash);
+
+    for table in ["motivations", "messages", "events", "poses", "mission"] {
+        let count = found["counts"][table].as_u64().unwrap();
+        assert_eq!(count, rows(&lab, "run", table), "{table}");
+        assert!(count > 5, "{table}: {count}");
+    }
+    assert_eq!(found["last_ms"], 120_000);
+    assert_eq!(found["topics"]["/tf"], 2401);
+    assert_eq!(found["threshold"], json!([[0, 100.0], [120_000, 100.0]]));
+    assert_eq!(
+        found["topics"]["/motivations/red/move-spill(top)"],
+        found["topics"]["/motivations/red/report-progress"]
+    );
+
+    let labels = |robot: &str| {
+        found["labels"][format!("robots/{robot}")]
+            .as_array()
+            .unwrap()
+    };
+    assert!(labels("blue").contains(&json!("blue: find-locations-methodical")));
+    assert!(labels("gold").contains(&json!("gold: dead")));
+    // Not there at first.
+    assert_eq!(labels("red")[0], "");
+    assert!(labels("red").contains(&json!("red: idle")));
+    // Slow ground from the start, and for ten seconds a block.
+    assert_eq!(
+        found["obstacles"],
+        json!([[0, 1], [30_050, 2], [40_050, 1]])
+    );
+    // A report colors the site.
+    let site = found["site"].as_array().unwrap();
+    assert!(site.len() >= 3, "{site:?}");
+    assert_ne!(site[0][1], site[1][1]);
+    assert_eq!(site[0][1], site[2][1]);
+    assert!(found["sensed"]["border"].as_u64() > Some(100));
+    assert!(found["sensed"]["avoidance"].as_u64() > Some(100));
+    assert!(found["warnings"].as_u64() >= Some(5));
+    // Not every tick tells of what lies still.
+    let rarely = |topic: &str| found["topics"][topic].as_u64().unwrap() < 100;
+    assert!(rarely("/scene/room") && rarely("/scene/items") && rarely("/scene/robots/blue"));
+}
+
+#[test]
+fn a_recording_is_the_same_whatever_was_logged_and_whenever_it_is_made() {
+    let lab = Lab::new();
+    bad_day(&lab, "full", &["--mcap", "--in-process"]);
+    bad_day(&lab, "summary", &["--log", "summary", "--in-process"]);
+    bad_day(&lab, "off", &["--log", "off", "--mcap"]);
+    lab.run(&["export", "summary", "--mcap=elsewhere.mcap"])
+        .expect(0);
+    let full = bytes(&lab, "full/run.mcap");
+    assert!(full == bytes(&lab, "off/run.mcap"), "--log off");
+    assert!(full == bytes(&lab, "elsewhere.mcap"), "--log summary");
+    // Over an older one.
+    std::fs::write(lab.path("full/run.mcap"), "old").unwrap();
+    let finished = lab.run(&["export", "full", "--mcap"]).expect(0);
+    assert_eq!(finished.stderr, "mcap    full/run.mcap\n");
+    assert!(full == bytes(&lab, "full/run.mcap"), "a second time");
+}
+
+#[test]
+fn tables_keep_every_value() {
+    let Some(python) = python(&PARQUET) else {
+        return;
+    };
+    let lab = Lab::new();
+    bad_day(&lab, "run", &["--in-process"]);
+    let finished = lab.run(&["export", "run", "--parquet"]).expect(0);
+    assert_eq!(finished.stderr, "parquet run/parquet\n");
+    // The script compares every value with the CSV's.
+    let found = read(&lab, &python, "read_parquet.py", &["run", "run/parquet"]);
+    let log = lab.log("run");
+    for table in TABLES {
+        let facts = &found[table];
+        assert_eq!(facts["rows"], rows(&lab, "run", table), "{table}");
+        assert!(facts["rows"].as_u64() > Some(5), "{table}");
+        assert_eq!(facts["metadata"]["seed"], "1");
+        assert_eq!(facts["metadata"]["scenario"], "a-bad-day");
+        assert_eq!(facts["metadata"]["hash"], json!(log.run.hash));
+    }
+    // What was lost said nothing; before the first report there was none.
+    assert!(found["messages"]["nulls"].as_u64() > Some(10));
+    assert!(found["mission"]["nulls"].as_u64() > Some(0));
+    assert_eq!(found["poses"]["nulls"], 0, "energy is simulated");
+
+    let names = TABLES.map(|table| format!("{table}.parquet"));
+    assert_eq!(files(&lab, "run/parquet"), names);
+    lab.run(&["export", "run", "--parquet=again/tables"])
+        .expect(0);
+    for name in names {
+        let [first, second] =
+            ["run/parquet", "again/tables"].map(|folder| bytes(&lab, &format!("{folder}/{name}")));
+        assert!(first == second, "{name}");
+    }
+}
+
+#[test]
+fn a_long_table_has_several_groups_of_rows() {
+    let Some(python) = python(&PARQUET) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.mission("run", &["--in-process"]).expect(0);
+    lab.run(&["export", "run", "--parquet"]).expect(0);
+    let found = read(&lab, &python, "read_parquet.py", &["run", "run/parquet"]);
+    assert!(found["motivations"]["rows"].as_u64() > Some(1 << 16));
+    assert_eq!(found["motivations"]["groups"], 2);
+    assert_eq!(found["events"]["groups"], 1);
+    // Energy is not simulated here.
+    assert_eq!(found["poses"]["nulls"], found["poses"]["rows"]);
+}
+
+#[test]
+fn tables_that_were_not_logged_are_left_out_and_older_ones_do_not_pass_for_them() {
+    let Some(python) = python(&PARQUET) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.mission("full", &["--limit", "5", "--in-process"])
+        .expect(1);
+    lab.run(&["export", "full", "--parquet=tables"]).expect(0);
+    lab.mission(
+        "summary",
+        &["--limit", "5", "--log", "summary", "--in-process"],
+    )
+    .expect(1);
+    let finished = lab
+        .run(&["export", "summary", "--parquet=tables"])
+        .expect(0);
+    assert_eq!(
+        finished.stderr,
+        "note: --log summary keeps no motivations, messages, poses\nparquet tables\n"
+    );
+    assert_eq!(
+        files(&lab, "tables"),
+        ["events.parquet", "mission.parquet", "ticks.parquet"]
+    );
+    let found = read(&lab, &python, "read_parquet.py", &["summary", "tables"]);
+    assert_eq!(found["events"]["rows"], rows(&lab, "summary", "events"));
+}
+
+#[test]
+fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "10x"]);
+    team.wait_for_row("events.csv", &[",activated,"]);
+    team.signal("world", Signal::SIGKILL);
+    team.wait().expect(3);
+    let log = lab.log("run");
+    assert_eq!(log.run.outcome, RunOutcome::Running);
+    let last = log.last.unwrap();
+    let exported = lab.run(&["export", "run", "--mcap", "--parquet"]).expect(0);
+    assert_eq!(
+        exported.stderr,
+        "parquet run/parquet\nmcap    run/run.mcap\n"
+    );
+
+    let Some(python) = python(&[MCAP, PARQUET].concat()) else {
+        return;
+    };
+    // The tables as far as they are whole, which is what the readers are to find.
+    for table in world_server::recorder::Table::ALL {
+        std::fs::write(lab.path("run").join(table.file_name()), log.table(table)).unwrap();
+    }
+    let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);
+    let hash = format!("{:016x}", last.hash);
+    assert_eq!(found["metadata"]["run"]["outcome"], "running");
+    assert_eq!(found["metadata"]["run"]["hash"], hash);
+    assert_eq!(found["last_ms"], last.now.0 + 50);
+    let tables = read(&lab, &python, "read_parquet.py", &["run", "run/parquet"]);
+    let motivations = MotivationRow::TABLE.file_name().trim_end_matches(".csv");
+    assert_eq!(tables[motivations]["rows"], found["counts"][motivations]);
+    assert_eq!(tables["events"]["metadata"]["hash"], hash);
+    assert_eq!(log.run.log, LogLevel::Full);
+}
+
+#[test]
+fn layouts_name_what_there_is() {
+    let Some(python) = python(&MCAP) else { return };
+    let lab = Lab::new();
+    lab.mission("run", &["--limit", "100", "--in-process", "--mcap"])
+        .expect(1);
+    let layouts = format!("{}/../docs/layouts", env!("CARGO_MANIFEST_DIR"));
+    let found = read(
+        &lab,
+        &python,
+        "read_layouts.py",
+        &[
+            "run/run.mcap",
+            &format!("{layouts}/foxglove.json"),
+            &format!("{layouts}/plotjuggler.xml"),
+        ],
+    );
+    let names = |layout: &str, topic: &str| {
+        let topics = found[layout].as_array().unwrap();
+        assert!(topics.contains(&json!(topic)), "{layout}: {topic}");
+    };
+    for layout in ["foxglove", "plotjuggler"] {
+        names(layout, "/motivations/gold/move-spill(top)");
+        names(layout, "/motivations/blue/find-locations-methodical");
+        names(layout, "/threshold");
+    }
+    names("foxglove", "/log");
+    names("foxglove", "/scene/robots/green");
+    names("foxglove", "/sensors/blue/border");
+    names("plotjuggler", "/poses/green");
+    assert!(matches!(&found["plotjuggler"], Value::Array(topics) if topics.len() > 15));
+}

@@ -1,0 +1,65 @@
+//! Runs in the formats of other tools, read by what reads them everywhere (issue "Eyes", items 2 and 3).
+
+mod formats;
+mod notebook;
+mod refusals;
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::harness::Lab;
+use crate::python::run;
+
+/// Something of everything: a newcomer, a death, obstacles that come and go, slow ground, energy, messages that are lost, late
+/// and doubled, and a sensor that dies.
+const BAD_DAY: &str = r#"
+name = "a-bad-day"
+robots = [
+    { name = "blue", side_sensor = true },
+    { name = "gold" },
+    { name = "green" },
+    { name = "red", absent = true },
+]
+obstacles = [{ x_m = 2.0, y_m = 7.0, width_m = 1.0, height_m = 1.5, penetrability = 0.5 }]
+[energy]
+[waste]
+report_period_s = 20.0
+[faults]
+timeline = [
+    { fault.add = "red", at_s = 15.0 },
+    { fault.kill = "gold", at_s = 20.0, for_s = 5.0 },
+    { fault.obstacle = { x_m = 6.0, y_m = 4.0, width_m = 0.5, height_m = 1.0 }, at_s = 30.0, for_s = 10.0 },
+    { fault.drop = { p = 0.3 }, at_s = 10.0, for_s = 30.0 },
+    { fault.delay = { from = "green", delay_s = 1.0, jitter_s = 0.5 }, at_s = 5.0 },
+    { fault.duplicate = { p = 0.1 }, at_s = 10.0 },
+    { fault.sensor = { robot = "green", device = "avoidance", mode = "dead" }, at_s = 40.0 },
+]
+"#;
+
+/// Runs that scenario for two minutes, into the folder `out`.
+fn bad_day(lab: &Lab, out: &str, arguments: &[&str]) {
+    std::fs::write(lab.path("day.toml"), BAD_DAY).unwrap();
+    let all = [&["day.toml", "--limit", "120"], arguments].concat();
+    lab.mission(out, &all).expect(1);
+}
+
+/// What a script prints about these files of the lab.
+#[track_caller]
+fn read(lab: &Lab, python: &Path, script: &str, files: &[&str]) -> Value {
+    serde_json::from_str(&run(lab, python, script, files)).unwrap()
+}
+
+fn bytes(lab: &Lab, file: &str) -> Vec<u8> {
+    std::fs::read(lab.path(file)).unwrap()
+}
+
+/// Names of the files in a folder, hidden ones too.
+fn files(lab: &Lab, folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(lab.path(folder)).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}

@@ -1,0 +1,49 @@
+//! The example for notebooks draws what is in the log.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use world_server::recorder::MotivationRow;
+
+use super::{bytes, read};
+use crate::harness::Lab;
+use crate::python::python;
+
+#[test]
+fn figure_4_9_from_the_tables() {
+    let Some(python) = python(&["matplotlib", "pandas", "pyarrow"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.mission(
+        "run",
+        &["thesis-no-interruption", "--limit", "150", "--in-process"],
+    )
+    .expect(1);
+    lab.run(&["export", "run", "--parquet"]).expect(0);
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples/fig_4_9.py");
+    let drawn = read(
+        &lab,
+        &python,
+        "read_figure.py",
+        &[example.to_str().unwrap(), "run", "figure.png"],
+    );
+    let drawn: BTreeMap<String, Vec<(f64, f64)>> = serde_json::from_value(drawn).unwrap();
+
+    let mut logged: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
+    for row in lab.log("run").rows::<MotivationRow>().unwrap() {
+        if row.behavior_set == "move-spill(top)" {
+            let point = (row.t_ms.as_secs_f64(), row.motivation);
+            logged.entry(row.robot).or_default().push(point);
+        }
+    }
+    assert_eq!(drawn, logged);
+    assert_eq!(drawn["gold"].len(), 3000);
+    assert!(
+        drawn["gold"]
+            .iter()
+            .any(|(_, motivation)| *motivation == 100.0)
+    );
+    let picture = bytes(&lab, "figure.png");
+    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 20_000);
+}

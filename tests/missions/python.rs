@@ -1,0 +1,49 @@
+//! Programs in Python, as somebody outside would write them.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::harness::Lab;
+
+/// A Python that has these modules: the one that `.ci/run` makes beside the programs under test, or the system's. `None` lets
+/// a test be skipped, which must not happen unseen where everything is checked.
+pub fn python(modules: &[&str]) -> Option<PathBuf> {
+    let program = Path::new(env!("CARGO_BIN_EXE_alliance-under-test"));
+    let made = program
+        .ancestors()
+        .map(|folder| folder.join("python/bin/python3"));
+    let import = format!("import {}", modules.join(", "));
+    let found = made
+        .filter(|python| python.is_file())
+        .chain([PathBuf::from("python3")])
+        .find(|python| {
+            let tried = Command::new(python).args(["-c", &import]).output();
+            tried.is_ok_and(|tried| tried.status.success())
+        });
+    if found.is_none() {
+        let how = format!(
+            "no Python with {}: run `.ci/run`, or `pip install -r tests/python/requirements.txt`",
+            modules.join(", ")
+        );
+        assert!(std::env::var_os("CI").is_none(), "{how}");
+        println!("skipped: {how}");
+    }
+    found
+}
+
+/// Runs a script of tests/python in the lab and gives what it prints.
+#[track_caller]
+pub fn run(lab: &Lab, python: &Path, script: &str, arguments: &[&str]) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
+    let output = Command::new(python)
+        .arg(folder.join(script))
+        .args(arguments)
+        .current_dir(lab.path(""))
+        .env("XDG_RUNTIME_DIR", lab.path("runtime"))
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{script}: {said}");
+    String::from_utf8(output.stdout).unwrap()
+}

@@ -1,0 +1,268 @@
+"""Compares an MCAP file with the log of its run, message by message, with what anybody would use to read it. Prints what was found as JSON.
+
+    read_mcap.py FOLDER FILE
+"""
+
+import json
+import math
+import struct
+import sys
+from collections import Counter, defaultdict
+from pathlib import Path
+
+from google.protobuf.descriptor import FieldDescriptor
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+from runlog import rows, single
+
+# The columns that tell the topic of a table's rows.
+TOPICS = {
+    "motivations": ("robot", "behavior_set"),
+    "poses": ("robot",),
+    "messages": (),
+    "events": (),
+    "mission": (),
+}
+WARNINGS = {"gone", "stalled", "lost", "energy-out", "applied", "hit", "failed"}
+
+VALUES = {
+    FieldDescriptor.TYPE_UINT64: int,
+    FieldDescriptor.TYPE_UINT32: int,
+    FieldDescriptor.TYPE_DOUBLE: float,
+    FieldDescriptor.TYPE_FLOAT: single,
+    FieldDescriptor.TYPE_BOOL: {"0": False, "1": True}.__getitem__,
+    FieldDescriptor.TYPE_STRING: str,
+}
+
+
+def equal(found, wanted, where):
+    if found != wanted:
+        sys.exit(f"{where}: {found!r} is not {wanted!r}")
+
+
+def near(found, wanted, where, most=1e-6):
+    if not abs(found - wanted) <= most:
+        sys.exit(f"{where}: {found!r} is not about {wanted!r}")
+
+
+def read(path):
+    """Everything in the file: its metadata, and the messages of each topic as (ns, message), in the order of the file."""
+    topics = defaultdict(list)
+    latest = 0
+    with open(path, "rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        for channel in summary.channels.values():
+            topics[channel.topic] = []
+        for _, channel, header, message in reader.iter_decoded_messages(log_time_order=False):
+            equal(header.publish_time, header.log_time, channel.topic)
+            equal(header.sequence, len(topics[channel.topic]) + 1, channel.topic)
+            # What became of a message may be known only later.
+            if channel.topic != "/messages":
+                equal(header.log_time >= latest, True, f"the order of {channel.topic} at {header.log_time}")
+                latest = max(latest, header.log_time)
+            topics[channel.topic].append((header.log_time, message))
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+    equal(summary.statistics.message_count, sum(map(len, topics.values())), "message count")
+    return metadata, topics
+
+
+def compare_table(folder, table, topics):
+    """Every row is a message with the same values at the same time, in the same order. Gives the number of rows."""
+    header, lines = rows(folder, table)
+    of_topic = defaultdict(list)
+    for line in lines:
+        names = [line[header.index(column)] for column in TOPICS[table]]
+        of_topic["/".join(["", table, *names])].append(line)
+    there = {topic for topic in topics if topic == f"/{table}" or topic.startswith(f"/{table}/")}
+    equal(set(of_topic) - there, set(), f"topics of {table}")
+    for topic in there:
+        messages = topics[topic]
+        equal(len(messages), len(of_topic[topic]), f"messages of {topic}")
+        for (time, message), line in zip(messages, of_topic[topic]):
+            fields = message.DESCRIPTOR.fields
+            equal([field.name for field in fields], header, f"columns of {topic}")
+            equal(time, int(line[0]) * 1_000_000, f"time of {topic}")
+            for field, text in zip(fields, line):
+                if field.has_presence and not message.HasField(field.name):
+                    equal("", text, f"{topic} {field.name}")
+                else:
+                    equal(getattr(message, field.name), VALUES[field.type](text), f"{topic} {field.name} at {line[0]}")
+    return len(lines)
+
+
+def places(topics):
+    """Where each robot is, by time in ms: (x, y, heading)."""
+    found = {}
+    for time, message in topics["/tf"]:
+        robots = found[time // 1_000_000] = {}
+        for frame in message.transforms:
+            equal(frame.timestamp.ToNanoseconds(), time, "stamp of /tf")
+            equal(frame.parent_frame_id, "world", "parent")
+            robots[frame.child_frame_id] = (
+                frame.translation.x,
+                frame.translation.y,
+                2 * math.atan2(frame.rotation.z, frame.rotation.w),
+            )
+    return found
+
+
+def compare_places(folder, places, step_ms):
+    equal(list(places), [step_ms * tick for tick in range(len(places))], "times of /tf")
+    header, lines = rows(folder, "poses")
+    for line in lines:
+        row = dict(zip(header, line))
+        x, y, heading = places[int(row["t_ms"])][row["robot"]]
+        equal((x, y), (single(row["x_m"]), single(row["y_m"])), f"place of {row['robot']} at {row['t_ms']}")
+        near(math.remainder(heading - float(row["heading_rad"]), math.tau), 0.0, "heading")
+
+
+def scene(topics):
+    """For each topic below /scene its states as (ms, entity)."""
+    found = {}
+    for topic, messages in topics.items():
+        if topic.startswith("/scene/"):
+            states = found[topic.removeprefix("/scene/")] = []
+            for time, message in messages:
+                (entity,) = message.entities
+                equal(len(message.deletions), 0, topic)
+                equal(entity.timestamp.ToNanoseconds(), time, topic)
+                equal(entity.frame_locked, True, topic)
+                states.append((time // 1_000_000, entity))
+    return found
+
+
+def at(states, t_ms):
+    """The state at a time, as somebody sees it who jumps there."""
+    latest = None
+    for time, entity in states:
+        if time > t_ms:
+            break
+        latest = entity
+    return latest
+
+
+def compare_items(folder, scene, step_ms):
+    """A row of mission.csv is what the step made of the items, to be seen when the next one begins."""
+    header, lines = rows(folder, "mission")
+    for line in lines:
+        row = dict(zip(header, map(lambda text: int(text or 0), line)))
+        after = row["t_ms"] + step_ms
+        on_floor = row["items_in_spills"] + row["items_on_floor"] + row["items_delivered"]
+        equal(len(at(scene["items"], after).spheres), on_floor, f"items at {after}")
+        carried = 0
+        for name, states in scene.items():
+            robot = at(states, after) if name.startswith("robots/") else None
+            carried += len(robot.spheres) if robot else 0
+        equal(carried, row["items_carried"], f"carried items at {after}")
+
+
+def way_to_solid(point, obstacles, places, own, scenario):
+    """Distance from a point to the surface of the nearest solid other than the robot itself, negative inside."""
+    x, y = point
+    room, radius = scenario["room"], scenario["body"]["radius_m"]
+    ways = [x, y, room["width_m"] - x, room["height_m"] - y]
+    for name, (robot_x, robot_y, _) in places.items():
+        if name != own:
+            ways.append(math.hypot(robot_x - x, robot_y - y) - radius)
+    for cube in obstacles.cubes if obstacles else ():
+        if cube.color.a == 1.0:
+            out_x = abs(x - cube.pose.position.x) - cube.size.x / 2
+            out_y = abs(y - cube.pose.position.y) - cube.size.y / 2
+            ways.append(math.hypot(max(out_x, 0), max(out_y, 0)) + min(max(out_x, out_y), 0))
+    return min(ways)
+
+
+def compare_sensors(topics, scene, places, scenario):
+    """Beams end at something solid. Gives how many points and distances there were."""
+    found = Counter()
+    radius = scenario["body"]["radius_m"]
+    for topic, messages in topics.items():
+        if not topic.startswith("/sensors/"):
+            continue
+        _, _, robot, device = topic.split("/")
+        for time, message in messages:
+            t_ms = time // 1_000_000
+            equal(message.timestamp.ToNanoseconds(), time, topic)
+            equal(message.frame_id, robot, topic)
+            x, y, heading = places[t_ms][robot]
+            if device == "border":
+                angles = (message.start_angle, message.end_angle)
+                points = [
+                    (way * math.cos(angle), way * math.sin(angle))
+                    for way, angle in zip(message.ranges, angles)
+                    if math.isfinite(way)
+                ]
+            else:
+                equal([field.name for field in message.fields], ["x", "y", "z"], topic)
+                points = [point[:2] for point in struct.iter_unpack("<3f", message.data)]
+            for ahead, left in points:
+                point = (
+                    x + ahead * math.cos(heading) - left * math.sin(heading),
+                    y + ahead * math.sin(heading) + left * math.cos(heading),
+                )
+                # Where a beam leaves the body it tells of whatever touches that, which may be nearer.
+                if max(abs(ahead), abs(left)) < radius + 1e-4:
+                    continue
+                way = way_to_solid(point, at(scene["obstacles"], t_ms), places[t_ms], robot, scenario)
+                # A body stops 1 mm short of contact, and so does the beam that is as wide.
+                near(way, 0.0, f"{topic} at {t_ms} ms: {point}", 1.1e-3)
+                found[device] += 1
+    return found
+
+
+def compare_log(folder, topics):
+    header, lines = rows(folder, "events")
+    equal(len(topics["/log"]), len(lines), "messages of /log")
+    warnings = 0
+    for (time, message), line in zip(topics["/log"], lines):
+        row = dict(zip(header, line))
+        equal(time, int(row["t_ms"]) * 1_000_000, "time of /log")
+        equal(message.name, row["robot"] or "world", "name in /log")
+        level = "WARNING" if row["kind"] in WARNINGS else "INFO"
+        names = message.DESCRIPTOR.fields_by_name["level"].enum_type.values_by_number
+        equal(names[message.level].name, level, row["kind"])
+        for part in line[1:]:
+            equal(part in message.message or part == row["robot"], True, f"{part!r} in {message.message!r}")
+        warnings += level == "WARNING"
+    return warnings
+
+
+def main(folder, path):
+    run = json.loads((folder / "run.json").read_text())
+    scenario = run["scenario"]
+    step_ms = scenario["step_ms"]
+    metadata, topics = read(path)
+    counts = {table: compare_table(folder, table, topics) for table in TOPICS}
+    where = places(topics)
+    compare_places(folder, where, step_ms)
+    states = scene(topics)
+    compare_items(folder, states, step_ms)
+    sensed = compare_sensors(topics, states, where, scenario)
+    warnings = compare_log(folder, topics)
+    labels = {
+        name: [entity.texts[0].text if entity.texts else "" for _, entity in shown]
+        for name, shown in states.items()
+        if name.startswith("robots/")
+    }
+    print(
+        json.dumps(
+            {
+                "metadata": metadata,
+                "counts": counts,
+                "topics": {topic: len(messages) for topic, messages in topics.items()},
+                "last_ms": max(where),
+                "sensed": sensed,
+                "warnings": warnings,
+                "labels": labels,
+                "obstacles": [[time, len(entity.cubes)] for time, entity in states["obstacles"]],
+                "site": [[time, round(entity.cubes[0].color.r, 2)] for time, entity in states["site"]],
+                "threshold": [[time // 1_000_000, message.motivation] for time, message in topics["/threshold"]],
+            }
+        )
+    )
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))
