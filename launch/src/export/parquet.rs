@@ -28,13 +28,16 @@ use super::new_file::NewFile;
 /// Rows that are held in memory at once.
 const GROUP_ROWS: usize = 1 << 16;
 
+/// Writes one table of a log into its file.
+type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
+
 /// Writes the tables that the log's level keeps into a folder; says which it does not keep. Files that an older export has
 /// left of those are removed: beside the new ones they would pass for tables of this run.
 ///
 /// # Errors
 /// When the log has no tables, holds what is no row, or a file cannot be written. Then all older files are still there.
 pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
-    let tables: [(Table, fn(&RunLog, &mut NewFile) -> anyhow::Result<()>); 6] = [
+    let tables: [(Table, WriteTable); 6] = [
         (MotivationRow::TABLE, write_table::<MotivationRow>),
         (MessageRow::TABLE, write_table::<MessageRow>),
         (EventRow::TABLE, write_table::<EventRow>),
