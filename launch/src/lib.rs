@@ -6,6 +6,7 @@
 //!   differ.
 //! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run; [`retrace`]: a
 //!   finished run with a view of each tick.
+//! - `sweep`: many runs, and what is common to them.
 //! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
@@ -22,8 +23,10 @@ mod control;
 pub mod diff;
 mod fault;
 pub mod in_process;
+mod interrupted;
 pub mod observer;
 pub mod page;
+mod palette;
 pub mod replay;
 mod report;
 pub mod retrace;
@@ -32,6 +35,7 @@ mod runtime;
 pub mod scenarios;
 mod scenarios_command;
 mod status;
+mod sweep;
 
 /// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
 #[derive(Parser)]
@@ -65,6 +69,8 @@ enum Part {
     View(page::view::ViewCommand),
     /// Show what happened in a run: figures and metrics on a page
     Report(report::command::ReportCommand),
+    /// Run a mission in many variants and with many seeds, on all cores
+    Sweep(sweep::command::SweepCommand),
     /// Say what the parameters of a scenario mean, and which of them do not go together
     Check(check::CheckCommand),
     /// List the built-in scenarios, or print one
@@ -97,6 +103,7 @@ pub fn main() -> ExitCode {
         Part::Watch(command) => command.run(),
         Part::View(command) => command.run(),
         Part::Report(command) => command.run(),
+        Part::Sweep(command) => command.run(),
         Part::Check(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }

@@ -1,10 +1,9 @@
 //! The figures of a report, as SVG. What they show is computed elsewhere.
 
-mod canvas;
+pub(crate) mod canvas;
 mod gantt;
 mod map;
 mod motivation;
-mod palette;
 mod progress;
 mod timeline;
 
@@ -53,7 +52,7 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
         history,
         metrics,
         faults: faults(&history.events),
-        colors: palette::colors(names),
+        colors: crate::palette::colors(names),
         // An axis needs a length, even that of a run that was over at once.
         window: 0.0..history.end.max(history.step).as_secs_f64(),
     };
