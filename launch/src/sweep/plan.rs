@@ -697,7 +697,7 @@ mod tests {
         let plan = parse(
             "seeds = [5]\nscenario = { name = 'here', robots = [{ name = 'solo', side_sensor = true }] }\n\
              [random]\nn = 50\nseed = 2\nbody.speed_m_s = { min = 0.2, max = 0.8 }\nstep_ms = { min = 20, max = 40 }\n\
-             alliance.defaults.ceased_after_s = { min = 1, max = 100, log = true }\n\
+             alliance.defaults.ceased_after_s = { min = 2, max = 100, log = true }\n\
              'alliance.sets.move-spill(top).fast_impatience' = { choose = [5.0, 10.0] }\n",
         )
         .unwrap();
