@@ -23,14 +23,16 @@ pub struct ExportCommand {
     /// Folder of the run
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+    #[command(flatten)]
+    formats: Formats,
+}
+
+/// What to make of it.
+#[derive(Args, Clone, Debug)]
+#[group(required = true, multiple = true)]
+struct Formats {
     /// Write an MCAP file [default: DIR/run.mcap]
-    #[arg(
-        long,
-        value_name = "FILE",
-        num_args = 0..=1,
-        require_equals = true,
-        required_unless_present = "parquet"
-    )]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     mcap: Option<Option<PathBuf>>,
     /// Write each table of the log as a Parquet file into this folder [default: DIR/parquet]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
@@ -53,7 +55,7 @@ impl ExportCommand {
 
     fn export(&self) -> anyhow::Result<()> {
         let log = open(&self.folder)?;
-        if let Some(folder) = &self.parquet {
+        if let Some(folder) = &self.formats.parquet {
             let folder = folder
                 .clone()
                 .unwrap_or_else(|| self.folder.join("parquet"));
@@ -67,7 +69,7 @@ impl ExportCommand {
             }
             eprintln!("parquet {}", folder.display());
         }
-        if let Some(file) = &self.mcap {
+        if let Some(file) = &self.formats.mcap {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
             write_mcap(&log, &file)?;
         }

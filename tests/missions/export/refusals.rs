@@ -20,7 +20,7 @@ fn arguments() {
     std::fs::create_dir_all(lab.path("taken.mcap")).unwrap();
     for (arguments, texts) in [
         (&["export"][..], &["<DIR>", "--mcap"][..]),
-        (&["export", "run"], &["required", "--mcap"]),
+        (&["export", "run"], &["required", "--mcap", "--parquet"]),
         (&["export", "--mcap"], &["required", "<DIR>"]),
         (&["export", "run", "--mcpa"], &["'--mcpa'", "'--mcap'"]),
         (&["export", "run", "--csv"], &["'--csv'"]),

@@ -16,7 +16,7 @@ use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use world_server::recorder::{
     EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
 };
@@ -61,7 +61,9 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
     for (table, write) in kept {
         let path = path(table);
         let mut file = NewFile::create(&path)?;
-        write(log, &mut file).with_context(|| path.display().to_string())?;
+        write(log, &mut file)
+            // What lies between says it once more.
+            .map_err(|error| anyhow!("{}: {}", path.display(), error.root_cause()))?;
         files.push(file);
     }
     for file in files {
