@@ -38,6 +38,8 @@ function refuse(why) {
 }
 
 async function start() {
+  // Another link in the same tab is another run.
+  addEventListener("hashchange", () => location.reload());
   const token = location.hash.slice(1);
   if (!token) {
     refuse(
@@ -67,6 +69,7 @@ async function show(api, run) {
   const seek = player && ((ms) => player.seekAfter(ms));
 
   text(byId("run-name"), run.run);
+  byId("run-name").title = run.run;
   text(byId("run-mode"), model.isLive ? `live, seed ${run.seed}` : `log, seed ${run.seed}: ${run.log.outcome ?? "unfinished"}`);
   document.title = `${run.run} – alliance`;
   if (run.log?.warning) {
@@ -107,7 +110,9 @@ async function show(api, run) {
   const state = () => {
     if (!model.view) return "connecting";
     if (model.ended || (player?.paused && player.atEnd)) return "ended";
-    return clockwork.paused ? "paused" : "running";
+    if (clockwork.paused) return "paused";
+    const isEverybodyHere = model.view.tick > 0 || model.view.robots.every(({ state: each }) => each === "present" || each === "absent");
+    return isEverybodyHere ? "running" : "waiting";
   };
   loop.before((wall_ms) => player?.advance(wall_ms));
   loop.add(0, () => {

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::control::Cleared;
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
@@ -211,15 +210,15 @@ impl<S: Sink> Team<S> {
     /// What operators ordered.
     fn obey(&mut self, outside: &[Input]) {
         for input in outside {
-            let obeyed = match input {
-                Input::Order { order } => self.simulation.order(order.clone()).map(drop),
-                Input::Clear { ids } => ids
-                    .iter()
-                    .try_for_each(|id| self.simulation.clear(Some(id)).map(|_: Cleared| ())),
-                _ => continue,
-            };
-            if let Err(why) = obeyed {
-                tracing::warn!(%why, "a logged command was refused");
+            match input {
+                Input::Order { order } => {
+                    if let Err(why) = self.simulation.order(order.clone()) {
+                        tracing::warn!(%why, "a logged order was refused");
+                    }
+                }
+                // Those of one command together: they are one input.
+                Input::Clear { ids } => self.simulation.clear_again(ids.clone()),
+                _ => {}
             }
         }
     }

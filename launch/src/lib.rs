@@ -6,6 +6,7 @@
 //!   differ.
 //! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run; [`retrace`]: a
 //!   finished run with a view of each tick; [`export`]: it for other tools.
+//! - `sweep`: many runs, and what is common to them.
 //! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
@@ -23,6 +24,7 @@ pub mod diff;
 pub mod export;
 mod fault;
 pub mod in_process;
+mod interrupted;
 pub mod observer;
 pub mod page;
 mod palette;
@@ -34,6 +36,7 @@ mod runtime;
 pub mod scenarios;
 mod scenarios_command;
 mod status;
+mod sweep;
 
 /// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
 #[derive(Parser)]
@@ -69,6 +72,8 @@ enum Part {
     Report(report::command::ReportCommand),
     /// Write a run as MCAP or Parquet, for other tools
     Export(export::ExportCommand),
+    /// Run a mission in many variants and with many seeds, on all cores
+    Sweep(sweep::command::SweepCommand),
     /// Say what the parameters of a scenario mean, and which of them do not go together
     Check(check::CheckCommand),
     /// List the built-in scenarios, or print one
@@ -102,6 +107,7 @@ pub fn main() -> ExitCode {
         Part::View(command) => command.run(),
         Part::Report(command) => command.run(),
         Part::Export(command) => command.run(),
+        Part::Sweep(command) => command.run(),
         Part::Check(command) => command.run(),
         Part::Scenarios(command) => command.run(),
     }

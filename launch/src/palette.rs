@@ -1,4 +1,4 @@
-//! Each robot in a color of its own.
+//! Each robot in a color of its own, and whatever else is to be told apart in a figure.
 
 use plotters::style::RGBColor;
 
@@ -33,7 +33,7 @@ const OTHERS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
-/// A color for each robot, by rank.
+/// A color for each name.
 #[must_use]
 pub fn colors<'n>(names: impl Iterator<Item = &'n str>) -> Vec<RGBColor> {
     let mut others = OTHERS.iter().cycle().copied();

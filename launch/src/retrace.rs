@@ -34,9 +34,14 @@ pub fn retrace(
         }
     };
     let differs = (first != again).then(|| {
+        let (this, other) = (&log.run.version, &logged.run.version);
+        let versions = if this == other {
+            String::new()
+        } else {
+            format!(" (version {other}; this is {this})")
+        };
         format!(
-            "this program (version {}) does not repeat the run exactly, which was made by version {}: `alliance replay` names the difference",
-            log.run.version, logged.run.version
+            "this program does not repeat the logged run{versions} exactly: `alliance replay` names the difference"
         )
     });
     Ok(Retraced { log, differs })

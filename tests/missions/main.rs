@@ -32,6 +32,7 @@ mod soak;
 mod stopped;
 mod story;
 mod superseded;
+mod sweep;
 mod takeover;
 mod team;
 mod thesis;

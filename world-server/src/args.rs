@@ -80,7 +80,10 @@ impl MissionArgs {
     /// # Errors
     /// One line that says which file, where, what is wrong and what would be right.
     pub fn setup(&self, builtin: Builtin) -> anyhow::Result<Setup> {
-        let mut scenario = self.read_scenario(builtin)?;
+        let mut scenario = match &self.scenario {
+            Some(asked) => read_scenario(asked, builtin)?,
+            None => Scenario::default(),
+        };
         if let Some(limit) = self.limit {
             scenario.limit_s = limit;
         }
@@ -105,23 +108,6 @@ impl MissionArgs {
             );
         }
         Ok(resolved.setup)
-    }
-
-    fn read_scenario(&self, builtin: Builtin) -> anyhow::Result<Scenario> {
-        let Some(asked) = &self.scenario else {
-            return Ok(Scenario::default());
-        };
-        if let Some(text) = builtin(asked) {
-            return Ok(Scenario::parse(asked, text)?);
-        }
-        let path = Path::new(asked);
-        if !path.exists() {
-            bail!(
-                "'{asked}' is neither a built-in scenario nor a file; `alliance scenarios` lists the built-in ones"
-            );
-        }
-        let text = std::fs::read_to_string(path).with_context(|| asked.clone())?;
-        Ok(Scenario::parse(asked, &text)?)
     }
 }
 
@@ -237,6 +223,24 @@ impl WorldArgs {
         );
         Ok(finished.outcome)
     }
+}
+
+/// The built-in scenario of that name, or the one in that file.
+///
+/// # Errors
+/// One line that says what is wrong with it, and where.
+pub fn read_scenario(asked: &str, builtin: Builtin) -> anyhow::Result<Scenario> {
+    if let Some(text) = builtin(asked) {
+        return Ok(Scenario::parse(asked, text)?);
+    }
+    let path = Path::new(asked);
+    if !path.exists() {
+        bail!(
+            "'{asked}' is neither a built-in scenario nor a file; `alliance scenarios` lists the built-in ones"
+        );
+    }
+    let text = std::fs::read_to_string(path).with_context(|| asked.to_owned())?;
+    Ok(Scenario::parse(asked, &text)?)
 }
 
 /// An id that no other live run on this machine has: at most 32 characters of scenario name and process id.

@@ -184,6 +184,12 @@ impl Barrier {
         (place.presence != Presence::Empty).then_some(place.incarnation)
     }
 
+    /// Whether an agent has ever been invited to be that robot.
+    #[must_use]
+    pub fn has_lived(&self, robot: RobotId) -> bool {
+        self.places[robot.index()].incarnation > 0
+    }
+
     /// All robots, by rank.
     pub fn robots(&self) -> impl Iterator<Item = RobotId> + use<> {
         (0..self.places.len() as u16).map(RobotId)

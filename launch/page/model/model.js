@@ -83,6 +83,12 @@ export class Model {
     this.#changed();
   }
 
+  /** Takes in what has become of messages of a live run. */
+  hear(messages) {
+    this.traffic.hear(messages);
+    this.#changed();
+  }
+
   addEvents(events) {
     for (const event of events) this.events.push({ ...event, index: this.#nextEvent++ });
     const surplus = this.events.length - EVENTS;

@@ -39,14 +39,19 @@ export class Traffic {
     this.#links = Array.from({ length: this.#robots ** 2 }, () => []);
   }
 
-  /** Takes in what was heard since the view before. */
+  /** Takes in what a view of a log tells. */
   absorb(view) {
-    this.leftOut += view.messages_left_out ?? 0;
     if (this.#isSampled && this.#lastTick !== null) this.skipped += view.tick - this.#lastTick - 1;
     this.#lastTick = view.tick;
+    this.hear({ receptions: view.messages, left_out: view.messages_left_out });
+  }
+
+  /** Takes in what has become of messages, and how many more there were. */
+  hear({ receptions, left_out }) {
+    this.leftOut += left_out;
     // Those with contents first: one that never arrived then finds its broadcast by sender and time.
-    const sorted = view.messages.filter(({ reception }) => reception.said);
-    sorted.push(...view.messages.filter(({ reception }) => !reception.said));
+    const sorted = receptions.filter(({ reception }) => reception.said);
+    sorted.push(...receptions.filter(({ reception }) => !reception.said));
     for (const { receiver, reception } of sorted) {
       this.#enter(receiver, reception);
       this.#judge(receiver, reception);

@@ -43,6 +43,8 @@ export class Clock {
 
   /** Makes it so many times faster or slower, within the slider's range. */
   scale(factor) {
+    // Nothing is faster than as fast as possible.
+    if (this.#clock.speed === null && factor > 1) return;
     const speed = (this.#clock.speed ?? MOST) * factor;
     this.#clock.setSpeed(Number(Math.max(LEAST, Math.min(MOST, speed)).toPrecision(2)));
   }

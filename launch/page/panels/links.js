@@ -49,6 +49,7 @@ export class Links {
     const { view, names, traffic, now } = this.#model;
     if (!isShown("links") || !view) return;
     const orders = this.#inForce();
+    text(byId("links-left-out"), traffic.leftOut ? "Not all messages have reached this page: the table counts those that have." : "");
     for (const { from, to, button } of this.#cells) {
       const link = traffic.link(from, to, now);
       const isDisturbed = orders.some(({ order }) => touchesLink(order.fault, names[from], names[to]));

@@ -46,7 +46,7 @@ export class Messages {
     const [kind, robot, fate] = ["message-kind", "message-robot", "message-fate"].map((id) => byId(id).value);
     if (kind && said?.kind !== kind && !(kind === "Heartbeat" && !said)) return false;
     if (robot && Number(robot) !== sender && !receptions.has(Number(robot))) return false;
-    return !fate || [...receptions.values()].some((each) => each !== "Heard");
+    return !fate || [...receptions.values()].some((each) => each !== "Heard" && each !== "Pending");
   }
 
   #row({ sender, sent, said }) {

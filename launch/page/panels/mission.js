@@ -15,7 +15,7 @@ export function drawMission(model) {
   attribute(byId("mission"), "data-delivered", delivered);
 }
 
-/** Keeps the document's mode, state and tick. `state`: connecting, running, paused or ended. */
+/** Keeps the document's mode, state and tick. `state`: connecting, waiting, running, paused or ended. */
 export function drawState(model, state) {
   const { body } = document;
   body.dataset.mode = model.run.mode;
@@ -25,10 +25,13 @@ export function drawState(model, state) {
   const ended = byId("ended");
   ended.hidden = model.ended === null;
   if (model.ended) {
-    const { outcome, folder } = model.ended;
+    const { outcome, folder, isServerGone } = model.ended;
+    const how = outcome ? `The run is over: ${outcome}.` : "The run has gone without a word.";
     text(
       ended,
-      `${outcome ? `The run is over: ${outcome}.` : "The run has gone without a word."} Look at it again with: alliance view ${folder}`,
+      isServerGone
+        ? `The process that serves this page has gone; the run may go on. See it again with: alliance watch ${model.run.run}`
+        : `${how} Look at it again with: alliance view ${folder}`,
     );
   }
 }

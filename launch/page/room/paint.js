@@ -95,18 +95,20 @@ export function paintObstacle(c, p, obstacle, label, palette) {
   const box = [p.x(obstacle.x_m), p.y(obstacle.y_m + obstacle.height_m), p.scale * obstacle.width_m, p.scale * obstacle.height_m];
   const { penetrability } = obstacle;
   const isSolid = penetrability <= SOLID;
-  const kind = isSolid ? "solid" : penetrability < 1 ? "slow" : "fast";
+  const kind = isSolid ? "solid" : penetrability < 1 ? "slow" : penetrability > 1 ? "fast" : "neutral";
+  // What neither stops nor changes anybody is an outline on the floor.
+  const color = palette[kind] ?? palette["ink-2"];
   c.save();
   c.beginPath();
   c.rect(...box);
-  c.globalAlpha = isSolid ? 0.85 : 0.3;
-  c.fillStyle = palette[kind];
+  c.globalAlpha = isSolid ? 0.85 : kind === "neutral" ? 0.08 : 0.3;
+  c.fillStyle = color;
   c.fill();
   c.globalAlpha = isSolid ? 0.5 : 0.7;
   c.clip();
-  hatch(c, box, kind, isSolid ? palette.floor : palette[kind]);
+  if (kind !== "neutral") hatch(c, box, kind, isSolid ? palette.floor : color);
   c.restore();
-  c.strokeStyle = palette[kind];
+  c.strokeStyle = color;
   c.lineWidth = 1.5;
   c.setLineDash(label ? [5, 3] : []);
   c.strokeRect(...box);

@@ -1,5 +1,5 @@
-// A live run, as the server's socket tells it. When the socket closes the run is over for this page: nothing is tried again,
-// for the server lives no longer than its command.
+// A live run, as the server's socket tells it. When the socket closes nothing is tried again, for the server lives no longer
+// than its command; whether the run is over, it has said before.
 
 /** Follows the run until its end. */
 export function followLive(api, model) {
@@ -9,10 +9,14 @@ export function followLive(api, model) {
     switch (kind) {
       case "past":
         for (const view of content.views) model.absorb(view);
+        model.hear(content.messages);
         model.addEvents(content.events);
         break;
       case "view":
         model.absorb(content);
+        break;
+      case "messages":
+        model.hear(content);
         break;
       case "events":
         model.addEvents(content);
@@ -25,5 +29,5 @@ export function followLive(api, model) {
         break;
     }
   });
-  socket.addEventListener("close", () => model.end({ outcome: null, folder: model.run.folder }));
+  socket.addEventListener("close", () => model.end({ isServerGone: true }));
 }

@@ -3,7 +3,7 @@
 export class LiveClock {
   #model;
   #orders;
-  // What the world answered last, until a view says the same or more.
+  // What the world answered last, until the next view: {status, view}.
   #answered = null;
 
   constructor(model, orders) {
@@ -13,7 +13,7 @@ export class LiveClock {
 
   get #status() {
     const seen = this.#model.view?.clock ?? { paused: false, speed: null, steps_left: 0, tick: 0 };
-    return this.#answered && this.#answered.tick >= seen.tick ? this.#answered : seen;
+    return this.#answered && this.#answered.view === this.#model.view ? this.#answered.status : seen;
   }
 
   /** Whether no tick begins; while steps are left, some do. */
@@ -42,6 +42,7 @@ export class LiveClock {
   }
 
   async #ask(command) {
-    this.#answered = (await this.#orders.clock(command)) ?? this.#answered;
+    const status = await this.#orders.clock(command);
+    this.#answered = status && { status, view: this.#model.view };
   }
 }

@@ -1,7 +1,7 @@
 //! `alliance export`: a run in the formats of other tools.
 //!
-//! - [`mcap`]: what could be seen of the run, and what its tables hold, as one recording.
-//! - [`parquet`]: the tables of its log, a file each.
+//! - `mcap`: what could be seen of the run, and what its tables hold, as one recording.
+//! - `parquet`: the tables of its log, a file each.
 
 mod mcap;
 mod new_file;

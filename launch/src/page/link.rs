@@ -17,7 +17,7 @@ pub struct LinkArgs {
     /// Port of the page on this machine [default: a free one]
     #[arg(long, value_name = "PORT")]
     pub port: Option<u16>,
-    /// Open the page in a browser
+    /// Open the page in a browser; other users of this machine may then see the link among its processes
     #[arg(long)]
     pub open: bool,
 }

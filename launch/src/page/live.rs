@@ -20,8 +20,8 @@ use super::past::Past;
 use crate::control;
 use crate::observer::Observer;
 
-/// Ticks with events that may wait for a slow page; it is told how many it has missed.
-const EVENTS_WAITING: usize = 1024;
+/// News that may wait for a slow page; it is told how much it has missed.
+const NEWS_WAITING: usize = 1024;
 
 /// What `GET /api/run`, the WebSocket and `POST /api/control` need.
 pub struct Live {
@@ -36,10 +36,12 @@ struct Heard {
     memory: Mutex<Memory>,
     /// The newest view, as a frame.
     view: watch::Sender<Utf8Bytes>,
-    /// Events, as frames.
-    events: broadcast::Sender<Utf8Bytes>,
+    /// Events and what has become of messages, as frames.
+    news: broadcast::Sender<Utf8Bytes>,
     /// Whether the run is over, and how it ended if that is known.
     over: watch::Sender<Option<Option<Outcome>>>,
+    /// Whether this process leaves, though the run may go on.
+    leaving: watch::Sender<bool>,
 }
 
 struct Memory {
@@ -67,7 +69,7 @@ impl Live {
         let ears = Arc::clone(&heard);
         observer.on_events(move |news| ears.events(&news)).await?;
         let ears = Arc::clone(&heard);
-        observer.on_view(move |view| ears.view(&view)).await?;
+        observer.on_view(move |view| ears.view(view)).await?;
         let ears = Arc::clone(&heard);
         observer
             .session
@@ -109,6 +111,18 @@ impl Live {
             .and_then(|outcome| outcome.flatten())
     }
 
+    /// Leaves all pages.
+    pub fn leave(&self) {
+        self.heard.leaving.send_replace(true);
+    }
+
+    /// Until this process leaves.
+    async fn left(&self) {
+        let mut leaving = self.heard.leaving.subscribe();
+        // The sender lives as long as this does.
+        let _ = leaving.wait_for(|leaving| *leaving).await;
+    }
+
     /// Until no page listens any more.
     pub async fn left_alone(&self) {
         self.heard.view.closed().await;
@@ -126,7 +140,7 @@ impl Live {
     pub async fn tell(&self, mut page: WebSocket) {
         let mut view = self.heard.view.subscribe();
         view.mark_changed();
-        let (past, mut events) = self.heard.catch_up();
+        let (past, mut news) = self.heard.catch_up();
         if page.send(Message::Text(past)).await.is_err() {
             return;
         }
@@ -139,10 +153,10 @@ impl Live {
                     // A page has nothing to say here.
                     Some(Ok(_)) => continue,
                 },
-                event = events.recv() => match event {
-                    Ok(event) => event,
-                    Err(broadcast::error::RecvError::Lagged(ticks)) => {
-                        json!({"missed": ticks}).to_string().into()
+                said = news.recv() => match said {
+                    Ok(said) => said,
+                    Err(broadcast::error::RecvError::Lagged(count)) => {
+                        json!({"missed": count}).to_string().into()
                     }
                     Err(broadcast::error::RecvError::Closed) => return,
                 },
@@ -153,6 +167,10 @@ impl Live {
                         continue;
                     }
                     view
+                }
+                () = self.left() => {
+                    let _ = page.send(Message::Close(None)).await;
+                    return;
                 }
                 outcome = self.over() => {
                     let ended = json!({"ended": {"outcome": outcome, "folder": self.folder}});
@@ -179,19 +197,32 @@ impl Heard {
                 events: None,
             }),
             view: watch::Sender::default(),
-            events: broadcast::Sender::new(EVENTS_WAITING),
+            news: broadcast::Sender::new(NEWS_WAITING),
             over: watch::Sender::default(),
+            leaving: watch::Sender::default(),
         }
     }
 
-    fn view(&self, view: &View) {
+    /// The newest view wins; what has become of messages does not come twice, and so goes its own way.
+    fn view(&self, mut view: View) {
         let mut memory = self.memory();
         if memory.view.is_some_and(|newest| view.tick < newest) {
             return;
         }
         memory.view = Some(view.tick);
+        let messages = std::mem::take(&mut view.messages);
+        let left_out = std::mem::take(&mut view.messages_left_out);
+        if !messages.is_empty() || left_out > 0 {
+            for message in &messages {
+                memory.past.keep_message(json!(message).to_string());
+            }
+            memory.past.leave_messages_out(left_out);
+            let frame = json!({"messages": {"receptions": messages, "left_out": left_out}});
+            // While the lock is held, as with events.
+            let _ = self.news.send(frame.to_string().into());
+        }
         // Its maps have string keys and it goes to memory, so nothing is left to fail.
-        let text = serde_json::to_string(view).unwrap_or_default();
+        let text = serde_json::to_string(&view).unwrap_or_default();
         memory.past.keep_view(view.now, &text);
         self.view
             .send_replace(format!(r#"{{"view":{text}}}"#).into());
@@ -212,7 +243,7 @@ impl Heard {
         }
         let frame = json!({"events": news.events}).to_string();
         // While the lock is held: who catches up gets it there or here, and not twice. Nobody may be listening.
-        let _ = self.events.send(frame.into());
+        let _ = self.news.send(frame.into());
     }
 
     fn end(&self, outcome: Option<Outcome>) {
@@ -227,7 +258,7 @@ impl Heard {
     fn catch_up(&self) -> (Utf8Bytes, broadcast::Receiver<Utf8Bytes>) {
         let memory = self.memory();
         let past = format!(r#"{{"past":{}}}"#, memory.past.to_json());
-        (past.into(), self.events.subscribe())
+        (past.into(), self.news.subscribe())
     }
 
     /// A panic ends the process, so a poisoned lock is never seen.
@@ -286,9 +317,9 @@ mod tests {
         let heard = Heard::new(SimTime(50));
         let slow = heard.view.subscribe();
         let (_, mut events) = heard.catch_up();
-        let ticks = EVENTS_WAITING as u64 + 10;
+        let ticks = NEWS_WAITING as u64 + 10;
         for tick in 0..ticks {
-            heard.view(&view(tick, None));
+            heard.view(view(tick, None));
             heard.events(&news(tick));
         }
         assert_eq!(tick_of(&slow.borrow()), ticks - 1);
@@ -301,8 +332,8 @@ mod tests {
     fn what_is_put_again_is_no_news() {
         let heard = Heard::new(SimTime(50));
         let (_, mut events) = heard.catch_up();
-        heard.view(&view(7, None));
-        heard.view(&view(3, None));
+        heard.view(view(7, None));
+        heard.view(view(3, None));
         assert_eq!(tick_of(&heard.view.subscribe().borrow()), 7);
         for tick in [7, 7, 3] {
             heard.events(&news(tick));
@@ -334,7 +365,7 @@ mod tests {
         let heard = Heard::new(SimTime(50));
         let over = heard.over.subscribe();
         assert_eq!(*over.borrow(), None);
-        heard.view(&view(9, Some(Outcome::Complete)));
+        heard.view(view(9, Some(Outcome::Complete)));
         // The world's token goes a little later.
         heard.end(None);
         assert_eq!(*over.borrow(), Some(Some(Outcome::Complete)));

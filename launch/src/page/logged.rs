@@ -14,6 +14,9 @@ use crate::retrace::retrace;
 /// Views that are held at most; of a longer run those of every second, third, … tick.
 const VIEWS_MAX: u64 = 20_000;
 
+/// Robots in all views together at most: about half a kilobyte each.
+const ROBOTS_MAX: u64 = 400_000;
+
 /// Views that are told at once at most.
 pub const COUNT_MAX: u64 = 1000;
 
@@ -34,7 +37,9 @@ impl Logged {
     /// When it holds no run, or one without a whole tick.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let logged = RunLog::open(folder)?;
-        let every = logged.run.result.ticks.max(last_tick(&logged)) / VIEWS_MAX + 1;
+        let team = logged.run.setup.scenario.robots.len().max(1) as u64;
+        let views_max = (ROBOTS_MAX / team).clamp(1, VIEWS_MAX);
+        let every = logged.run.result.ticks.max(last_tick(&logged)) / views_max + 1;
         let mut views = Vec::new();
         let mut messages = Vec::new();
         let mut left_out = 0;
@@ -62,7 +67,8 @@ impl Logged {
             "hash": logged.run.hash,
             "warning": again.differs,
         });
-        let folder = std::path::absolute(folder)?;
+        // By its own name, not by that of a link to it.
+        let folder = folder.canonicalize()?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         let about = about(
             "log",

@@ -13,12 +13,12 @@
 //! |---|---|
 //! | `GET /`, `GET /assets/PATH` | the page's files |
 //! | `GET /api/run` | mode `live` or `log`, seed, scenario and ALLIANCE parameters as in run.json, catalog of tasks and behavior sets, length of a log |
-//! | WebSocket `/api/live` | first `{"past": {"views", "events"}}`, then `{"view"}` ([`View`](alliance_proto::view::View), the newest), `{"events"}` (rows of events.csv), `{"missed"}` (ticks with events that a slow page did not get), at last `{"ended": {"outcome", "folder"}}` |
+//! | WebSocket `/api/live` | first `{"past": {"views", "messages", "events"}}`, then `{"view"}` ([`View`](alliance_proto::view::View), the newest, without its messages), `{"messages": {"receptions", "left_out"}}` (those), `{"events"}` (rows of events.csv), `{"missed"}` (so much of the latter two a slow page did not get), at last `{"ended": {"outcome", "folder"}}`; it closes without that when only this server ends |
 //! | `POST /api/control` | a command in the words of `docs/CONTROL.md`, and the world's reply |
 //! | `GET /api/views?from=TICK&count=N&step=K` | of a finished run: at most 1000 views |
 //! | `GET /api/events` | of a finished run: all rows of events.csv |
 //!
-//! What is refused is answered with `{"error": "…"}`.
+//! Who may not ask, and a command that is none, is answered with `{"error": "…"}`.
 
 mod about;
 mod assets;

@@ -13,13 +13,19 @@ const BYTES_MAX: usize = 4 << 20;
 /// Events that are kept at most: the newest.
 const EVENTS_MAX: usize = 5000;
 
-/// Views and events as JSON texts.
+/// What has become of messages: so much is kept at most, the newest.
+const MESSAGES_MAX: usize = 2000;
+
+/// Views, messages and events as JSON texts.
 #[derive(Debug)]
 pub struct Past {
     /// Oldest first, at least `spacing` apart.
     views: VecDeque<(SimTime, String)>,
     spacing: SimTime,
     bytes: usize,
+    messages: VecDeque<String>,
+    /// How many more messages there were.
+    messages_left_out: u64,
     events: VecDeque<String>,
 }
 
@@ -31,6 +37,8 @@ impl Past {
             views: VecDeque::new(),
             spacing: step,
             bytes: 0,
+            messages: VecDeque::new(),
+            messages_left_out: 0,
             events: VecDeque::new(),
         }
     }
@@ -57,6 +65,20 @@ impl Past {
         }
     }
 
+    /// Keeps what has become of a message.
+    pub fn keep_message(&mut self, message: String) {
+        if self.messages.len() == MESSAGES_MAX {
+            self.messages.pop_front();
+            self.messages_left_out += 1;
+        }
+        self.messages.push_back(message);
+    }
+
+    /// There were so many more messages.
+    pub fn leave_messages_out(&mut self, count: u64) {
+        self.messages_left_out += count;
+    }
+
     /// Keeps an event.
     pub fn keep_event(&mut self, event: String) {
         if self.events.len() == EVENTS_MAX {
@@ -65,15 +87,20 @@ impl Past {
         self.events.push_back(event);
     }
 
-    /// All of it as JSON: `{"views": […], "events": […]}`.
+    /// All of it as JSON: `{"views": […], "messages": {"receptions": […], "left_out": N}, "events": […]}`.
     #[must_use]
     pub fn to_json(&self) -> String {
         let views: Vec<&str> = self.views.iter().map(|(_, view)| view.as_str()).collect();
-        let events: Vec<&str> = self.events.iter().map(String::as_str).collect();
+        let join = |texts: &VecDeque<String>| {
+            let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+            texts.join(",")
+        };
         format!(
-            r#"{{"views":[{}],"events":[{}]}}"#,
+            r#"{{"views":[{}],"messages":{{"receptions":[{}],"left_out":{}}},"events":[{}]}}"#,
             views.join(","),
-            events.join(",")
+            join(&self.messages),
+            self.messages_left_out,
+            join(&self.events)
         )
     }
 }
@@ -115,14 +142,25 @@ mod tests {
     #[test]
     fn json_has_all_that_is_kept() {
         let mut past = Past::new(SimTime(50));
-        assert_eq!(past.to_json(), r#"{"views":[],"events":[]}"#);
+        let nothing = r#"{"views":[],"messages":{"receptions":[],"left_out":0},"events":[]}"#;
+        assert_eq!(past.to_json(), nothing);
         past.keep_view(SimTime(0), r#"{"tick":0}"#);
         past.keep_view(SimTime(10), r#"{"tick":1}"#);
         past.keep_view(SimTime(50), r#"{"tick":2}"#);
         for number in 0..EVENTS_MAX + 3 {
             past.keep_event(number.to_string());
         }
+        for number in 0..MESSAGES_MAX + 2 {
+            past.keep_message(number.to_string());
+        }
+        past.leave_messages_out(7);
         let json: Value = serde_json::from_str(&past.to_json()).unwrap();
+        assert_eq!(json["messages"]["left_out"], 9);
+        let receptions = json["messages"]["receptions"].as_array().unwrap();
+        assert_eq!(
+            (receptions.len(), &receptions[0]),
+            (MESSAGES_MAX, &2.into())
+        );
         assert_eq!(json["views"], serde_json::json!([{"tick": 0}, {"tick": 2}]));
         assert_eq!(json["events"].as_array().unwrap().len(), EVENTS_MAX);
         assert_eq!(json["events"][0], 3);

@@ -73,7 +73,7 @@ impl WatchCommand {
             let until = async move {
                 tokio::select! {
                     _ = watched.over() => {}
-                    _ = ctrl_c() => {}
+                    _ = ctrl_c() => watched.leave(),
                 }
             };
             serve(listener, token, Shown::Live(live), until).await

@@ -29,10 +29,10 @@
 pub mod command;
 mod failures;
 mod faults;
-mod figures;
+pub(crate) mod figures;
 mod history;
 mod metrics;
-mod page;
+pub(crate) mod page;
 mod spans;
 mod stints;
 #[cfg(test)]

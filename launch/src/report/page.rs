@@ -16,7 +16,8 @@ const INLINE_BYTES: usize = 6 * 1024 * 1024;
 /// Rows of the table of faults; a lossy link hits thousands of times.
 const FAULT_ROWS: usize = 200;
 
-const STYLE: &str = "
+/// How pages of figures and tables look.
+pub const STYLE: &str = "
 body { font: 16px/1.45 sans-serif; color: #222; background: #fff; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
 h1 { font-size: 1.5rem } h2 { font-size: 1.2rem; margin-top: 2.5rem }
 table { border-collapse: collapse; margin: .8rem 0; font-size: .9rem }

@@ -1,13 +1,9 @@
 //! `alliance run --in-process`: the same world, the same agents and the same bytes, without processes and sockets.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::tick::Outcome;
 use serde_json::json;
-use tokio::runtime::Runtime;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::time::Instant;
 use world_server::recorder::{Folder, LogLevel};
 
@@ -15,7 +11,7 @@ use super::progress::Progress;
 use super::summary;
 use super::supervise::{Plan, link_latest};
 use crate::in_process::Team;
-use crate::runtime;
+use crate::interrupted::Interrupted;
 
 /// How often the progress is shown.
 const INTERVAL: Duration = Duration::from_millis(200);
@@ -64,40 +60,6 @@ pub fn run(plan: &Plan, log: LogLevel) -> anyhow::Result<bool> {
     link_latest(&plan.folder);
     summary::show(plan, &run)?;
     Ok(outcome == Outcome::Complete)
-}
-
-/// Whether somebody has asked this process to end.
-struct Interrupted {
-    asked: Arc<AtomicBool>,
-    /// Keeps the ears open.
-    _runtime: Runtime,
-}
-
-impl Interrupted {
-    fn watch() -> anyhow::Result<Self> {
-        let runtime = runtime::start()?;
-        let asked = Arc::new(AtomicBool::new(false));
-        let mark = Arc::clone(&asked);
-        let (mut interrupt, mut terminate) = runtime.block_on(async {
-            let interrupt = signal(SignalKind::interrupt())?;
-            signal(SignalKind::terminate()).map(|terminate| (interrupt, terminate))
-        })?;
-        runtime.spawn(async move {
-            tokio::select! {
-                _ = interrupt.recv() => {}
-                _ = terminate.recv() => {}
-            }
-            mark.store(true, Ordering::Relaxed);
-        });
-        Ok(Self {
-            asked,
-            _runtime: runtime,
-        })
-    }
-
-    fn is_so(&self) -> bool {
-        self.asked.load(Ordering::Relaxed)
-    }
 }
 
 /// The log says when it happened; the simulation never does.

@@ -153,7 +153,8 @@ impl Progress {
     fn describe(&self, name: &str, robot: &RobotView) -> String {
         let doing = match (robot.state, robot.active) {
             (AgentState::Absent | AgentState::Dead, _) => "no agent",
-            (AgentState::Coming | AgentState::Silent, _) => "silent",
+            (AgentState::Coming, _) => "coming",
+            (AgentState::Silent, _) => "silent",
             (AgentState::Present, None) => "idle",
             (AgentState::Present, Some(set)) => self.catalog.set_name(set),
         };

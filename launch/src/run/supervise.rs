@@ -121,7 +121,7 @@ impl Team {
         team.progress
             .say(&format!("process ids: {}", pids.join(", ")));
         if let Some(link) = link {
-            team.start_page(link, plan.open)?;
+            team.start_page(link, plan.open);
         }
         if plan.paused {
             team.progress
@@ -130,8 +130,8 @@ impl Team {
         Ok(team)
     }
 
-    /// A process that serves the page.
-    fn start_page(&mut self, link: Link, open: bool) -> anyhow::Result<()> {
+    /// A process that serves the page. The run does without it.
+    fn start_page(&mut self, link: Link, open: bool) {
         let url = link.url();
         let opened = open.then(|| link.open());
         let (socket, token) = link.into_heritage();
@@ -142,14 +142,25 @@ impl Team {
             &arguments,
             OwnedFd::from(socket).into(),
             Some(token),
-        )?;
-        self.progress
-            .say(&format!("page {url} (process {})", page.pid()));
-        self.page = Some(page);
+        );
+        match page {
+            Ok(page) => {
+                self.progress
+                    .say(&format!("page {url} (process {})", page.pid()));
+                self.page = Some(page);
+            }
+            Err(error) => self.progress.say(&format!("no page: {error:#}")),
+        }
         if let Some(Err(error)) = opened {
             self.progress.say(&format!("{error:#}"));
         }
-        Ok(())
+    }
+
+    /// A stopped observer holds nothing that anybody needs, but its open connection holds up the world's end.
+    fn release_page(&self) {
+        if let Some(page) = self.page.as_ref().filter(|page| page.is_stopped()) {
+            page.signal(Signal::SIGKILL);
+        }
     }
 
     /// A process for that robot.
@@ -184,6 +195,9 @@ impl Team {
                 Ok(()) = views.changed() => {
                     if let Some(view) = views.borrow_and_update().as_ref() {
                         self.progress.show(view);
+                        if view.outcome.is_some() {
+                            self.release_page();
+                        }
                     }
                 }
                 call = heard(bus.as_mut()) => match call {
@@ -243,15 +257,17 @@ impl Team {
         let over = self.world.ending().is_some();
         if let Some(page) = &mut self.page {
             while let Some(change) = page.poll()? {
-                if let Change::Ended(ending) = change
-                    && ending != Ending::Exit(0)
-                    && !over
-                {
-                    let said = format!("the page {}; the run goes on", ending.describe());
-                    self.progress.say(&said);
-                    if matches!(ending, Ending::Exit(_)) {
-                        self.progress.say(page.last_words().trim_end());
+                match change {
+                    Change::Stopped => self.progress.say("the page is stopped; the run goes on"),
+                    Change::Continued => self.progress.say("the page goes on"),
+                    Change::Ended(ending) if ending != Ending::Exit(0) && !over => {
+                        let said = format!("the page {}; the run goes on", ending.describe());
+                        self.progress.say(&said);
+                        if matches!(ending, Ending::Exit(_)) {
+                            self.progress.say(page.last_words().trim_end());
+                        }
                     }
+                    Change::Ended(_) => {}
                 }
             }
         }
@@ -291,6 +307,7 @@ impl Team {
         match before {
             None => {
                 self.progress.say("ending the run (again: at once)");
+                self.release_page();
                 self.world.signal(Signal::SIGTERM);
                 Some(Instant::now())
             }

@@ -172,7 +172,7 @@ pub struct Description {
     pub run: String,
     /// Folder of its log, on the world's machine.
     pub folder: String,
-    /// JSON text of `seed`, `scenario` as resolved, and `alliance`, as in run.json.
+    /// JSON text of `seed`, `scenario` as resolved, and `alliance`, as in run.json, but for the robots' own parameters.
     pub setup: String,
 }
 

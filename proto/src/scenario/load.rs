@@ -1,8 +1,11 @@
-//! Scenario files.
+//! Scenario files, and other files in TOML whose mistakes are answered like theirs.
+
+use serde::de::DeserializeOwned;
 
 use super::Scenario;
 use super::document::Document;
-use super::error::ScenarioError;
+use super::error::{Problem, ScenarioError};
+use super::path::{Path, Step};
 use super::resolve::check;
 
 impl Scenario {
@@ -17,5 +20,62 @@ impl Scenario {
             .to()
             .and_then(|scenario| check(&scenario, None).map(|_| scenario))
             .map_err(|problem| problem.located(Some((file_name, &document))))
+    }
+
+    /// The same for values that stand in no file: errors name the key alone.
+    ///
+    /// # Errors
+    /// Those of [`Scenario::parse`].
+    pub fn from_table(table: &toml::Table) -> Result<Self, ScenarioError> {
+        let text = table.to_string();
+        let document = Document::parse("scenario", &text)?;
+        document
+            .to()
+            .and_then(|scenario| check(&scenario, None).map(|_| scenario))
+            .map_err(|problem| problem.located(None))
+    }
+}
+
+/// A file in TOML, with the lines of its values.
+pub struct TomlFile<'t> {
+    name: &'t str,
+    document: Document<'t>,
+}
+
+impl<'t> TomlFile<'t> {
+    /// Parses the text; `name` is for error messages.
+    ///
+    /// # Errors
+    /// When it is not TOML.
+    pub fn parse(name: &'t str, text: &'t str) -> Result<Self, ScenarioError> {
+        let document = Document::parse(name, text)?;
+        Ok(Self { name, document })
+    }
+
+    /// Its contents as a value of that type.
+    ///
+    /// # Errors
+    /// The first value that does not fit, with its line.
+    pub fn to<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+        self.document
+            .to()
+            .map_err(|problem| problem.located(Some((self.name, &self.document))))
+    }
+
+    /// What is wrong with a value of it, and what would be right.
+    #[must_use]
+    pub fn mistake(
+        &self,
+        at: &[Step],
+        what: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> ScenarioError {
+        Problem::at(Path(at.to_vec()), what, remedy).located(Some((self.name, &self.document)))
+    }
+
+    /// The line of a value, from 1, or of what is nearest to it on the way there.
+    #[must_use]
+    pub fn line_of(&self, at: &[Step]) -> usize {
+        self.document.line_of(&Path(at.to_vec())).unwrap_or(1)
     }
 }

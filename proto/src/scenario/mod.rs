@@ -32,6 +32,8 @@ pub use alliance::{
 pub use catalog::{BehaviorKind, Catalog, SetSpec, TaskSpec};
 pub use error::ScenarioError;
 pub(crate) use error::instead;
+pub use load::TomlFile;
+pub use path::Step;
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// One step down from a table or an array.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub enum Step {
     /// Into a table.
     Key(String),
     /// Into an array, from 0.

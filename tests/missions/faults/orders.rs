@@ -144,3 +144,35 @@ fn a_world_without_a_launcher_leaves_processes_alone() {
     );
     assert!(!lab.path("none").exists());
 }
+
+#[test]
+fn what_is_cleared_all_at_once_is_repeated_all_at_once() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--paused", "--limit", "60"]);
+    team.wait_for_row("run.json", &["\"outcome\": \"running\""]);
+    let step = |ticks: &str| {
+        let until = ask(&lab, &["status"])["status"]["tick"].as_u64().unwrap()
+            + ticks.parse::<u64>().unwrap();
+        ask(&lab, &["clock", "step", ticks]);
+        crate::harness::wait_until("the steps", || {
+            ask(&lab, &["status"])["status"]["tick"].as_u64() == Some(until)
+        });
+    };
+    step("200");
+    ask(&lab, &["fault", "drop", "--p", "0.5"]);
+    ask(&lab, &["fault", "kill", "gold"]);
+    step("100");
+    ask(&lab, &["fault", "remove", "green"]);
+    step("100");
+    let cleared = ask(&lab, &["fault", "clear"])["cleared"].clone();
+    assert_eq!(cleared["ids"], serde_json::json!(["f1", "f2", "f3"]));
+    ask(&lab, &["clock", "resume"]);
+    team.wait().expect(1);
+
+    let log = lab.log("run");
+    let lives = |robot: &str| events(&log, "joined", Some(robot)).len();
+    assert_eq!((lives("blue"), lives("gold"), lives("green")), (1, 2, 2));
+    assert_eq!(events(&log, "healed", None).len(), 3);
+    let replay = lab.run(&["replay", "run"]).expect(0);
+    assert!(replay.stderr.starts_with("identical"), "{}", replay.stderr);
+}

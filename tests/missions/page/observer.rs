@@ -75,9 +75,9 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     let mut ears = page.live();
     assert_eq!(
         ears.wait_for("past"),
-        json!({"views": ears_views(&page), "events": []})
+        json!({"views": ears_views(&page), "messages": {"receptions": [], "left_out": 0}, "events": []})
     );
-    let view = ears.wait_for_view(|view| view["robots"][0]["state"] != "dead");
+    let view = ears.wait_for_view(|view| !view["robots"][0]["pid"].is_null());
     assert_eq!(
         (&view["tick"], &view["clock"]["paused"]),
         (&json!(0), &json!(true))
@@ -110,8 +110,9 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
         if let Some(Value::Array(events)) = frame.get("events") {
             told.extend_from_slice(events);
         }
-        if let Some(messages) = frame.pointer("/view/messages") {
-            for message in messages.as_array().unwrap() {
+        if let Some(messages) = frame.get("messages") {
+            assert_eq!(messages["left_out"], 0);
+            for message in messages["receptions"].as_array().unwrap() {
                 fates.insert(message["reception"]["fate"].as_str().unwrap().to_owned());
             }
         }
@@ -144,4 +145,36 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
 /// The past of a run that stands at its beginning: its first view, if there has been one.
 fn ears_views(page: &Page) -> Value {
     page.live().wait_for("past")["views"].clone()
+}
+
+/// What grows with the square of the team stays out of what a page is told.
+#[test]
+fn a_large_team_that_has_not_come_yet_has_a_page() {
+    let lab = Lab::new();
+    let robots: String = (0..300)
+        .map(|rank| format!("[[robots]]\nname = \"r{rank}\"\n"))
+        .collect();
+    let scenario = format!("room = {{ width_m = 120.0, height_m = 300.0 }}\n{robots}");
+    std::fs::write(lab.path("many.toml"), scenario).unwrap();
+    let mut world = lab.start(&["world", "many.toml", "--out", "run"]);
+    world.wait_for_stderr("waiting for robots");
+    let mut watch = lab.start(&["watch"]);
+    watch.wait_for_stderr("/#");
+    let page = Page::in_words(&watch.stderr());
+    let about = page.get("/api/run");
+    assert_eq!(about["scenario"]["robots"].as_array().unwrap().len(), 300);
+    assert_eq!(about["alliance"]["threshold"], 100.0);
+    let mut ears = page.live();
+    let view = ears.wait_for("view");
+    let robots = view["robots"].as_array().unwrap();
+    assert_eq!(robots.len(), 300);
+    assert!(robots.iter().all(|robot| robot["state"] == "coming"));
+    // Only this server goes: nothing is said of the run's end.
+    watch.signal(Signal::SIGINT);
+    while let Some(frame) = ears.next() {
+        assert_eq!(frame.get("ended"), None);
+    }
+    watch.wait().expect(0);
+    world.signal(Signal::SIGINT);
+    world.wait().expect(1);
 }

@@ -89,10 +89,15 @@ impl Simulation {
             }
         };
         let (tick, t_ms) = self.next_beginning();
-        if !ids.is_empty() {
-            self.command(Command::Clear(ids.clone()));
-        }
+        self.clear_again(ids.clone());
         Ok(Cleared { ids, tick, t_ms })
+    }
+
+    /// In a replay: what an operator cleared at once.
+    pub fn clear_again(&mut self, ids: Vec<String>) {
+        if !ids.is_empty() {
+            self.command(Command::Clear(ids));
+        }
     }
 
     /// All faults of the run, in the order in which they were armed.

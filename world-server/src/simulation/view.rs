@@ -106,6 +106,8 @@ impl Simulation {
     pub fn agent_state(&self, robot: RobotId) -> AgentState {
         match self.barrier.presence(robot) {
             _ if self.barrier.is_absent(robot) => AgentState::Absent,
+            // One that has not lived yet has not died.
+            Presence::Empty if !self.barrier.has_lived(robot) => AgentState::Coming,
             Presence::Empty => AgentState::Dead,
             Presence::Invited | Presence::Entering { .. } => AgentState::Coming,
             Presence::Present => AgentState::Present,
@@ -115,7 +117,7 @@ impl Simulation {
 
     fn robot_view(&self, robot: RobotId) -> RobotView {
         let state = self.agent_state(robot);
-        let lives = !matches!(state, AgentState::Absent | AgentState::Dead);
+        let lives = self.barrier.incarnation(robot).is_some();
         let sensing = lives && self.readings.len() <= SENSING_TEAM_MAX;
         let sets = self.motivations(robot).iter().filter(|_| lives);
         RobotView {

@@ -1,6 +1,6 @@
 //! The figures of a report, as SVG. What they show is computed elsewhere.
 
-mod canvas;
+pub(crate) mod canvas;
 mod gantt;
 mod map;
 mod motivation;

@@ -1,0 +1,319 @@
+//! What a sweep has done so far: a line of JSON for each run, written when it ends. The first line says of which sweep.
+//!
+//! A process that is killed leaves at most a part of a last line, which is dropped. Each shard writes a journal of its own, and
+//! whoever works in a folder reads all that are there.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow, bail};
+use serde::{Deserialize, Serialize};
+
+use super::design::Design;
+use super::run::Row;
+use super::shard::Shard;
+
+/// Ending of a journal's name.
+const ENDING: &str = "jsonl";
+
+/// Of which sweep a journal is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Its name, for people.
+    pub sweep: String,
+    /// Version of the program that runs it.
+    pub version: String,
+    /// [`super::plan::Plan::digest`].
+    pub digest: String,
+    /// Its runs.
+    pub design: Design,
+}
+
+/// Rows by the number of the run.
+pub type Rows = BTreeMap<usize, Row>;
+
+/// A journal that is being written. It is locked as long as it is open.
+pub struct Journal {
+    file: File,
+    path: PathBuf,
+}
+
+impl Journal {
+    /// Opens that of a shard, or of the whole, and begins it if it is new.
+    ///
+    /// # Errors
+    /// When another process writes it, or it cannot be written.
+    pub fn open(folder: &Path, shard: Option<Shard>, header: &Header) -> anyhow::Result<Self> {
+        let path = folder.join(match shard {
+            None => format!("journal.{ENDING}"),
+            Some(shard) => {
+                format!(
+                    "journal-{}.{ENDING}",
+                    shard.to_string().replace('/', "-of-")
+                )
+            }
+        });
+        let cannot = || format!("cannot write {}", path.display());
+        let mut file = OpenOptions::new()
+            .read(true)
+            .append(true)
+            .create(true)
+            .open(&path)
+            .with_context(cannot)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => bail!(
+                "{} is being written by another process; wait for its end, or name another folder with --out",
+                path.display()
+            ),
+            Err(TryLockError::Error(error)) => return Err(error).with_context(cannot),
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).with_context(cannot)?;
+        let whole = whole_lines(&bytes).len();
+        if whole < bytes.len() {
+            file.set_len(whole as u64).with_context(cannot)?;
+            file.seek(std::io::SeekFrom::End(0)).with_context(cannot)?;
+        }
+        let mut journal = Self { file, path };
+        if whole == 0 {
+            journal.add(header)?;
+        }
+        Ok(journal)
+    }
+
+    /// Adds a run.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn add_row(&mut self, row: &Row) -> anyhow::Result<()> {
+        self.add(row)
+    }
+
+    /// In one piece, so that a kill leaves all of it, a part of it, or nothing.
+    fn add(&mut self, line: &impl Serialize) -> anyhow::Result<()> {
+        let mut text = serde_json::to_string(line)?;
+        text.push('\n');
+        self.file
+            .write_all(text.as_bytes())
+            .with_context(|| format!("cannot write {}", self.path.display()))
+    }
+}
+
+/// All journals of a folder, together; `None` where there are none. A journal that is being begun counts as none.
+///
+/// # Errors
+/// When they are of different sweeps, hold what is no row, or tell different things of one run.
+pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, Rows)>> {
+    let mut all: Option<(Header, Rows, PathBuf)> = None;
+    for path in paths(folders)? {
+        let Some((header, rows)) = read(&path)? else {
+            continue;
+        };
+        let Some((known, together, first)) = &mut all else {
+            all = Some((header, rows, path));
+            continue;
+        };
+        if *known != header {
+            bail!(
+                "{} and {} are of different sweeps; name folders of one plan and one version of the program",
+                first.display(),
+                path.display()
+            );
+        }
+        for (run, row) in rows {
+            let other = together.entry(run).or_insert_with(|| row.clone());
+            if *other != row {
+                bail!(
+                    "{}: run {run} went differently in another journal; they come from programs that differ: run one of them again",
+                    path.display()
+                );
+            }
+        }
+    }
+    Ok(all.map(|(header, rows, _)| (header, rows)))
+}
+
+/// The journals in those folders, by name.
+fn paths(folders: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for folder in folders {
+        let entries =
+            fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
+        for entry in entries {
+            let path = entry.with_context(|| folder.display().to_string())?.path();
+            if path.extension().is_some_and(|ending| ending == ENDING) {
+                paths.push(path);
+            }
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+fn read(path: &Path) -> anyhow::Result<Option<(Header, Rows)>> {
+    let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    parse(&bytes).map_err(|(line, what)| {
+        anyhow!(
+            "{}:{line}: {what}; remove the line to have its run done again",
+            path.display()
+        )
+    })
+}
+
+/// Header and rows of a journal; `None` without a header. What follows the last end of a line is dropped.
+fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
+    let mut lines = whole_lines(bytes)
+        .split(|byte| *byte == b'\n')
+        .filter(|line| !line.is_empty())
+        .enumerate()
+        .map(|(place, line)| (place + 1, line));
+    let Some((_, first)) = lines.next() else {
+        return Ok(None);
+    };
+    let header: Header =
+        serde_json::from_slice(first).map_err(|error| (1, format!("it is no journal: {error}")))?;
+    let runs = header.design.runs().unwrap_or_default();
+    let mut rows = Rows::new();
+    for (number, line) in lines {
+        let row: Row = serde_json::from_slice(line)
+            .map_err(|error| (number, format!("it is no row: {error}")))?;
+        if row.run >= runs {
+            return Err((number, format!("there is no run {}", row.run)));
+        }
+        rows.insert(row.run, row);
+    }
+    Ok(Some((header, rows)))
+}
+
+/// All but a torn last line.
+fn whole_lines(bytes: &[u8]) -> &[u8] {
+    let end = bytes.iter().rposition(|byte| *byte == b'\n');
+    &bytes[..end.map_or(0, |end| end + 1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::scenario::Scenario;
+    use tempfile::TempDir;
+
+    use super::super::plan::Plan;
+    use super::super::run::{End, Failure};
+    use super::*;
+
+    fn header(text: &str) -> Header {
+        let plan = Plan::parse("plan.toml", text, |_| Ok(Scenario::default())).unwrap();
+        Header {
+            sweep: "plan".to_owned(),
+            version: "1".to_owned(),
+            digest: plan.digest(),
+            // Changes of the scenario are not kept.
+            design: serde_json::from_str(&serde_json::to_string(&plan.design).unwrap()).unwrap(),
+        }
+    }
+
+    fn row(run: usize, reason: &str) -> Row {
+        Row {
+            run,
+            end: End::Failed(Failure {
+                reason: reason.to_owned(),
+                scenario: "a = 1\n".to_owned(),
+            }),
+        }
+    }
+
+    const PLAN: &str = "seeds = 9\n[grid]\nbody.speed_m_s = [0.5, 0.1]\n";
+
+    fn all(folder: &TempDir) -> anyhow::Result<Option<(Header, Rows)>> {
+        read_all(&[folder.path().to_owned()])
+    }
+
+    #[test]
+    fn a_torn_last_line_is_dropped_wherever_it_is_torn() {
+        let whole = TempDir::new().unwrap();
+        let header = header(PLAN);
+        let mut journal = Journal::open(whole.path(), None, &header).unwrap();
+        journal.add_row(&row(3, "a")).unwrap();
+        journal.add_row(&row(1, "b\nc")).unwrap();
+        let bytes = fs::read(whole.path().join("journal.jsonl")).unwrap();
+        let ends: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at] == b'\n').collect();
+        assert_eq!(ends.len(), 3);
+        for cut in 0..=bytes.len() {
+            let folder = TempDir::new().unwrap();
+            let path = folder.path().join("journal.jsonl");
+            fs::write(&path, &bytes[..cut]).unwrap();
+            let lines = ends.iter().filter(|end| **end < cut).count();
+            match all(&folder).unwrap() {
+                None => assert_eq!(lines, 0),
+                Some((found, rows)) => {
+                    assert_eq!((found, rows.len() + 1), (header.clone(), lines));
+                }
+            }
+            let mut journal = Journal::open(folder.path(), None, &header).unwrap();
+            journal.add_row(&row(5, "d")).unwrap();
+            let (_, rows) = all(&folder).unwrap().unwrap();
+            assert_eq!(rows.len(), lines.max(1));
+            assert_eq!(rows[&5], row(5, "d"));
+        }
+    }
+
+    #[test]
+    fn journals_of_shards_are_read_together_and_must_agree() {
+        let folder = TempDir::new().unwrap();
+        assert_eq!(all(&folder).unwrap(), None);
+        let header = header(PLAN);
+        for (shard, run) in [("0/2", 0), ("1/2", 1)] {
+            let shard = Some(shard.parse().unwrap());
+            let mut journal = Journal::open(folder.path(), shard, &header).unwrap();
+            journal.add_row(&row(run, "a")).unwrap();
+            journal.add_row(&row(4, "a")).unwrap();
+        }
+        let (_, rows) = all(&folder).unwrap().unwrap();
+        assert_eq!(rows.keys().copied().collect::<Vec<_>>(), [0, 1, 4]);
+
+        let mut journal = Journal::open(folder.path(), None, &header).unwrap();
+        journal.add_row(&row(4, "b")).unwrap();
+        let said = all(&folder).unwrap_err().to_string();
+        assert!(said.contains("run 4 went differently"), "{said}");
+        drop(journal);
+        fs::remove_file(folder.path().join("journal.jsonl")).unwrap();
+        Journal::open(folder.path(), None, &self::header("seeds = 9")).unwrap();
+        let said = all(&folder).unwrap_err().to_string();
+        assert!(said.contains("different sweeps"), "{said}");
+    }
+
+    #[test]
+    fn a_journal_has_one_writer() {
+        let folder = TempDir::new().unwrap();
+        let header = header(PLAN);
+        let journal = Journal::open(folder.path(), None, &header).unwrap();
+        let error = Journal::open(folder.path(), None, &header).err().unwrap();
+        assert!(error.to_string().contains("another process"), "{error}");
+        drop(journal);
+        Journal::open(folder.path(), None, &header).unwrap();
+    }
+
+    #[test]
+    fn what_is_no_row_is_named_with_its_line() {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("journal.jsonl");
+        let header = serde_json::to_string(&header(PLAN)).unwrap();
+        for (text, part) in [
+            ("so\n".to_owned(), "journal.jsonl:1: it is no journal"),
+            (format!("{header}\nso\n"), "journal.jsonl:2: it is no row"),
+            (
+                format!(
+                    "{header}\n{}\n",
+                    serde_json::to_string(&row(18, "")).unwrap()
+                ),
+                "journal.jsonl:2: there is no run 18",
+            ),
+        ] {
+            fs::write(&path, text).unwrap();
+            let said = all(&folder).unwrap_err().to_string();
+            assert!(said.contains(part), "{said}");
+        }
+    }
+}

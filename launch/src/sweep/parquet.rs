@@ -1,0 +1,117 @@
+//! The table as Parquet, for notebooks. The same rows give the same bytes.
+
+use std::sync::Arc;
+
+use ::parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
+use ::parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use ::parquet::errors::ParquetError;
+use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use ::parquet::schema::types::{Type, TypePtr};
+use anyhow::Context;
+
+use super::results::Column;
+use super::results::Values::{Flags, Integers, Numbers, Texts};
+
+/// The file.
+///
+/// # Errors
+/// None but those of the library: it is written to memory.
+pub fn parquet(columns: &[Column]) -> anyhow::Result<Vec<u8>> {
+    let fields = columns.iter().map(schema).collect::<Result<_, _>>()?;
+    let schema = Type::group_type_builder("runs")
+        .with_fields(fields)
+        .build()?;
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .build();
+    let mut bytes = Vec::new();
+    let mut file = SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    for column in columns {
+        let mut writer = group
+            .next_column()?
+            .context("fewer columns than in the schema")?;
+        write(column, &mut writer)?;
+        writer.close()?;
+    }
+    group.close()?;
+    file.close()?;
+    Ok(bytes)
+}
+
+fn schema(column: &Column) -> Result<TypePtr, ParquetError> {
+    let (physical, logical) = match column.values {
+        Integers(_) => (PhysicalType::INT64, None),
+        Numbers(_) => (PhysicalType::DOUBLE, None),
+        Flags(_) => (PhysicalType::BOOLEAN, None),
+        Texts(_) => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
+    };
+    let column = Type::primitive_type_builder(&column.name, physical)
+        .with_repetition(Repetition::OPTIONAL)
+        .with_logical_type(logical)
+        .build()?;
+    Ok(Arc::new(column))
+}
+
+fn write(column: &Column, writer: &mut SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
+    match &column.values {
+        Integers(values) => values_of::<Int64Type>(writer, values.iter().copied()),
+        Numbers(values) => values_of::<DoubleType>(writer, values.iter().copied()),
+        Flags(values) => values_of::<BoolType>(writer, values.iter().copied()),
+        Texts(values) => {
+            let bytes = |text: &String| ByteArray::from(text.clone().into_bytes());
+            values_of::<ByteArrayType>(writer, values.iter().map(|text| text.as_ref().map(bytes)))
+        }
+    }
+}
+
+fn values_of<T: DataType>(
+    writer: &mut SerializedColumnWriter<'_>,
+    values: impl Iterator<Item = Option<T::T>>,
+) -> Result<(), ParquetError> {
+    let values: Vec<Option<T::T>> = values.collect();
+    let there: Vec<i16> = values.iter().map(|value| value.is_some().into()).collect();
+    let values: Vec<T::T> = values.into_iter().flatten().collect();
+    writer
+        .typed::<T>()
+        .write_batch(&values, Some(&there), None)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use ::parquet::file::reader::{FileReader, SerializedFileReader};
+    use ::parquet::record::Field;
+
+    use super::super::results::table;
+    use super::super::results::tests::{complete, design, failed, incomplete};
+    use super::*;
+
+    #[test]
+    fn what_is_written_can_be_read() {
+        let design = design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\n");
+        let rows = [complete(0, 4_000), incomplete(1), failed(2)];
+        let bytes = parquet(&table(&design, &rows)).unwrap();
+        let path = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(path.path(), bytes).unwrap();
+        let file = SerializedFileReader::new(path.reopen().unwrap()).unwrap();
+        let found: Vec<Vec<(String, Field)>> = file
+            .get_row_iter(None)
+            .unwrap()
+            .map(|row| row.unwrap().into_columns())
+            .collect();
+        let field = |row: usize, name: &str| {
+            let found = found[row].iter().find(|(column, _)| column == name);
+            found.unwrap().1.clone()
+        };
+        assert_eq!(found.len(), 3);
+        assert_eq!(field(1, "body.speed_m_s"), Field::Double(1.0));
+        assert_eq!(field(0, "sim_time_ms"), Field::Long(4000));
+        assert_eq!(field(0, "report_lateness_mean_ms"), Field::Double(1.5));
+        assert_eq!(field(1, "report_lateness_mean_ms"), Field::Null);
+        assert_eq!(field(2, "outcome"), Field::Str("failed".to_owned()));
+        assert_eq!(field(2, "hash"), Field::Null);
+        assert_eq!(field(0, "reason"), Field::Null);
+    }
+}

@@ -1,0 +1,269 @@
+//! The table of a sweep: a row per run, in the order of the runs.
+
+use super::design::{Cell, Design};
+use super::run::{End, Figures, Row};
+
+/// A column.
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// What it holds.
+    pub values: Values,
+}
+
+/// By row; `None` where there is nothing to tell.
+pub enum Values {
+    /// Whole numbers.
+    Integers(Vec<Option<i64>>),
+    /// Numbers.
+    Numbers(Vec<Option<f64>>),
+    /// True or false.
+    Flags(Vec<Option<bool>>),
+    /// Texts.
+    Texts(Vec<Option<String>>),
+}
+
+use Values::{Flags, Integers, Numbers, Texts};
+
+/// All columns: the number of the run, what it was set to, how it went, its figures, and why it has none.
+#[must_use]
+pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
+    let column = |name: &str, values| Column {
+        name: name.to_owned(),
+        values,
+    };
+    let whole = |of: fn(&Figures) -> Option<u64>| {
+        // Signed, as notebooks have it; none of these comes near 2^63.
+        let number = |row| figures(row).and_then(of).map(|number| number as i64);
+        Integers(rows.iter().map(number).collect())
+    };
+    let runs = rows.iter().map(|row| Some(row.run as i64));
+    let mut columns = vec![column("run", Integers(runs.collect()))];
+    for (place, name) in design.columns().enumerate() {
+        let cells = rows
+            .iter()
+            .filter_map(|row| design.cells(row.run).nth(place));
+        columns.push(column(name, Values::of(cells.collect())));
+    }
+    let text = |of: fn(&Row) -> Option<String>| Texts(rows.iter().map(of).collect());
+    columns.extend([
+        column(
+            "outcome",
+            text(|row| {
+                let outcome = figures(row).map_or("failed", |figures| figures.outcome.as_str());
+                Some(outcome.to_owned())
+            }),
+        ),
+        column(
+            "hash",
+            text(|row| figures(row).map(|figures| figures.hash.clone())),
+        ),
+        column("sim_time_ms", whole(|figures| Some(figures.sim_time_ms))),
+        column(
+            "items_delivered",
+            whole(|figures| Some(figures.items_delivered.into())),
+        ),
+        column(
+            "items_total",
+            whole(|figures| Some(figures.items_total.into())),
+        ),
+        column(
+            "reports_made",
+            whole(|figures| Some(figures.reports_made.into())),
+        ),
+        column(
+            "report_lateness_mean_ms",
+            Numbers(
+                rows.iter()
+                    .map(|row| figures(row)?.report_lateness_mean_ms)
+                    .collect(),
+            ),
+        ),
+        column(
+            "report_lateness_max_ms",
+            whole(|figures| figures.report_lateness_max_ms),
+        ),
+        column("activations", whole(|figures| Some(figures.activations))),
+        column(
+            "messages_sent",
+            whole(|figures| Some(figures.messages_sent)),
+        ),
+        column("bytes_sent", whole(|figures| Some(figures.bytes_sent))),
+        column(
+            "messages_heard",
+            whole(|figures| Some(figures.messages_heard)),
+        ),
+        column(
+            "messages_lost",
+            whole(|figures| Some(figures.messages_lost)),
+        ),
+        column(
+            "faults_armed",
+            whole(|figures| Some(figures.faults_armed as u64)),
+        ),
+        column(
+            "faults_hit",
+            whole(|figures| Some(figures.faults_hit as u64)),
+        ),
+        column("fault_hits", whole(|figures| Some(figures.fault_hits))),
+        column(
+            "reason",
+            text(|row| match &row.end {
+                End::Ended(_) => None,
+                End::Failed(failure) => Some(failure.reason.clone()),
+            }),
+        ),
+    ]);
+    columns
+}
+
+/// Those of a run that did not fail.
+#[must_use]
+pub fn figures(row: &Row) -> Option<&Figures> {
+    match &row.end {
+        End::Ended(figures) => Some(figures),
+        End::Failed(_) => None,
+    }
+}
+
+impl Values {
+    /// The narrowest kind that has room for all.
+    fn of(cells: Vec<&Cell>) -> Self {
+        let all = |fits: fn(&Cell) -> bool| cells.iter().all(|cell| fits(cell));
+        if all(|cell| matches!(cell, Cell::Integer(_))) {
+            let numbers = cells.iter().map(|cell| match cell {
+                Cell::Integer(number) => Some(*number),
+                _ => None,
+            });
+            Integers(numbers.collect())
+        } else if all(|cell| cell.number().is_some()) {
+            Numbers(cells.iter().map(|cell| cell.number()).collect())
+        } else if all(|cell| matches!(cell, Cell::Flag(_))) {
+            let flags = cells.iter().map(|cell| match cell {
+                Cell::Flag(flag) => Some(*flag),
+                _ => None,
+            });
+            Flags(flags.collect())
+        } else {
+            Texts(cells.iter().map(|cell| Some(cell.to_string())).collect())
+        }
+    }
+
+    /// As text; empty where there is nothing.
+    fn text(&self, row: usize) -> String {
+        fn show<T: ToString>(value: Option<&T>) -> String {
+            value.map_or_else(String::new, T::to_string)
+        }
+        match self {
+            Integers(values) => show(values[row].as_ref()),
+            Numbers(values) => show(values[row].as_ref()),
+            Flags(values) => show(values[row].as_ref()),
+            Texts(values) => show(values[row].as_ref()),
+        }
+    }
+}
+
+/// The table as CSV, with a header line; numbers in their shortest form that reads back the same.
+///
+/// # Errors
+/// None: it is written to memory.
+pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(columns.iter().map(|column| &column.name))?;
+    for row in 0..rows {
+        writer.write_record(columns.iter().map(|column| column.values.text(row)))?;
+    }
+    Ok(writer.into_inner()?)
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use alliance_proto::scenario::Scenario;
+    use alliance_proto::tick::Outcome;
+
+    use super::super::plan::Plan;
+    use super::super::run::Failure;
+    use super::*;
+
+    /// The design of a plan for the default mission.
+    pub fn design(text: &str) -> Design {
+        let plan = Plan::parse("plan.toml", text, |_| Ok(Scenario::default()));
+        plan.unwrap().design
+    }
+
+    /// A complete run that took so long.
+    pub fn complete(run: usize, sim_time_ms: u64) -> Row {
+        let figures = Figures {
+            outcome: Outcome::Complete,
+            hash: "00ff".to_owned(),
+            sim_time_ms,
+            items_delivered: 24,
+            items_total: 24,
+            reports_made: 2,
+            report_lateness_mean_ms: Some(1.5),
+            report_lateness_max_ms: Some(3),
+            activations: 8,
+            messages_sent: 100,
+            bytes_sent: 2000,
+            messages_heard: 190,
+            messages_lost: 10,
+            faults_armed: 2,
+            faults_hit: 1,
+            fault_hits: 7,
+        };
+        Row {
+            run,
+            end: End::Ended(figures),
+        }
+    }
+
+    /// One that ran into the time limit.
+    pub fn incomplete(run: usize) -> Row {
+        let mut row = complete(run, 9_000);
+        if let End::Ended(figures) = &mut row.end {
+            figures.outcome = Outcome::TimeLimit;
+            figures.items_delivered = 3;
+            figures.reports_made = 0;
+            figures.report_lateness_mean_ms = None;
+            figures.report_lateness_max_ms = None;
+        }
+        row
+    }
+
+    /// One that failed.
+    pub fn failed(run: usize) -> Row {
+        Row {
+            run,
+            end: End::Failed(Failure {
+                reason: "no place, \"anywhere\"".to_owned(),
+                scenario: String::new(),
+            }),
+        }
+    }
+
+    #[test]
+    fn no_two_columns_have_one_name() {
+        let text = "presets = ['team']\n[faults.none]\n[grid]\nbody.speed_m_s = [0.5]\n";
+        let columns = table(&design(text), &[complete(0, 4_000)]);
+        let names: std::collections::BTreeSet<&String> =
+            columns.iter().map(|column| &column.name).collect();
+        assert_eq!(names.len(), columns.len());
+    }
+
+    #[test]
+    fn a_line_per_run_with_settings_figures_or_reason() {
+        let design =
+            design("[grid]\nbody.speed_m_s = [0.5, 1, 0.25]\nwaste.spills.0.name = ['top']\n");
+        let rows = [complete(0, 4_000), incomplete(1), failed(2)];
+        let table = table(&design, &rows);
+        let csv = String::from_utf8(csv(&table, rows.len()).unwrap()).unwrap();
+        let expected = "\
+            run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,sim_time_ms,items_delivered,items_total,reports_made,\
+            report_lateness_mean_ms,report_lateness_max_ms,activations,messages_sent,bytes_sent,messages_heard,messages_lost,\
+            faults_armed,faults_hit,fault_hits,reason\n\
+            0,0.5,top,1,complete,00ff,4000,24,24,2,1.5,3,8,100,2000,190,10,2,1,7,\n\
+            1,1,top,1,time-limit,00ff,9000,3,24,0,,,8,100,2000,190,10,2,1,7,\n\
+            2,0.25,top,1,failed,,,,,,,,,,,,,,,,\"no place, \"\"anywhere\"\"\"\n";
+        assert_eq!(csv, expected);
+    }
+}

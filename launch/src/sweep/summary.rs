@@ -1,0 +1,294 @@
+//! What is common to runs with the same settings.
+
+use alliance_proto::tick::Outcome;
+
+use super::design::{Cell, Design, PRESET};
+use super::results::figures;
+use super::run::Row;
+use super::statistics::{Estimate, Interval, estimate, wilson};
+
+/// A column with more different numbers than this is put into classes.
+const MOST_GROUPS: usize = 12;
+
+/// So many.
+const CLASSES: usize = 8;
+
+/// Runs together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// All of them.
+    pub runs: usize,
+    /// Those that have no figures. They count in nothing else.
+    pub failed: usize,
+    /// Those in which the mission was completed.
+    pub complete: usize,
+    /// Of the share of those.
+    pub completion: Interval,
+    /// Simulated time of complete runs, s.
+    pub makespan_s: Option<Estimate>,
+    /// The greatest lateness of a progress report, of runs with any, s.
+    pub lateness_s: Option<Estimate>,
+}
+
+impl Summary {
+    fn of<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Self {
+        let (mut runs, mut ended, mut makespans, mut lateness) = (0, 0, Vec::new(), Vec::new());
+        let seconds = |ms: u64| ms as f64 / 1000.0;
+        for row in rows {
+            runs += 1;
+            let Some(figures) = figures(row) else {
+                continue;
+            };
+            ended += 1;
+            if figures.outcome == Outcome::Complete {
+                makespans.push(seconds(figures.sim_time_ms));
+            }
+            lateness.extend(figures.report_lateness_max_ms.map(seconds));
+        }
+        Self {
+            runs,
+            failed: runs - ended,
+            complete: makespans.len(),
+            completion: wilson(makespans.len(), ended),
+            makespan_s: estimate(makespans),
+            lateness_s: estimate(lateness),
+        }
+    }
+
+    /// Part of the runs in which the mission was completed; `None` if all failed.
+    #[must_use]
+    pub fn share(&self) -> Option<f64> {
+        let ended = self.runs - self.failed;
+        (ended > 0).then(|| self.complete as f64 / ended as f64)
+    }
+}
+
+/// All together.
+#[must_use]
+pub fn overall(rows: &[Row]) -> Summary {
+    Summary::of(rows)
+}
+
+/// Runs that differ in nothing but the seed, with their settings but that. `rows` are all rows, in order.
+#[must_use]
+pub fn by_condition<'d>(design: &'d Design, rows: &[Row]) -> Vec<(Vec<&'d Cell>, Summary)> {
+    rows.chunk_by(|a, b| a.run / design.repetitions() == b.run / design.repetitions())
+        .map(|rows| {
+            let mut cells: Vec<&Cell> = design.cells(rows[0].run).collect();
+            cells.pop();
+            (cells, Summary::of(rows))
+        })
+        .collect()
+}
+
+/// A column against which something is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Against {
+    /// Its name.
+    pub column: String,
+    /// Its values, or classes of them, from left to right.
+    pub groups: Vec<String>,
+    /// A line for each preset, or one for all, without a name; by group, `None` without runs.
+    pub series: Vec<(String, Vec<Option<Summary>>)>,
+}
+
+/// Every swept column that has more than one value, but for the seed; what else is varied is taken together. `rows` are all
+/// rows, in order.
+#[must_use]
+pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
+    let presets = design
+        .factors
+        .iter()
+        .position(|factor| factor.columns == [PRESET]);
+    let mut all = Vec::new();
+    // The last factor is the seed.
+    let factors = design.factors.iter().enumerate();
+    for (number, factor) in factors.take(design.factors.len().saturating_sub(1)) {
+        for (place, column) in factor.columns.iter().enumerate() {
+            let cells: Vec<&Cell> = factor
+                .levels
+                .iter()
+                .map(|level| &level.cells[place])
+                .collect();
+            let (groups, group_of) = groups(&cells);
+            if groups.len() < 2 {
+                continue;
+            }
+            let apart = presets.filter(|presets| *presets != number);
+            let names = match apart {
+                Some(presets) => {
+                    let levels = design.factors[presets].levels.iter();
+                    levels.map(|level| level.cells[0].to_string()).collect()
+                }
+                None => vec![String::new()],
+            };
+            let mut sorted: Vec<Vec<Vec<&Row>>> = vec![vec![Vec::new(); groups.len()]; names.len()];
+            for row in rows {
+                let places = design.places(row.run);
+                let series = apart.map_or(0, |presets| places[presets]);
+                sorted[series][group_of[places[number]]].push(row);
+            }
+            let summaries = sorted.into_iter().map(|groups| {
+                let summary = |rows: Vec<&Row>| (!rows.is_empty()).then(|| Summary::of(rows));
+                groups.into_iter().map(summary).collect()
+            });
+            all.push(Against {
+                column: column.clone(),
+                groups,
+                series: names.into_iter().zip(summaries).collect(),
+            });
+        }
+    }
+    all
+}
+
+/// Different values of a column, numbers in order, many of them in classes of about as many each; and the group of each cell.
+fn groups(cells: &[&Cell]) -> (Vec<String>, Vec<usize>) {
+    let mut values: Vec<&Cell> = Vec::new();
+    for cell in cells {
+        if !values.contains(cell) {
+            values.push(cell);
+        }
+    }
+    let numbers: Option<Vec<f64>> = values.iter().map(|cell| cell.number()).collect();
+    let numeric = numbers.is_some();
+    if let Some(numbers) = numbers {
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
+        values = order.into_iter().map(|place| values[place]).collect();
+    }
+    let count = if numeric && values.len() > MOST_GROUPS {
+        CLASSES
+    } else {
+        values.len()
+    };
+    let group = |place: usize| place * count / values.len();
+    let names = (0..count).map(|wanted| {
+        let mut members = (0..values.len()).filter(|place| group(*place) == wanted);
+        let (first, last) = (members.next(), members.next_back());
+        match (
+            first.map(|place| values[place]),
+            last.map(|place| values[place]),
+        ) {
+            (Some(first), Some(last)) => format!("{} to {}", rounded(first), rounded(last)),
+            (Some(only), None) => only.to_string(),
+            _ => String::new(),
+        }
+    });
+    let places = cells.iter().map(|cell| {
+        let place = values.iter().position(|value| value == cell);
+        group(place.unwrap_or_default())
+    });
+    (names.collect(), places.collect())
+}
+
+/// With three digits, for a class.
+fn rounded(cell: &Cell) -> String {
+    match cell.number() {
+        Some(number) if number != 0.0 => {
+            let digits = (2.0 - number.abs().log10().floor()).clamp(0.0, 9.0);
+            let scale = 10_f64.powf(digits);
+            ((number * scale).round() / scale).to_string()
+        }
+        _ => cell.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::results::tests::{complete, design, failed, incomplete};
+    use super::*;
+
+    #[test]
+    fn failed_runs_count_as_failed_alone() {
+        let rows = [
+            complete(0, 4_000),
+            complete(1, 6_000),
+            incomplete(2),
+            failed(3),
+        ];
+        let summary = overall(&rows);
+        assert_eq!((summary.runs, summary.failed, summary.complete), (4, 1, 2));
+        assert_eq!(summary.share(), Some(2.0 / 3.0));
+        assert_eq!(summary.completion, wilson(2, 3));
+        assert_eq!(summary.makespan_s.unwrap().median, 5.0);
+        assert_eq!(summary.lateness_s.unwrap().median, 0.003);
+        let none = overall(&[failed(0)]);
+        assert_eq!(
+            (none.share(), none.makespan_s, none.completion),
+            (None, None, (0.0, 1.0))
+        );
+    }
+
+    #[test]
+    fn by_condition_and_by_column() {
+        let design =
+            design("seeds = 2\npresets = ['team', 'par98']\n[grid]\nbody.speed_m_s = [1.0, 0.5]\n");
+        // Speed 1: 1, 2 s (team) and 3, 4 s (par98); speed 0.5: 5, 6 s and 7, 8 s.
+        let rows: Vec<Row> = (0..8)
+            .map(|run| complete(run, (run as u64 + 1) * 1000))
+            .collect();
+        let median = |summary: &Summary| summary.makespan_s.unwrap().median;
+        let conditions: Vec<(String, f64)> = by_condition(&design, &rows)
+            .into_iter()
+            .map(|(cells, summary)| {
+                let cells: Vec<String> = cells.iter().map(|cell| cell.to_string()).collect();
+                (cells.join(" "), median(&summary))
+            })
+            .collect();
+        let expected = [
+            ("1 team", 1.5),
+            ("1 par98", 3.5),
+            ("0.5 team", 5.5),
+            ("0.5 par98", 7.5),
+        ];
+        assert_eq!(
+            conditions,
+            expected.map(|(cells, median)| (cells.to_owned(), median))
+        );
+
+        let against = by_column(&design, &rows);
+        assert_eq!(against.len(), 2);
+        assert_eq!(
+            (against[0].column.as_str(), &against[0].groups[..]),
+            ("body.speed_m_s", &["0.5".to_owned(), "1".to_owned()][..])
+        );
+        let medians = |against: &Against| -> Vec<(String, Vec<f64>)> {
+            let series = against.series.iter();
+            let medians =
+                |groups: &[Option<Summary>]| groups.iter().flatten().map(median).collect();
+            series
+                .map(|(name, groups)| (name.clone(), medians(groups)))
+                .collect()
+        };
+        let expected = [
+            ("team".to_owned(), vec![5.5, 1.5]),
+            ("par98".to_owned(), vec![7.5, 3.5]),
+        ];
+        assert_eq!(medians(&against[0]), expected);
+        assert_eq!(against[1].column, "preset");
+        assert_eq!(medians(&against[1]), [(String::new(), vec![3.5, 5.5])]);
+    }
+
+    #[test]
+    fn many_numbers_in_classes_of_equal_size() {
+        let cells: Vec<Cell> = (0..16)
+            .map(|i| Cell::Number(1.0 / f64::from(i + 1)))
+            .collect();
+        let (names, group_of) = groups(&cells.iter().collect::<Vec<_>>());
+        assert_eq!(names.len(), CLASSES);
+        assert_eq!(names[0], "0.0625 to 0.0667");
+        assert_eq!(names[7], "0.5 to 1");
+        for group in 0..CLASSES {
+            assert_eq!(group_of.iter().filter(|found| **found == group).count(), 2);
+        }
+        assert_eq!((group_of[0], group_of[15]), (7, 0));
+
+        let few = [Cell::Integer(10), Cell::Integer(9), Cell::Integer(10)];
+        let (names, group_of) = groups(&few.iter().collect::<Vec<_>>());
+        assert_eq!(
+            (names, group_of),
+            (vec!["9".to_owned(), "10".to_owned()], vec![1, 0, 1])
+        );
+    }
+}

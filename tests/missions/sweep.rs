@@ -1,0 +1,393 @@
+//! `alliance sweep`, as people run it: killed, interrupted, in shards, with mistakes in its plan and runs that fail.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+
+use crate::harness::{Lab, wait_until};
+
+/// A mission that takes little, in 24 variants, some of them complete.
+const PLAN: &str = "
+limit_s = 150.0
+seeds = { from = 3, to = 5 }
+presets = ['team', 'par98']
+
+[scenario]
+name = 'little'
+robots = [{ name = 'blue', side_sensor = true }, { name = 'gold' }]
+room = { width_m = 7.0, height_m = 5.0 }
+
+[scenario.waste]
+spills = [{ name = 'only', items = 2 }]
+
+[grid]
+alliance.defaults.ceased_after_s = [4.0, 20.0]
+
+[faults.none]
+[faults.gold-dies]
+timeline = [{ fault.kill = 'gold', at_s = 5.0 }]
+";
+
+const RUNS: usize = 24;
+
+fn lab() -> Lab {
+    let lab = Lab::new();
+    fs::write(lab.path("plan.toml"), PLAN).unwrap();
+    lab
+}
+
+/// Every file of a sweep but its journals, by name.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        if path.is_dir() {
+            let below = files(&path).into_iter();
+            found.extend(below.map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
+        } else if !name.ends_with(".jsonl") {
+            found.insert(name, fs::read(path).unwrap());
+        }
+    }
+    found
+}
+
+#[track_caller]
+fn assert_same_files(lab: &Lab, a: &str, b: &str) {
+    let (left, right) = (files(&lab.path(a)), files(&lab.path(b)));
+    assert!(left.contains_key("results.csv"), "{:?}", left.keys());
+    assert_eq!(
+        left.keys().collect::<Vec<_>>(),
+        right.keys().collect::<Vec<_>>()
+    );
+    for (name, bytes) in &left {
+        assert!(*bytes == right[name], "{name} of {a} and {b}");
+    }
+}
+
+/// The table, by column.
+fn rows(lab: &Lab, folder: &str) -> Vec<BTreeMap<String, String>> {
+    let text = fs::read_to_string(lab.path(folder).join("results.csv")).unwrap();
+    let mut lines = text.lines().map(|line| line.split(','));
+    let header: Vec<&str> = lines.next().unwrap().collect();
+    lines
+        .map(|cells| {
+            let cells = header.iter().zip(cells);
+            cells
+                .map(|(name, cell)| ((*name).to_owned(), cell.to_owned()))
+                .collect()
+        })
+        .collect()
+}
+
+/// Whole rows in a journal.
+fn journal_rows(lab: &Lab, folder: &str) -> usize {
+    let text = fs::read(lab.path(folder).join("journal.jsonl")).unwrap_or_default();
+    let lines = text.iter().filter(|byte| **byte == b'\n').count();
+    lines.saturating_sub(1)
+}
+
+/// The arguments of the command that a line of `said` ends in.
+fn printed_command<'s>(said: &'s str, mark: &str) -> Vec<&'s str> {
+    let mut lines = said.lines().filter_map(|line| line.split_once(mark));
+    let (_, command) = lines
+        .next()
+        .unwrap_or_else(|| panic!("no '{mark}' in:\n{said}"));
+    command.split_whitespace().collect()
+}
+
+#[test]
+fn a_sweep_has_a_row_for_each_run_and_each_can_be_run_again() {
+    let lab = lab();
+    let finished = lab.run(&["sweep", "plan.toml"]).expect(0);
+    let said = &finished.stderr;
+    assert!(said.contains("24 runs: "), "{said}");
+    assert!(said.contains("gold-dies"), "{said}");
+    let rows = rows(&lab, "sweeps/plan");
+    assert_eq!(rows.len(), RUNS);
+    let settings: Vec<String> = rows
+        .iter()
+        .map(|row| {
+            let columns = [
+                "run",
+                "alliance.defaults.ceased_after_s",
+                "preset",
+                "faults",
+                "seed",
+            ];
+            columns.map(|column| row[column].as_str()).join(" ")
+        })
+        .collect();
+    assert_eq!(settings[0], "0 4 team gold-dies 3");
+    assert_eq!(settings[11], "11 4 par98 none 5");
+    assert_eq!(settings[23], "23 20 par98 none 5");
+    assert!(rows.iter().any(|row| row["outcome"] == "complete"));
+    for row in &rows {
+        let dies = row["faults"] == "gold-dies";
+        assert_eq!(row["faults_hit"], if dies { "1" } else { "0" }, "{row:?}");
+    }
+    let made = files(&lab.path("sweeps/plan"));
+    let names: Vec<&str> = made.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "by-0-alliance-defaults-ceased_after_s.svg",
+            "by-1-preset.svg",
+            "by-2-faults.svg",
+            "plan.toml",
+            "results.csv",
+            "results.parquet",
+            "scenario.toml",
+            "summary.csv",
+            "summary.html",
+        ]
+    );
+    let conditions = String::from_utf8(made["summary.csv"].clone()).unwrap();
+    assert_eq!(conditions.lines().count(), 1 + RUNS / 3);
+
+    // As the command says.
+    for run in [0, 14] {
+        let number = run.to_string();
+        let printed = lab
+            .run(&["sweep", "plan.toml", "--scenario", &number])
+            .expect(0);
+        fs::write(lab.path(&format!("run-{run}.toml")), &printed.stdout).unwrap();
+        let mut arguments = printed_command(&printed.stderr, "alliance ");
+        let out = format!("again-{run}");
+        arguments.extend(["--json", "--out", &out]);
+        let code = i32::from(rows[run]["outcome"] != "complete");
+        let result = lab.run(&arguments).expect(code).json();
+        assert_eq!(result["hash"], Value::from(rows[run]["hash"].as_str()));
+        assert_eq!(result["outcome"], rows[run]["outcome"].as_str());
+    }
+}
+
+#[test]
+fn killed_or_interrupted_it_goes_on_and_ends_with_the_same_bytes() {
+    const RUNS: usize = 8 * 25;
+    let lab = Lab::new();
+    // Enough of them that there is a middle to be killed in.
+    let plan = PLAN.replace("to = 5", "to = 27");
+    fs::write(lab.path("plan.toml"), plan).unwrap();
+    lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
+    let arguments = ["sweep", "plan.toml", "--out", "torn", "--jobs", "1"];
+    for (signal, rows) in [(Signal::SIGKILL, 2), (Signal::SIGINT, 20)] {
+        let sweep = lab.start(&arguments);
+        wait_until("rows", || journal_rows(&lab, "torn") >= rows);
+        sweep.signal(signal);
+        let finished = sweep.wait();
+        assert!(
+            journal_rows(&lab, "torn") < RUNS,
+            "too late to interrupt it"
+        );
+        assert!(!lab.path("torn/results.csv").exists());
+        if signal == Signal::SIGINT {
+            let said = &finished.expect(1).stderr;
+            assert!(said.contains("done before"), "{said}");
+            assert_eq!(printed_command(said, "  alliance "), arguments);
+        }
+        let mut journal = fs::OpenOptions::new()
+            .append(true)
+            .open(lab.path("torn/journal.jsonl"))
+            .unwrap();
+        journal.write_all(b"{\"run\":9,\"end\":{\"en").unwrap();
+    }
+    lab.run(&arguments).expect(0);
+    assert_same_files(&lab, "whole", "torn");
+
+    // Once more there is nothing to do, and nothing changes.
+    let before = journal_rows(&lab, "torn");
+    lab.run(&arguments).expect(0);
+    assert_eq!((before, journal_rows(&lab, "torn")), (RUNS, RUNS));
+    assert_same_files(&lab, "whole", "torn");
+}
+
+#[test]
+fn shards_put_together_are_the_whole() {
+    let lab = lab();
+    lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
+    let shard = |number: &str, out: &str| {
+        let shard = format!("{number}/3");
+        lab.run(&["sweep", "plan.toml", "--out", out, "--shard", &shard])
+            .expect(0)
+    };
+    // Two in one folder, and one from another machine.
+    shard("0", "here");
+    let said = shard("2", "here").stderr;
+    assert_eq!(
+        printed_command(&said, "  alliance "),
+        ["sweep", "--merge", "here"]
+    );
+    let said = lab.run(&["sweep", "--merge", "here"]).expect(2).stderr;
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(
+        said.starts_with("alliance sweep: 8 of 24 runs are missing: 1, 4, 7, 10, 13, 16, 19, 22;"),
+        "{said}"
+    );
+    assert!(!lab.path("here/results.csv").exists());
+    shard("1", "there");
+    lab.run(&["sweep", "--merge", "here", "there", "--out", "together"])
+        .expect(0);
+    assert_same_files(&lab, "whole", "together");
+    // The whole sweep takes up what its shards did.
+    let said = lab.run(&["sweep", "plan.toml", "--out", "here"]).expect(0);
+    assert!(said.stderr.contains("16 of them done before"));
+    assert_same_files(&lab, "whole", "here");
+}
+
+/// Jobs of an array, as GNU parallel starts them; Slurm and Kubernetes number theirs in the same way.
+#[test]
+fn gnu_parallel_runs_shards() {
+    let version = Command::new("parallel").arg("--version").output();
+    let there = version.is_ok_and(|said| said.stdout.starts_with(b"GNU parallel"));
+    if !there {
+        let how = "no GNU parallel: install Debian's package `parallel`";
+        assert!(std::env::var_os("CI").is_none(), "{how}");
+        println!("skipped: {how}");
+        return;
+    }
+    let lab = lab();
+    lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
+    let output = Command::new("parallel")
+        .args(["--will-cite", "--jobs", "3"])
+        .arg(env!("CARGO_BIN_EXE_alliance-under-test"))
+        .args(["sweep", "plan.toml", "--out", "shards", "--jobs", "1"])
+        .args(["--shard", "{}/3", ":::", "0", "1", "2"])
+        .current_dir(lab.path(""))
+        // It keeps notes there.
+        .env("HOME", lab.path(""))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    for shard in 0..3 {
+        let line = format!("shard {shard}/3: all 8 runs are done");
+        assert!(said.contains(&line), "{said}");
+    }
+    lab.run(&["sweep", "--merge", "shards"]).expect(0);
+    assert_same_files(&lab, "whole", "shards");
+}
+
+#[test]
+fn a_run_that_fails_is_kept_and_the_others_go_on() {
+    let lab = Lab::new();
+    // Large robots have room, and so have small ones beside the obstacle.
+    let plan = "
+limit_s = 2.0
+seeds = [8]
+[scenario]
+robots = [{ name = 'blue', side_sensor = true, start = { x_m = 4.6, y_m = 4.5 } }]
+obstacles = [{ x_m = 8.0, y_m = 4.0, width_m = 1.0, height_m = 1.0 }]
+[grid]
+body.radius_m = [0.2, 0.5]
+obstacles.0.x_m = [8.0, 5.0]
+";
+    fs::write(lab.path("big robots.toml"), plan).unwrap();
+    let said = lab.run(&["sweep", "big robots.toml"]).expect(1).stderr;
+    assert!(
+        said.contains("4 runs: 0 complete, 3 not complete, 1 failed"),
+        "{said}"
+    );
+    let rows = rows(&lab, "sweeps/big robots");
+    let failed = &rows[3];
+    assert_eq!(
+        (failed["outcome"].as_str(), failed["hash"].as_str()),
+        ("failed", "")
+    );
+    let reason = said
+        .lines()
+        .find_map(|line| line.strip_prefix("run 3 failed: "))
+        .unwrap();
+    let kept = fs::read_to_string(lab.path("sweeps/big robots/failures/3.toml")).unwrap();
+    let head: Vec<&str> = kept.lines().take(2).collect();
+    assert_eq!(
+        head,
+        [
+            format!("# run 3 failed: {reason}").as_str(),
+            "# alliance run 3.toml --seed 8 --in-process"
+        ]
+    );
+
+    let again = said
+        .lines()
+        .find(|line| line.contains("; again: "))
+        .unwrap();
+    let (_, again) = again.split_once("; again: alliance ").unwrap();
+    assert_eq!(
+        again,
+        "run 'sweeps/big robots/failures/3.toml' --seed 8 --in-process"
+    );
+    let again = lab
+        .run(&[
+            "run",
+            "sweeps/big robots/failures/3.toml",
+            "--seed",
+            "8",
+            "--in-process",
+        ])
+        .expect(2)
+        .stderr;
+    assert!(again.trim_end().ends_with(reason), "{again}\n{reason}");
+    // Only the others.
+    let failures = fs::read_dir(lab.path("sweeps/big robots/failures")).unwrap();
+    assert_eq!(failures.count(), 1);
+}
+
+#[test]
+fn mistakes_are_answered_in_one_line_and_nothing_is_begun() {
+    let lab = lab();
+    let refused = |arguments: &[&str], text: &str| {
+        let said = lab.run(arguments).expect(2).stderr;
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert!(said.contains(text), "no '{text}': {said}");
+    };
+    for (plan, text) in [
+        (
+            "[grod]\n",
+            "bad.toml:1: grod: unknown key; did you mean 'grid'?",
+        ),
+        (
+            "[grid]\nalliance.defaults.ceased_after = [4.0]\n",
+            "bad.toml:2: alliance.defaults.ceased_after: unknown key; did you mean 'ceased_after_s'?",
+        ),
+        (
+            "scenario = 'nowhere'\n",
+            "bad.toml:1: 'nowhere' is neither a built-in scenario nor a file",
+        ),
+        ("presets = ['tem']\n", "did you mean 'team'?"),
+        ("seeds = 0\n", "bad.toml:1: seeds: "),
+        (
+            "[faults.a]\ntimeline = [{ fault.kill = 'glod' }]\n",
+            "has no robot 'glod'; did you mean 'gold'?",
+        ),
+    ] {
+        fs::write(lab.path("bad.toml"), plan).unwrap();
+        refused(&["sweep", "bad.toml"], text);
+    }
+    refused(&["sweep", "nothing.toml"], "nothing.toml: No such file");
+    refused(&["sweep", "a.toml", "b.toml"], "name one FILE");
+    refused(&["sweep", "plan.toml", "--shard", "3/3"], "use I/N");
+    refused(&["sweep", "plan.toml", "--jobs", "0"], "from 1 on");
+    refused(
+        &["sweep", "plan.toml", "--scenario", "24"],
+        "there is no run 24: they are numbered from 0 to 23",
+    );
+    refused(&["sweep", "--merge", "."], "no journal of a sweep in .");
+    assert!(!lab.path("sweeps").exists());
+
+    // A folder holds one sweep.
+    fs::write(lab.path("little.toml"), "limit_s = 1.0\n").unwrap();
+    lab.run(&["sweep", "little.toml"]).expect(0);
+    fs::write(lab.path("little.toml"), "limit_s = 2.0\n").unwrap();
+    let before = files(&lab.path("sweeps/little"));
+    refused(
+        &["sweep", "little.toml"],
+        "holds another sweep, or this one before it was changed",
+    );
+    assert_eq!(before, files(&lab.path("sweeps/little")));
+}
