@@ -148,8 +148,8 @@ fn a_world_without_a_launcher_leaves_processes_alone() {
 #[test]
 fn what_is_cleared_all_at_once_is_repeated_all_at_once() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--paused", "--limit", "60"]);
-    team.wait_for_row("run.json", &["\"outcome\": \"running\""]);
+    let team = Team::start(&lab, &["--paused", "--limit", "60"]);
+    crate::harness::wait_until("a live run", || lab.run(&["status"]).status.success());
     let step = |ticks: &str| {
         let until = ask(&lab, &["status"])["status"]["tick"].as_u64().unwrap()
             + ticks.parse::<u64>().unwrap();
