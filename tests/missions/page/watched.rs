@@ -78,12 +78,17 @@ fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
     browser.wait_for("document.body.dataset.state == 'paused'");
     assert_ne!(browser.eval(places), before);
     // It is really the barrier that stands: the world's own log gets no further.
-    let held = browser.eval("alliance.view.tick");
-    let status = lab.run(&["status", "--json"]).expect(0).json();
-    assert_eq!(status["status"]["clock"]["paused"], true);
-    assert_eq!(status["status"]["tick"], held);
+    let held = || {
+        let status = lab.run(&["status", "--json"]).expect(0).json();
+        assert_eq!(status["status"]["clock"]["paused"], true);
+        status["status"]["tick"].as_u64().unwrap()
+    };
+    // The tick that was under way may end after the clock has said that it is held.
+    let stands = held();
+    browser.wait_for(&format!("alliance.view.tick == {stands}"));
+    assert_eq!(held(), stands);
     browser.click("#step");
-    let next = held.as_u64().unwrap() + 1;
+    let next = stands + 1;
     browser.wait_for(&format!("alliance.view.tick == {next}"));
     assert_eq!(tick(&browser), next);
 
