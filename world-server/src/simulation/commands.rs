@@ -1,5 +1,7 @@
 //! What operators ask for while a run is under way: it takes effect at the beginning of a tick, and is an input of it.
 
+use std::borrow::Cow;
+
 use alliance_proto::control::{Armed, Cleared, FaultStatus, Phase};
 use alliance_proto::fault::Order;
 use alliance_proto::ids::Tick;
@@ -9,7 +11,7 @@ use super::Simulation;
 use crate::input::Input;
 use crate::recorder::FaultEvent;
 
-/// A command that waits for the tick under way to end.
+/// A command that waits for its turn before the next tick.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Command {
     Order(Order),
@@ -66,16 +68,16 @@ impl Simulation {
     /// When there is no such fault, or it is over already.
     pub fn clear(&mut self, id: Option<&str>) -> Result<Cleared, String> {
         self.refuse_if_over()?;
-        let live: Vec<String> = self
-            .schedule
-            .statuses()
+        let faults = self.faults();
+        let live: Vec<String> = faults
+            .iter()
             .filter(|status| status.phase != Phase::Over)
             .map(|status| status.id.clone())
             .collect();
         let ids = match id {
             None => live,
             Some(id) if live.iter().any(|live| live == id) => vec![id.to_owned()],
-            Some(id) if self.schedule.find(id).is_some() => {
+            Some(id) if faults.iter().any(|status| status.id == id) => {
                 return Err(format!("the fault '{id}' is over already"));
             }
             Some(id) if live.is_empty() => {
@@ -100,10 +102,27 @@ impl Simulation {
         }
     }
 
-    /// All faults of the run, in the order in which they were armed.
+    /// All faults of the run, in the order in which they were armed; commands that wait for their turn count as obeyed.
     #[must_use]
     pub fn faults(&self) -> Vec<FaultStatus> {
-        self.schedule.statuses().cloned().collect()
+        let (_, now) = self.next_beginning();
+        let mut schedule = Cow::Borrowed(&self.schedule);
+        for command in &self.commands {
+            match command {
+                Command::Order(order) => {
+                    // The id was free when it was given, and reserved since.
+                    let _ = schedule.to_mut().arm(order.clone(), now);
+                }
+                Command::Clear(ids) => {
+                    for id in ids {
+                        if let Some(fault) = schedule.find(id) {
+                            schedule.to_mut().clear(fault, now);
+                        }
+                    }
+                }
+            }
+        }
+        schedule.statuses().cloned().collect()
     }
 
     fn refuse_if_over(&self) -> Result<(), String> {
@@ -124,21 +143,12 @@ impl Simulation {
     }
 
     fn command(&mut self, command: Command) {
-        self.commands.push(command);
-        if !self.opened {
-            self.obey_all();
-            self.begin();
-        }
+        self.commands.push_back(command);
+        // At once, if it can be: a clock that stands still asks for no tick.
+        self.begin();
     }
 
-    /// Obeys the commands that came during the tick before.
-    pub(super) fn obey_all(&mut self) {
-        for command in std::mem::take(&mut self.commands) {
-            self.obey(command);
-        }
-    }
-
-    fn obey(&mut self, command: Command) {
+    pub(super) fn obey(&mut self, command: Command) {
         match command {
             Command::Order(order) => {
                 self.inputs.push(Input::Order {

@@ -14,7 +14,7 @@ mod effects;
 mod triggers;
 mod view;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{Incarnation, RobotId, SetId, Tick};
 use alliance_proto::join::Refusal;
@@ -64,12 +64,14 @@ pub struct Simulation {
     handlers: Vec<Box<dyn InterruptionHandler>>,
     /// Whether somebody starts and signals processes.
     has_launcher: bool,
+    /// The handlers have had their turn before the current tick.
+    interrupted: bool,
     /// The current tick has been asked for: what comes now concerns the next one.
     opened: bool,
     /// The current tick's reports have been looked at for what they trigger.
     settled: bool,
-    /// Commands for the next tick.
-    commands: Vec<Command>,
+    /// Commands that wait for their turn.
+    commands: VecDeque<Command>,
     acts: Acts,
     /// Kills of the current tick, to be done once everybody has reported.
     executions: Vec<Act>,
@@ -108,9 +110,10 @@ impl Simulation {
             interruptions: BTreeMap::new(),
             handlers: Vec::new(),
             has_launcher,
+            interrupted: false,
             opened: false,
             settled: false,
-            commands: Vec::new(),
+            commands: VecDeque::new(),
             acts: Acts::default(),
             executions: Vec::new(),
             inputs: Vec::new(),
@@ -257,7 +260,8 @@ impl Simulation {
         if self.outcome.is_some() || !self.acts.is_empty() {
             return Vec::new();
         }
-        if !self.opened && self.barrier.started() {
+        // While nobody is there to be asked, the tick waits, and commands for it with it.
+        if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
             self.open();
         }
         let (tick, now) = (self.barrier.tick(), self.world.now());
@@ -360,7 +364,7 @@ impl Simulation {
             dead,
             inputs: gathered,
         } = self.barrier.finish();
-        (self.opened, self.settled) = (false, false);
+        (self.interrupted, self.opened, self.settled) = (false, false, false);
         let mut inputs = std::mem::take(&mut self.inputs);
         inputs.extend(gathered);
         inputs.append(&mut self.failures);
@@ -426,10 +430,6 @@ impl Simulation {
             }
         }
         self.outcome = self.decide_outcome();
-        // A clock that stands still asks for no tick: what was ordered meanwhile is obeyed all the same.
-        if !self.commands.is_empty() {
-            self.begin();
-        }
         Ok(())
     }
 

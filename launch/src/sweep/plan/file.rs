@@ -1,0 +1,109 @@
+//! How the file is written.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use alliance_proto::fault::Faults;
+use alliance_proto::scenario::{Preset, Scenario};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::MAX_RUNS;
+
+/// The file, as it is written.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct File {
+    pub(super) scenario: Option<Source>,
+    pub(super) limit_s: Option<f64>,
+    pub(super) seeds: Seeds,
+    pub(super) presets: Vec<Preset>,
+    pub(super) faults: BTreeMap<String, Faults>,
+    pub(super) grid: toml::Table,
+    pub(super) list: Vec<toml::Table>,
+    pub(super) random: Option<toml::Table>,
+}
+
+/// The scenario, by name or file, or in place.
+pub(super) enum Source {
+    Named(String),
+    Here(Box<Scenario>),
+}
+
+/// The seeds.
+pub(super) struct Seeds(pub(super) Vec<i64>);
+
+impl Default for Seeds {
+    fn default() -> Self {
+        Self(vec![1])
+    }
+}
+
+impl<'de> Deserialize<'de> for Source {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Form;
+        impl<'de> Visitor<'de> for Form {
+            type Value = Source;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "the name of a built-in scenario, a file, or the scenario itself as a table",
+                )
+            }
+            fn visit_str<E: Error>(self, name: &str) -> Result<Source, E> {
+                Ok(Source::Named(name.to_owned()))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Source, A::Error> {
+                let scenario = Scenario::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Source::Here(Box::new(scenario)))
+            }
+        }
+        deserializer.deserialize_any(Form)
+    }
+}
+
+impl<'de> Deserialize<'de> for Seeds {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Range {
+            from: i64,
+            to: i64,
+        }
+        struct Form;
+        impl Form {
+            fn range<E: Error>(from: i64, to: i64) -> Result<Seeds, E> {
+                // A million is also the most runs that there can be.
+                if 0 <= from && from <= to && to - from < MAX_RUNS as i64 {
+                    Ok(Seeds((from..=to).collect()))
+                } else {
+                    Err(E::custom(format!(
+                        "the seeds from {from} to {to} are none, negative, or too many"
+                    )))
+                }
+            }
+        }
+        impl<'de> Visitor<'de> for Form {
+            type Value = Seeds;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number of seeds, { from = …, to = … }, or a list of seeds")
+            }
+            fn visit_i64<E: Error>(self, count: i64) -> Result<Seeds, E> {
+                Self::range(1, count)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Seeds, A::Error> {
+                let mut seeds = Vec::new();
+                while let Some(seed) = sequence.next_element()? {
+                    Self::range::<A::Error>(seed, seed)?;
+                    seeds.push(seed);
+                }
+                Ok(Seeds(seeds))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Seeds, A::Error> {
+                let Range { from, to } = Range::deserialize(MapAccessDeserializer::new(map))?;
+                Self::range(from, to)
+            }
+        }
+        deserializer.deserialize_any(Form)
+    }
+}

@@ -1,0 +1,218 @@
+use alliance_proto::scenario::Preset;
+
+use super::*;
+use crate::sweep::design::Cell;
+
+fn parse(text: &str) -> anyhow::Result<Plan> {
+    Plan::parse("plan.toml", text, |name| {
+        anyhow::ensure!(
+            name == "mine",
+            "'{name}' is neither a built-in scenario nor a file"
+        );
+        Ok(Scenario::parse("mine.toml", "name = 'mine'\nlimit_s = 9.0").unwrap())
+    })
+}
+
+/// The settings of all runs, a line each.
+fn runs(plan: &Plan) -> Vec<String> {
+    (0..plan.design.runs().unwrap())
+        .map(|run| {
+            let cells: Vec<String> = plan.design.cells(run).map(Cell::to_string).collect();
+            cells.join(" ")
+        })
+        .collect()
+}
+
+#[track_caller]
+fn refused(text: &str, expected: &str) {
+    let said = format!("{:#}", parse(text).unwrap_err());
+    assert!(said.starts_with(expected), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn nothing_varied_is_one_run_of_the_default_mission() {
+    let plan = parse("").unwrap();
+    assert_eq!(runs(&plan), ["1"]);
+    let scenario = Scenario::from_table(&plan.scenario(0).unwrap()).unwrap();
+    assert_eq!(scenario, Scenario::default());
+}
+
+#[test]
+fn grid_list_presets_faults_and_seeds_in_every_combination() {
+    let plan = parse(
+        "scenario = 'mine'\nlimit_s = 5.0\nseeds = { from = 3, to = 4 }\npresets = ['team', 'par98']\n\
+         [grid]\nroom.width_m = [12.0, 20.0]\n'waste.spills.0.items' = [2]\n\
+         [[list]]\nbody.speed_m_s = 0.5\nbody.turn_deg_s = 90\n\
+         [[list]]\nbody = { turn_deg_s = 45, speed_m_s = 0.25 }\n\
+         [faults.none]\n[faults.kill]\ntimeline = [{ fault.kill = 'gold', at_s = 1.0 }]\n",
+    )
+    .unwrap();
+    let columns: Vec<&str> = plan.design.columns().collect();
+    assert_eq!(
+        columns,
+        [
+            "room.width_m",
+            "waste.spills.0.items",
+            "body.speed_m_s",
+            "body.turn_deg_s",
+            "preset",
+            "faults",
+            "seed"
+        ]
+    );
+    let runs = runs(&plan);
+    assert_eq!(runs.len(), 2 * 2 * 2 * 2 * 2);
+    assert_eq!(runs[0], "12 2 0.5 90 team kill 3");
+    assert_eq!(runs[31], "20 2 0.25 45 par98 none 4");
+    let scenario = Scenario::from_table(&plan.scenario(29).unwrap()).unwrap();
+    assert_eq!(runs[29], "20 2 0.25 45 par98 kill 4");
+    assert_eq!(plan.design.seed(29), 4);
+    assert_eq!(scenario.name, "mine");
+    assert_eq!(scenario.limit_s, 5.0);
+    assert_eq!(
+        (scenario.room.width_m, scenario.body.turn_deg_s),
+        (20.0, 45.0)
+    );
+    assert_eq!(
+        (
+            scenario.waste.spills[0].items,
+            scenario.waste.spills[1].items
+        ),
+        (2, 12)
+    );
+    assert_eq!(scenario.alliance.preset, Preset::Par98);
+    assert_eq!(scenario.faults.timeline.len(), 1);
+}
+
+#[test]
+fn points_at_random_and_a_scenario_in_place() {
+    let plan = parse(
+        "seeds = [5]\nscenario = { name = 'here', robots = [{ name = 'solo', side_sensor = true }] }\n\
+         [random]\nn = 50\nseed = 2\nbody.speed_m_s = { min = 0.2, max = 0.8 }\nstep_ms = { min = 20, max = 40 }\n\
+         alliance.defaults.ceased_after_s = { min = 2, max = 100, log = true }\n\
+         'alliance.sets.move-spill(top).fast_impatience' = { choose = [5.0, 10.0] }\n",
+    )
+    .unwrap();
+    assert_eq!(plan.design.runs(), Some(50));
+    for run in 0..50 {
+        let scenario = Scenario::from_table(&plan.scenario(run).unwrap()).unwrap();
+        assert_eq!(scenario.robots.len(), 1);
+        assert!((0.2..=0.8).contains(&scenario.body.speed_m_s));
+        assert!((20..=40).contains(&scenario.step_ms));
+        let set = &scenario.alliance.sets["move-spill(top)"];
+        assert!([Some(5.0), Some(10.0)].contains(&set.fast_impatience));
+    }
+}
+
+#[test]
+fn a_digest_of_what_is_meant() {
+    let digest = |text: &str| parse(text).unwrap().digest();
+    let plan = digest("seeds = 2\n[grid]\nstep_ms = [50, 25]\n");
+    assert_eq!(
+        plan,
+        digest("# more\nseeds = [1, 2]\ngrid = { step_ms = [50, 25] }\n")
+    );
+    for other in [
+        "seeds = 3\n[grid]\nstep_ms = [50, 25]\n",
+        "seeds = 2\n[grid]\nstep_ms = [25, 50]\n",
+        "seeds = 2\nlimit_s = 9.0\n[grid]\nstep_ms = [50, 25]\n",
+    ] {
+        assert_ne!(plan, digest(other), "{other}");
+    }
+    let kill = |robot: &str| format!("[faults.a]\ntimeline = [{{ fault.kill = '{robot}' }}]");
+    assert_ne!(digest(&kill("gold")), digest(&kill("blue")));
+}
+
+#[test]
+fn mistakes_are_answered_in_one_line() {
+    refused("seeds = ", "plan.toml:1: ");
+    refused(
+        "[grod]\n",
+        "plan.toml:1: grod: unknown key; did you mean 'grid'?",
+    );
+    refused(
+        "\nseeds = 0\n",
+        "plan.toml:2: seeds: the seeds from 1 to 0 are none",
+    );
+    refused(
+        "seeds = 'all'\n",
+        "plan.toml:1: seeds: the string 'all' does not fit; write a number of seeds,",
+    );
+    refused(
+        "seeds = [3, 3]\n",
+        "plan.toml:1: seeds: 3 is there twice; state each",
+    );
+    refused(
+        "presets = ['tam']\n",
+        "plan.toml:1: presets[0]: there is no choice 'tam'; did you mean 'team'?",
+    );
+    refused("scenario = 'other'\n", "plan.toml:1: 'other' is neither");
+    refused("limit_s = -1.0\n", "plan.toml:1: limit_s: ");
+    refused(
+        "[scenario]\n\n[scenario.room]\nwidht_m = 3\n",
+        "plan.toml:4: scenario.room.widht_m: unknown key; did you mean 'width_m'?",
+    );
+    refused(
+        "[grid]\nalliance.defaults.ceased_after = [4.0]\n",
+        "plan.toml:2: alliance.defaults.ceased_after: unknown key; did you mean 'ceased_after_s'?",
+    );
+    refused(
+        "[grid]\nstep_ms = 50\n",
+        "plan.toml:2: grid.step_ms: 50 is no list of values; write [50]",
+    );
+    refused(
+        "[grid]\nstep_ms = []\n",
+        "plan.toml:2: grid.step_ms: the list is empty",
+    );
+    refused("[grid]\nstep_ms = [50,\n-1]\n", "plan.toml:3: step_ms: ");
+    refused(
+        "[grid]\n'waste.spills.7.items' = [1]\n",
+        "plan.toml:2: waste.spills.7.items: the array has no place '7'; use a place from 0 to 1",
+    );
+    refused(
+        "[grid]\nbody.speed_m_s = [0.5]\n[[list]]\nbody = { speed_m_s = 0.2 }\n",
+        "plan.toml:4: list[0].body.speed_m_s: it varies what line 2 varies, too",
+    );
+    refused(
+        "presets = ['team']\n[grid]\nalliance.preset = ['team']\n",
+        "plan.toml:1: presets: it varies what line 3 varies, too",
+    );
+    refused(
+        "[[list]]\nstep_ms = 50\n[[list]]\nlimit_s = 9.0\n",
+        "plan.toml:3: list[1]: the point has the keys limit_s;",
+    );
+    refused(
+        "[random]\nstep_ms = { min = 20, max = 50 }\n",
+        "plan.toml:1: random.n: the key is missing",
+    );
+    refused("[random]\nn = 3\n", "plan.toml:1: random: nothing is drawn");
+    refused(
+        "[random]\nn = 3\nstep_ms = { min = 50, max = 20 }\n",
+        "plan.toml:3: random.step_ms: from 50 to 20 is no range",
+    );
+    refused(
+        "[random]\nn = 3\nstep_ms = { min = 20, mx = 20 }\n",
+        "plan.toml:3: random.step_ms: ",
+    );
+    refused(
+        "[random]\nn = 3\nstep_ms = { min = 20, max = 9999 }\n",
+        "plan.toml:3: step_ms: ",
+    );
+    refused(
+        "[random]\nn = 3\nbody.speed_m_s = { min = 0.0, max = 1.0, log = true }\n",
+        "plan.toml:3: random.body.speed_m_s: from",
+    );
+    refused(
+        "[faults.a]\ntimeline = [{ fault.kill = 'glod' }]\n",
+        "plan.toml:1: faults.timeline[0].fault.kill: the scenario has no robot 'glod'; did you mean 'gold'?",
+    );
+    refused(
+        "[faults.a]\ntimline = []\n",
+        "plan.toml:2: faults.a.timline: unknown key; did you mean 'timeline'?",
+    );
+    refused(
+        "seeds = 1000\n[random]\nn = 1001\nstep_ms = { choose = [50] }\n",
+        "plan.toml: 1001 x 1000 runs are more than",
+    );
+}
