@@ -1,7 +1,7 @@
 //! A whole run in one process: the same world, agents, radio and recorder, without processes and sockets, with the same
 //! bytes as the result. What faults ask of processes is done to agents.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::process::ProcessAct;
@@ -31,6 +31,8 @@ pub struct Team<S> {
     /// By rank; `None` where no agent lives.
     members: Vec<Option<Member>>,
     outside: Outside,
+    /// Which lives faults have begun: one that ended before it took part has a number, too.
+    lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
 }
 
 impl<S: Sink> Team<S> {
@@ -65,14 +67,27 @@ impl<S: Sink> Team<S> {
     ) -> Result<Self, RecordError> {
         let recorder = Recorder::new(&setup, log, sink)?;
         let mut outside = Outside::new();
-        for line in inputs.into_iter().filter(|line| !line.input.is_scripted()) {
-            outside.entry(line.tick).or_default().push(line.input);
+        let mut lives = BTreeMap::new();
+        for line in inputs {
+            match line.input {
+                Input::Join {
+                    robot,
+                    incarnation,
+                    scripted: true,
+                } => {
+                    let lives: &mut VecDeque<_> = lives.entry((line.tick, robot)).or_default();
+                    lives.push_back(incarnation);
+                }
+                input if input.is_scripted() => {}
+                input => outside.entry(line.tick).or_default().push(input),
+            }
         }
         let mut team = Self {
             members: setup.scenario.robots.iter().map(|_| None).collect(),
             simulation: Simulation::new(setup, true),
             recorder,
             outside,
+            lives,
         };
         // Over at its start, for want of anything to do, a run takes nobody in.
         if team.simulation.outcome().is_none() {
@@ -235,6 +250,12 @@ impl<S: Sink> Team<S> {
         }
         match act {
             ProcessAct::Start => {
+                let life = (self.simulation.tick(), name);
+                let lives = self.lives.get_mut(&life);
+                if let Some(incarnation) = lives.and_then(VecDeque::pop_front) {
+                    self.simulation.skip_to(robot, incarnation);
+                }
+                let (_, name) = life;
                 if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
                     self.be_born(robot, incarnation);
                     self.simulation.arrive(robot, incarnation);

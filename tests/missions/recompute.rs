@@ -83,6 +83,7 @@ fn every_row_when_robots_die_return_and_stall_and_broadcasts_get_lost() {
         death: 0.002,
         stall: 0.002,
         back: 0.01,
+        order: 0.0,
     };
     for (seed, setup) in (1..).zip(all_setups(400.0, 2)) {
         let name = name_of(&setup);

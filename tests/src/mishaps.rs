@@ -1,9 +1,12 @@
-//! A team in one process to which everything happens: robots die, come back, fall silent, and broadcasts get lost.
+//! A team in one process to which everything happens: robots die, come back, fall silent, broadcasts get lost, and an operator
+//! orders faults.
 //!
 //! All by a seed, and as processes would do it: a death before or after the report of a tick, a report that comes too late,
-//! a broadcast that never arrives.
+//! a broadcast that never arrives, an order at any moment of a tick.
 
+use alliance_proto::fault::Order;
 use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Report, TickMessage};
 use rand::RngExt;
@@ -25,7 +28,21 @@ pub struct Rates {
     pub stall: f64,
     /// That a robot that is dead or silent comes back in a tick.
     pub back: f64,
+    /// That an operator orders or clears something at one of the moments of a tick.
+    pub order: f64,
 }
+
+/// What an operator orders, of some robot where it is `{}`.
+const ORDERS: [&str; 8] = [
+    r#"{"fault":{"pause":"{}"},"for_s":0.5}"#,
+    r#"{"fault":{"pause":"{}"},"for_s":3}"#,
+    r#"{"fault":{"kill":"{}"},"for_s":2}"#,
+    r#"{"fault":{"restart":"{}"}}"#,
+    r#"{"fault":{"continue":"{}"}}"#,
+    r#"{"fault":{"mute":"{}"},"every_s":4,"for_s":0.5}"#,
+    r#"{"fault":{"waste":{"x_m":2,"y_m":2}}}"#,
+    r#"{"fault":{"obstacle":{"x_m":3,"y_m":2,"width_m":0.4,"height_m":0.4}},"for_s":1}"#,
+];
 
 /// Runs a mission to its end. At least one robot always takes part.
 ///
@@ -90,13 +107,64 @@ impl Team {
     }
 
     fn tick(&mut self, recorder: &mut Recorder<Memory>) -> Result<(), RecordError> {
+        self.operate();
         self.come_back();
         while !self.simulation.is_complete() {
+            self.simulation.begin();
+            self.operate();
+            while let Some((robot, act)) = self.simulation.next_act() {
+                self.operate();
+                self.act(robot, act);
+            }
             for (robot, message) in self.simulation.questions() {
+                self.operate();
                 self.ask(robot, &message);
             }
+            if self.simulation.barrier().is_idle() {
+                self.come_back();
+            }
         }
+        self.operate();
         self.simulation.finish(recorder)
+    }
+
+    /// An operator may say something now. What does not fit is refused, as it would be by the world.
+    fn operate(&mut self) {
+        if !self.chance.random_bool(self.rates.order) {
+            return;
+        }
+        if self.chance.random_bool(0.1) {
+            let _ = self.simulation.clear(None);
+            return;
+        }
+        let rank = self.chance.random_range(0..self.members.len());
+        let name = &self.simulation.setup().scenario.robots[rank].name;
+        let order = ORDERS[self.chance.random_range(0..ORDERS.len())].replace("{}", name);
+        let order: Order = serde_json::from_str(&order).expect("all of them are orders");
+        let _ = self.simulation.order(order);
+    }
+
+    /// Does to a process what a fault asks for.
+    fn act(&mut self, robot: RobotId, act: ProcessAct) {
+        match act {
+            ProcessAct::Start => {
+                let name = self.simulation.setup().scenario.robots[robot.index()]
+                    .name
+                    .clone();
+                if let Some(member) = self.join(&name) {
+                    self.members[robot.index()] = member;
+                }
+            }
+            ProcessAct::Kill | ProcessAct::Terminate => {
+                let member = &mut self.members[robot.index()];
+                member.state = State::Dead;
+                let incarnation = member.incarnation;
+                self.simulation.gone(robot, incarnation);
+            }
+            ProcessAct::Stop | ProcessAct::Continue => {
+                self.simulation.act_done(robot, act, Ok(()));
+            }
+        }
     }
 
     fn come_back(&mut self) {

@@ -326,11 +326,30 @@ impl Barrier {
         self.places[robot.index()].suspended = false;
     }
 
-    /// The scenario starts an agent for the robot in this tick, which waits for it.
+    /// The scenario starts an agent for the robot in this tick, which waits for it. One that has arrived anyway is let in.
     pub fn expect(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
         place.absent = false;
-        place.expected = true;
+        if place.presence == (Presence::Entering { again: false }) {
+            place.enter(true, &mut self.inputs);
+        } else {
+            place.expected = true;
+        }
+    }
+
+    /// Whether an agent is on its way that has taken no part yet.
+    #[must_use]
+    pub fn is_coming(&self, robot: RobotId) -> bool {
+        let presence = self.places[robot.index()].presence;
+        matches!(
+            presence,
+            Presence::Invited | Presence::Entering { again: false }
+        )
+    }
+
+    /// In a replay: the next life of the robot is this one; those before it ended before they took part.
+    pub fn skip_to(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.places[robot.index()].incarnation = incarnation - 1;
     }
 
     /// The agent that was expected does not come.
@@ -408,6 +427,13 @@ impl Barrier {
     #[must_use]
     pub fn is_gone(&self, robot: RobotId) -> bool {
         self.places[robot.index()].gone
+    }
+
+    /// Whether the robot's agent has died in the current tick, in which it was to be killed.
+    #[must_use]
+    pub fn is_killed(&self, robot: RobotId) -> bool {
+        let place = &self.places[robot.index()];
+        place.gone && place.doomed
     }
 
     /// Whether the clock goes on when nobody takes part.

@@ -27,7 +27,7 @@ fn whatever_becomes_of_the_page_no_byte_of_the_run_changes() {
         assert!(ears.wait_for("past")["views"].is_array());
     }
     let mut ears = page.live();
-    assert!(ears.wait_for("view")["tick"].as_u64() > Some(0));
+    ears.wait_for_view(|view| view["tick"].as_u64() > Some(0));
     page.control(r#"{"clock": "pause"}"#);
     ears.wait_for_view(|view| view["clock"]["paused"] == true);
     page.control(r#"{"clock": "resume"}"#);

@@ -553,6 +553,27 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
 }
 
 #[test]
+fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
+    let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
+    everybody(&mut barrier);
+    barrier.gone(RobotId(1), 1);
+    barrier.finish();
+    let (robot, life, first) = barrier.invite("robot-1").unwrap();
+    barrier.arrive(robot, life);
+    assert!(barrier.is_coming(robot));
+    assert_eq!(first, 2, "by itself with the next tick");
+    barrier.expect(robot);
+    assert_eq!(barrier.presence(robot), Presence::Present);
+    assert_eq!(everybody(&mut barrier).len(), 2);
+    let joined = Input::Join {
+        robot: "robot-1".to_owned(),
+        incarnation: 2,
+        scripted: true,
+    };
+    assert_eq!(barrier.finish().inputs, [joined]);
+}
+
+#[test]
 fn a_tick_waits_for_an_agent_that_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);

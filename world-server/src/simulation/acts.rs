@@ -18,6 +18,19 @@ pub(super) struct Act {
     pub robot: RobotId,
     pub act: ProcessAct,
     pub fault: FaultIndex,
+    /// Whether the run knows of whom it concerns.
+    takes_part: bool,
+}
+
+impl Act {
+    pub fn new(robot: RobotId, act: ProcessAct, fault: FaultIndex) -> Self {
+        Self {
+            robot,
+            act,
+            fault,
+            takes_part: true,
+        }
+    }
 }
 
 /// Acts in the order in which they are done.
@@ -49,15 +62,30 @@ impl Simulation {
                 // What was ordered meanwhile is obeyed even when a clock that stands still asks for no tick.
                 self.begin();
             }
-            let next = self.acts.waiting.pop_front()?;
-            if self.is_moot(next) {
-                continue;
-            }
-            if next.act == ProcessAct::Start {
-                self.barrier.expect(next.robot);
+            let mut next = self.acts.waiting.pop_front()?;
+            // Who is on its way has no part in the run yet, and a replay knows nothing of it.
+            let is_coming = self.barrier.is_coming(next.robot);
+            match next.act {
+                ProcessAct::Start if is_coming => self.barrier.expect(next.robot),
+                ProcessAct::Stop | ProcessAct::Continue if is_coming => continue,
+                ProcessAct::Kill | ProcessAct::Terminate if self.barrier.is_killed(next.robot) => {
+                    // Something else was faster in the same tick.
+                    self.hit(next.fault, 1);
+                    continue;
+                }
+                _ if self.is_moot(next) => continue,
+                ProcessAct::Start => self.barrier.expect(next.robot),
+                ProcessAct::Kill | ProcessAct::Terminate => next.takes_part = !is_coming,
+                ProcessAct::Stop | ProcessAct::Continue => {}
             }
             self.acts.under_way = Some(next);
-            return Some((next.robot, next.act));
+            if next.act != ProcessAct::Start || !is_coming {
+                return Some((next.robot, next.act));
+            }
+            // Somebody else has started it: it is let in now.
+            if self.barrier.presence(next.robot) == Presence::Present {
+                self.conclude(next);
+            }
         }
         None
     }
@@ -105,6 +133,15 @@ impl Simulation {
         }
     }
 
+    /// If the act under way is the start of this robot: its process has ended.
+    pub(super) fn fail_start_of(&mut self, robot: RobotId) {
+        if let Some(start) = self.acts.under_way
+            && (start.robot, start.act) == (robot, ProcessAct::Start)
+        {
+            self.fail(start, "its process ended before it joined");
+        }
+    }
+
     fn conclude(&mut self, done: Act) {
         self.acts.under_way = None;
         // What heals a fault is none of its effects, nor what has to go before one.
@@ -116,7 +153,7 @@ impl Simulation {
             Fault::Continue(_) => done.act == ProcessAct::Continue,
             _ => done.act == ProcessAct::Start,
         };
-        if is_effect {
+        if is_effect && done.takes_part {
             self.hit(done.fault, 1);
         }
         self.settle();

@@ -146,7 +146,7 @@ impl Simulation {
     fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
         if self.barrier.presence(robot) == Presence::Present {
             self.barrier.doom(robot);
-            self.executions.push(Act { robot, act, fault });
+            self.executions.push(Act::new(robot, act, fault));
         } else {
             self.barrier.doom(robot);
             self.act(fault, robot, act);
@@ -154,6 +154,10 @@ impl Simulation {
     }
 
     fn kill_at_once(&mut self, fault: FaultIndex, robot: RobotId) {
+        // What was to wait for the end of the tick would otherwise meet its successor.
+        for act in self.executions.extract_if(.., |act| act.robot == robot) {
+            self.acts.push(act);
+        }
         self.barrier.doom(robot);
         self.act(fault, robot, ProcessAct::Kill);
     }
@@ -176,7 +180,7 @@ impl Simulation {
     }
 
     fn act(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
-        self.acts.push(Act { robot, act, fault });
+        self.acts.push(Act::new(robot, act, fault));
     }
 
     /// A row of events.csv about a fault.

@@ -207,6 +207,7 @@ impl Simulation {
 
     /// See [`Barrier::gone`].
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let was_invited = self.barrier.presence(robot) == Presence::Invited;
         self.barrier.gone(robot, incarnation);
         let at_once = self.barrier.presence(robot) == Presence::Empty;
         if at_once {
@@ -214,6 +215,9 @@ impl Simulation {
         }
         if self.barrier.is_gone(robot) || at_once {
             self.conclude_if(robot, &[ProcessAct::Kill, ProcessAct::Terminate]);
+        }
+        if at_once && was_invited {
+            self.fail_start_of(robot);
         }
         self.settle();
     }
@@ -225,6 +229,11 @@ impl Simulation {
             let event = self.event(&dropped);
             self.events.push(event);
         }
+    }
+
+    /// In a replay: see [`Barrier::skip_to`].
+    pub fn skip_to(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.barrier.skip_to(robot, incarnation);
     }
 
     /// In a replay: see [`Barrier::admit`].
