@@ -6,7 +6,8 @@
 //!   differ.
 //! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run; [`retrace`]: a
 //!   finished run with a view of each tick; [`export`]: it for other tools.
-//! - `sweep`: many runs, and what is common to them.
+//! - `sweep`: many runs, and what is common to them; [`random_mission`]: missions that are drawn for it; [`invariants`]: what must
+//!   hold in every run.
 //! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
@@ -25,9 +26,11 @@ pub mod export;
 mod fault;
 pub mod in_process;
 mod interrupted;
+pub mod invariants;
 pub mod observer;
 pub mod page;
 mod palette;
+pub mod random_mission;
 pub mod replay;
 mod report;
 pub mod retrace;

@@ -4,6 +4,7 @@
 
 mod by_command;
 mod by_hand;
+mod campaign;
 mod check;
 mod closed_loop;
 mod control;

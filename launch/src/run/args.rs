@@ -22,6 +22,9 @@ pub struct RunCommand {
     /// All robots and the world in this process: no page, no signals to robots, no pace, and the same bytes
     #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
     in_process: bool,
+    /// Look after each tick at what must always hold, and run it again from its inputs
+    #[arg(long, requires = "in_process")]
+    check: bool,
     #[command(flatten)]
     page: LinkArgs,
     /// Serve no page
@@ -38,7 +41,7 @@ pub struct RunCommand {
 impl RunCommand {
     /// Runs the mission and shows how it went.
     ///
-    /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
+    /// Exit status 0 when the mission is complete, 1 when it ran but is not, or something did not hold, 2 for a mistake in scenario, parameters or
     /// arguments, 3 when a process, the bus or the export failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
@@ -76,7 +79,7 @@ impl RunCommand {
     /// Runs it, and exports it if that is wanted; whether the mission is complete.
     fn carry_out(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
         let complete = if self.in_process {
-            one_process::run(plan, self.run.log)?
+            one_process::run(plan, self.run.log, self.check)?
         } else {
             supervise(plan, link)?
         };

@@ -5,13 +5,14 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use tokio::time::Instant;
-use world_server::recorder::{Folder, LogLevel};
+use world_server::recorder::{Folder, LogLevel, RunLog};
 
 use super::progress::Progress;
 use super::summary;
 use super::supervise::{Plan, link_latest};
 use crate::in_process::Team;
 use crate::interrupted::Interrupted;
+use crate::invariants::{Invariants, replayed};
 
 /// How often the progress is shown.
 const INTERVAL: Duration = Duration::from_millis(200);
@@ -19,19 +20,29 @@ const INTERVAL: Duration = Duration::from_millis(200);
 /// Ticks between two looks at the clock, which costs as much as a small tick.
 const TICKS_PER_LOOK: u64 = 64;
 
-/// Runs it to its end; whether the mission is complete.
+/// Runs it to its end, or to the tick after which something that is checked does not hold; whether the mission is complete, and
+/// all held.
 ///
 /// # Errors
 /// When the log cannot be written.
-pub fn run(plan: &Plan, log: LogLevel) -> anyhow::Result<bool> {
+pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     let interrupted = Interrupted::watch()?;
     let mut progress = Progress::new(&plan.setup);
     progress.say(&format!("run {}, in one process", plan.run));
     let (began, wall) = (Instant::now(), unix_ms());
     let mut team = Team::new(plan.setup.clone(), log, Folder::create(&plan.folder)?)?;
     let mut shown = began;
+    let mut invariants = check.then(|| Invariants::new(&plan.setup));
+    let mut violation = None;
     let outcome = loop {
-        if let Some(outcome) = team.tick()? {
+        let outcome = team.tick()?;
+        if let Some(invariants) = &mut invariants
+            && let Err(found) = invariants.see(team.simulation())
+        {
+            violation = Some(anyhow::Error::from(found));
+            break outcome.unwrap_or(Outcome::Interrupted);
+        }
+        if let Some(outcome) = outcome {
             break outcome;
         }
         if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) {
@@ -59,7 +70,13 @@ pub fn run(plan: &Plan, log: LogLevel) -> anyhow::Result<bool> {
     progress.clear();
     link_latest(&plan.folder);
     summary::show(plan, &run)?;
-    Ok(outcome == Outcome::Complete)
+    if check && violation.is_none() {
+        violation = replayed::check(&RunLog::open(&plan.folder)?).err();
+    }
+    if let Some(violation) = &violation {
+        eprintln!("violated: {violation:#}");
+    }
+    Ok(outcome == Outcome::Complete && violation.is_none())
 }
 
 /// The log says when it happened; the simulation never does.

@@ -12,7 +12,6 @@ use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use world_server::args::read_scenario;
 
-use super::design::Design;
 use super::figures::draw;
 use super::folder::{FAILURES, PLAN, SCENARIO, put};
 use super::journal::{Header, Journal, Rows, read_all};
@@ -21,13 +20,16 @@ use super::parquet::parquet;
 use super::plan::Plan;
 use super::progress::Progress;
 use super::results::{csv, table};
-use super::run::{End, Failure, Row};
+use super::run::{End, Failure, FaultCount, Row};
 use super::shard::Shard;
 use super::statistics::Estimate;
-use super::summary::{Summary, by_column, by_condition, overall};
+use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
 use super::workers::work;
 use crate::interrupted::Interrupted;
 use crate::scenarios;
+
+/// The table of faults by kind.
+const FAULTS: &str = "faults.csv";
 
 /// Rows of a table, and failed runs, that are shown on the terminal.
 const SHOWN: usize = 20;
@@ -126,6 +128,7 @@ impl SweepCommand {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             digest: plan.digest(),
             design: plan.design.clone(),
+            check: plan.check,
         };
         let folder = match &self.out {
             Some(folder) => folder.clone(),
@@ -182,7 +185,10 @@ impl SweepCommand {
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg)?;
         print!("{scenario}");
         let file = format!("run-{run}.toml");
-        eprintln!("as {file}: {}", repeat(&file, plan.design.seed(run)));
+        eprintln!(
+            "as {file}: {}",
+            repeat(&file, plan.design.seed(run), plan.check)
+        );
         Ok(true)
     }
 
@@ -267,7 +273,7 @@ impl Work {
         let worked = work(&self.plan, &runs, jobs, &stops, |row| {
             self.journal.add_row(&row)?;
             if let End::Failed(failure) = &row.end {
-                keep(&self.folder, &self.header.design, row.run, failure)?;
+                keep(&self.folder, &self.header, row.run, failure)?;
                 progress.say(&format!("run {} failed: {}", row.run, failure.reason));
             }
             progress.add(matches!(row.end, End::Failed(_)));
@@ -306,7 +312,7 @@ fn finish(folder: &Path, header: &Header, rows: Rows) -> anyhow::Result<bool> {
     let design = &header.design;
     for row in &rows {
         if let End::Failed(failure) = &row.end {
-            keep(folder, design, row.run, failure)?;
+            keep(folder, header, row.run, failure)?;
         }
     }
     let columns = table(design, &rows);
@@ -334,31 +340,35 @@ fn finish(folder: &Path, header: &Header, rows: Rows) -> anyhow::Result<bool> {
         figures: &figures,
     };
     put(folder, "summary.csv", &page.csv()?)?;
+    if let Some(faults) = page.faults_csv()? {
+        put(folder, FAULTS, &faults)?;
+    }
     put(folder, "summary.html", page.html().as_bytes())?;
-    show(folder, &page);
+    show(folder, header, &page);
     Ok(overall.failed == 0)
 }
 
 /// Keeps the scenario of a failed run, with its seed, the reason, and how to repeat it.
-fn keep(folder: &Path, design: &Design, run: usize, failure: &Failure) -> anyhow::Result<()> {
+fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow::Result<()> {
     let failures = folder.join(FAILURES);
     fs::create_dir_all(&failures).with_context(|| format!("cannot make {}", failures.display()))?;
     let name = format!("{run}.toml");
     let text = format!(
         "# run {run} failed: {}\n# {}\n{}",
         failure.reason,
-        repeat(&name, design.seed(run)),
+        repeat(&name, header.design.seed(run), header.check),
         failure.scenario
     );
     put(&failures, &name, text.as_bytes())
 }
 
 /// The command that does a run again.
-fn repeat(scenario: &str, seed: u64) -> String {
-    format!("alliance run {scenario} --seed {seed} --in-process")
+fn repeat(scenario: &str, seed: u64, check: bool) -> String {
+    let check = if check { " --check" } else { "" };
+    format!("alliance run {scenario} --seed {seed} --in-process{check}")
 }
 
-fn show(folder: &Path, page: &Page<'_>) {
+fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     if page.conditions.len() <= SHOWN {
         eprintln!("{}", terminal_table(page));
     }
@@ -376,11 +386,30 @@ fn show(folder: &Path, page: &Page<'_>) {
         .filter(|row| matches!(row.end, End::Failed(_)));
     for row in failed.clone().take(SHOWN) {
         let scenario = folder.join(FAILURES).join(format!("{}.toml", row.run));
-        let again = repeat(&quoted(&scenario), page.design.seed(row.run));
+        let seed = header.design.seed(row.run);
+        let again = repeat(&quoted(&scenario), seed, header.check);
         eprintln!("run {} failed; again: {again}", row.run);
     }
     if failed.count() > SHOWN {
         eprintln!("the others are in {}", folder.join(FAILURES).display());
+    }
+    for (reason, runs) in failed_by_reason(page.rows) {
+        eprintln!("failed   {runs} by {reason}");
+    }
+    let faults = faults_by_kind(page.rows);
+    if !faults.is_empty() {
+        let mut all = FaultCount::default();
+        for count in faults.values() {
+            all.add(count);
+        }
+        let file = folder.join(FAULTS);
+        eprintln!(
+            "faults   {} armed, {} hit, of {} kinds: {}",
+            all.armed,
+            all.hit,
+            faults.len(),
+            file.display()
+        );
     }
     eprintln!("rows     {}", folder.join("results.csv").display());
     eprintln!("         {}", folder.join("results.parquet").display());

@@ -29,6 +29,8 @@ pub struct Header {
     pub digest: String,
     /// Its runs.
     pub design: Design,
+    /// Whether they are checked for what must always hold.
+    pub check: bool,
 }
 
 /// Rows by the number of the run.
@@ -211,6 +213,7 @@ mod tests {
             digest: plan.digest(),
             // Changes of the scenario are not kept.
             design: serde_json::from_str(&serde_json::to_string(&plan.design).unwrap()).unwrap(),
+            check: plan.check,
         }
     }
 

@@ -3,9 +3,9 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::design::{Cell, Design};
-use super::run::{End, Row};
+use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
-use super::summary::Summary;
+use super::summary::{Summary, failed_by_reason, faults_by_kind};
 use crate::report::page::STYLE;
 
 /// More rows of a table than this are left to the files.
@@ -92,6 +92,7 @@ impl Page<'_> {
                         }
                     }
                     (self.failures())
+                    (self.faults())
                     h2 { "What is counted" }
                     dl {
                         dt { "share" }
@@ -166,7 +167,47 @@ impl Page<'_> {
         columns
     }
 
+    /// Faults by kind, with a header line; without any there is no table.
+    ///
+    /// # Errors
+    /// None: it is written to memory.
+    pub fn faults_csv(&self) -> anyhow::Result<Option<Vec<u8>>> {
+        let faults = faults_by_kind(self.rows);
+        if faults.is_empty() {
+            return Ok(None);
+        }
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(["kind", "armed", "hit", "hits"])?;
+        for (kind, FaultCount { armed, hit, hits }) in faults {
+            let counts = [armed, hit, hits].map(|n| n.to_string());
+            writer.write_record([kind.to_owned()].into_iter().chain(counts))?;
+        }
+        Ok(Some(writer.into_inner()?))
+    }
+
+    fn faults(&self) -> Markup {
+        let faults = faults_by_kind(self.rows);
+        html! {
+            @if !faults.is_empty() {
+                h2 { "Faults" }
+                p.note {
+                    "Of all runs that did not fail. Hit: changed something; hits: how often. Also in "
+                    a href="faults.csv" { "faults.csv" } "."
+                }
+                table {
+                    thead { tr { th.text { "kind" } th { "armed" } th { "hit" } th { "hits" } } }
+                    tbody {
+                        @for (kind, count) in &faults {
+                            tr { td.text { (kind) } td { (count.armed) } td { (count.hit) } td { (count.hits) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     fn failures(&self) -> Markup {
+        let reasons = failed_by_reason(self.rows);
         let failures: Vec<_> = self
             .rows
             .iter()
@@ -178,6 +219,12 @@ impl Page<'_> {
         html! {
             @if !failures.is_empty() {
                 h2 { "Failed runs" }
+                p {
+                    @for (place, (reason, runs)) in reasons.iter().enumerate() {
+                        @if place > 0 { ", " }
+                        (runs) " by " (reason)
+                    }
+                }
                 p.note { "Each has its scenario in failures/, with the command that repeats it." }
                 table {
                     thead { tr { th { "run" } th { "seed" } th.text { "reason" } } }

@@ -99,13 +99,16 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
         ),
         column(
             "faults_armed",
-            whole(|figures| Some(figures.faults_armed as u64)),
+            whole(|figures| Some(figures.all_faults().armed)),
         ),
         column(
             "faults_hit",
-            whole(|figures| Some(figures.faults_hit as u64)),
+            whole(|figures| Some(figures.all_faults().hit)),
         ),
-        column("fault_hits", whole(|figures| Some(figures.fault_hits))),
+        column(
+            "fault_hits",
+            whole(|figures| Some(figures.all_faults().hits)),
+        ),
         column(
             "reason",
             text(|row| match &row.end {
@@ -182,7 +185,7 @@ pub(super) mod tests {
     use alliance_proto::tick::Outcome;
 
     use super::super::plan::Plan;
-    use super::super::run::Failure;
+    use super::super::run::{Failure, FaultCount};
     use super::*;
 
     /// The design of a plan for the default mission.
@@ -207,9 +210,12 @@ pub(super) mod tests {
             bytes_sent: 2000,
             messages_heard: 190,
             messages_lost: 10,
-            faults_armed: 2,
-            faults_hit: 1,
-            fault_hits: 7,
+            faults: [("kill", 1, 7), ("mute", 0, 0)]
+                .map(|(kind, hit, hits)| {
+                    let armed = 1;
+                    (kind.to_owned(), FaultCount { armed, hit, hits })
+                })
+                .into(),
         };
         Row {
             run,

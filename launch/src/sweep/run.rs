@@ -1,13 +1,17 @@
 //! One run, and the row that it leaves.
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use alliance_proto::control::FaultStatus;
+use alliance_proto::fault::Fault;
 use alliance_proto::tick::Outcome;
 use serde::{Deserialize, Serialize};
-use world_server::recorder::{LogLevel, Memory, RunFile, RunOutcome};
+use world_server::recorder::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
 
 use super::plan::{Plan, setup};
 use crate::in_process::Team;
+use crate::invariants::{Invariants, replayed};
 
 /// Ticks between two looks at whether it shall go on.
 const TICKS_PER_LOOK: u64 = 64;
@@ -60,12 +64,19 @@ pub struct Figures {
     pub messages_heard: u64,
     /// At all receivers.
     pub messages_lost: u64,
-    /// Faults that were armed.
-    pub faults_armed: usize,
-    /// Those that changed something.
-    pub faults_hit: usize,
+    /// Faults that were armed, by kind.
+    pub faults: BTreeMap<String, FaultCount>,
+}
+
+/// Faults of a kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FaultCount {
+    /// That were armed.
+    pub armed: u64,
+    /// Of those, that changed something.
+    pub hit: u64,
     /// How often all of them together.
-    pub fault_hits: u64,
+    pub hits: u64,
 }
 
 /// Why a run has no figures.
@@ -86,7 +97,7 @@ pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row>
         .map(|scenario| {
             // Nothing that the closure has touched is looked at again.
             let ended = catch_unwind(AssertUnwindSafe(|| {
-                simulate(&scenario, plan.design.seed(run), stops)
+                simulate(&scenario, plan.design.seed(run), plan.check, stops)
             }));
             ended.unwrap_or_else(|panic| {
                 let text = panic.downcast_ref::<String>().map(String::as_str);
@@ -111,19 +122,28 @@ pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row>
 fn simulate(
     scenario: &toml::Table,
     seed: u64,
+    check: bool,
     stops: &dyn Fn() -> bool,
 ) -> anyhow::Result<Option<Figures>> {
     let setup = setup(scenario, seed)?;
+    let mut invariants = check.then(|| Invariants::new(&setup));
     let mut team = Team::new(setup, LogLevel::Off, Memory::default())?;
     let outcome = loop {
-        if let Some(outcome) = team.tick()? {
+        let outcome = team.tick()?;
+        if let Some(invariants) = &mut invariants {
+            invariants.see(team.simulation())?;
+        }
+        if let Some(outcome) = outcome {
             break outcome;
         }
         if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) && stops() {
             return Ok(None);
         }
     };
-    let (run, _) = team.end(outcome)?;
+    let (run, recorder) = team.end(outcome)?;
+    if check {
+        replayed::check(&RunLog::from_memory(&recorder.into_sink())?)?;
+    }
     Ok(Some(Figures::of(&run, outcome)))
 }
 
@@ -146,11 +166,54 @@ impl Figures {
             bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
             messages_heard: robots().map(|robot| robot.messages_heard).sum(),
             messages_lost: robots().map(|robot| robot.messages_lost).sum(),
-            faults_armed: run.faults.len(),
-            faults_hit: run.faults.iter().filter(|fault| fault.hits > 0).count(),
-            fault_hits: run.faults.iter().map(|fault| fault.hits).sum(),
+            faults: by_kind(&run.faults),
         }
     }
+
+    /// All faults together.
+    #[must_use]
+    pub fn all_faults(&self) -> FaultCount {
+        let mut all = FaultCount::default();
+        for of_kind in self.faults.values() {
+            all.add(of_kind);
+        }
+        all
+    }
+}
+
+impl FaultCount {
+    /// Adds those of another run or kind.
+    pub fn add(&mut self, other: &Self) {
+        self.armed += other.armed;
+        self.hit += other.hit;
+        self.hits += other.hits;
+    }
+}
+
+fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
+    let mut counts: BTreeMap<String, FaultCount> = BTreeMap::new();
+    for fault in faults {
+        counts
+            .entry(kind(&fault.order.fault))
+            .or_default()
+            .add(&FaultCount {
+                armed: 1,
+                hit: u64::from(fault.hits > 0),
+                hits: fault.hits,
+            });
+    }
+    counts
+}
+
+/// The fault's name; of sensors and actuators also how they fail.
+fn kind(fault: &Fault) -> String {
+    let mode = match fault {
+        Fault::Sensor(fault) => fault.mode.to_string(),
+        Fault::Actuator(fault) => fault.mode.to_string(),
+        _ => return fault.name().to_owned(),
+    };
+    let mode = mode.split(' ').next().unwrap_or_default();
+    format!("{} {mode}", fault.name())
 }
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
 //! What is common to runs with the same settings.
 
+use std::collections::BTreeMap;
+
 use alliance_proto::tick::Outcome;
 
 use super::design::{Cell, Design, PRESET};
 use super::results::figures;
-use super::run::Row;
+use super::run::{End, FaultCount, Row};
 use super::statistics::{Estimate, Interval, estimate, wilson};
 
 /// A column with more different numbers than this is put into classes.
@@ -67,6 +69,29 @@ impl Summary {
 #[must_use]
 pub fn overall(rows: &[Row]) -> Summary {
     Summary::of(rows)
+}
+
+/// Faults by kind, of all runs that have figures.
+#[must_use]
+pub fn faults_by_kind(rows: &[Row]) -> BTreeMap<&str, FaultCount> {
+    let mut all: BTreeMap<&str, FaultCount> = BTreeMap::new();
+    for (kind, count) in rows.iter().filter_map(figures).flat_map(|it| &it.faults) {
+        all.entry(kind).or_default().add(count);
+    }
+    all
+}
+
+/// Failed runs by what their reason begins with.
+#[must_use]
+pub fn failed_by_reason(rows: &[Row]) -> BTreeMap<&str, usize> {
+    let mut all = BTreeMap::new();
+    for row in rows {
+        if let End::Failed(failure) = &row.end {
+            let reason = failure.reason.split(": ").next().unwrap_or_default();
+            *all.entry(reason).or_default() += 1;
+        }
+    }
+    all
 }
 
 /// Runs that differ in nothing but the seed, with their settings but that. `rows` are all rows, in order.
@@ -218,6 +243,31 @@ mod tests {
             (none.share(), none.makespan_s, none.completion),
             (None, None, (0.0, 1.0))
         );
+    }
+
+    #[test]
+    fn faults_by_kind_and_failures_by_reason() {
+        let failure = |run, reason: &str| {
+            let mut row = failed(run);
+            if let End::Failed(failure) = &mut row.end {
+                failure.reason = reason.to_owned();
+            }
+            row
+        };
+        let rows = [
+            complete(0, 4_000),
+            incomplete(1),
+            failure(2, "no overlap: tick 7: blue is in obstacle-1"),
+            failure(3, "no overlap: tick 8: gold is in obstacle-1"),
+            failure(4, "no room"),
+        ];
+        let faults: Vec<(&str, [u64; 3])> = faults_by_kind(&rows)
+            .into_iter()
+            .map(|(kind, count)| (kind, [count.armed, count.hit, count.hits]))
+            .collect();
+        assert_eq!(faults, [("kill", [2, 2, 14]), ("mute", [2, 0, 0])]);
+        let reasons: Vec<(&str, usize)> = failed_by_reason(&rows).into_iter().collect();
+        assert_eq!(reasons, [("no overlap", 2), ("no room", 1)]);
     }
 
     #[test]

@@ -137,8 +137,17 @@ fn link(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
     }
 }
 
-/// Any device that the robot has, in any way in which it can fail.
 fn sensor(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    vec![random_sensor_fault(rng, robot)]
+}
+
+fn actuator(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+    vec![random_actuator_fault(rng, robot)]
+}
+
+/// Any device that the robot has, in any way in which it can fail.
+#[must_use]
+pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
     let has = |device: &Device| *device != Device::SideBorder || robot.side_sensor;
     let devices: Vec<Device> = Device::ALL.into_iter().filter(has).collect();
     let device = devices[choice(rng, devices.len())];
@@ -164,14 +173,16 @@ fn sensor(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
             },
         }),
     };
-    vec![Fault::Sensor(SensorFault {
+    Fault::Sensor(SensorFault {
         robot: robot.name.clone(),
         device,
         mode,
-    })]
+    })
 }
 
-fn actuator(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+/// Any motor or the gripper, in any way in which it can fail.
+#[must_use]
+pub fn random_actuator_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
     let mode = match choice(rng, 5) {
         0 => ActuatorMode::Dead,
         1 => ActuatorMode::Slowed(between(rng, 0.1, 0.8) as f32),
@@ -179,10 +190,10 @@ fn actuator(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
         3 => ActuatorMode::OneWheel([Side::Left, Side::Right][choice(rng, 2)]),
         _ => ActuatorMode::Gripper,
     };
-    vec![Fault::Actuator(ActuatorFault {
+    Fault::Actuator(ActuatorFault {
         robot: robot.name.clone(),
         mode,
-    })]
+    })
 }
 
 /// A number from 0 to below `count`.

@@ -9,6 +9,7 @@ use toml::Value;
 
 use super::MAX_RUNS;
 use super::file::Seeds;
+use crate::random_mission::RandomMission;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, PRESET, SEED};
 use crate::sweep::sampling::{Distribution, draw};
 
@@ -341,6 +342,24 @@ pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, 
             })
             .collect(),
     })
+}
+
+/// What `[random_mission]` draws, so that nothing else varies it.
+pub(super) fn drawn(
+    file: &TomlFile<'_>,
+    mission: &RandomMission,
+) -> Result<Columns, ScenarioError> {
+    let at = |name: &str| vec![key("random_mission"), key(name)];
+    if let Some((name, what, remedy)) = mission.mistake() {
+        return Err(file.mistake(&at(name), what, remedy));
+    }
+    let keys = [
+        ("obstacles", mission.obstacles.is_some()),
+        ("robots", mission.robots.is_some()),
+        ("faults", mission.faults.is_some()),
+    ];
+    let drawn = keys.into_iter().filter(|(_, drawn)| *drawn);
+    Ok(drawn.map(|(name, _)| (at(name), path(name))).collect())
 }
 
 /// A value that is there twice would count twice.

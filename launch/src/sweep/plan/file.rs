@@ -10,6 +10,7 @@ use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::MAX_RUNS;
+use crate::random_mission::RandomMission;
 
 /// The file, as it is written.
 #[derive(Default, Deserialize)]
@@ -23,6 +24,8 @@ pub(super) struct File {
     pub(super) grid: toml::Table,
     pub(super) list: Vec<toml::Table>,
     pub(super) random: Option<toml::Table>,
+    pub(super) random_mission: RandomMission,
+    pub(super) check: bool,
 }
 
 /// The scenario, by name or file, or in place.

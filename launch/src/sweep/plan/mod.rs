@@ -13,7 +13,10 @@ use world_server::world::start_poses;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::design::{Design, change};
-use factors::{Stated, disjoint, faults, grid, key, leaves, list, path, presets, sample, seeds};
+use crate::random_mission::RandomMission;
+use factors::{
+    Stated, disjoint, drawn, faults, grid, key, leaves, list, path, presets, sample, seeds,
+};
 use file::{File, Source};
 
 /// More than anybody runs; every run's row is held in memory.
@@ -26,6 +29,10 @@ pub struct Plan {
     base: toml::Table,
     /// Its runs.
     pub design: Design,
+    /// What is drawn for each seed.
+    mission: RandomMission,
+    /// Whether each run is checked for what must always hold.
+    pub check: bool,
 }
 
 impl Plan {
@@ -81,6 +88,8 @@ impl Plan {
             factors.push(faults(contents.faults, &mut stated)?);
         }
         factors.push(seeds(&file, contents.seeds)?);
+        let mission = contents.random_mission;
+        columns.extend(drawn(&file, &mission)?);
         disjoint(&file, &columns)?;
         for Stated { at, changes } in &stated {
             let mut table = base.clone();
@@ -104,7 +113,12 @@ impl Plan {
                 sizes.join(" x ")
             );
         }
-        Ok(Self { base, design })
+        Ok(Self {
+            base,
+            design,
+            mission,
+            check: contents.check,
+        })
     }
 
     /// Tells this plan from one that would give other runs; comments and order of tables do not matter, the program's version
@@ -112,7 +126,10 @@ impl Plan {
     #[must_use]
     pub fn digest(&self) -> String {
         let version = env!("CARGO_PKG_VERSION");
-        let whole = format!("{version}\n{}\n{:?}", self.base, self.design);
+        let mut whole = format!("{version}\n{}\n{:?}", self.base, self.design);
+        if self.check || self.mission != RandomMission::default() {
+            whole.push_str(&format!("\n{:?}\n{}", self.mission, self.check));
+        }
         format!("{:016x}", xxh3_64(whole.as_bytes()))
     }
 
@@ -133,7 +150,14 @@ impl Plan {
                 change(&mut table, each)?;
             }
         }
-        Ok(table)
+        if self.mission == RandomMission::default() {
+            return Ok(table);
+        }
+        let scenario = Scenario::from_table(&table).map_err(|error| error.to_string())?;
+        let drawn = self.mission.draw(scenario, self.design.seed(run));
+        // By its text, as the scenario itself.
+        let text = toml::to_string(&drawn).map_err(|error| error.to_string())?;
+        toml::from_str(&text).map_err(|error| error.to_string())
     }
 }
 

@@ -106,6 +106,24 @@ fn points_at_random_and_a_scenario_in_place() {
 }
 
 #[test]
+fn a_random_mission_for_each_seed_and_the_same_in_every_condition() {
+    let plan = parse(
+        "seeds = 3\ncheck = true\n[grid]\nbody.speed_m_s = [0.5, 1.0]\n\
+         [random_mission]\nrobots = { min = 2, max = 8 }\nobstacles = { min = 3, max = 3 }\n\
+         faults = { min = 5, max = 5, until_s = 60.0 }\n",
+    )
+    .unwrap();
+    assert!(plan.check);
+    let scenario = |run: usize| Scenario::from_table(&plan.scenario(run).unwrap()).unwrap();
+    assert_eq!(scenario(0).faults.timeline.len(), 5);
+    assert_eq!(scenario(0).obstacles.len(), 3);
+    assert_ne!(scenario(0).obstacles, scenario(1).obstacles);
+    let mut faster = scenario(1);
+    faster.body.speed_m_s = 1.0;
+    assert_eq!(faster, scenario(4));
+}
+
+#[test]
 fn a_digest_of_what_is_meant() {
     let digest = |text: &str| parse(text).unwrap().digest();
     let plan = digest("seeds = 2\n[grid]\nstep_ms = [50, 25]\n");
@@ -117,6 +135,8 @@ fn a_digest_of_what_is_meant() {
         "seeds = 3\n[grid]\nstep_ms = [50, 25]\n",
         "seeds = 2\n[grid]\nstep_ms = [25, 50]\n",
         "seeds = 2\nlimit_s = 9.0\n[grid]\nstep_ms = [50, 25]\n",
+        "seeds = 2\ncheck = true\n[grid]\nstep_ms = [50, 25]\n",
+        "seeds = 2\n[grid]\nstep_ms = [50, 25]\n[random_mission]\nrobots = { min = 1, max = 2 }\n",
     ] {
         assert_ne!(plan, digest(other), "{other}");
     }
@@ -206,6 +226,18 @@ fn mistakes_are_answered_in_one_line() {
     refused(
         "[faults.a]\ntimeline = [{ fault.kill = 'glod' }]\n",
         "plan.toml:1: faults.timeline[0].fault.kill: the scenario has no robot 'glod'; did you mean 'gold'?",
+    );
+    refused(
+        "[random_mission]\nrobots = { min = 0, max = 2 }\n",
+        "plan.toml:2: random_mission.robots: from 0 to 2 does not fit; write numbers from 1 to 100",
+    );
+    refused(
+        "[random_mission]\nrobots = { min = 1, max = 2 }\n[grid]\n'robots.0.name' = ['blue']\n",
+        "plan.toml:2: random_mission.robots: it varies what line 4 varies, too",
+    );
+    refused(
+        "[random_mission]\nfaults = { min = 1, max = 2, until = 9.0 }\n",
+        "plan.toml:2: random_mission.faults.until: unknown key; did you mean 'until_s'?",
     );
     refused(
         "[faults.a]\ntimline = []\n",

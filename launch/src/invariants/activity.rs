@@ -1,0 +1,30 @@
+//! A robot does one thing at a time.
+
+use alliance_proto::scenario::Scenario;
+use alliance_proto::telemetry::SetState;
+
+use super::{Body, Scene};
+
+/// Looks at all robots after a tick.
+///
+/// # Errors
+/// What does not hold.
+pub fn check(scenario: &Scenario, scene: &Scene) -> Result<(), String> {
+    for (robot, spec) in scene.robots.iter().zip(&scenario.robots) {
+        let active = robot.active().count();
+        if active > 1 {
+            return Err(format!("{} has {active} active behavior sets", spec.name));
+        }
+    }
+    Ok(())
+}
+
+impl Body {
+    /// The behavior sets that it executes, as it last reported.
+    pub fn active(&self) -> impl Iterator<Item = alliance_proto::ids::SetId> + '_ {
+        let motivations = self.motivations.iter();
+        motivations
+            .filter(|it| it.state == SetState::Active)
+            .map(|it| it.set)
+    }
+}

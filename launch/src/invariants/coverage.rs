@@ -1,0 +1,157 @@
+//! Whether a robot is there that can do every task that is left.
+
+use alliance_proto::control::Phase;
+use alliance_proto::fault::{ActuatorMode, Fault};
+use alliance_proto::scenario::Scenario;
+use glam::Vec2;
+
+use super::solids::distance;
+use super::{Body, Scene};
+
+/// Distance between neighboring points of the grid on which ways are searched, m.
+const GRID_M: f32 = 0.1;
+
+/// How much wider than the body on each side a way must be, in radii. Robots are not promised to get through narrower ones.
+const CLEARANCE_RADII: f32 = 0.5;
+
+/// Whether some robot can do every task, and nothing makes it impossible for all: a robot that lies to its team for good, or an
+/// item in a gripper that never opens.
+#[must_use]
+pub fn is_covered(scenario: &Scenario, scene: &Scene) -> bool {
+    let sound = |rank: usize| is_sound(scenario, scene, rank);
+    let kept = scene.items.iter().any(|item| {
+        let carrier = item.carrier.map(|robot| robot.index());
+        carrier.is_some_and(|rank| !sound(rank))
+    });
+    let lies = scene.faults.iter().any(|fault| {
+        fault.phase == Phase::InForce
+            && match &fault.order.fault {
+                // Wrong places, work that seems done, or a body that does something else than its mind believes.
+                Fault::Sensor(_) | Fault::Babble(_) => true,
+                Fault::Actuator(fault) => fault.mode != ActuatorMode::Dead,
+                _ => false,
+            }
+    });
+    !kept && !lies && (0..scene.robots.len()).any(sound)
+}
+
+/// Whether a robot, by rank, has an agent and a body that does what it is told. Radio is another matter.
+#[must_use]
+pub fn is_sound(scenario: &Scenario, scene: &Scene, rank: usize) -> bool {
+    let (robot, name) = (&scene.robots[rank], scenario.robots[rank].name.as_str());
+    let broken = scene.faults.iter().any(|fault| {
+        let ails = matches!(
+            fault.order.fault,
+            Fault::Sensor(_) | Fault::Actuator(_) | Fault::Power(_) | Fault::Babble(_)
+        );
+        fault.phase == Phase::InForce && ails && fault.order.fault.robot() == Some(name)
+    });
+    robot.present && robot.takes_part && robot.energy_j.is_none_or(|left| left > 0.0) && !broken
+}
+
+/// Whether a sound robot finds ways to all items that are left, and to the deposit, past all that does not move.
+#[must_use]
+pub fn is_within_reach(scenario: &Scenario, scene: &Scene) -> bool {
+    let sound = |rank: &usize| is_sound(scenario, scene, *rank);
+    let map = Map::of(scenario, scene);
+    (0..scene.robots.len())
+        .filter(sound)
+        .any(|rank| map.reaches_all(scenario, scene, &scene.robots[rank]))
+}
+
+/// Where the center of a body may be.
+struct Map {
+    columns: usize,
+    rows: usize,
+    free: Vec<bool>,
+}
+
+impl Map {
+    fn of(scenario: &Scenario, scene: &Scene) -> Self {
+        let room = scenario.room;
+        let count = |size_m: f32| (size_m / GRID_M) as usize + 1;
+        let (columns, rows) = (count(room.width_m), count(room.height_m));
+        let radius_m = scenario.body.radius_m;
+        let wide_m = radius_m * (1.0 + CLEARANCE_RADII);
+        let size = Vec2::new(room.width_m, room.height_m);
+        let bodies: Vec<Vec2> = scene
+            .robots
+            .iter()
+            .enumerate()
+            .filter(|&(rank, robot)| robot.present && !is_sound(scenario, scene, rank))
+            .map(|(_, robot)| robot.pose.position)
+            .collect();
+        let is_free = |at: Vec2| {
+            let solid = scene.rectangles.iter().filter(|it| it.solid);
+            at.min(size - at).min_element() >= wide_m
+                && solid.into_iter().all(|it| distance(it, at) >= wide_m)
+                && bodies
+                    .iter()
+                    .all(|body| body.distance(at) >= radius_m + wide_m)
+        };
+        let places = (0..columns * rows).map(|place| is_free(point(columns, place)));
+        Self {
+            columns,
+            rows,
+            free: places.collect(),
+        }
+    }
+
+    fn reaches_all(&self, scenario: &Scenario, scene: &Scene, robot: &Body) -> bool {
+        let body = scenario.body;
+        // From the nearest wide place, for the robot may stand at a wall, to one from which the arm and a step suffice.
+        let near_m = body.radius_m + body.reach_m + CLEARANCE_RADII * body.radius_m;
+        let reached = self.flood(robot.pose.position, near_m);
+        let reaches = |target: Vec2, within_m: f32| {
+            let mut places = reached.iter().enumerate().filter(|(_, reached)| **reached);
+            places.any(|(place, _)| point(self.columns, place).distance(target) <= within_m)
+        };
+        let left = scene
+            .items
+            .iter()
+            .filter(|item| !scene.is_delivered(scenario, item));
+        let deposit = scenario.waste.deposit;
+        let center = Vec2::new(
+            scenario.room.width_m * deposit.x_fraction,
+            scenario.room.height_m * deposit.y_fraction,
+        );
+        reaches(center, deposit.radius_m)
+            && left
+                .into_iter()
+                .all(|item| item.carrier.is_some() || reaches(item.position, near_m))
+    }
+
+    /// All places to which ways lead from there.
+    fn flood(&self, from: Vec2, near_m: f32) -> Vec<bool> {
+        let mut reached = vec![false; self.free.len()];
+        let mut open: Vec<usize> = (0..self.free.len())
+            .filter(|place| {
+                self.free[*place] && point(self.columns, *place).distance(from) <= near_m
+            })
+            .collect();
+        while let Some(place) = open.pop() {
+            if std::mem::replace(&mut reached[place], true) {
+                continue;
+            }
+            let (column, row) = (place % self.columns, place / self.columns);
+            let neighbors = [
+                (column > 0).then(|| place - 1),
+                (column + 1 < self.columns).then(|| place + 1),
+                (row > 0).then(|| place - self.columns),
+                (row + 1 < self.rows).then(|| place + self.columns),
+            ];
+            open.extend(
+                neighbors
+                    .into_iter()
+                    .flatten()
+                    .filter(|next| self.free[*next] && !reached[*next]),
+            );
+        }
+        reached
+    }
+}
+
+/// A point of the grid.
+fn point(columns: usize, place: usize) -> Vec2 {
+    GRID_M * Vec2::new((place % columns) as f32, (place / columns) as f32)
+}

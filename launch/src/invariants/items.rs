@@ -1,0 +1,109 @@
+//! Every item is in one place: on the floor, in one gripper, or in the deposit, which keeps it.
+
+use alliance_proto::fault::Fault;
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::scenario::Scenario;
+
+use super::{Item, Scene};
+
+/// How far outside the border rounding may put an item, m.
+const ROUNDING_M: f32 = 1e-3;
+
+/// What is known of the items so far.
+#[derive(Clone, Debug)]
+pub struct Items {
+    total: usize,
+    /// Whether each has been delivered.
+    delivered: Vec<bool>,
+}
+
+impl Items {
+    /// Before the first tick.
+    #[must_use]
+    pub fn new(scenario: &Scenario) -> Self {
+        let spills = scenario.waste.spills.iter();
+        Self {
+            total: spills.map(|spill| spill.items as usize).sum(),
+            delivered: Vec::new(),
+        }
+    }
+
+    /// Looks at them after a tick.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn check(&mut self, scenario: &Scenario, scene: &Scene) -> Result<(), String> {
+        let count = scene.items.len();
+        let most = self.total + added(scene);
+        if !(self.total..=most).contains(&count) {
+            return Err(format!(
+                "there are {count} items, but {} to {most} can be",
+                self.total
+            ));
+        }
+        self.total = count;
+        self.delivered.resize(count, false);
+        for (id, (item, delivered)) in scene.items.iter().zip(&mut self.delivered).enumerate() {
+            check_carrier(scenario, scene, id, item)?;
+            check_place(scenario, id, item)?;
+            let is_delivered = scene.is_delivered(scenario, item);
+            if *delivered && !is_delivered {
+                return Err(format!("item-{id} has left the deposit"));
+            }
+            *delivered = is_delivered;
+        }
+        for (rank, robot) in scene.robots.iter().enumerate() {
+            let Some(ItemId(id)) = robot.carrying else {
+                continue;
+            };
+            let item = scene.items.get(id as usize);
+            if item.and_then(|item| item.carrier) != Some(RobotId(rank as u16)) {
+                let name = &scenario.robots[rank].name;
+                return Err(format!("{name} carries item-{id}, which is not with it"));
+            }
+            if !robot.present {
+                let name = &scenario.robots[rank].name;
+                return Err(format!("{name} carries item-{id} without a body"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Most items that faults have added in this tick.
+fn added(scene: &Scene) -> usize {
+    let now = scene
+        .faults
+        .iter()
+        .filter(|fault| fault.applied_ms == Some(scene.now));
+    now.map(|fault| match &fault.order.fault {
+        Fault::Waste(waste) => waste.items as usize,
+        _ => 0,
+    })
+    .sum()
+}
+
+fn check_carrier(scenario: &Scenario, scene: &Scene, id: usize, item: &Item) -> Result<(), String> {
+    let Some(carrier) = item.carrier else {
+        return Ok(());
+    };
+    let holds = scene.robots[carrier.index()].carrying;
+    if holds == Some(ItemId(id as u32)) {
+        return Ok(());
+    }
+    let name = &scenario.robots[carrier.index()].name;
+    Err(match holds {
+        None => format!("item-{id} is with {name}, which carries nothing"),
+        Some(other) => format!("item-{id} is with {name}, which carries {other}"),
+    })
+}
+
+fn check_place(scenario: &Scenario, id: usize, item: &Item) -> Result<(), String> {
+    let (room, at) = (scenario.room, item.position);
+    let inside = |value: f32, size: f32| (-ROUNDING_M..=size + ROUNDING_M).contains(&value);
+    if inside(at.x, room.width_m) && inside(at.y, room.height_m) {
+        Ok(())
+    } else {
+        Err(format!("item-{id} lies outside the border, at {at}"))
+    }
+}

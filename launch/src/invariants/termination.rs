@@ -1,0 +1,125 @@
+//! A mission that is covered ends (ALLIANCE.md §5).
+//!
+//! The mission is owed from the moment on at which nothing more is about to change (every fault that heals has healed, and none
+//! will come at a known time), ψ and λ are longer than a unit of work, and the mission is [`coverage`]d. It must then end within
+//! [`Termination::due_s`]. If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
+
+use alliance_proto::control::{FaultStatus, Phase};
+use alliance_proto::scenario::{Catalog, Scenario, SetParams, Setup};
+use alliance_proto::time::SimTime;
+
+use super::Scene;
+use super::coverage::{is_covered, is_sound, is_within_reach};
+use crate::check::work::unit_s;
+
+/// How many times longer than by one robot alone, in an empty room, a mission may take.
+const PATIENCE: f64 = 5.0;
+
+/// Units of work that finding the locations takes, and going there.
+const SEARCH_UNITS: f64 = 8.0;
+
+/// What is known of the end so far.
+#[derive(Clone, Debug)]
+pub struct Termination {
+    /// Whether ψ and λ are longer than a unit of work.
+    patient: bool,
+    /// The longest unit of work, s.
+    unit_s: f64,
+    /// How long one useless teammate, that talks, can keep a task from a robot (docs/BOUNDS.md), s.
+    kept_s: f64,
+    /// Since when the mission is owed, and how long it may take.
+    owed: Option<(SimTime, f64)>,
+}
+
+impl Termination {
+    /// Before the first tick.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let sets = Catalog::of(scenario).sets;
+        let units = sets.iter().map(|set| unit_s(scenario, set.kind));
+        let unit_s = units.fold(0.0, f64::max);
+        let robots = setup.alliance.robots.values();
+        let params: Vec<&SetParams> = robots.flat_map(|robot| robot.sets.values()).collect();
+        let shortest = |of: fn(&SetParams) -> f64| {
+            params
+                .iter()
+                .map(|set| of(set))
+                .fold(f64::INFINITY, f64::min)
+        };
+        let longest =
+            |of: fn(&SetParams) -> f64| params.iter().map(|set| of(set)).fold(0.0, f64::max);
+        let rise_s = setup.alliance.threshold / shortest(|set| set.fast_impatience);
+        let slow_s = longest(|set| {
+            set.willing_to_affect_s
+                .values()
+                .copied()
+                .fold(0.0, f64::max)
+        });
+        let wait_s = longest(|set| set.before_yielding_s + set.ceased_after_s);
+        Self {
+            patient: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)) > unit_s,
+            unit_s,
+            kept_s: 2.0 * rise_s + slow_s + wait_s,
+            owed: None,
+        }
+    }
+
+    /// Looks at the mission after a tick.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn check(&mut self, scenario: &Scenario, scene: &Scene) -> Result<(), String> {
+        let left = scene
+            .items
+            .iter()
+            .filter(|item| !scene.is_delivered(scenario, item))
+            .count();
+        if !self.patient || left == 0 || !is_calm(scene) || !is_covered(scenario, scene) {
+            self.owed = None;
+            return Ok(());
+        }
+        let (since, due_s) = *self.owed.get_or_insert((
+            scene.now,
+            Self::due_s(self.unit_s, self.kept_s, left, useless(scenario, scene)),
+        ));
+        if scene.now.since(since).as_secs_f64() <= due_s {
+            return Ok(());
+        }
+        if !is_within_reach(scenario, scene) {
+            // What can be reached changes as items and bodies move.
+            self.owed = None;
+            return Ok(());
+        }
+        Err(format!(
+            "{left} items are left, although all faults that heal have healed {since} into the run, and {due_s:.0} s should do"
+        ))
+    }
+
+    /// The time that a mission may take, s: [`PATIENCE`] times what one robot needs for the search and the items left; and, for
+    /// each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
+    #[must_use]
+    pub fn due_s(unit_s: f64, kept_s: f64, left: usize, useless: usize) -> f64 {
+        PATIENCE * unit_s * (SEARCH_UNITS + left as f64) + 2.0 * kept_s * useless as f64
+    }
+}
+
+/// Robots that take part and cannot work.
+fn useless(scenario: &Scenario, scene: &Scene) -> usize {
+    let robots = scene.robots.iter().enumerate();
+    robots
+        .filter(|&(rank, robot)| robot.takes_part && !is_sound(scenario, scene, rank))
+        .count()
+}
+
+/// Whether no fault is about to begin or to heal. What waits for an event may never come.
+fn is_calm(scene: &Scene) -> bool {
+    let unsettled = |fault: &&FaultStatus| {
+        let order = &fault.order;
+        let comes = fault.phase == Phase::Armed && order.when.is_none();
+        let heals = fault.phase == Phase::InForce && order.for_s.is_some();
+        let just_came = fault.applied_ms == Some(scene.now);
+        comes || heals || just_came
+    };
+    !scene.faults.iter().any(|fault| unsettled(&fault))
+}

@@ -1,0 +1,592 @@
+//! Violations made by hand, each of which must be seen; and what is none.
+
+use alliance_proto::control::{FaultStatus, Phase};
+use alliance_proto::fault::Order;
+use alliance_proto::ids::{ItemId, RobotId, SetId};
+use alliance_proto::scenario::{Preset, Scenario, Setup};
+use alliance_proto::telemetry::{Motivation, SetState};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use world_server::recorder::{LogLevel, Memory, RunLog};
+use world_server::world::{ComponentId, ObstacleId};
+
+use super::*;
+use crate::in_process::Team;
+
+const TOP: SetId = SetId(2);
+const BOTTOM: SetId = SetId(3);
+
+fn setup() -> Setup {
+    Setup::default_for(1)
+}
+
+/// The default mission after its first tick.
+fn beginning() -> Scene {
+    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    team.tick().unwrap();
+    Scene::of(team.simulation())
+}
+
+/// The same a tick later.
+fn next(scene: &mut Scene) {
+    scene.tick += 1;
+    scene.now = SimTime(scene.tick * setup().scenario.step_ms);
+}
+
+/// Looks at a good tick, and then at one that has been changed.
+fn seen(change: impl FnOnce(&mut Scene)) -> Result<(), Violation> {
+    let mut invariants = Invariants::new(&setup());
+    let mut scene = beginning();
+    invariants.check(&scene).unwrap();
+    next(&mut scene);
+    change(&mut scene);
+    invariants.check(&scene)
+}
+
+#[track_caller]
+fn violates(invariant: Invariant, what: &str, change: impl FnOnce(&mut Scene)) {
+    let violation = seen(change).unwrap_err();
+    assert_eq!(violation.invariant, invariant, "{violation}");
+    assert!(violation.what.contains(what), "{violation}");
+    let line = violation.to_string();
+    assert!(
+        line.starts_with(&format!("{invariant}: tick 1: ")),
+        "{line}"
+    );
+    assert_eq!(line.lines().count(), 1);
+}
+
+/// A fault in force since long.
+fn in_force(order: &str) -> FaultStatus {
+    let order: Order = serde_json::from_str(order).unwrap();
+    FaultStatus {
+        id: "f1".to_owned(),
+        order,
+        phase: Phase::InForce,
+        applied_ms: Some(SimTime(0)),
+        healed_ms: None,
+        hits: 0,
+    }
+}
+
+fn set_state(scene: &mut Scene, rank: usize, set: SetId, state: SetState) {
+    let motivations = &mut scene.robots[rank].motivations;
+    let it = motivations.iter_mut().find(|it| it.set == set).unwrap();
+    (it.state, it.motivation) = (state, 100.0);
+}
+
+#[test]
+fn a_tick_that_follows_is_well() {
+    assert_eq!(seen(|_| ()), Ok(()));
+}
+
+#[test]
+fn a_whole_mission_is_well() {
+    let mut invariants = Invariants::new(&setup());
+    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let outcome = loop {
+        let outcome = team.tick().unwrap();
+        invariants.see(team.simulation()).unwrap();
+        if let Some(outcome) = outcome {
+            break outcome;
+        }
+    };
+    let (_, recorder) = team.end(outcome).unwrap();
+    let mut log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    replayed::check(&log).unwrap();
+
+    log.run.hash = Some("0".repeat(16));
+    let error = replayed::check(&log).unwrap_err();
+    let violation = error.downcast_ref::<Violation>().unwrap();
+    assert_eq!(violation.invariant, Invariant::ReplayIdentical);
+}
+
+#[test]
+fn figures_that_a_replay_does_not_give() {
+    let team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let (_, recorder) = team
+        .run_for(20, alliance_proto::tick::Outcome::Interrupted, |_| ())
+        .unwrap();
+    let mut log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    replayed::check(&log).unwrap();
+    log.run.result.reports_made += 1;
+    assert!(replayed::check(&log).is_err());
+}
+
+#[test]
+fn ticks_that_are_left_out_or_do_not_end() {
+    violates(Invariant::TicksGoOn, "tick 1 was to come", |scene| {
+        scene.tick = 2
+    });
+    let mut invariants = Invariants::new(&setup());
+    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    team.tick().unwrap();
+    invariants.see(team.simulation()).unwrap();
+    let stuck = invariants.see(team.simulation()).unwrap_err();
+    assert_eq!(stuck.to_string(), "ticks go on: tick 1: it does not end");
+}
+
+#[test]
+fn items_that_come_go_or_are_in_two_places() {
+    let items = Invariant::ItemsAccountedFor;
+    violates(items, "23 items, but 24 to 24", |scene| {
+        scene.items.pop();
+    });
+    violates(items, "25 items", |scene| {
+        let item = scene.items[0];
+        scene.items.push(item);
+    });
+    violates(
+        items,
+        "item-3 is with gold, which carries nothing",
+        |scene| {
+            scene.items[3].carrier = Some(RobotId(1));
+        },
+    );
+    violates(
+        items,
+        "item-3 is with gold, which carries item-4",
+        |scene| {
+            scene.items[3].carrier = Some(RobotId(1));
+            scene.robots[1].carrying = Some(ItemId(4));
+        },
+    );
+    violates(
+        items,
+        "gold carries item-3, which is not with it",
+        |scene| {
+            scene.robots[1].carrying = Some(ItemId(3));
+        },
+    );
+    violates(
+        items,
+        "green carries item-3, which is not with it",
+        |scene| {
+            scene.items[3].carrier = Some(RobotId(1));
+            scene.robots[1].carrying = Some(ItemId(3));
+            scene.robots[2].carrying = Some(ItemId(3));
+        },
+    );
+    violates(items, "gold carries item-3 without a body", |scene| {
+        scene.items[3].carrier = Some(RobotId(1));
+        scene.robots[1].carrying = Some(ItemId(3));
+        scene.robots[1].present = false;
+    });
+    violates(items, "outside the border", |scene| {
+        scene.items[0].position.x = 12.5
+    });
+    violates(items, "outside the border", |scene| {
+        scene.items[0].position.y = f32::NAN
+    });
+    // One that is carried is well.
+    let carried = seen(|scene| {
+        scene.items[3].carrier = Some(RobotId(1));
+        scene.robots[1].carrying = Some(ItemId(3));
+    });
+    assert_eq!(carried, Ok(()));
+}
+
+#[test]
+fn waste_adds_items_in_its_tick_and_not_more_than_it_says() {
+    let waste = |count: usize, applied: u64| {
+        seen(|scene| {
+            let mut fault = in_force(r#"{"fault":{"waste":{"x_m":6,"y_m":2,"items":2}}}"#);
+            (fault.phase, fault.applied_ms) = (Phase::Over, Some(SimTime(applied)));
+            scene.faults.push(fault);
+            let item = scene.items[0];
+            scene.items.extend(vec![item; count]);
+        })
+    };
+    for count in 0..=2 {
+        assert_eq!(waste(count, 50), Ok(()));
+    }
+    assert!(waste(3, 50).is_err());
+    assert!(waste(1, 0).is_err());
+}
+
+#[test]
+fn the_deposit_keeps_what_it_gets() {
+    let mut invariants = Invariants::new(&setup());
+    let mut scene = beginning();
+    let before = scene.items[0].position;
+    scene.items[0].position = Vec2::new(9.6, 4.5);
+    invariants.check(&scene).unwrap();
+    next(&mut scene);
+    scene.items[0].position = before;
+    let violation = invariants.check(&scene).unwrap_err();
+    assert_eq!(violation.what, "item-0 has left the deposit");
+}
+
+#[test]
+fn bodies_in_the_border_in_obstacles_and_in_each_other() {
+    let solids = Invariant::NoOverlap;
+    violates(solids, "blue is", |scene| {
+        scene.robots[0].pose.position.x = 0.19
+    });
+    violates(solids, "in the border", |scene| {
+        scene.robots[0].pose.position.y = 8.9
+    });
+    violates(solids, "blue and gold overlap by", |scene| {
+        let at = scene.robots[0].pose.position;
+        scene.robots[1].pose.position = at + Vec2::new(0.39, 0.0);
+    });
+    // Neither absent bodies nor penetrable ones are in anybody's way.
+    let absent = seen(|scene| {
+        let at = scene.robots[0].pose.position;
+        scene.robots[1].pose.position = at;
+        scene.robots[1].present = false;
+    });
+    assert_eq!(absent, Ok(()));
+}
+
+/// An obstacle whose left side is so far to the right of gold's center.
+fn obstacle(scene: &Scene, right_m: f32) -> Rectangle {
+    let min = scene.robots[1].pose.position + Vec2::new(right_m, -0.5);
+    Rectangle {
+        id: ComponentId::Obstacle(ObstacleId(0)),
+        min,
+        max: min + Vec2::ONE,
+        solid: true,
+    }
+}
+
+#[test]
+fn an_obstacle_on_a_robot_can_only_be_left() {
+    let ways = |ways_m: &[f32]| {
+        let mut invariants = Invariants::new(&setup());
+        let mut scene = beginning();
+        let (gold, there) = (scene.robots[1].pose.position, obstacle(&scene, 0.1));
+        let mut found = invariants.check(&scene);
+        for way_m in ways_m {
+            next(&mut scene);
+            scene.rectangles = vec![there];
+            scene.robots[1].pose.position = gold + Vec2::new(0.1 - way_m, 0.0);
+            found = found.and_then(|()| invariants.check(&scene));
+        }
+        found.map_err(|violation| violation.what)
+    };
+    assert_eq!(ways(&[0.1, 0.1, 0.15, 0.2, 0.25]), Ok(()));
+    assert!(
+        ways(&[0.1, 0.09])
+            .unwrap_err()
+            .starts_with("gold gets deeper into obstacle-0, 0.11")
+    );
+    assert!(ways(&[0.1, 0.15, 0.12]).unwrap_err().contains("deeper"));
+    assert!(
+        ways(&[0.1, 0.21, 0.19])
+            .unwrap_err()
+            .starts_with("gold is 0.01")
+    );
+    // From the beginning there is none on anybody.
+    assert!(ways(&[0.3, 0.1]).unwrap_err().starts_with("gold is 0.1"));
+    // A patch is no obstacle.
+    let patch = seen(|scene| {
+        let mut patch = obstacle(scene, 0.0);
+        patch.solid = false;
+        scene.rectangles.push(patch);
+    });
+    assert_eq!(patch, Ok(()));
+}
+
+#[test]
+fn distances_from_a_rectangle() {
+    let it = Rectangle {
+        id: ComponentId::Obstacle(ObstacleId(0)),
+        min: Vec2::new(1.0, 1.0),
+        max: Vec2::new(3.0, 2.0),
+        solid: true,
+    };
+    for (x, y, way_m) in [
+        (0.0, 1.5, 1.0),
+        (2.0, 4.0, 2.0),
+        (6.0, 6.0, 5.0),
+        (2.0, 1.5, -0.5),
+        (2.9, 1.5, -0.1),
+        (1.0, 1.0, 0.0),
+    ] {
+        let found = solids::distance(&it, Vec2::new(x, y));
+        assert!((found - way_m).abs() < 1e-6, "{x} {y}: {found}");
+    }
+}
+
+#[test]
+fn numbers_that_are_none_or_out_of_range() {
+    let numbers = Invariant::NumbersInRange;
+    let of_gold = |name: &str, change: fn(&mut Body)| {
+        violates(numbers, name, |scene| change(&mut scene.robots[1]));
+    };
+    of_gold("heading", |gold| gold.pose.heading_rad = f32::NAN);
+    of_gold("heading", |gold| gold.pose.heading_rad = 3.2);
+    of_gold("speed", |gold| gold.speed_m_s = f32::NAN);
+    of_gold("speed", |gold| gold.speed_m_s = -0.1);
+    of_gold("speed", |gold| gold.speed_m_s = f32::INFINITY);
+    of_gold("energy", |gold| gold.energy_j = Some(f32::NAN));
+    of_gold("motivation", |gold| {
+        gold.motivations[1].motivation = f64::NAN
+    });
+    of_gold("motivation", |gold| gold.motivations[1].motivation = 100.1);
+    of_gold("motivation", |gold| gold.motivations[1].motivation = -1e-9);
+    of_gold("impatience", |gold| {
+        gold.motivations[1].impatience = f64::INFINITY
+    });
+    // One that is nowhere is out of the room, or overlaps: whichever is seen first.
+    assert!(seen(|scene| scene.robots[1].pose.position.x = f32::NAN).is_err());
+}
+
+#[test]
+fn two_active_sets() {
+    violates(Invariant::OneActiveSet, "green has 2 active", |scene| {
+        set_state(scene, 2, TOP, SetState::Active);
+        set_state(scene, 2, BOTTOM, SetState::Active);
+    });
+}
+
+/// How many ticks gold and green may go on with a task before that is seen, under a preset, from a scene that is changed.
+fn together(preset: Preset, change: impl Fn(&mut Scene)) -> Option<u64> {
+    let scenario = Scenario {
+        alliance: alliance_proto::scenario::AllianceSection {
+            preset,
+            ..Default::default()
+        },
+        ..Scenario::default()
+    };
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let mut exclusive = Exclusive::new(&setup);
+    let mut scene = beginning();
+    for ticks in 0..10_000 {
+        next(&mut scene);
+        for rank in [1, 2] {
+            set_state(&mut scene, rank, TOP, SetState::Active);
+        }
+        change(&mut scene);
+        if exclusive.check(&setup.scenario, &scene).is_err() {
+            return Some(ticks);
+        }
+    }
+    None
+}
+
+#[test]
+fn two_robots_on_an_exclusive_task() {
+    // A heartbeat every second, and ψ = 240 s, at 20 ticks/s.
+    assert_eq!(together(Preset::Team, |_| ()), Some(24));
+    assert_eq!(together(Preset::Par98, |_| ()), Some(4824));
+    // Not both of them, not the same task.
+    assert_eq!(
+        together(Preset::Team, |scene| set_state(
+            scene,
+            1,
+            TOP,
+            SetState::Waiting
+        )),
+        None
+    );
+    let other_task = |scene: &mut Scene| {
+        set_state(scene, 1, TOP, SetState::Hibernating);
+        set_state(scene, 1, BOTTOM, SetState::Active);
+    };
+    assert_eq!(together(Preset::Team, other_task), None);
+    // Now and then one lets go.
+    let in_turn = |scene: &mut Scene| {
+        if scene.tick.is_multiple_of(20) {
+            set_state(scene, 1, TOP, SetState::Hibernating);
+        }
+    };
+    assert_eq!(together(Preset::Team, in_turn), None);
+}
+
+#[test]
+fn who_has_waited_another_out_is_left_to_psi() {
+    // ψ + τ = 245 s.
+    let waits = |ticks: u64| {
+        together(Preset::Team, move |scene: &mut Scene| {
+            if scene.tick < ticks {
+                set_state(scene, 1, TOP, SetState::Waiting);
+            }
+        })
+    };
+    assert_eq!(waits(20), Some(19 + 24));
+    assert_eq!(waits(4910), Some(4909 + 4824));
+}
+
+#[test]
+fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
+    let hears = |order: &str| {
+        let fault = in_force(order);
+        together(Preset::Team, |scene| scene.faults = vec![fault.clone()])
+    };
+    for order in [
+        r#"{"fault":{"deaf":"gold"}}"#,
+        r#"{"fault":{"mute":"green"}}"#,
+        r#"{"fault":{"drop":{"from":"gold","p":0.1}}}"#,
+        r#"{"fault":{"delay":{"to":"gold","delay_s":1}}}"#,
+        r#"{"fault":{"hold":{"from":"green","to":"gold"}}}"#,
+        r#"{"fault":{"reorder":{"p":0.5}}}"#,
+        r#"{"fault":{"partition":{"groups":[["blue","gold"],["green"]]}}}"#,
+        r#"{"fault":{"range":{"range_m":0.5}}}"#,
+        r#"{"fault":{"radio":"poor-radio"}}"#,
+    ] {
+        assert_eq!(hears(order), None, "{order}");
+    }
+    for order in [
+        r#"{"fault":{"deaf":"blue"}}"#,
+        r#"{"fault":{"drop":{"from":"gold","to":"blue","p":1}}}"#,
+        r#"{"fault":{"duplicate":{"p":1}}}"#,
+        r#"{"fault":{"partition":{"groups":[["blue"],["green"]]}}}"#,
+        r#"{"fault":{"range":{"range_m":9}}}"#,
+        r#"{"fault":{"babble":"gold"}}"#,
+    ] {
+        assert_eq!(hears(order), Some(24), "{order}");
+    }
+    let heals = together(Preset::Team, |scene| {
+        let mut fault = in_force(r#"{"fault":{"deaf":"gold"},"for_s":5}"#);
+        if scene.tick >= 100 {
+            fault.phase = Phase::Over;
+        }
+        scene.faults = vec![fault];
+    });
+    assert_eq!(heals, Some(99 + 24));
+    let silent = together(Preset::Team, |scene| scene.robots[1].takes_part = false);
+    assert_eq!(silent, None);
+}
+
+/// After which simulated time a mission that goes nowhere is seen, s.
+fn owed(change: impl Fn(&mut Scene)) -> Option<u64> {
+    let setup = setup();
+    let mut termination = Termination::new(&setup);
+    let mut scene = beginning();
+    for s in 0..20_000 {
+        scene.now = SimTime(1000 * s);
+        change(&mut scene);
+        if termination.check(&setup.scenario, &scene).is_err() {
+            return Some(s);
+        }
+    }
+    None
+}
+
+#[test]
+fn a_covered_mission_that_does_not_end() {
+    let due_s = owed(|_| ()).unwrap();
+    // Five times 24 items and the search, of about 26 s each.
+    assert!((4000..4200).contains(&due_s), "{due_s}");
+    let with = |order: &str| owed(|scene| scene.faults = vec![in_force(order)]);
+    // Faults that leave a robot that can do everything.
+    for order in [
+        r#"{"fault":{"deaf":"gold"}}"#,
+        r#"{"fault":{"drop":{"p":0.5}}}"#,
+        r#"{"fault":{"kill":"gold"}}"#,
+        r#"{"fault":{"mute":"gold"},"when":"gold dies"}"#,
+    ] {
+        assert_eq!(with(order), Some(due_s), "{order}");
+    }
+    // One that talks and does nothing costs time.
+    assert!(with(r#"{"fault":{"power":"gold"}}"#) > Some(due_s + 400));
+    // More is to come or to heal, or somebody lies for good.
+    for order in [
+        r#"{"fault":{"mute":"gold"},"for_s":9}"#,
+        r#"{"fault":{"babble":"gold"}}"#,
+        r#"{"fault":{"sensor":{"robot":"gold","device":"position","mode":"stuck"}}}"#,
+        r#"{"fault":{"actuator":{"robot":"gold","mode":"gripper"}}}"#,
+    ] {
+        assert_eq!(with(order), None, "{order}");
+    }
+    let recurs = owed(|scene| {
+        let mut fault = in_force(r#"{"fault":{"mute":"gold"},"every_s":20,"for_s":9}"#);
+        fault.phase = Phase::Armed;
+        scene.faults = vec![fault];
+    });
+    assert_eq!(recurs, None);
+    let healed = owed(|scene| {
+        let mut fault = in_force(r#"{"fault":{"mute":"gold"},"for_s":100}"#);
+        if scene.now >= SimTime(100_000) {
+            fault.phase = Phase::Over;
+        }
+        scene.faults = vec![fault];
+    });
+    assert_eq!(healed, Some(due_s + 100));
+}
+
+#[test]
+fn a_mission_that_nobody_covers_may_go_on() {
+    let nobody = |scene: &mut Scene| {
+        for robot in &mut scene.robots {
+            robot.takes_part = false;
+        }
+    };
+    assert_eq!(owed(nobody), None);
+    // A dead robot holds an item.
+    let held = |scene: &mut Scene| {
+        scene.items[3].carrier = Some(RobotId(1));
+        scene.robots[1].takes_part = false;
+    };
+    assert_eq!(owed(held), None);
+    // All is done.
+    let done = |scene: &mut Scene| {
+        for item in &mut scene.items {
+            item.position = Vec2::new(9.6, 4.5);
+        }
+    };
+    assert_eq!(owed(done), None);
+}
+
+#[test]
+fn a_way_that_is_blocked() {
+    let wall = |gap_m: f32| {
+        owed(|scene| {
+            scene.rectangles = vec![Rectangle {
+                id: ComponentId::Obstacle(ObstacleId(0)),
+                min: Vec2::new(6.5, 0.0),
+                max: Vec2::new(7.0, 9.0 - gap_m),
+                solid: true,
+            }];
+        })
+    };
+    assert!(wall(1.0).is_some());
+    assert_eq!(wall(0.5), None);
+    // A dead body in the gap.
+    let plugged = owed(|scene| {
+        scene.rectangles = vec![Rectangle {
+            id: ComponentId::Obstacle(ObstacleId(0)),
+            min: Vec2::new(6.5, 0.0),
+            max: Vec2::new(7.0, 8.0),
+            solid: true,
+        }];
+        scene.robots[1].takes_part = false;
+        scene.robots[1].pose.position = Vec2::new(6.75, 8.5);
+    });
+    assert_eq!(plugged, None);
+}
+
+#[test]
+fn patience_that_is_shorter_than_a_unit_of_work_excuses() {
+    let mut scenario = Scenario::default();
+    scenario.alliance.defaults.before_yielding_s = Some(10.0);
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let mut termination = Termination::new(&setup);
+    let mut scene = beginning();
+    for s in 0..20_000 {
+        scene.now = SimTime(1000 * s);
+        assert_eq!(termination.check(&setup.scenario, &scene), Ok(()));
+    }
+}
+
+/// Motivations as they come from agents.
+#[test]
+fn a_scene_has_what_the_run_says() {
+    let scene = beginning();
+    assert_eq!((scene.tick, scene.now), (0, SimTime(0)));
+    assert_eq!((scene.robots.len(), scene.items.len()), (3, 24));
+    let sets = |rank: usize| -> Vec<SetId> {
+        let motivations: &[Motivation] = &scene.robots[rank].motivations;
+        motivations.iter().map(|it| it.set).collect()
+    };
+    assert_eq!(sets(0), [0, 1, 2, 3, 4].map(SetId));
+    assert_eq!(sets(1), [1, 2, 3, 4].map(SetId));
+    assert!(
+        scene
+            .robots
+            .iter()
+            .all(|robot| robot.present && robot.takes_part)
+    );
+}

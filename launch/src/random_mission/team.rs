@@ -1,0 +1,21 @@
+//! Random teams.
+
+use alliance_proto::scenario::Robot;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// So many robots, `r1`, `r2`, …; each may have a side sensor. Where some may be absent at first, the first one never is.
+#[must_use]
+pub fn team(count: u32, may_be_absent: bool, rng: &mut ChaCha8Rng) -> Vec<Robot> {
+    let robots = (1..=count).map(|number| {
+        let side_sensor = rng.random_bool(0.5);
+        let absent = rng.random_bool(0.1);
+        Robot {
+            name: format!("r{number}"),
+            side_sensor,
+            absent: absent && may_be_absent && number > 1,
+            start: None,
+        }
+    });
+    robots.collect()
+}
