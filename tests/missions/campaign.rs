@@ -31,7 +31,10 @@ fn a_run_of_the_campaign_is_repeated_by_the_command_that_is_printed() {
     let printed = lab.run(&["sweep", &plan(), "--scenario", "12"]).expect(0);
     fs::write(lab.path("run-12.toml"), &printed.stdout).unwrap();
     let (_, again) = printed.stderr.split_once(": alliance ").unwrap();
-    assert_eq!(again.trim_end(), "run run-12.toml --seed 13 --in-process --check");
+    assert_eq!(
+        again.trim_end(),
+        "run run-12.toml --seed 13 --in-process --check"
+    );
     let mut again: Vec<&str> = again.split_whitespace().collect();
     again.push("--json");
     let result = lab.run(&again);

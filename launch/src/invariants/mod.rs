@@ -3,8 +3,8 @@
 //! - [`Scene`] is what there is to look at. The checks know neither the world's code nor the agents', only what both say.
 //! - [`items`]: each is in one place, and none comes or goes. [`solids`]: bodies overlap nothing solid. [`numbers`]: all are finite
 //!   and in their range. [`activity`]: a robot does one thing at a time. [`exclusive`]: two robots that hear each other, as
-//!   [`hearing`] says, do not go on with one exclusive task. [`termination`]: a mission that is covered, as [`coverage`] says,
-//!   ends. [`replayed`]: a run from its inputs is the same run.
+//!   [`hearing`] says, do not go on with one exclusive task. [`termination`]: a mission that is covered, as [`coverage`] and
+//!   [`strewn`] say, ends. [`replayed`]: a run from its inputs is the same run.
 
 pub mod activity;
 pub mod coverage;
@@ -15,6 +15,7 @@ pub mod numbers;
 pub mod replayed;
 mod scene;
 pub mod solids;
+pub mod strewn;
 pub mod termination;
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,8 @@
 //! A mission that is covered ends (ALLIANCE.md §5).
 //!
 //! The mission is owed from the moment on at which nothing more is about to change (every fault that heals has healed, and none
-//! will come at a known time), ψ and λ are longer than a unit of work, and the mission is [`coverage`]d. It must then end within
+//! will come at a known time), ψ and λ are longer than a unit of work, and the mission is covered ([`super::coverage`]) and
+//! all of it in places where robots look ([`super::strewn`]). It must then end within
 //! [`Termination::due_s`]. If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
 
 use alliance_proto::control::{FaultStatus, Phase};
@@ -10,6 +11,7 @@ use alliance_proto::time::SimTime;
 
 use super::Scene;
 use super::coverage::{is_covered, is_sound, is_within_reach};
+use super::strewn::Strewn;
 use crate::check::work::unit_s;
 
 /// How many times longer than by one robot alone, in an empty room, a mission may take.
@@ -29,6 +31,7 @@ pub struct Termination {
     kept_s: f64,
     /// Since when the mission is owed, and how long it may take.
     owed: Option<(SimTime, f64)>,
+    strewn: Strewn,
 }
 
 impl Termination {
@@ -62,6 +65,7 @@ impl Termination {
             unit_s,
             kept_s: 2.0 * rise_s + slow_s + wait_s,
             owed: None,
+            strewn: Strewn::default(),
         }
     }
 
@@ -75,7 +79,13 @@ impl Termination {
             .iter()
             .filter(|item| !scene.is_delivered(scenario, item))
             .count();
-        if !self.patient || left == 0 || !is_calm(scene) || !is_covered(scenario, scene) {
+        self.strewn.note(scene);
+        let is_covered = self.patient
+            && left > 0
+            && is_calm(scene)
+            && is_covered(scenario, scene)
+            && !self.strewn.is_any_off_the_ways(scenario, scene);
+        if !is_covered {
             self.owed = None;
             return Ok(());
         }

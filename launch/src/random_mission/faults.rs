@@ -106,12 +106,12 @@ const DRAWS: [Draw; 25] = [
         }))
     },
     |dice| {
-        let (x_m, y_m) = dice.place();
+        let (x_m, y_m) = dice.place_for_waste();
         let items = dice.rng.random_range(1..=3);
         Some(Fault::Waste(Waste { x_m, y_m, items }))
     },
     |dice| {
-        let (x_m, y_m) = dice.place();
+        let (x_m, y_m) = dice.place_for_waste();
         let item = dice.item();
         Some(Fault::MoveWaste(MoveWaste { item, x_m, y_m }))
     },
@@ -234,6 +234,23 @@ impl Dice<'_> {
         let mut along = |size_m: f32| self.between(0.0, f64::from(size_m)) as f32;
         let (x_m, y_m) = (along(room.width_m), along(room.height_m));
         (x_m.min(room.width_m), y_m.min(room.height_m))
+    }
+
+    /// A place within the border, half of the time in a spill: there robots look for waste, m.
+    fn place_for_waste(&mut self) -> (f32, f32) {
+        let anywhere = self.place();
+        let (room, waste) = (self.scenario.room, &self.scenario.waste);
+        let spill = self.any(&waste.spills);
+        let half_m = f64::from(waste.spill_radius_m) / 2.0;
+        let mut beside = |fraction: f32, size_m: f32| {
+            let at_m = f64::from(fraction * size_m) + self.between(-half_m, half_m);
+            (at_m as f32).clamp(0.0, size_m)
+        };
+        let in_spill = (
+            beside(spill.x_fraction, room.width_m),
+            beside(spill.y_fraction, room.height_m),
+        );
+        self.any(&[anywhere, in_spill])
     }
 
     /// The number of an item, or of the first that there is not.
