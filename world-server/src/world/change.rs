@@ -69,7 +69,7 @@ impl World {
     /// # Errors
     /// When there is no such item, when it is carried or delivered, and when it could lie nowhere.
     pub fn move_item(&mut self, item: ItemId, near: Vec2) -> Result<Vec2, ChangeError> {
-        let found = self.waste.items.get(item.0 as usize);
+        let found = self.waste.items().get(item.0 as usize);
         let found = found.ok_or(ChangeError::NoItem(item))?;
         if found.carrier.is_some() {
             return Err(ChangeError::Carried(item));
@@ -78,7 +78,7 @@ impl World {
             return Err(ChangeError::Delivered(item));
         }
         let place = self.place_for_item(near, Some(item))?;
-        self.waste.put_down(item, place);
+        self.waste.relocate(item, place);
         Ok(place)
     }
 
@@ -90,7 +90,7 @@ impl World {
         };
         let least_m = 2.0 * radius_m - ROUNDING_M;
         let is_apart = |place: Vec2| {
-            let items = self.waste.on_floor();
+            let items = self.waste.near(place, least_m);
             let mut others = items.filter(|item| Some(item.id()) != moved);
             others.all(|item| item.position().distance(place) >= least_m)
         };
@@ -118,7 +118,8 @@ impl World {
             return Err(ChangeError::Taken);
         }
         let body = &mut self.robots[robot.index()];
-        body.component.pose.position = to;
+        let from = std::mem::replace(&mut body.component.pose.position, to);
+        self.bodies.relocate(robot.index(), from, to);
         if let Some(heading_rad) = heading_rad {
             body.face(wrapped(heading_rad));
         }
@@ -137,8 +138,10 @@ impl World {
         let place = nearest_place(start.position, self.space.size, |place| {
             self.is_free(robot, place)
         });
+        let place = place.ok_or(ChangeError::NoRoom)?;
+        self.bodies.insert(robot.index(), place);
         let body = &mut self.robots[robot.index()];
-        body.component.pose.position = place.ok_or(ChangeError::NoRoom)?;
+        body.component.pose.position = place;
         body.face(start.heading_rad);
         body.present = true;
         Ok(body.component.pose)
@@ -149,8 +152,11 @@ impl World {
     pub fn remove_robot(&mut self, robot: RobotId) -> Option<WorldEvent> {
         let event = self.drop_carried(robot);
         let body = &mut self.robots[robot.index()];
-        body.present = false;
         body.speed_m_s = 0.0;
+        if std::mem::replace(&mut body.present, false) {
+            let position = body.position();
+            self.bodies.remove(robot.index(), position);
+        }
         event
     }
 
@@ -161,7 +167,7 @@ impl World {
 
     /// Whether a robot's body fits there. It may touch what is solid, but for rounding.
     fn is_free(&self, robot: RobotId, center: Vec2) -> bool {
-        self.solids_for(robot)
+        self.solids_for(robot, center, self.body.radius_m)
             .all(|solid| solid.surface(center).0 >= self.body.radius_m - ROUNDING_M)
     }
 }

@@ -43,11 +43,11 @@ impl World {
         let reach_m = self.body.radius_m + self.body.reach_m;
         let items = self
             .waste
-            .on_floor()
+            .near(position, reach_m)
             .filter(|item| !self.waste.is_deposit(item.position()));
         let near = items.map(|item| (item.position().distance(position), item.id()));
         let near = near.filter(|(distance, _)| *distance <= reach_m);
-        near.min_by(|a, b| a.0.total_cmp(&b.0))
+        near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
             .map(|(_, item)| item)
     }
 
@@ -61,10 +61,9 @@ impl World {
         let places =
             || around(pose.heading_rad).map(|direction| pose.position + direction * distance_m);
         let is_clear = |center: Vec2, radius_m: f32| {
-            self.robots
-                .iter()
-                .filter(|body| body.present)
-                .all(|body| body.position().distance(center) >= self.body.radius_m + radius_m)
+            let least_m = self.body.radius_m + radius_m;
+            let mut bodies = self.bodies.near(center, least_m);
+            bodies.all(|rank| self.robots[rank].position().distance(center) >= least_m)
         };
         let past_bodies = places().find(|place| {
             is_clear(*place, item_radius_m)

@@ -23,7 +23,7 @@ impl World {
             let mut factor: Option<f32> = None;
             let mut edge_m = f32::INFINITY;
             for component in self
-                .components_for(robot)
+                .components_for(robot, body.position(), f32::INFINITY)
                 .filter(|component| component.penetrability.changes_speed())
             {
                 let Some((enter_m, leave_m)) =
@@ -62,7 +62,7 @@ impl World {
         if point.cmplt(Vec2::ZERO).any() || point.cmpgt(self.space.size).any() {
             return 0.0;
         }
-        let there = self.components_for(robot).filter(|component| {
+        let there = self.components_for(robot, point, 0.0).filter(|component| {
             component.penetrability != Penetrability::NEUTRAL && component.outline().contains(point)
         });
         there
@@ -72,8 +72,19 @@ impl World {
             .unwrap_or(1.0)
     }
 
-    fn components_for(&self, robot: RobotId) -> impl Iterator<Item = &Component> + '_ {
-        self.space.rectangles().iter().chain(self.teammates(robot))
+    /// Everything that the ground of a robot is made of within reach of a point, and some that is not.
+    fn components_for(
+        &self,
+        robot: RobotId,
+        point: Vec2,
+        reach_m: f32,
+    ) -> impl Iterator<Item = &Component> + '_ {
+        let bodies = Penetrability(self.body.robot_penetrability);
+        // Solid ones end the way, and slow nobody down on it.
+        let counts = bodies.changes_speed() || (reach_m == 0.0 && bodies != Penetrability::NEUTRAL);
+        let others = counts.then(|| self.teammates(robot, point, reach_m));
+        let others = others.into_iter().flatten();
+        self.space.rectangles().iter().chain(others)
     }
 }
 

@@ -7,7 +7,7 @@
 //! - [`component`](Component): what lies on the floor, with its [`Penetrability`] and its aspects; [`aspect`](Aspect):
 //!   properties that evolve each step, such as [`Energy`](Battery).
 //! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
-//! - `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
+//! - `grid`: what is near a place. `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
 //! - `waste`: spills, deposit, items, report site. `gripper`: pick up and put down. `sensing`: what a robot reads.
 //! - `change`: what interruption handlers do to all of it between steps.
 //!
@@ -32,6 +32,7 @@ mod aspect;
 mod change;
 mod component;
 mod event;
+mod grid;
 mod gripper;
 mod ground;
 mod motion;
@@ -61,6 +62,7 @@ pub use outline::{Outline, SKIN_M};
 pub use start::{StartError, start_poses};
 pub use waste::Item;
 
+use grid::Grid;
 use space::Space;
 use waste::Waste;
 
@@ -74,6 +76,8 @@ pub struct World {
     space: Space,
     /// By rank.
     robots: Vec<Robot>,
+    /// Ranks of those that are there, by their centers.
+    bodies: Grid,
     waste: Waste,
 }
 
@@ -152,13 +156,22 @@ impl World {
             robot.face(pose.heading_rad);
             robot
         });
+        let robots: Vec<Robot> = robots.collect();
         let space = Space::new(scenario);
+        let sensed_m = 3.0 * body.radius_m + scenario.sensors.avoidance_range_m;
+        let mut bodies = Grid::new(space.size, sensed_m);
+        for (rank, robot) in robots.iter().enumerate() {
+            if robot.present {
+                bodies.insert(rank, robot.position());
+            }
+        }
         Self {
             now: SimTime::ZERO,
             step: SimTime(scenario.step_ms),
             body,
             sensors: scenario.sensors,
-            robots: robots.collect(),
+            robots,
+            bodies,
             waste: Waste::new(scenario, setup.seed, &space),
             space,
         }
@@ -261,7 +274,7 @@ impl World {
     /// All items, by id.
     #[must_use]
     pub fn items(&self) -> &[Item] {
-        &self.waste.items
+        self.waste.items()
     }
 
     /// All rectangles on the floor, by id: solid obstacles and patches.

@@ -8,7 +8,7 @@ use alliance_proto::scenario::Body;
 use glam::Vec2;
 
 use super::outline::Stop;
-use super::{Component, Outline, World};
+use super::{Component, Outline, Penetrability, SKIN_M, World};
 
 impl World {
     /// Turns and then moves a robot by one step. The command is [`limited`].
@@ -27,36 +27,46 @@ impl World {
             .free_way(robot, wanted_m)
             .map_or(wanted_m, |stop| stop.way_m);
         let body = &mut self.robots[robot.index()];
-        body.component.pose.position = center + ahead * way_m;
+        let to = center + ahead * way_m;
+        body.component.pose.position = to;
         body.speed_m_s = way_m / step_s;
+        self.bodies.relocate(robot.index(), center, to);
     }
 
     /// Where a robot that goes straight ahead must stop within that way; `None` when it need not.
     pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<Stop> {
         let body = &self.robots[robot.index()];
-        let stops = self.solids_for(robot);
+        let reach_m = max_m + self.body.radius_m + SKIN_M;
+        let stops = self.solids_for(robot, body.position(), reach_m);
         let stops = stops.filter_map(|solid| {
             solid.sweep(body.position(), self.body.radius_m, body.ahead, max_m)
         });
         stops.fold(None, |nearest, stop| Stop::nearer(nearest, Some(stop)))
     }
 
-    /// Everything that is solid to a robot.
-    pub(super) fn solids_for(&self, robot: RobotId) -> impl Iterator<Item = Outline> + '_ {
-        let others = self
-            .teammates(robot)
-            .filter(|other| other.penetrability.is_solid());
-        self.space.solids().chain(others.map(Component::outline))
+    /// Everything that is solid to a robot and within reach of a point, and some that is not.
+    pub(super) fn solids_for(
+        &self,
+        robot: RobotId,
+        point: Vec2,
+        reach_m: f32,
+    ) -> impl Iterator<Item = Outline> + '_ {
+        let solid = Penetrability(self.body.robot_penetrability).is_solid();
+        let others = solid.then(|| self.teammates(robot, point, reach_m));
+        let others = others.into_iter().flatten().map(Component::outline);
+        self.space.solids().chain(others)
     }
 
-    /// The bodies of all other robots that are there.
-    pub(super) fn teammates(&self, robot: RobotId) -> impl Iterator<Item = &Component> + '_ {
-        let (before, rest) = self.robots.split_at(robot.index());
-        before
-            .iter()
-            .chain(&rest[1..])
-            .filter(|other| other.present)
-            .map(|other| &other.component)
+    /// The bodies of all other robots within reach of a point, and some that are not.
+    pub(super) fn teammates(
+        &self,
+        robot: RobotId,
+        point: Vec2,
+        reach_m: f32,
+    ) -> impl Iterator<Item = &Component> + '_ {
+        let near = self.bodies.near(point, reach_m + self.body.radius_m);
+        near.filter(move |rank| *rank != robot.index())
+            .map(|rank| &self.robots[rank].component)
     }
 }
 

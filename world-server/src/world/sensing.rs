@@ -58,8 +58,9 @@ impl World {
         let mut ahead_stops = [None; 2];
         let mut left_stops = [None; 3];
         let mut right_stops = [None; 3];
-        for solid in self.solids_for(robot) {
-            if solid.is_beyond(center, 2.0 * radius_m + range_m) {
+        let reach_m = 2.0 * radius_m + range_m;
+        for solid in self.solids_for(robot, center, reach_m) {
+            if solid.is_beyond(center, reach_m) {
                 continue;
             }
             middle = Stop::nearer(middle, solid.sweep(center, radius_m, ahead, range_m));
@@ -100,18 +101,19 @@ impl World {
         let reach_m = self.body.radius_m + self.sensors.waste_range_m;
         let offsets = self
             .waste
-            .on_floor()
-            .map(|item| item.position() - body.position());
+            .near(body.position(), reach_m)
+            .map(|item| (item.position() - body.position(), item.id()));
         let mut near = offsets
-            .filter(|offset| offset.length_squared() <= reach_m * reach_m)
+            .filter(|(offset, _)| offset.length_squared() <= reach_m * reach_m)
             .collect::<Vec<_>>();
-        // Stable, so that items at the same distance stay in the order of their ids.
-        near.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        near.sort_unstable_by(|(a, first), (b, second)| {
+            let nearer = a.length_squared().total_cmp(&b.length_squared());
+            nearer.then(first.cmp(second))
+        });
         near.truncate(WASTE_MOST);
         let left = body.ahead.perp();
-        for offset in &mut near {
-            *offset = Vec2::new(body.ahead.dot(*offset), left.dot(*offset));
-        }
-        near
+        near.into_iter()
+            .map(|(offset, _)| Vec2::new(body.ahead.dot(offset), left.dot(offset)))
+            .collect()
     }
 }

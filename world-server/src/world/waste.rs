@@ -9,6 +9,7 @@ use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 use rand::Rng;
 
+use super::grid::Grid;
 use super::space::{Space, nearest_place};
 use super::{Component, ComponentId, Outline, Penetrability, Shape};
 
@@ -59,10 +60,16 @@ impl Item {
 
 #[derive(Clone, Debug)]
 pub(super) struct Waste {
-    pub items: Vec<Item>,
+    items: Vec<Item>,
+    /// Those on the floor, by where they lie.
+    floor: Grid,
+    counts: ItemCounts,
     pub item_radius_m: f32,
     pub last_report: Option<SimTime>,
     spills: Vec<Outline>,
+    /// The spills by their centers.
+    spill_centers: Grid,
+    spill_radius_m: f32,
     deposit: Outline,
     report_site: Outline,
     color: SimTime,
@@ -75,24 +82,46 @@ impl Waste {
             center: space.size * Vec2::new(x_fraction, y_fraction),
             radius_m,
         };
-        let spills = waste
-            .spills
-            .iter()
-            .map(|spill| disc(spill.x_fraction, spill.y_fraction, waste.spill_radius_m));
+        let mut spill_centers = Grid::new(space.size, waste.spill_radius_m);
+        let mut spills = Vec::new();
+        for spill in &waste.spills {
+            let center = space.size * Vec2::new(spill.x_fraction, spill.y_fraction);
+            spill_centers.insert(spills.len(), center);
+            spills.push(disc(
+                spill.x_fraction,
+                spill.y_fraction,
+                waste.spill_radius_m,
+            ));
+        }
         let deposit = &waste.deposit;
-        Self {
-            items: place_items(scenario, seed, space),
+        let sensed_m = scenario.body.radius_m + scenario.sensors.waste_range_m;
+        let mut new = Self {
+            items: Vec::new(),
+            floor: Grid::new(space.size, sensed_m),
+            counts: ItemCounts::default(),
             item_radius_m: waste.item_radius_m,
             last_report: None,
-            spills: spills.collect(),
+            spills,
+            spill_centers,
+            spill_radius_m: waste.spill_radius_m,
             deposit: disc(deposit.x_fraction, deposit.y_fraction, deposit.radius_m),
             report_site: report_site(scenario),
             color: SimTime::from_secs_f64(waste.report_site.color_s),
+        };
+        for place in places_of_items(scenario, seed, space) {
+            new.add(place);
         }
+        new
     }
 
-    pub fn on_floor(&self) -> impl Iterator<Item = &Item> + '_ {
-        self.items.iter().filter(|item| item.carrier.is_none())
+    /// By id.
+    pub fn items(&self) -> &[Item] {
+        &self.items
+    }
+
+    /// Items on the floor within reach of a point, and some that are not.
+    pub fn near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = &Item> + '_ {
+        self.floor.near(point, reach_m).map(|id| &self.items[id])
     }
 
     pub fn is_deposit(&self, point: Vec2) -> bool {
@@ -107,30 +136,22 @@ impl Waste {
     pub fn zone(&self, point: Vec2) -> Zone {
         if self.is_deposit(point) {
             Zone::Deposit
-        } else if self.spills.iter().any(|spill| spill.contains(point)) {
-            Zone::Spill
         } else {
-            Zone::None
+            let mut near = self.spill_centers.near(point, self.spill_radius_m);
+            if near.any(|spill| self.spills[spill].contains(point)) {
+                Zone::Spill
+            } else {
+                Zone::None
+            }
         }
     }
 
     pub fn counts(&self) -> ItemCounts {
-        let mut counts = ItemCounts::default();
-        for item in &self.items {
-            *match (item.carrier, self.zone(item.position())) {
-                (Some(_), _) => &mut counts.carried,
-                (None, Zone::Deposit) => &mut counts.delivered,
-                (None, Zone::Spill) => &mut counts.in_spills,
-                (None, Zone::None) => &mut counts.on_floor,
-            } += 1;
-        }
-        counts
+        self.counts
     }
 
     pub fn is_complete(&self) -> bool {
-        self.items
-            .iter()
-            .all(|item| item.carrier.is_none() && self.is_deposit(item.position()))
+        self.counts.delivered as usize == self.items.len()
     }
 
     /// A new item on the floor.
@@ -138,19 +159,51 @@ impl Waste {
         let item = Item::new(self.items.len(), at, self.item_radius_m);
         let id = item.id;
         self.items.push(item);
+        self.lay(id, at);
         id
     }
 
     pub fn pick_up(&mut self, item: ItemId, robot: RobotId) {
+        self.take_up(item);
         self.items[item.0 as usize].carrier = Some(robot);
+        self.counts.carried += 1;
     }
 
-    /// Whether it lies in the deposit now.
+    /// What was carried lies there now; says whether that is in the deposit.
     pub fn put_down(&mut self, item: ItemId, at: Vec2) -> bool {
-        let item = &mut self.items[item.0 as usize];
-        item.carrier = None;
-        item.component.pose.position = at;
+        self.items[item.0 as usize].carrier = None;
+        self.counts.carried -= 1;
+        self.lay(item, at);
         self.is_deposit(at)
+    }
+
+    /// What lies on the floor lies there now.
+    pub fn relocate(&mut self, item: ItemId, to: Vec2) {
+        self.take_up(item);
+        self.lay(item, to);
+    }
+
+    fn lay(&mut self, item: ItemId, at: Vec2) {
+        let index = item.0 as usize;
+        self.items[index].component.pose.position = at;
+        self.floor.insert(index, at);
+        *self.count(at) += 1;
+    }
+
+    fn take_up(&mut self, item: ItemId) {
+        let index = item.0 as usize;
+        let from = self.items[index].position();
+        self.floor.remove(index, from);
+        *self.count(from) -= 1;
+    }
+
+    /// Number of items that lie in the same zone.
+    fn count(&mut self, point: Vec2) -> &mut u32 {
+        match self.zone(point) {
+            Zone::Deposit => &mut self.counts.delivered,
+            Zone::Spill => &mut self.counts.in_spills,
+            Zone::None => &mut self.counts.on_floor,
+        }
     }
 
     pub fn site_colored(&self, now: SimTime) -> bool {
@@ -170,12 +223,12 @@ pub(super) fn report_site(scenario: &Scenario) -> Outline {
 }
 
 /// Each item lies at a random place of its spill, inside the border and clear of solids, at which a robot can grip it.
-fn place_items(scenario: &Scenario, seed: u64, space: &Space) -> Vec<Item> {
+fn places_of_items(scenario: &Scenario, seed: u64, space: &Space) -> Vec<Vec2> {
     let waste = &scenario.waste;
     let mut rng = rng::stream(seed, Purpose::Items);
     let will_do =
         |place: Vec2| space.can_be_gripped(place, waste.item_radius_m, &scenario.body, |_| true);
-    let mut items = Vec::new();
+    let mut places = Vec::new();
     for spill in &waste.spills {
         let center = space.size * Vec2::new(spill.x_fraction, spill.y_fraction);
         for _ in 0..spill.items {
@@ -185,10 +238,10 @@ fn place_items(scenario: &Scenario, seed: u64, space: &Space) -> Vec<Item> {
                 .find(|place| will_do(*place))
                 .or_else(|| nearest_place(center, space.size, will_do))
                 .unwrap_or_else(|| center.clamp(Vec2::ZERO, space.size));
-            items.push(Item::new(items.len(), place, waste.item_radius_m));
+            places.push(place);
         }
     }
-    items
+    places
 }
 
 /// Uniform: points of the square that are not in the disc are drawn again.

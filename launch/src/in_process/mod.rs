@@ -1,6 +1,8 @@
 //! A whole run in one process: the same world, agents, radio and recorder, without processes and sockets, with the same
 //! bytes as the result. What faults ask of processes is done to agents.
 
+mod air;
+
 use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
@@ -9,17 +11,12 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Outcome, TickMessage};
 use alliance_proto::view::View;
 use robot_agent::agent::Agent;
-use robot_agent::radio::Radio;
 use world_server::barrier::Presence;
 use world_server::input::{Input, InputLine};
 use world_server::recorder::{LogLevel, RecordError, Recorder, RunFile, Sink};
 use world_server::simulation::Simulation;
 
-/// A robot without its process.
-struct Member {
-    agent: Agent,
-    radio: Radio,
-}
+use air::Air;
 
 /// What comes from outside, by the tick that it changes.
 type Outside = BTreeMap<Tick, Vec<Input>>;
@@ -29,7 +26,8 @@ pub struct Team<S> {
     simulation: Simulation,
     recorder: Recorder<S>,
     /// By rank; `None` where no agent lives.
-    members: Vec<Option<Member>>,
+    agents: Vec<Option<Agent>>,
+    air: Air,
     outside: Outside,
     /// Which lives faults have begun: one that ended before it took part has a number, too.
     lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
@@ -83,7 +81,8 @@ impl<S: Sink> Team<S> {
             }
         }
         let mut team = Self {
-            members: setup.scenario.robots.iter().map(|_| None).collect(),
+            agents: setup.scenario.robots.iter().map(|_| None).collect(),
+            air: Air::new(setup.scenario.robots.len()),
             simulation: Simulation::new(setup, true),
             recorder,
             outside,
@@ -216,10 +215,8 @@ impl<S: Sink> Team<S> {
     }
 
     fn be_born(&mut self, robot: RobotId, incarnation: Incarnation) {
-        self.members[robot.index()] = Some(Member {
-            agent: Agent::new(robot, incarnation, self.simulation.setup()),
-            radio: Radio::default(),
-        });
+        let agent = Agent::new(robot, incarnation, self.simulation.setup());
+        self.agents[robot.index()] = Some(agent);
     }
 
     /// What operators ordered.
@@ -270,7 +267,7 @@ impl<S: Sink> Team<S> {
 
     fn die(&mut self, robot: RobotId) {
         if let Some(incarnation) = self.simulation.barrier().incarnation(robot) {
-            self.members[robot.index()] = None;
+            self.agents[robot.index()] = None;
             self.simulation.gone(robot, incarnation);
         }
     }
@@ -316,38 +313,26 @@ impl<S: Sink> Team<S> {
     }
 
     fn answer(&mut self, robot: RobotId, name: &str, message: &TickMessage, outside: &[Input]) {
-        let lost: Vec<(RobotId, Tick, u16)> = outside
-            .iter()
-            .filter_map(|input| match input {
+        let arrived = self.air.collect(&message.manifest, |sender, tick, index| {
+            outside.iter().any(|input| match input {
                 Input::Lost {
                     receiver,
-                    sender,
+                    sender: of,
                     sent_tick,
-                    index,
-                } if receiver == name => {
-                    let sender = self.simulation.robot_named(sender)?;
-                    Some((sender, *sent_tick, *index))
+                    index: lost,
+                } => {
+                    receiver == name
+                        && (*sent_tick, *lost) == (tick, index)
+                        && of == self.name(sender)
                 }
-                _ => None,
+                _ => false,
             })
-            .collect();
-        let Some(member) = &mut self.members[robot.index()] else {
+        });
+        let Some(agent) = &mut self.agents[robot.index()] else {
             return;
         };
-        for (sender, tick, index) in lost {
-            member.radio.lose(sender, tick, index);
-        }
-        let arrived = member.radio.collect(&message.manifest);
-        let step = member.agent.step(message, arrived);
-        for broadcast in step.broadcasts {
-            for (rank, teammate) in self.members.iter_mut().enumerate() {
-                if rank != robot.index()
-                    && let Some(teammate) = teammate
-                {
-                    teammate.radio.receive(broadcast.clone());
-                }
-            }
-        }
+        let step = agent.step(message, arrived);
+        self.air.send(message.tick, robot, step.broadcasts);
         self.simulation.report(step.report);
     }
 

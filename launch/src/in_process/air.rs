@@ -1,0 +1,114 @@
+//! Broadcasts between their sending and their hearing, without a bus: each is there once, for whoever is to hear it.
+
+use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::team::Broadcast;
+use alliance_proto::tick::ManifestEntry;
+
+/// The latest broadcasts of each robot.
+pub(super) struct Air {
+    /// By rank: of the latest tick in which it said something, and of the one before that.
+    said: Vec<[Said; 2]>,
+}
+
+/// What a robot said in one tick, by index.
+#[derive(Clone, Default)]
+struct Said {
+    tick: Tick,
+    broadcasts: Vec<Broadcast>,
+}
+
+impl Air {
+    pub fn new(robots: usize) -> Self {
+        Self {
+            said: vec![Default::default(); robots],
+        }
+    }
+
+    /// What a robot says in a tick. A manifest lists it in this tick or the next, and never later.
+    pub fn send(&mut self, tick: Tick, sender: RobotId, broadcasts: Vec<Broadcast>) {
+        if !broadcasts.is_empty() {
+            let said = &mut self.said[sender.index()];
+            said.rotate_right(1);
+            said[0] = Said { tick, broadcasts };
+        }
+    }
+
+    /// The broadcasts of a manifest, one place for each in its order; `None` is one that is lost, or was never sent.
+    pub fn collect(
+        &self,
+        manifest: &[ManifestEntry],
+        is_lost: impl Fn(RobotId, Tick, u16) -> bool,
+    ) -> Vec<Option<Broadcast>> {
+        let mut collected = Vec::new();
+        for entry in manifest {
+            let mut said = self.said[entry.sender.index()].iter();
+            let said = said.find(|said| said.tick == entry.tick);
+            collected.extend((0..entry.count).map(|index| {
+                let broadcast = said?.broadcasts.get(usize::from(index))?;
+                let is_heard = broadcast.incarnation == entry.incarnation
+                    && !is_lost(entry.sender, entry.tick, index);
+                is_heard.then(|| broadcast.clone())
+            }));
+        }
+        collected
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::team::{Body, Withdrawal};
+    use alliance_proto::time::SimTime;
+
+    use super::*;
+
+    const SENDER: RobotId = RobotId(1);
+
+    fn broadcasts(tick: Tick, count: u16) -> Vec<Broadcast> {
+        let broadcast = |index| Broadcast {
+            sender: SENDER,
+            incarnation: 1,
+            tick,
+            index,
+            seq: 10 * tick + u64::from(index),
+            sent: SimTime(tick),
+            body: Body::Withdrawal(Withdrawal {
+                finder: SENDER,
+                seen: SimTime::ZERO,
+            }),
+        };
+        (0..count).map(broadcast).collect()
+    }
+
+    fn heard(
+        air: &Air,
+        tick: Tick,
+        incarnation: alliance_proto::ids::Incarnation,
+        count: u16,
+    ) -> Vec<Option<u64>> {
+        let entry = ManifestEntry {
+            sender: SENDER,
+            tick,
+            incarnation,
+            count,
+            link: None,
+        };
+        let collected = air.collect(&[entry], |_, tick, index| (tick, index) == (5, 1));
+        let seq = |place: &Option<Broadcast>| place.as_ref().map(|broadcast| broadcast.seq);
+        collected.iter().map(seq).collect()
+    }
+
+    #[test]
+    fn what_was_said_last_and_before_that_is_heard_but_for_what_is_lost() {
+        let mut air = Air::new(2);
+        for tick in [3, 4, 5] {
+            air.send(tick, SENDER, broadcasts(tick, 2));
+            // Silence changes nothing.
+            air.send(tick, SENDER, Vec::new());
+        }
+        assert_eq!(heard(&air, 5, 1, 2), [Some(50), None]);
+        assert_eq!(heard(&air, 4, 1, 2), [Some(40), Some(41)]);
+        assert_eq!(heard(&air, 4, 1, 3), [Some(40), Some(41), None]);
+        assert_eq!(heard(&air, 4, 2, 1), [None], "said in another life");
+        assert_eq!(heard(&air, 3, 1, 1), [None], "listed too late");
+    }
+}
