@@ -169,6 +169,10 @@ impl<S: Sink> Team<S> {
                 return self.finish(outcome);
             }
         }
+        // A run that ended for want of robots has begun one more tick: what fell due in it is in the log.
+        if then == Outcome::NoRobotLeft && self.simulation.barrier().is_idle() {
+            self.tick()?;
+        }
         let outcome = self.simulation.outcome().unwrap_or(then);
         self.finish(outcome)
     }

@@ -113,6 +113,33 @@ fn figures_that_a_replay_does_not_give() {
     assert!(replayed::check(&log).is_err());
 }
 
+/// Found by the campaign: the replay did not begin the tick in which nobody was left, so that what fell due in it was missing.
+#[test]
+fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
+    let text = "
+        robots = [{ name = 'blue' }, { name = 'gold', absent = true }]
+        [[faults.timeline]]
+        fault.pause = 'blue'
+        at_s = 1.0
+        [[faults.timeline]]
+        fault.continue = 'gold'
+        at_s = 2.0
+    ";
+    let scenario = Scenario::parse("mission.toml", text).unwrap();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+    let (outcome, recorder) = team.run().unwrap();
+    assert_eq!(outcome, alliance_proto::tick::Outcome::NoRobotLeft);
+    let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    assert!(
+        log.run
+            .faults
+            .iter()
+            .all(|fault| fault.applied_ms.is_some())
+    );
+    replayed::check(&log).unwrap();
+}
+
 #[test]
 fn ticks_that_are_left_out_or_do_not_end() {
     let left_out = seen(|scene| scene.tick = 2).unwrap_err();
