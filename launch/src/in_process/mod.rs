@@ -170,7 +170,11 @@ impl<S: Sink> Team<S> {
             }
         }
         // A run that ended for want of robots has begun one more tick: what fell due in it is in the log.
-        if then == Outcome::NoRobotLeft && self.simulation.barrier().is_idle() {
+        let barrier = self.simulation.barrier();
+        let is_deserted = barrier
+            .robots()
+            .all(|robot| barrier.presence(robot) != Presence::Present);
+        if then == Outcome::NoRobotLeft && is_deserted {
             self.tick()?;
         }
         let outcome = self.simulation.outcome().unwrap_or(then);
