@@ -106,7 +106,7 @@ impl Termination {
         ))
     }
 
-    /// The time that a mission may take, s: [`PATIENCE`] times what one robot needs for the search and the items left; and, for
+    /// The time that a mission may take, s: five times what one robot needs for the search and the items left; and, for
     /// each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
     #[must_use]
     pub fn due_s(unit_s: f64, kept_s: f64, left: usize, useless: usize) -> f64 {

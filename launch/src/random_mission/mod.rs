@@ -1,6 +1,6 @@
 //! Random missions: room, team and what goes wrong, each a function of a seed.
 //!
-//! - [`room`]: obstacles with corridors between them. [`team`]: robots. [`faults`]: a timeline with faults of every kind.
+//! - [`room`]: obstacles with corridors between them. [`mod@team`]: robots. [`faults`]: a timeline with faults of every kind.
 //!
 //! What is drawn is written into a scenario, so that a run of it needs no more luck, and who looks for the reason of a failure
 //! can leave out what does not matter.

@@ -184,6 +184,7 @@ impl WasteMission {
                     detail: self.briefing.catalog.task_name(task).to_owned(),
                 });
             }
+            Work::OutOfReach => self.memory.set_aside(spill, now),
             Work::Wrong => self.withdraw(now, action),
         }
     }

@@ -10,6 +10,8 @@ use crate::body::goal::length;
 
 /// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
 const EMPTY_EXPIRES: SimTime = SimTime(180_000);
+/// How long a robot leaves a spill alone to which it has found no way.
+const SET_ASIDE: SimTime = SimTime(180_000);
 /// Places nearer to each other than this are one, m.
 pub(super) const SAME_PLACE_M: f32 = 0.3;
 /// How long a place that was searched in vain is remembered, against older hearsay.
@@ -24,6 +26,8 @@ pub(super) struct Memory {
     knowledge: Knowledge,
     /// Whether the robot has itself sensed a spill where the locations say that one is.
     confirmed: bool,
+    /// When the robot last found no way to a spill. It tells nobody: it may be shut in itself.
+    out_of_reach: Vec<Option<SimTime>>,
 }
 
 impl Memory {
@@ -35,6 +39,7 @@ impl Memory {
                 ..Knowledge::default()
             },
             confirmed: false,
+            out_of_reach: vec![None; spills],
         }
     }
 
@@ -79,6 +84,16 @@ impl Memory {
     /// A spill, as seen by the robot itself.
     pub fn see_spill(&mut self, spill: usize, empty: bool, now: SimTime) {
         self.knowledge.empty[spill] = Some(self.own(empty, now));
+    }
+
+    /// The robot has found no way to a spill, and leaves it alone for a while.
+    pub fn set_aside(&mut self, spill: usize, now: SimTime) {
+        self.out_of_reach[spill] = Some(now);
+    }
+
+    /// Whether the robot leaves the spill alone.
+    pub fn is_set_aside(&self, spill: usize, now: SimTime) -> bool {
+        self.out_of_reach[spill].is_some_and(|since| now.since(since) < SET_ASIDE)
     }
 
     /// A place outside the spills, as seen by the robot itself.
@@ -318,6 +333,16 @@ mod tests {
         memory.see_spill(0, true, at(10));
         assert!(memory.believes_empty(0, at(10)));
         assert!(!memory.believes_empty(0, at(10) + EMPTY_EXPIRES));
+    }
+
+    #[test]
+    fn what_is_out_of_reach_is_left_alone_for_a_while_and_no_one_is_told() {
+        let mut memory = memory();
+        let known = memory.knowledge().clone();
+        memory.set_aside(1, at(10));
+        assert!(memory.is_set_aside(1, at(10)) && !memory.is_set_aside(0, at(10)));
+        assert!(!memory.is_set_aside(1, at(10) + SET_ASIDE));
+        assert_eq!(memory.knowledge(), &known);
     }
 
     #[test]

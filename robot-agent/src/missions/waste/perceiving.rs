@@ -198,7 +198,8 @@ impl WasteMission {
                     .loose()
                     .any(|place| nearest_spill(&places, place) == Some(spill));
                 let works = readings.waste.is_some() && readings.holding.is_some();
-                works && (loads || loose || !self.memory.believes_empty(spill, now))
+                let wanted = loose || !self.memory.believes_empty(spill, now);
+                works && (loads || wanted && !self.memory.is_set_aside(spill, now))
             }
             BehaviorKind::ReportProgress => {
                 now.since(self.memory.last_report()) >= self.briefing.report_period

@@ -18,6 +18,8 @@ const INSIDE_DEPOSIT_M: f32 = 0.1;
 const REACH_MARGIN_M: f32 = 0.02;
 /// An item seen this near to where one was seen before is the same, m.
 const SAME_ITEM_M: f32 = 0.05;
+/// So often a robot looks for ways to a spill of which it has seen too little to say what is there.
+const ROUNDS: u32 = 2;
 /// How long an item that could not be reached or gripped is left alone.
 const UNREACHABLE: SimTime = SimTime(10_000);
 
@@ -30,6 +32,8 @@ pub(super) enum Work {
     Grip(Gripper),
     /// Nothing is left: not at the spill and not on the way.
     Empty,
+    /// There is no way to most of it: an obstacle covers it, or the robot is shut in.
+    OutOfReach,
     /// The locations are wrong.
     Wrong,
 }
@@ -60,6 +64,8 @@ pub(super) struct SpillWork {
     /// What could not be reached or gripped, and until when it is left alone.
     unreachable: Vec<(Vec2, SimTime)>,
     target: Target,
+    /// How often it has found no way to most of the spill.
+    rounds: u32,
     /// Where it has just tried to pick something up.
     gripped_at: Option<Vec2>,
 }
@@ -81,6 +87,7 @@ impl SpillWork {
             seen: Vec::new(),
             unreachable: Vec::new(),
             target: Target::Deposit,
+            rounds: 0,
             gripped_at: None,
         }
     }
@@ -138,6 +145,7 @@ impl SpillWork {
             return self.look_around(briefing, scene, memory);
         };
         self.target = Target::Item(at);
+        self.rounds = 0;
         self.views.restart();
         self.from_deposit = false;
         // Whatever is in reach will do.
@@ -189,6 +197,10 @@ impl SpillWork {
             within: AT_POINT_M,
         });
         if !self.views.show_enough() {
+            self.rounds += 1;
+            if self.rounds == ROUNDS {
+                return Work::OutOfReach;
+            }
             // There may be a way by now: others have moved.
             self.views.restart();
             self.views.unblock();
