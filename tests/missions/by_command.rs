@@ -9,7 +9,7 @@ use world_server::recorder::{
     EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
 };
 
-use crate::harness::{Lab, command_line};
+use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;
 
 /// The four processes of a default mission are children of the launcher, and each says in its arguments what it is.
@@ -96,8 +96,11 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
 #[test]
 fn every_process_is_a_child_and_the_result_is_on_stdout_as_json() {
     let lab = Lab::new();
-    let team = Team::start(&lab, &["--seed", "7", "--limit", "20", "--speed", "20x"]);
+    // Held until all have been looked at, however busy the machine.
+    let team = Team::start(&lab, &["--seed", "7", "--limit", "20", "--paused"]);
     let pids = assert_world_and_one_agent_per_robot(&team);
+    wait_until("a live run", || lab.run(&["status"]).status.success());
+    lab.run(&["clock", "resume"]).expect(0);
     let finished = team.wait().expect(1);
     assert!(
         pids.iter().all(|pid| command_line(*pid).is_none()),
