@@ -139,6 +139,7 @@ fn a_sweep_has_a_row_for_each_run_and_each_can_be_run_again() {
             "by-0-alliance-defaults-ceased_after_s.svg",
             "by-1-preset.svg",
             "by-2-faults.svg",
+            "faults.csv",
             "plan.toml",
             "results.csv",
             "results.parquet",
@@ -149,6 +150,12 @@ fn a_sweep_has_a_row_for_each_run_and_each_can_be_run_again() {
     );
     let conditions = String::from_utf8(made["summary.csv"].clone()).unwrap();
     assert_eq!(conditions.lines().count(), 1 + RUNS / 3);
+    let faults = String::from_utf8(made["faults.csv"].clone()).unwrap();
+    let half = RUNS / 2;
+    assert_eq!(
+        faults,
+        format!("kind,armed,hit,hits\nkill,{half},{half},{half}\n")
+    );
 
     // As the command says.
     for run in [0, 14] {
