@@ -41,8 +41,8 @@ pub struct RunCommand {
 impl RunCommand {
     /// Runs the mission and shows how it went.
     ///
-    /// Exit status 0 when the mission is complete, 1 when it ran but is not, or something did not hold, 2 for a mistake in scenario, parameters or
-    /// arguments, 3 when a process, the bus or the export failed.
+    /// Exit status 0 when the mission is complete, 1 when it ran but is not, or something did not hold, 2 for a mistake in
+    /// scenario, parameters or arguments, 3 when a process, the bus or the export failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // Everything is read and checked here, before the first process starts.

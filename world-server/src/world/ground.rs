@@ -22,10 +22,12 @@ impl World {
         loop {
             let mut factor: Option<f32> = None;
             let mut edge_m = f32::INFINITY;
-            for component in self
-                .components_for(robot, body.position(), f32::INFINITY)
-                .filter(|component| component.penetrability.changes_speed())
-            {
+            for component in self.components_for(
+                robot,
+                body.position(),
+                f32::INFINITY,
+                Penetrability::changes_speed,
+            ) {
                 let Some((enter_m, leave_m)) =
                     component.outline().chord(body.position(), body.ahead)
                 else {
@@ -62,9 +64,10 @@ impl World {
         if point.cmplt(Vec2::ZERO).any() || point.cmpgt(self.space.size).any() {
             return 0.0;
         }
-        let there = self.components_for(robot, point, 0.0).filter(|component| {
-            component.penetrability != Penetrability::NEUTRAL && component.outline().contains(point)
-        });
+        let changes_anything = |it: Penetrability| it != Penetrability::NEUTRAL;
+        let there = self
+            .components_for(robot, point, 0.0, changes_anything)
+            .filter(|component| component.outline().contains(point));
         there
             .fold(None, |slowest, component| {
                 Some(slower(slowest, component.penetrability))
@@ -72,19 +75,22 @@ impl World {
             .unwrap_or(1.0)
     }
 
-    /// Everything that the ground of a robot is made of within reach of a point, and some that is not.
+    /// What of the floor and of other bodies has such a penetrability and is within reach of a point, and some that is not
+    /// within reach.
     fn components_for(
         &self,
         robot: RobotId,
         point: Vec2,
         reach_m: f32,
+        matters: fn(Penetrability) -> bool,
     ) -> impl Iterator<Item = &Component> + '_ {
-        let bodies = Penetrability(self.body.robot_penetrability);
-        // Solid ones end the way, and slow nobody down on it.
-        let counts = bodies.changes_speed() || (reach_m == 0.0 && bodies != Penetrability::NEUTRAL);
-        let others = counts.then(|| self.teammates(robot, point, reach_m));
-        let others = others.into_iter().flatten();
-        self.space.rectangles().iter().chain(others)
+        // All bodies are alike.
+        let bodies = matters(Penetrability(self.body.robot_penetrability));
+        let others = bodies.then(|| self.teammates(robot, point, reach_m));
+        let rectangles = self.space.rectangles().iter();
+        rectangles
+            .filter(move |rectangle| matters(rectangle.penetrability))
+            .chain(others.into_iter().flatten())
     }
 }
 
