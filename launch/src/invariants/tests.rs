@@ -140,6 +140,33 @@ fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
     replayed::check(&log).unwrap();
 }
 
+/// Found by the campaign: the kill was decided on before the successor was there, and met it at the end of the tick.
+#[test]
+fn a_robot_that_is_restarted_and_killed_in_one_tick_is_so_again() {
+    for [first, then] in [["restart", "kill"], ["kill", "restart"]] {
+        let text = format!(
+            "
+            robots = [{{ name = 'blue' }}, {{ name = 'gold' }}]
+            limit_s = 5.0
+            [[faults.timeline]]
+            fault.{first} = 'blue'
+            at_s = 1.0
+            [[faults.timeline]]
+            fault.{then} = 'blue'
+            at_s = 1.0
+        "
+        );
+        let scenario = Scenario::parse("mission.toml", &text).unwrap();
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let (_, recorder) = team.run().unwrap();
+        let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+        assert!(!log.run.unscripted, "{first}, {then}");
+        assert!(log.run.faults.iter().all(|fault| fault.hits == 1));
+        replayed::check(&log).unwrap();
+    }
+}
+
 #[test]
 fn ticks_that_are_left_out_or_do_not_end() {
     let left_out = seen(|scene| scene.tick = 2).unwrap_err();

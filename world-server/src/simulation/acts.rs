@@ -58,8 +58,8 @@ impl Simulation {
     /// continued is [done](Simulation::act_done).
     pub fn next_act(&mut self) -> Option<(RobotId, ProcessAct)> {
         while self.acts.under_way.is_none() {
-            if self.acts.is_empty() && !self.commands.is_empty() {
-                // What was ordered meanwhile is obeyed even when a clock that stands still asks for no tick.
+            if self.acts.is_empty() {
+                // What comes after it before the tick comes even when a clock that stands still asks for no tick.
                 self.begin();
             }
             let mut next = self.acts.waiting.pop_front()?;

@@ -14,36 +14,31 @@ use crate::recorder::{Event, EventKind, FaultEvent};
 impl Simulation {
     /// Everything that is due before the current tick is asked for. May be called again as long as it is not.
     ///
-    /// First what time brings; then one command after the other, each with what it brings at once and with what that asks
-    /// of processes. So it means nothing at which moment before the tick a command has come, and a replay, in which all are
-    /// there from the beginning, does the same.
+    /// One thing after the other, each with what it asks of processes: what time brings, the handlers, the commands. So it
+    /// means nothing at which moment before the tick a command has come, and a replay, in which all are there from the
+    /// beginning, does the same.
     pub fn begin(&mut self) {
         if self.opened || self.outcome.is_some() || !self.barrier.started() {
             return;
         }
-        self.take_turns();
-        if !std::mem::replace(&mut self.interrupted, true) {
-            for handler in &mut self.handlers {
-                let events = handler.trigger_event(self.world.now(), &mut self.world);
-                self.events.extend(events);
+        while self.acts.is_empty() {
+            if let Some(turn) = self.schedule.next(self.world.now()) {
+                match turn {
+                    Turn::Apply(fault) => self.apply(fault),
+                    Turn::Heal(fault) => self.heal(fault),
+                }
+            } else if !std::mem::replace(&mut self.interrupted, true) {
+                for handler in &mut self.handlers {
+                    let events = handler.trigger_event(self.world.now(), &mut self.world);
+                    self.events.extend(events);
+                }
+            } else if let Some(command) = self.commands.pop_front() {
+                self.obey(command);
+            } else {
+                break;
             }
-        }
-        while self.acts.is_empty()
-            && let Some(command) = self.commands.pop_front()
-        {
-            self.obey(command);
-            self.take_turns();
         }
         self.barrier.run_on(self.schedule.brings_robots_back());
-    }
-
-    fn take_turns(&mut self) {
-        while let Some(turn) = self.schedule.next(self.world.now()) {
-            match turn {
-                Turn::Apply(fault) => self.apply(fault),
-                Turn::Heal(fault) => self.heal(fault),
-            }
-        }
     }
 
     /// A fault in force, or armed, is taken back.
