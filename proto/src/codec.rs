@@ -42,9 +42,18 @@ pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
 /// # Errors
 /// [`CodecError::Malformed`] for a value that bincode cannot represent; plain data always can.
 pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) -> Result<(), CodecError> {
-    bincode::serde::encode_into_std_write(value, bytes, configuration())
-        .map(drop)
+    bincode::serde::encode_into_writer(value, Memory(bytes), configuration())
         .map_err(|error| CodecError::Malformed(error.to_string()))
+}
+
+/// Takes bytes without the detour over `std::io::Write`.
+struct Memory<'a>(&'a mut Vec<u8>);
+
+impl bincode::enc::write::Writer for Memory<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
+        self.0.extend_from_slice(bytes);
+        Ok(())
+    }
 }
 
 /// Decodes a message that takes up all of `bytes`.

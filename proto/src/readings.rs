@@ -3,6 +3,7 @@
 //! Lengths in metres, angles in radians counter-clockwise from x, speeds in m/s and rad/s. In the robot's own frame x is
 //! ahead and y is to the left.
 
+use arrayvec::ArrayVec;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
@@ -58,6 +59,12 @@ pub struct Ground {
     pub ahead: f32,
 }
 
+/// Most items that the waste sensor tells apart: with so many, what lies beyond the last is unseen.
+pub const WASTE_MOST: usize = 8;
+
+/// Waste on the floor, nearest first, as offsets in the robot's frame, m.
+pub type SensedWaste = ArrayVec<Vec2, WASTE_MOST>;
+
 /// One step's sensor values. Each device is `None` when the robot lacks it or when it is dead.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Readings {
@@ -70,7 +77,7 @@ pub struct Readings {
     /// Collision avoidance.
     pub proximity: Option<Proximity>,
     /// Waste on the floor within range, nearest first, as offsets in the robot's frame, m.
-    pub waste: Option<Vec<Vec2>>,
+    pub waste: Option<SensedWaste>,
     /// Spill sensor.
     pub zone: Option<Zone>,
     /// Whether the robot's center is on the report site.

@@ -176,8 +176,9 @@ pub struct Knowledge {
     pub locations: Option<Fact<Locations>>,
     /// Latest withdrawal known of each finder, by rank of the finder.
     pub withdrawn: Vec<Withdrawal>,
-    /// Per spill, in the scenario's order: `true` = seen empty, `false` = waste seen there.
-    pub empty: Vec<Option<Fact<bool>>>,
+    /// By spill, by its place in the scenario and in that order, as far as known: `true` = seen empty, `false` = waste seen
+    /// there.
+    pub empty: Vec<(u16, Fact<bool>)>,
     /// Places outside the spills with waste, or searched since.
     pub loose: Vec<Fact<LooseWaste>>,
     /// Latest progress report known.

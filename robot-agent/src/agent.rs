@@ -1,5 +1,7 @@
 //! One robot's mind: listen, perceive, weigh motivations, act, speak. A plain function of its inputs.
 
+use std::sync::Arc;
+
 use alliance_proto::codec::encode;
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::scenario::Setup;
@@ -9,7 +11,8 @@ use alliance_proto::tick::{Report, TickMessage};
 
 use crate::alliance::{Announcement, Engine, StepInput};
 use crate::links::{Heard, Links};
-use crate::missions::waste::WasteMission;
+use crate::missions::waste::{Map, WasteMission};
+use crate::roster::Roster;
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
@@ -22,6 +25,24 @@ pub struct Agent {
     mission: WasteMission,
     /// Sequence number of the next broadcast.
     next_seq: u64,
+}
+
+/// What all robots of a run know beforehand; there once, however many of them share a process.
+#[derive(Clone, Debug)]
+pub struct Common {
+    roster: Arc<Roster>,
+    map: Arc<Map>,
+}
+
+impl Common {
+    /// What the robots of that run know.
+    #[must_use]
+    pub fn of(setup: &Setup) -> Self {
+        Self {
+            roster: Arc::new(Roster::of(&setup.scenario)),
+            map: Arc::new(Map::of(&setup.scenario)),
+        }
+    }
 }
 
 /// What a step gave to the outside.
@@ -37,19 +58,30 @@ impl Agent {
     /// A new life of a robot: no memory, all motivations 0.
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Self {
+        Self::one_of(robot, incarnation, setup, &Common::of(setup))
+    }
+
+    /// A new life of one of many robots in the same process.
+    #[must_use]
+    pub fn one_of(
+        robot: RobotId,
+        incarnation: Incarnation,
+        setup: &Setup,
+        common: &Common,
+    ) -> Self {
         Self {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            engine: Engine::new(robot, setup),
-            mission: WasteMission::new(robot, setup),
+            engine: Engine::new(robot, setup, &common.roster),
+            mission: WasteMission::new(robot, setup, &common.roster, &common.map),
             next_seq: 0,
         }
     }
 
     /// One step of the robot at this tick. `arrived` has a place for each broadcast of the manifest, in its order; `None` is
     /// one that has not arrived.
-    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Step {
+    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Step {
         let now = tick.now;
         let Heard { inbox, receptions } = self.links.hear(tick, arrived);
         let perception = self.mission.perceive(now, &tick.readings, &inbox);
@@ -144,7 +176,7 @@ impl TentativeAgent {
     }
 
     /// Goes back to the state before the latest step if that step did not count, then makes [`Agent::step`].
-    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Step {
+    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Step {
         if let Some((stepped, before)) = self.before.take()
             && tick.last_counted.is_none_or(|counted| counted < stepped)
         {

@@ -5,6 +5,7 @@
 //!   motivations with [`alliance`].
 //! - [`alliance`]: motivational behaviors, comm history, heartbeats (ALLIANCE.md).
 //! - [`missions`]: behavior sets and knowledge.
+//! - [`roster`]: names and ids.
 //! - [`body`]: driving and obstacle avoidance.
 //!
 //! The shell: [`process`] puts an agent on the bus, [`args`] is its command line.
@@ -17,3 +18,4 @@ pub mod links;
 pub mod missions;
 pub mod process;
 pub mod radio;
+pub mod roster;

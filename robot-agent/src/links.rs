@@ -40,7 +40,7 @@ const CAPACITY: usize = 4096;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Heard {
     /// Audible broadcasts, by (sender rank, incarnation, sequence number).
-    pub inbox: Vec<Broadcast>,
+    pub inbox: Vec<Arc<Broadcast>>,
     /// The fate of each broadcast that was listed, by (sender, tick, index); then of those kept from earlier ticks.
     pub receptions: Vec<Reception>,
 }
@@ -100,7 +100,7 @@ impl Links {
 
     /// What the robot hears in this tick. `arrived` has a place for each broadcast of the manifest, in its order; `None` is one
     /// that has not arrived.
-    pub fn hear(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Heard {
+    pub fn hear(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Heard {
         // Before what ripens now leaves its own copies. Of one that came while the robot took no part nothing is left to say.
         let copies = std::mem::take(&mut self.copies);
         let copies = copies.into_iter().filter(|copy| copy.at == tick.now);
@@ -139,13 +139,13 @@ impl Links {
             if kept.twice {
                 self.copy(&kept.broadcast, due);
             }
-            heard.inbox.push(Arc::unwrap_or_clone(kept.broadcast));
+            heard.inbox.push(kept.broadcast);
         }
         heard
     }
 
     /// The manifest's messages.
-    fn take_in(&mut self, tick: &TickMessage, arrived: Vec<Option<Broadcast>>) -> Heard {
+    fn take_in(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Heard {
         let now = tick.now;
         let mut heard = Heard::default();
         let mut arrived = arrived.into_iter();
@@ -186,7 +186,7 @@ impl Links {
                     }
                     Passage::Gone(_) => {}
                     Passage::Kept(until) => self.kept.push(Kept {
-                        broadcast: Arc::new(broadcast),
+                        broadcast,
                         until,
                         twice,
                     }),
@@ -235,7 +235,7 @@ impl Links {
     }
 
     /// The messages that one of the audible ones overtakes have one step left to wait.
-    fn overtake(&mut self, audible: &[Broadcast], now: SimTime) {
+    fn overtake(&mut self, audible: &[Arc<Broadcast>], now: SimTime) {
         for kept in &mut self.kept {
             let Until::Overtaken(earliest) = kept.until else {
                 continue;
@@ -243,7 +243,7 @@ impl Links {
             let overtakes = |other: &Broadcast| {
                 other.sender == kept.broadcast.sender && order(other) > order(&kept.broadcast)
             };
-            if audible.iter().any(overtakes) {
+            if audible.iter().any(|other| overtakes(other)) {
                 kept.until = Until::Due(earliest.max(now + self.step));
             }
         }

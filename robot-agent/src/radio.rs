@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::sync::Arc;
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::team::Broadcast;
@@ -66,9 +67,11 @@ impl Radio {
 
     /// Takes out the broadcasts of the manifest, one place for each in its order; `None` is one that has not arrived. Older
     /// ones are forgotten.
-    pub fn collect(&mut self, manifest: &[ManifestEntry]) -> Vec<Option<Broadcast>> {
+    pub fn collect(&mut self, manifest: &[ManifestEntry]) -> Vec<Option<Arc<Broadcast>>> {
         let listed = manifest.iter().flat_map(keys);
-        let collected = listed.map(|key| self.arrived.remove(&key)).collect();
+        let collected = listed
+            .map(|key| self.arrived.remove(&key).map(Arc::new))
+            .collect();
         if let Some(oldest) = manifest.iter().map(|entry| entry.tick).min() {
             self.arrived = self.arrived.split_off(&(oldest, RobotId(0), 0, 0));
             self.oldest = oldest;
@@ -113,8 +116,8 @@ mod tests {
         }
     }
 
-    fn seqs(collected: &[Option<Broadcast>]) -> Vec<Option<u64>> {
-        let seq = |broadcast: &Broadcast| broadcast.seq;
+    fn seqs(collected: &[Option<Arc<Broadcast>>]) -> Vec<Option<u64>> {
+        let seq = |broadcast: &Arc<Broadcast>| broadcast.seq;
         collected
             .iter()
             .map(|place| place.as_ref().map(seq))

@@ -1,5 +1,7 @@
 //! `alliance check`: what it says comes true, and how it says it.
 
+use std::sync::Arc;
+
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{Preset, RobotSection, Scenario, SetSection, Setup, SwitchSection};
 use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge, TaskState};
@@ -8,6 +10,7 @@ use launch::check::Check;
 use launch::check::forecast::Takeover;
 use launch::in_process::Team;
 use robot_agent::alliance::{Engine, StepInput};
+use robot_agent::roster::Roster;
 use world_server::recorder::{EventRow, LogLevel, Memory, MessageRow};
 
 use crate::harness::Lab;
@@ -115,11 +118,11 @@ fn a_silent_teammate_is_taken_over_when_it_says() {
     for preset in PRESETS {
         for defaults in parameters() {
             let setup = stuck(preset, &defaults, SwitchSection::default());
-            let mut gold = Engine::new(RobotId(1), &setup);
+            let mut gold = Engine::new(RobotId(1), &setup, &Roster::of(&setup.scenario));
             let first_word = SimTime(4000);
             let mut now = SimTime::ZERO;
             while gold.active().is_none() {
-                let word = heartbeat(first_word);
+                let word = Arc::new(heartbeat(first_word));
                 gold.step(&StepInput {
                     now,
                     heard: if now == first_word {

@@ -42,8 +42,7 @@ fn with_robots(count: usize) -> Scenario {
     let robot = |rank: usize| Robot {
         name: format!("robot{rank}"),
         side_sensor: rank == 0,
-        absent: false,
-        start: None,
+        ..Robot::default()
     };
     Scenario {
         robots: (0..count).map(robot).collect(),

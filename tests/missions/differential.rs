@@ -1,6 +1,8 @@
 //! The robots' own calculation against the independent one of `alliance_tests::recompute`, over messages that no mission
 //! brings forth: out of order, repeated, from old lives, in every combination of switches.
 
+use std::sync::Arc;
+
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, StepOrder, Switches};
 use alliance_proto::team::{Body, Broadcast, Fact, Heartbeat, Knowledge, Locations, TaskState};
@@ -11,6 +13,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::alliance::{Engine, StepInput};
+use robot_agent::roster::Roster;
 use world_server::recorder::{EventRow, MessageRow, MotivationRow};
 
 const STEP_MS: u64 = 200;
@@ -184,19 +187,20 @@ fn both_calculations_agree_on_whatever_is_said() {
             setup: &setup,
             catalog: Catalog::of(&setup.scenario),
         };
-        let mut engine = Engine::new(GOLD, &setup);
+        let roster = Roster::of(&setup.scenario);
+        let mut engine = Engine::new(GOLD, &setup, &roster);
         let mut events = vec![joined(rows.robot(GOLD), SimTime::ZERO)];
         let (mut motivations, mut messages) = (Vec::new(), Vec::new());
         let talkative = chance.random_range(0.05..0.9);
         for step in 0..300 {
             let now = SimTime(STEP_MS * step);
             if chance.random_bool(0.005) {
-                engine = Engine::new(GOLD, &setup);
+                engine = Engine::new(GOLD, &setup, &roster);
                 events.push(joined(rows.robot(GOLD), now));
             }
             let mut heard = Vec::new();
             while chance.random_bool(talkative) {
-                heard.push(random_message(&mut chance, now));
+                heard.push(Arc::new(random_message(&mut chance, now)));
             }
             heard.sort_by_key(|it| (it.sender, it.incarnation, it.seq));
             for broadcast in &heard {

@@ -37,8 +37,7 @@ fn robots(count: usize) -> Vec<Robot> {
         .map(|rank| Robot {
             name: format!("r{rank}"),
             side_sensor: rank == 0,
-            absent: false,
-            start: None,
+            ..Robot::default()
         })
         .collect()
 }

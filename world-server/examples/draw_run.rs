@@ -155,9 +155,11 @@ fn room(svg: &mut String, scenario: &Scenario) -> fmt::Result {
             &name,
         )?;
     }
-    let deposit = &scenario.waste.deposit;
-    let place = Vec2::new(deposit.x_fraction, deposit.y_fraction);
-    disc(svg, scenario, place, deposit.radius_m, "#dcebdc", "deposit")?;
+    let radius_m = scenario.waste.deposit.radius_m;
+    for deposit in scenario.waste.deposits() {
+        let place = Vec2::new(deposit.x_fraction, deposit.y_fraction);
+        disc(svg, scenario, place, radius_m, "#dcebdc", "deposit")?;
+    }
     for obstacle in &scenario.obstacles {
         let corner = Vec2::new(obstacle.x_m, obstacle.y_m + obstacle.height_m);
         let at = pixels(scenario, corner);

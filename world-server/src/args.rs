@@ -19,12 +19,20 @@ use crate::world::start_poses;
 /// Finds the text of a built-in scenario by its name.
 pub type Builtin = fn(&str) -> Option<&'static str>;
 
+/// The built-in scenario that comes in any size.
+const FAMILY: &str = "waste-cleanup";
+/// Most robots and spills.
+const LARGEST: usize = 10_000;
+
 /// What is run.
 #[derive(Args, Clone, Debug)]
 pub struct MissionArgs {
     /// Scenario: the name of a built-in one, or a TOML file
     #[arg(value_name = "SCENARIO|FILE")]
     pub scenario: Option<String>,
+    /// Its size, where it comes in any.
+    #[command(flatten)]
+    pub size: SizeArgs,
     /// Seed of all random streams
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
@@ -37,6 +45,17 @@ pub struct MissionArgs {
     /// End the run after this much simulated time, in seconds [default: the scenario's]
     #[arg(long, value_name = "SIM-SECONDS", value_parser = positive, allow_negative_numbers = true)]
     pub limit: Option<f64>,
+}
+
+/// How large the default mission is made.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct SizeArgs {
+    /// The waste clean-up with so many robots, in a room that grows with them [default: 3]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    pub robots: Option<usize>,
+    /// The waste clean-up with so many spills [default: two for every three robots]
+    #[arg(long, value_name = "M", value_parser = count, allow_negative_numbers = true)]
+    pub spills: Option<usize>,
 }
 
 /// How it is run. Nothing of this changes a byte of the run.
@@ -81,8 +100,11 @@ impl MissionArgs {
     /// One line that says which file, where, what is wrong and what would be right.
     pub fn setup(&self, builtin: Builtin) -> anyhow::Result<Setup> {
         let mut scenario = match &self.scenario {
-            Some(asked) => read_scenario(asked, builtin)?,
-            None => Scenario::default(),
+            Some(asked) => match self.size.scenario(asked)? {
+                Some(sized) => sized,
+                None => read_scenario(asked, builtin)?,
+            },
+            None => self.size.scenario(FAMILY)?.unwrap_or_default(),
         };
         if let Some(limit) = self.limit {
             scenario.limit_s = limit;
@@ -108,6 +130,37 @@ impl MissionArgs {
             );
         }
         Ok(resolved.setup)
+    }
+}
+
+impl SizeArgs {
+    /// The waste clean-up of that size; `None` if no size is asked for.
+    ///
+    /// # Errors
+    /// One line, when another scenario is asked for.
+    pub fn scenario(&self, asked: &str) -> anyhow::Result<Option<Scenario>> {
+        let Self { robots, spills } = *self;
+        if robots.is_none() && spills.is_none() {
+            return Ok(None);
+        }
+        if asked != FAMILY {
+            bail!("--robots and --spills: '{asked}' has its own; they go with '{FAMILY}' only");
+        }
+        let robots = robots.unwrap_or_else(|| Scenario::default().robots.len());
+        let spills = spills.unwrap_or((2 * robots).div_ceil(3));
+        Ok(Some(Scenario::waste_cleanup(robots, spills)))
+    }
+
+    /// As they are given to a process.
+    #[must_use]
+    pub fn arguments(&self) -> Vec<String> {
+        let given = [("robots", self.robots), ("spills", self.spills)];
+        let given = given
+            .into_iter()
+            .filter_map(|(name, count)| Some((name, count?)));
+        given
+            .map(|(name, count)| format!("--{name}={count}"))
+            .collect()
     }
 }
 
@@ -271,6 +324,13 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
         "simultaneous" => Ok(StepOrder::Simultaneous),
         "in-order" => Ok(StepOrder::InOrder),
         _ => Err("use 'simultaneous' or 'in-order'".to_owned()),
+    }
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=LARGEST) => Ok(count),
+        _ => Err(format!("use a whole number from 1 to {LARGEST}")),
     }
 }
 

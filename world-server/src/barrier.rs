@@ -14,6 +14,8 @@
 //! counts once more and is not listed; one that is [suspended](Barrier::suspend) is out until it is
 //! [readmitted](Barrier::readmit); one that is [expected](Barrier::expect) holds the tick back until it has arrived.
 
+use std::cell::Cell;
+
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
 use alliance_proto::scenario::{Robot, StepOrder};
@@ -111,6 +113,12 @@ pub struct Gathered {
     pub inputs: Vec<Input>,
 }
 
+/// How far radios reach.
+pub trait Air {
+    /// Calls this with every robot that is in range of the sender, once.
+    fn for_each_hearer(&self, sender: RobotId, hear: impl FnMut(RobotId));
+}
+
 /// The barrier of one run.
 #[derive(Clone, Debug)]
 pub struct Barrier {
@@ -120,6 +128,8 @@ pub struct Barrier {
     started: bool,
     /// The clock goes on even when nobody takes part: time will bring somebody back.
     runs_on: bool,
+    /// Where the last look found a place that the tick waits for: it begins there, lest each report make it look at all.
+    open: Cell<usize>,
     inputs: Vec<Input>,
     /// Who died before the current tick was asked for.
     dead: Vec<RobotId>,
@@ -154,6 +164,7 @@ impl Barrier {
             tick: 0,
             started: false,
             runs_on: false,
+            open: Cell::new(0),
             inputs: Vec::new(),
             dead: Vec::new(),
         }
@@ -466,13 +477,13 @@ impl Barrier {
     }
 
     /// Whom the current tick is to be sent to now. In order, the next robot is asked when the one before it has answered.
-    pub fn questions(&mut self) -> Vec<Question> {
+    pub fn questions(&mut self, air: &impl Air) -> Vec<Question> {
         if !self.started || self.places.iter().any(|place| place.expected) {
             return Vec::new();
         }
         // In order, who has answered is heard by those who are asked after it.
         if self.order == StepOrder::InOrder {
-            self.list_all();
+            self.list_all(air);
         }
         let mut questions = Vec::new();
         for (index, place) in self.places.iter_mut().enumerate() {
@@ -519,15 +530,20 @@ impl Barrier {
     /// Whether the current tick waits for nobody any more.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.started
-            && !self.is_idle()
-            && self.places.iter().all(|place| {
-                place.presence != Presence::Present || place.gone || place.report.is_some()
-            })
+        let is_open = |place: usize| {
+            let place = &self.places[place];
+            place.presence == Presence::Present && !place.gone && place.report.is_none()
+        };
+        let before = self.open.get();
+        let open = (before..self.places.len())
+            .chain(0..before)
+            .find(|&it| is_open(it));
+        self.open.set(open.unwrap_or_default());
+        self.started && open.is_none() && !self.is_idle()
     }
 
     /// Ends the current tick: what counts in it. The next one begins, with whoever has arrived meanwhile.
-    pub fn finish(&mut self) -> Gathered {
+    pub fn finish(&mut self, air: &impl Air) -> Gathered {
         let mut gathered = Gathered {
             inputs: std::mem::take(&mut self.inputs),
             dead: std::mem::take(&mut self.dead),
@@ -539,7 +555,7 @@ impl Barrier {
             self.places.iter().position(named)
         };
         gathered.inputs.sort_by_cached_key(rank);
-        self.list_all();
+        self.list_all(air);
         for place in &mut self.places {
             place.asked = false;
             place.listed = false;
@@ -576,8 +592,9 @@ impl Barrier {
         gathered
     }
 
-    /// Puts the broadcasts of all reports into the manifests of all teammates that take part, those of doomed robots left out.
-    fn list_all(&mut self) {
+    /// Puts the broadcasts of all reports into the manifests of all teammates in range that take part, those of doomed robots
+    /// left out.
+    fn list_all(&mut self, air: &impl Air) {
         for sender in 0..self.places.len() {
             let place = &mut self.places[sender];
             let Some(report) = &place.report else {
@@ -594,11 +611,12 @@ impl Barrier {
                 count: report.broadcasts,
                 link: None,
             };
-            for (index, place) in self.places.iter_mut().enumerate() {
-                if index != sender && place.presence == Presence::Present && !place.gone {
+            air.for_each_hearer(entry.sender, |hearer| {
+                let place = &mut self.places[hearer.index()];
+                if hearer != entry.sender && place.presence == Presence::Present && !place.gone {
                     place.manifest.push(entry);
                 }
-            }
+            });
         }
     }
 

@@ -3,7 +3,7 @@
 /** The fixed places of a scenario, m. */
 export function places(scenario) {
   const { width_m: width, height_m: height } = scenario.room;
-  const { spills, spill_radius_m, deposit, report_site } = scenario.waste;
+  const { spills, spill_radius_m, deposit, further_deposits, report_site } = scenario.waste;
   const disc = (it, radius) => ({ name: it.name, x: it.x_fraction * width, y: it.y_fraction * height, radius });
   // Cut off at the border.
   const siteHeight = Math.min(height, report_site.height_m);
@@ -11,7 +11,7 @@ export function places(scenario) {
     width,
     height,
     spills: spills.map((spill) => disc(spill, spill_radius_m)),
-    deposit: disc(deposit, deposit.radius_m),
+    deposits: [deposit, ...(further_deposits ?? [])].map((it) => disc(it, deposit.radius_m)),
     site: { x: 0, y: (height - siteHeight) / 2, width: Math.min(width, report_site.width_m), height: siteHeight },
   };
 }

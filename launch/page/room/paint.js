@@ -54,7 +54,7 @@ export function paintPlaces(c, p, room, isLit, palette) {
     align: "left",
   });
   for (const spill of room.spills) disc(c, p, spill, palette.spill, `spill (${spill.name})`, palette, [4, 4]);
-  disc(c, p, room.deposit, palette.deposit, "deposit", palette, []);
+  for (const deposit of room.deposits) disc(c, p, deposit, palette.deposit, "deposit", palette, []);
 }
 
 function disc(c, p, { x, y, radius }, fill, label, palette, dash) {

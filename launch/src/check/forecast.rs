@@ -106,9 +106,9 @@ struct Rival<'a> {
 impl Rival<'_> {
     fn takeover(&self, setup: &Setup, own: &SetParams) -> Takeover {
         let switches = &setup.alliance.switches;
-        let (tau_s, phi_s) = (own.ceased_after_s, own.willing_to_affect_s[self.name]);
+        let (tau_s, phi_s) = (own.ceased_after_s, own.phi_toward(self.name));
         let rise = |slow_s: f64| {
-            let slow = own.slow_impatience[self.name];
+            let slow = own.slow_toward(self.name);
             rise_s(setup.alliance.threshold, slow, own.fast_impatience, slow_s)
         };
 
@@ -132,7 +132,7 @@ impl Rival<'_> {
 
     fn failing_s(&self, switches: &Switches, own: &SetParams, rise: &impl Fn(f64) -> f64) -> f64 {
         let tau_s = own.ceased_after_s;
-        let phi_s = own.willing_to_affect_s[self.name];
+        let phi_s = own.phi_toward(self.name);
         let (psi_s, lambda_s) = (
             self.params.before_yielding_s,
             self.params.before_giving_up_s,

@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 use alliance_proto::scenario::{Setup, StepOrder};
 use clap::Args;
-use world_server::args::MissionArgs;
+use world_server::args::{MissionArgs, SizeArgs};
 
 use crate::scenarios;
 use forecast::{Forecast, forecasts};
@@ -27,6 +27,8 @@ pub struct CheckCommand {
     /// Scenario: the name of a built-in one, or a TOML file
     #[arg(value_name = "SCENARIO|FILE")]
     scenario: Option<String>,
+    #[command(flatten)]
+    size: SizeArgs,
     /// Parameter file of the thesis' form (Fig. 3.4); its values beat the scenario's
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
@@ -82,6 +84,7 @@ impl CheckCommand {
     fn setup(&self) -> anyhow::Result<Setup> {
         let mission = MissionArgs {
             scenario: self.scenario.clone(),
+            size: self.size,
             seed: 1,
             params: self.params.clone(),
             step_order: None::<StepOrder>,

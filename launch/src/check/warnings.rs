@@ -101,7 +101,7 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
         takeovers.map(|it| params(&it.teammate, &it.set))
     };
     let patience_s = rivals()
-        .map(|theirs| theirs.willing_to_affect_s[&forecast.robot])
+        .map(|theirs| theirs.phi_toward(&forecast.robot))
         .fold(0.0, f64::max);
     if lambda_s < patience_s {
         found.push((

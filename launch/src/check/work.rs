@@ -15,18 +15,17 @@ use glam::Vec2;
 pub fn unit_s(scenario: &Scenario, kind: BehaviorKind) -> f64 {
     let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
     let waste = &scenario.waste;
-    let deposit = Vec2::new(waste.deposit.x_fraction, waste.deposit.y_fraction) * room;
-    let spills: Vec<Vec2> = waste
-        .spills
-        .iter()
-        .map(|spill| Vec2::new(spill.x_fraction, spill.y_fraction) * room)
-        .collect();
+    let deposits = || waste.deposits().map(|spot| spot.in_room(&scenario.room));
     let (way_m, turn_deg) = match kind {
         BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => {
             (room.max_element(), 90.0)
         }
         BehaviorKind::MoveSpill(spill) => {
-            let between = spills[usize::from(spill)].distance(deposit);
+            let spill = waste.spills[usize::from(spill)]
+                .spot()
+                .in_room(&scenario.room);
+            let between = deposits().map(|deposit| spill.distance(deposit));
+            let between = between.fold(f32::INFINITY, f32::min);
             let one_way = between + waste.spill_radius_m - waste.deposit.radius_m;
             (2.0 * one_way.max(0.0), 360.0)
         }
@@ -34,8 +33,11 @@ pub fn unit_s(scenario: &Scenario, kind: BehaviorKind) -> f64 {
             let half = Vec2::new(0.0, waste.report_site.height_m / 2.0);
             let low = Vec2::new(0.0, room.y / 2.0) - half;
             let high = low + Vec2::new(waste.report_site.width_m, waste.report_site.height_m);
-            let to_site = |from: &Vec2| from.clamp(low, high).distance(*from);
-            let places = spills.iter().chain([&deposit]);
+            let to_site = |from: Vec2| from.clamp(low, high).distance(from);
+            let spills = waste.spills.iter();
+            let places = spills
+                .map(|spill| spill.spot().in_room(&scenario.room))
+                .chain(deposits());
             (places.map(to_site).fold(0.0, f32::max), 180.0)
         }
     };

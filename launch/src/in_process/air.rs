@@ -1,5 +1,7 @@
 //! Broadcasts between their sending and their hearing, without a bus: each is there once, for whoever is to hear it.
 
+use std::sync::Arc;
+
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::ManifestEntry;
@@ -14,7 +16,7 @@ pub(super) struct Air {
 #[derive(Clone, Default)]
 struct Said {
     tick: Tick,
-    broadcasts: Vec<Broadcast>,
+    broadcasts: Vec<Arc<Broadcast>>,
 }
 
 impl Air {
@@ -27,6 +29,7 @@ impl Air {
     /// What a robot says in a tick. A manifest lists it in this tick or the next, and never later.
     pub fn send(&mut self, tick: Tick, sender: RobotId, broadcasts: Vec<Broadcast>) {
         if !broadcasts.is_empty() {
+            let broadcasts = broadcasts.into_iter().map(Arc::new).collect();
             let said = &mut self.said[sender.index()];
             said.rotate_right(1);
             said[0] = Said { tick, broadcasts };
@@ -38,7 +41,7 @@ impl Air {
         &self,
         manifest: &[ManifestEntry],
         is_lost: impl Fn(RobotId, Tick, u16) -> bool,
-    ) -> Vec<Option<Broadcast>> {
+    ) -> Vec<Option<Arc<Broadcast>>> {
         let mut collected = Vec::new();
         for entry in manifest {
             let mut said = self.said[entry.sender.index()].iter();
@@ -47,7 +50,7 @@ impl Air {
                 let broadcast = said?.broadcasts.get(usize::from(index))?;
                 let is_heard = broadcast.incarnation == entry.incarnation
                     && !is_lost(entry.sender, entry.tick, index);
-                is_heard.then(|| broadcast.clone())
+                is_heard.then(|| Arc::clone(broadcast))
             }));
         }
         collected
@@ -93,7 +96,7 @@ mod tests {
             link: None,
         };
         let collected = air.collect(&[entry], |_, tick, index| (tick, index) == (5, 1));
-        let seq = |place: &Option<Broadcast>| place.as_ref().map(|broadcast| broadcast.seq);
+        let seq = |place: &Option<Arc<Broadcast>>| place.as_ref().map(|broadcast| broadcast.seq);
         collected.iter().map(seq).collect()
     }
 

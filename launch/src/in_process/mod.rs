@@ -10,7 +10,7 @@ use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::{Outcome, TickMessage};
 use alliance_proto::view::View;
-use robot_agent::agent::Agent;
+use robot_agent::agent::{Agent, Common};
 use world_server::barrier::Presence;
 use world_server::input::{Input, InputLine};
 use world_server::recorder::{LogLevel, RecordError, Recorder, RunFile, Sink};
@@ -25,6 +25,8 @@ type Outside = BTreeMap<Tick, Vec<Input>>;
 pub struct Team<S> {
     simulation: Simulation,
     recorder: Recorder<S>,
+    /// What all agents know.
+    common: Common,
     /// By rank; `None` where no agent lives.
     agents: Vec<Option<Agent>>,
     air: Air,
@@ -81,6 +83,7 @@ impl<S: Sink> Team<S> {
             }
         }
         let mut team = Self {
+            common: Common::of(&setup),
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
             simulation: Simulation::new(setup, true),
@@ -223,7 +226,7 @@ impl<S: Sink> Team<S> {
     }
 
     fn be_born(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let agent = Agent::new(robot, incarnation, self.simulation.setup());
+        let agent = Agent::one_of(robot, incarnation, self.simulation.setup(), &self.common);
         self.agents[robot.index()] = Some(agent);
     }
 
@@ -293,6 +296,9 @@ impl<S: Sink> Team<S> {
 
     /// If the robot dies in this tick: the tick in which it counted last.
     fn death(&self, robot: RobotId, outside: &[Input]) -> Option<Option<Tick>> {
+        if outside.is_empty() {
+            return None;
+        }
         let name = self.name(robot);
         outside.iter().find_map(|input| match input {
             Input::Gone {
@@ -305,22 +311,21 @@ impl<S: Sink> Team<S> {
     }
 
     fn ask(&mut self, robot: RobotId, message: &TickMessage, outside: &[Input]) {
-        let name = self.name(robot).to_owned();
         let death = self.death(robot, outside);
-        let stalls = outside
-            .iter()
-            .any(|input| matches!(input, Input::StallBegin { robot, .. } if *robot == name));
+        let stalls = outside.iter().any(
+            |input| matches!(input, Input::StallBegin { robot: name, .. } if name == self.name(robot)),
+        );
         if stalls {
             self.simulation.stall(robot);
         } else if death.is_none_or(|counted| counted == Some(message.tick)) {
-            self.answer(robot, &name, message, outside);
+            self.answer(robot, message, outside);
         }
         if death.is_some() {
             self.die(robot);
         }
     }
 
-    fn answer(&mut self, robot: RobotId, name: &str, message: &TickMessage, outside: &[Input]) {
+    fn answer(&mut self, robot: RobotId, message: &TickMessage, outside: &[Input]) {
         let arrived = self.air.collect(&message.manifest, |sender, tick, index| {
             outside.iter().any(|input| match input {
                 Input::Lost {
@@ -329,7 +334,7 @@ impl<S: Sink> Team<S> {
                     sent_tick,
                     index: lost,
                 } => {
-                    receiver == name
+                    receiver == self.name(robot)
                         && (*sent_tick, *lost) == (tick, index)
                         && of == self.name(sender)
                 }

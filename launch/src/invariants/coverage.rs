@@ -110,12 +110,10 @@ impl Map {
             .items
             .iter()
             .filter(|item| !scene.is_delivered(scenario, item));
-        let deposit = scenario.waste.deposit;
-        let center = Vec2::new(
-            scenario.room.width_m * deposit.x_fraction,
-            scenario.room.height_m * deposit.y_fraction,
-        );
-        reaches(center, deposit.radius_m)
+        let radius_m = scenario.waste.deposit.radius_m;
+        let deposits = scenario.waste.deposits();
+        let mut centers = deposits.map(|deposit| deposit.in_room(&scenario.room));
+        centers.all(|center| reaches(center, radius_m))
             && left
                 .into_iter()
                 .all(|item| item.carrier.is_some() || reaches(item.position, near_m))

@@ -14,13 +14,20 @@ const MARGIN_M: f32 = 0.5;
 #[must_use]
 pub fn hear_each_other(scenario: &Scenario, scene: &Scene, one: usize, other: usize) -> bool {
     let takes_part = |rank: usize| scene.robots[rank].takes_part;
+    let range_m = scenario.radio.range_m.unwrap_or(f32::INFINITY);
     let in_force = scene.faults.iter().filter(|it| it.phase == Phase::InForce);
     takes_part(one)
         && takes_part(other)
+        && apart_m(scene, one, other) <= range_m - MARGIN_M
         && !in_force.into_iter().any(|fault| {
             let fault = &fault.order.fault;
             harms(scenario, scene, fault, one, other) || harms(scenario, scene, fault, other, one)
         })
+}
+
+fn apart_m(scene: &Scene, one: usize, other: usize) -> f32 {
+    let at = |rank: usize| scene.robots[rank].pose.position;
+    at(one).distance(at(other))
 }
 
 /// Whether a fault changes what `to` hears of `from`.
@@ -42,10 +49,7 @@ fn harms(scenario: &Scenario, scene: &Scene, fault: &Fault, from: usize, to: usi
             };
             matches!((group(from), group(to)), (Some(a), Some(b)) if a != b)
         }
-        Fault::Range(it) => {
-            let at = |rank: usize| scene.robots[rank].pose.position;
-            at(from).distance(at(to)) > it.range_m - MARGIN_M
-        }
+        Fault::Range(it) => apart_m(scene, from, to) > it.range_m - MARGIN_M,
         Fault::Radio(_) => true,
         _ => false,
     }

@@ -101,12 +101,12 @@ impl Scene {
     /// Whether the item lies in the deposit.
     #[must_use]
     pub fn is_delivered(&self, scenario: &Scenario, item: &Item) -> bool {
-        let (room, deposit) = (scenario.room, scenario.waste.deposit);
-        let center = Vec2::new(
-            room.width_m * deposit.x_fraction,
-            room.height_m * deposit.y_fraction,
-        );
-        item.carrier.is_none() && item.position.distance(center) <= deposit.radius_m
+        let radius_m = scenario.waste.deposit.radius_m;
+        let mut centers = scenario
+            .waste
+            .deposits()
+            .map(|it| it.in_room(&scenario.room));
+        item.carrier.is_none() && centers.any(|center| item.position.distance(center) <= radius_m)
     }
 }
 

@@ -47,12 +47,16 @@ impl Strewn {
 /// Whether a place is in a spill, or beside the straight way from one to the deposit, where it is seen also by a robot that
 /// goes round something.
 fn is_looked_for(scenario: &Scenario, place: Vec2) -> bool {
-    let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
     let waste = &scenario.waste;
-    let deposit = room * Vec2::new(waste.deposit.x_fraction, waste.deposit.y_fraction);
     waste.spills.iter().any(|spill| {
-        let spill = room * Vec2::new(spill.x_fraction, spill.y_fraction);
-        let way = deposit - spill;
+        let spill = spill.spot().in_room(&scenario.room);
+        let deposits = waste
+            .deposits()
+            .map(|deposit| deposit.in_room(&scenario.room));
+        let ways = deposits.map(|deposit| deposit - spill);
+        let way = ways
+            .min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+            .unwrap_or_default();
         let share = (place - spill).dot(way) / way.length_squared().max(f32::MIN_POSITIVE);
         let nearest = spill + way * share.clamp(0.0, 1.0);
         place.distance(spill) <= waste.spill_radius_m

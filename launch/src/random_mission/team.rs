@@ -14,7 +14,7 @@ pub fn team(count: u32, may_be_absent: bool, rng: &mut ChaCha8Rng) -> Vec<Robot>
             name: format!("r{number}"),
             side_sensor,
             absent: absent && may_be_absent && number > 1,
-            start: None,
+            ..Robot::default()
         }
     });
     robots.collect()

@@ -106,6 +106,7 @@ impl RunCommand {
     fn world_arguments(&self) -> Vec<String> {
         let mission = &self.mission;
         let mut arguments: Vec<String> = mission.scenario.iter().cloned().collect();
+        arguments.extend(mission.size.arguments());
         if self.is_paused() {
             arguments.push("--paused".to_owned());
         }

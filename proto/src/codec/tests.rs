@@ -77,7 +77,7 @@ fn readings() -> impl Strategy<Value = Readings> {
         option::of(option::of(real())),
         option::of(option::of(real())),
         option::of(proximity()),
-        option::of(vec(point(), 0..4)),
+        option::of(vec(point(), 0..4).prop_map(|items| items.into_iter().collect())),
     );
     let more = (
         option::of(zone),
@@ -181,7 +181,7 @@ fn knowledge() -> impl Strategy<Value = Knowledge> {
     (
         option::of(locations()),
         vec(withdrawal(), 0..3),
-        vec(option::of(fact(any::<bool>())), 0..3),
+        vec((any::<u16>(), fact(any::<bool>())), 0..3),
         vec(fact(loose), 0..3),
         option::of(fact(Just(()))),
     )

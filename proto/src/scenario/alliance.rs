@@ -253,12 +253,40 @@ pub struct SetParams {
     pub ceased_after_s: f64,
     /// δ_fast, motivation/s.
     pub fast_impatience: f64,
-    /// δ_slow by teammate, motivation/s.
+    /// δ_slow by teammate, motivation/s; of a teammate that a large team does not list, that of [`SetParams::OTHERS`].
     pub slow_impatience: BTreeMap<String, f64>,
-    /// φ by teammate, s.
+    /// φ by teammate, s, in the same way.
     pub willing_to_affect_s: BTreeMap<String, f64>,
     /// ψ, s.
     pub before_yielding_s: f64,
     /// λ, s.
     pub before_giving_up_s: f64,
+}
+
+impl SetParams {
+    /// All teammates that are not listed by name: no robot has this name.
+    pub const OTHERS: &str = "*";
+
+    /// δ_slow toward a teammate, motivation/s.
+    ///
+    /// # Panics
+    /// If there is no value for it: resolving a scenario gives one for each teammate.
+    #[must_use]
+    pub fn slow_toward(&self, teammate: &str) -> f64 {
+        Self::toward(&self.slow_impatience, teammate)
+    }
+
+    /// φ toward a teammate, s.
+    ///
+    /// # Panics
+    /// If there is no value for it: resolving a scenario gives one for each teammate.
+    #[must_use]
+    pub fn phi_toward(&self, teammate: &str) -> f64 {
+        Self::toward(&self.willing_to_affect_s, teammate)
+    }
+
+    fn toward(values: &BTreeMap<String, f64>, teammate: &str) -> f64 {
+        let named = values.get(teammate);
+        *named.unwrap_or_else(|| &values[Self::OTHERS])
+    }
 }

@@ -1,6 +1,9 @@
 //! The tasks and behavior sets of a mission, with the ids that cross the bus.
 
-use super::Scenario;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use super::{Robot, Scenario};
 use crate::ids::{SetId, TaskId};
 
 /// A task (thesis §3.3.1).
@@ -45,6 +48,7 @@ pub struct Catalog {
     pub tasks: Vec<TaskSpec>,
     /// Behavior sets: find-locations-methodical, find-locations-wander, move-spill(NAME) of each spill, report-progress.
     pub sets: Vec<SetSpec>,
+    task_ids: BTreeMap<String, TaskId>,
 }
 
 impl Catalog {
@@ -88,7 +92,16 @@ impl Catalog {
             task: TaskId(spills as u16 + 1),
             kind: BehaviorKind::ReportProgress,
         });
-        Self { tasks, sets }
+        let task_ids = (0..).map(TaskId);
+        Self {
+            task_ids: tasks
+                .iter()
+                .map(|task| task.name.clone())
+                .zip(task_ids)
+                .collect(),
+            tasks,
+            sets,
+        }
     }
 
     /// The behavior set of that name.
@@ -110,15 +123,36 @@ impl Catalog {
         self.sets.get(set.index()).map_or("?", |set| &set.name)
     }
 
-    /// The behavior sets of one robot, in the catalog's order: all, but find-locations-methodical only with a side sensor.
-    pub fn sets_of(&self, robot: &super::Robot) -> impl Iterator<Item = SetId> + '_ {
+    /// The behavior sets of one robot, in the catalog's order: those for its tasks, but find-locations-methodical only with
+    /// a side sensor.
+    pub fn sets_of(&self, robot: &Robot) -> impl Iterator<Item = SetId> + '_ {
         let side_sensor = robot.side_sensor;
-        self.sets
-            .iter()
-            .enumerate()
-            .filter(move |(_, set)| {
-                side_sensor || set.kind != BehaviorKind::FindLocationsMethodical
+        let ranges = if robot.tasks.is_empty() {
+            vec![0..self.sets.len()]
+        } else {
+            let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
+            let tasks: BTreeSet<TaskId> = named.collect();
+            tasks.into_iter().map(|task| self.sets_for(task)).collect()
+        };
+        ranges
+            .into_iter()
+            .flatten()
+            .filter(move |&set| {
+                side_sensor || self.sets[set].kind != BehaviorKind::FindLocationsMethodical
             })
-            .map(|(index, _)| SetId(index as u16))
+            .map(|index| SetId(index as u16))
+    }
+
+    /// The task of that name.
+    #[must_use]
+    pub fn task_named(&self, name: &str) -> Option<TaskId> {
+        self.task_ids.get(name).copied()
+    }
+
+    /// The behavior sets for a task: sets are in the order of their tasks.
+    fn sets_for(&self, task: TaskId) -> Range<usize> {
+        let from = self.sets.partition_point(|set| set.task < task);
+        let to = self.sets.partition_point(|set| set.task <= task);
+        from..to
     }
 }

@@ -7,6 +7,7 @@ mod alliance;
 mod catalog;
 mod document;
 mod error;
+mod family;
 mod geometry;
 mod load;
 mod path;
@@ -19,6 +20,7 @@ mod toml_value;
 mod validate;
 mod values;
 
+use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -66,6 +68,9 @@ pub struct Scenario {
     pub body: Body,
     /// Ranges of the sensors.
     pub sensors: Sensors,
+    /// The robots' radio.
+    #[serde(skip_serializing_if = "Radio::is_unlimited")]
+    pub radio: Radio,
     /// Energy aspect of the robots; absent: not simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<Energy>,
@@ -94,28 +99,16 @@ impl Default for Scenario {
             room: Room::default(),
             body: Body::default(),
             sensors: Sensors::default(),
+            radio: Radio::default(),
             energy: None,
             waste: Waste::default(),
-            robots: vec![
-                Robot {
-                    name: "blue".to_owned(),
-                    side_sensor: true,
-                    absent: false,
-                    start: None,
-                },
-                Robot {
-                    name: "gold".to_owned(),
-                    side_sensor: false,
-                    absent: false,
-                    start: None,
-                },
-                Robot {
-                    name: "green".to_owned(),
-                    side_sensor: false,
-                    absent: false,
-                    start: None,
-                },
-            ],
+            robots: [("blue", true), ("gold", false), ("green", false)]
+                .map(|(name, side_sensor)| Robot {
+                    name: name.to_owned(),
+                    side_sensor,
+                    ..Robot::default()
+                })
+                .to_vec(),
             obstacles: Vec::new(),
             faults: Faults::default(),
             tasks: BTreeMap::new(),
@@ -194,6 +187,22 @@ impl Default for Sensors {
     }
 }
 
+/// The robots' radio.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Radio {
+    /// Robots whose centers are farther apart than this never hear each other, m; absent: all hear all.
+    pub range_m: Option<f32>,
+}
+
+impl Radio {
+    /// Whether all hear all.
+    #[must_use]
+    pub fn is_unlimited(&self) -> bool {
+        self.range_m.is_none()
+    }
+}
+
 /// A battery.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -228,10 +237,56 @@ pub struct Waste {
     pub item_radius_m: f32,
     /// The desired final spill location.
     pub deposit: Deposit,
+    /// More deposits of the same radius, for large rooms: waste goes to the one nearest to its spill.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further_deposits: Vec<Spot>,
     /// The report progress site.
     pub report_site: ReportSite,
     /// Wanted time between two progress reports, s.
     pub report_period_s: f64,
+    /// Whether the robots know the border beforehand, and with it where everything is.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub border_known: bool,
+}
+
+impl Waste {
+    /// Centers of all deposits.
+    pub fn deposits(&self) -> impl Iterator<Item = Spot> + '_ {
+        let first = Spot {
+            x_fraction: self.deposit.x_fraction,
+            y_fraction: self.deposit.y_fraction,
+        };
+        std::iter::once(first).chain(self.further_deposits.iter().copied())
+    }
+}
+
+/// A place in the room.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spot {
+    /// As a fraction of the room's width.
+    pub x_fraction: f32,
+    /// As a fraction of the room's height.
+    pub y_fraction: f32,
+}
+
+impl Spot {
+    /// Where that is, m.
+    #[must_use]
+    pub fn in_room(self, room: &Room) -> Vec2 {
+        Vec2::new(room.width_m, room.height_m) * Vec2::new(self.x_fraction, self.y_fraction)
+    }
+}
+
+impl Spill {
+    /// Its center.
+    #[must_use]
+    pub fn spot(&self) -> Spot {
+        Spot {
+            x_fraction: self.x_fraction,
+            y_fraction: self.y_fraction,
+        }
+    }
 }
 
 impl Default for Waste {
@@ -247,8 +302,10 @@ impl Default for Waste {
             spill_radius_m: 0.8,
             item_radius_m: 0.05,
             deposit: Deposit::default(),
+            further_deposits: Vec::new(),
             report_site: ReportSite::default(),
             report_period_s: 120.0,
+            border_known: false,
         }
     }
 }
@@ -337,6 +394,9 @@ pub struct Robot {
     /// Where it starts; absent: on the report site, facing the left wall.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
+    /// The tasks that it has behavior sets for, by name; empty: all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tasks: Vec<String>,
 }
 
 /// Where a robot starts.

@@ -4,15 +4,15 @@
 //! plain value of a layer before its values for named teammates. So a value for a named teammate beats the plain value of
 //! its own and of every weaker layer, and the plain value of a stronger layer beats it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::alliance::{Alliance, RobotParams, SwitchSection, Switches};
+use super::alliance::{Alliance, RobotParams, SetParams, SwitchSection, Switches};
 use super::catalog::Catalog;
 use super::error::{Place, Problem, ScenarioError};
 use super::geometry::check_places;
 use super::path::Path;
 use super::properties::{ParameterFile, SkippedKey};
-use super::statement::{positive, statements};
+use super::statement::{Statement, positive, statements};
 use super::validate::validate;
 use super::values::Values;
 use super::{Scenario, Setup};
@@ -84,14 +84,13 @@ pub(super) fn check(
     }
 
     let mut used = vec![false; layers.len()];
+    let teammates = Toward::of(scenario, &layers);
     let mut robots = BTreeMap::new();
     for (rank, robot) in scenario.robots.iter().enumerate() {
         let mut sets = BTreeMap::new();
         for id in catalog.sets_of(robot) {
             let set = &catalog.sets[id.index()];
-            let teammates = scenario.robots.iter().map(|other| other.name.as_str());
-            let mut values =
-                Values::built_in(set.kind, teammates.filter(|name| *name != robot.name));
+            let mut values = Values::built_in(set.kind, teammates.of_robot(&robot.name));
             for (number, statement) in layers.iter().enumerate() {
                 let applies = |wanted: &Option<String>, name: &str| {
                     wanted.as_deref().is_none_or(|wanted| wanted == name)
@@ -123,6 +122,32 @@ pub(super) fn check(
         robots,
     };
     Ok((alliance, skipped))
+}
+
+/// The teammates toward whom each robot has values of its own. A team lists all of them, but a large one, whose values
+/// would grow with the square of its size, only those that a statement names, and [`SetParams::OTHERS`].
+struct Toward<'a>(BTreeSet<&'a str>);
+
+impl<'a> Toward<'a> {
+    /// Most robots that list each other: 1 MB of JSON.
+    const MOST_LISTED: usize = 100;
+
+    fn of(scenario: &'a Scenario, statements: &'a [Statement]) -> Self {
+        let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
+        if scenario.robots.len() <= Self::MOST_LISTED {
+            return Self(names().collect());
+        }
+        let known: BTreeSet<&str> = names().collect();
+        let named = statements
+            .iter()
+            .filter_map(|statement| statement.teammate.as_deref());
+        let named = named.filter(|name| known.contains(name));
+        Self(named.chain([SetParams::OTHERS]).collect())
+    }
+
+    fn of_robot(&self, robot: &str) -> impl Iterator<Item = &'a str> {
+        self.0.iter().copied().filter(move |name| *name != robot)
+    }
 }
 
 impl SwitchSection {

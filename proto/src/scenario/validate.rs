@@ -11,11 +11,10 @@ use super::{Scenario, Waste};
 use crate::fault::Campaign;
 use crate::keys::is_name;
 
-/// Most robots of a scenario. Each has values toward each other, so that the values in force grow with the square: 25 MB of
-/// JSON at this number. Ranks, which are 16-bit numbers, would allow more.
-const MAX_ROBOTS: usize = 500;
-/// Most spills of a scenario.
-const MAX_SPILLS: usize = 100;
+/// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
+const MAX_ROBOTS: usize = 10_000;
+/// Most spills of a scenario, and most deposits.
+const MAX_SPILLS: usize = 10_000;
 /// Most items of a spill.
 const MAX_ITEMS: u32 = 1000;
 /// Most random faults that a mission may be expected to see.
@@ -122,8 +121,11 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
         POWER.check(Path::of(["energy", "idle_w"]), energy.idle_w)?;
         POWER.check(Path::of(["energy", "drive_w"]), energy.drive_w)?;
     }
+    if let Some(range_m) = scenario.radio.range_m {
+        above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
+    }
     waste(&scenario.waste)?;
-    robots(scenario)?;
+    robots(scenario, catalog)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
     faults(scenario)?;
@@ -192,6 +194,17 @@ fn waste(waste: &Waste) -> Result<(), Problem> {
     LENGTH.check(deposit.key("radius_m"), waste.deposit.radius_m)?;
     FRACTION.check(deposit.key("x_fraction"), waste.deposit.x_fraction)?;
     FRACTION.check(deposit.key("y_fraction"), waste.deposit.y_fraction)?;
+    let further = at.key("further_deposits");
+    if waste.further_deposits.len() >= MAX_SPILLS {
+        let what = format!("{} entries", waste.further_deposits.len());
+        let remedy = format!("give at most {}", MAX_SPILLS - 1);
+        return Err(Problem::at(further, what, remedy));
+    }
+    for (index, spot) in waste.further_deposits.iter().enumerate() {
+        let at = further.index(index);
+        FRACTION.check(at.key("x_fraction"), spot.x_fraction)?;
+        FRACTION.check(at.key("y_fraction"), spot.y_fraction)?;
+    }
     let site = at.key("report_site");
     LENGTH.check(site.key("width_m"), waste.report_site.width_m)?;
     LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
@@ -199,7 +212,7 @@ fn waste(waste: &Waste) -> Result<(), Problem> {
     TIME.check(at.key("report_period_s"), waste.report_period_s)
 }
 
-fn robots(scenario: &Scenario) -> Result<(), Problem> {
+fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let robots = Path::of(["robots"]);
     named(&robots, names(scenario), MAX_ROBOTS)?;
     if scenario.robots.iter().all(|robot| robot.absent) {
@@ -208,6 +221,13 @@ fn robots(scenario: &Scenario) -> Result<(), Problem> {
         return Err(Problem::at(robots, what, remedy));
     }
     for (index, robot) in scenario.robots.iter().enumerate() {
+        for (number, task) in robot.tasks.iter().enumerate() {
+            if catalog.task_named(task).is_none() {
+                let at = robots.index(index).key("tasks").index(number);
+                let tasks = catalog.tasks.iter().map(|task| task.name.as_str());
+                known("task", task, tasks, &at)?;
+            }
+        }
         let Some(start) = &robot.start else { continue };
         let at = robots.index(index).key("start");
         let inside = |size: f32| closed(0.0, size.into(), "m");

@@ -1,5 +1,7 @@
 //! Roll-back: a step that did not count leaves no trace.
 
+use std::sync::Arc;
+
 use alliance_proto::codec::encode;
 use alliance_proto::link::{LinkState, Probability};
 use alliance_proto::readings::{Pose, Proximity, Readings, Zone};
@@ -124,7 +126,7 @@ proptest! {
                 link: Some(moment.link),
             });
             message.held.extend(moment.link.hold.then_some(GOLD));
-            let arrived: Vec<_> = said.broadcasts.into_iter().map(Some).collect();
+            let arrived: Vec<_> = said.broadcasts.into_iter().map(Arc::new).map(Some).collect();
             let step = tentative.step(&message, arrived.clone());
             if moment.counted {
                 let expected = undisturbed.step(&message, arrived);

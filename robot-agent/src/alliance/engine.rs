@@ -15,6 +15,7 @@ use super::history::History;
 use super::motivation::{self, Factors};
 use super::params::Config;
 use super::teammates::{Claim, Teammates};
+use crate::roster::Roster;
 
 /// The motivational behaviors of one robot.
 ///
@@ -27,10 +28,12 @@ pub struct Engine {
     history: History,
     teammates: Teammates,
     heartbeats: Heartbeats,
-    /// Own progress by task.
+    /// Progress by own task.
     progress: Vec<u32>,
     /// Whether a step has been made: the first one is m(0) = 0.
     started: bool,
+    /// What the sets at θ are to do in this step; kept for its memory.
+    options: Vec<(usize, Next)>,
 }
 
 /// What a robot brings to a step.
@@ -39,7 +42,7 @@ pub struct StepInput<'a> {
     /// Time of the step; later than that of the step before.
     pub now: SimTime,
     /// What it hears in this step, by (rank of the sender, sequence number).
-    pub heard: &'a [Broadcast],
+    pub heard: &'a [Arc<Broadcast>],
     /// sensory_feedback (eq. 2.1) of each own set, in the order of [`Engine::sets`].
     pub applicable: &'a [bool],
     /// Tasks on which the robot itself achieved an effect on the world since its last step, one entry per effect.
@@ -63,8 +66,8 @@ impl Engine {
     /// # Panics
     /// If `setup` is not resolved: it must name the robot and hold values for each of its sets and teammates.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup) -> Self {
-        let config = Config::new(robot, setup);
+    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster) -> Self {
+        let config = Config::new(robot, setup, roster);
         Self {
             behaviors: config.set_ids.iter().copied().map(Behavior::new).collect(),
             history: History::default(),
@@ -72,6 +75,7 @@ impl Engine {
             heartbeats: Heartbeats::new(config.sets.len()),
             progress: vec![0; config.tasks.len()],
             started: false,
+            options: Vec::new(),
             config: Arc::new(config),
         }
     }
@@ -88,32 +92,41 @@ impl Engine {
         self.active_index().map(|index| self.behaviors[index].set)
     }
 
-    /// How many effects the robot has achieved on a task of the catalog in this life.
+    /// How many effects the robot has achieved on a task in this life.
     #[must_use]
     pub fn progress(&self, task: TaskId) -> u32 {
-        self.progress[task.index()]
+        let own = self.config.own_task(task);
+        own.map_or(0, |own| self.progress[own])
     }
 
     /// Makes one step. It adds one step length of impatience, however long ago the last one was: a robot that was stopped
     /// does not come back impatient. The first step of a life adds nothing.
     ///
     /// # Panics
-    /// If `applicable` has fewer entries than the robot has sets, or `progressed` names a task outside the catalog.
+    /// If `applicable` has fewer entries than the robot has sets.
     pub fn step(&mut self, input: &StepInput<'_>) -> StepOutput {
         let now = input.now;
+        let is_own = |task| self.config.own_task(task).is_some();
         for broadcast in input.heard {
             if self.config.admits(broadcast) {
-                self.history.hear(now, broadcast, &self.config.switches);
-                self.teammates.hear(now, broadcast);
+                self.history
+                    .hear(now, broadcast, &self.config.switches, is_own);
+                self.teammates.hear(now, broadcast, is_own);
             }
         }
-        for task in input.progressed {
-            self.progress[task.index()] += 1;
+        for &task in input.progressed {
+            if let Some(own) = self.config.own_task(task) {
+                self.progress[own] += 1;
+            }
         }
 
         let mut changes = Vec::new();
-        let terms = self.evaluate(input, &mut changes);
+        let mut motivations = Vec::with_capacity(self.behaviors.len());
+        self.evaluate(input, &mut changes, &mut motivations);
         self.choose(now, &mut changes);
+        for (row, behavior) in motivations.iter_mut().zip(&self.behaviors) {
+            row.state = behavior.stance.state();
+        }
         self.started = true;
 
         let happened = Happened {
@@ -125,25 +138,30 @@ impl Engine {
             .heartbeats
             .announce(now, &self.config, &self.behaviors, &happened);
         StepOutput {
-            motivations: self.behaviors.iter().zip(terms).map(row).collect(),
+            motivations,
             changes,
             announcements,
         }
     }
 
-    /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Gives the terms of
-    /// eq. 2.7 per own set.
-    fn evaluate(&mut self, input: &StepInput<'_>, changes: &mut Vec<StateChange>) -> Vec<Terms> {
+    /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Gives a row per own
+    /// set, but for its state.
+    fn evaluate(
+        &mut self,
+        input: &StepInput<'_>,
+        changes: &mut Vec<StateChange>,
+        rows: &mut Vec<Motivation>,
+    ) {
         let before = self.active_index();
         let first = before.map(|index| self.evaluate_set(index, false, input, changes));
         self.arbitrate(input.now, changes);
         let suppressed = self.active_index().is_some();
-        (0..self.behaviors.len())
-            .map(|index| match first {
-                Some(terms) if before == Some(index) => terms,
+        for index in 0..self.behaviors.len() {
+            rows.push(match first {
+                Some(row) if before == Some(index) => row,
                 _ => self.evaluate_set(index, suppressed, input, changes),
-            })
-            .collect()
+            });
+        }
     }
 
     fn evaluate_set(
@@ -152,7 +170,7 @@ impl Engine {
         suppressed: bool,
         input: &StepInput<'_>,
         changes: &mut Vec<StateChange>,
-    ) -> Terms {
+    ) -> Motivation {
         let config = &self.config;
         let now = input.now;
         let params = &config.sets[index];
@@ -186,9 +204,15 @@ impl Engine {
         {
             changes.push(behavior.enter(Stance::Hibernating, reason));
         }
-        Terms {
+        Motivation {
+            set: behavior.set,
+            motivation: behavior.motivation,
             impatience,
-            factors,
+            sensory_feedback: factors.sensory_feedback,
+            activity_suppression: factors.activity_suppression,
+            impatience_reset: factors.reset_by.is_none(),
+            acquiescence: factors.acquiescence.is_none(),
+            state: behavior.stance.state(),
         }
     }
 
@@ -208,7 +232,7 @@ impl Engine {
                 claim < (since, config.robot) && !(waited_out && waited.on.contains(&claim.1))
             };
             let claims = self.teammates.executing(params.task, params.tau, now);
-            if claims.filter(beats).count() >= config.task_of(index).max_robots {
+            if claims.filter(beats).count() >= params.max_robots {
                 if waited_out {
                     // It gives way to somebody whom it has not waited for yet.
                     behavior.waited.spent = SimTime::ZERO;
@@ -220,9 +244,10 @@ impl Engine {
 
     /// (C) of ALLIANCE.md §2: of the sets at θ, those on occupied tasks wait and at most one of the rest activates.
     fn choose(&mut self, now: SimTime, changes: &mut Vec<StateChange>) {
-        let options: Vec<(usize, Next)> = (0..self.behaviors.len())
-            .filter_map(|index| Some((index, self.next(index, now)?)))
-            .collect();
+        let mut options = std::mem::take(&mut self.options);
+        options.clear();
+        let sets = 0..self.behaviors.len();
+        options.extend(sets.filter_map(|index| Some((index, self.next(index, now)?))));
         // The highest priority, then the longest at θ, then the first in the catalog.
         let chosen = options
             .iter()
@@ -232,7 +257,7 @@ impl Engine {
             })
             .min_by_key(|&(index, _)| {
                 let longest = self.behaviors[index].at_threshold_since;
-                (Reverse(self.config.task_of(index).priority), longest)
+                (Reverse(self.config.sets[index].priority), longest)
             });
 
         if chosen.is_none() || self.config.switches.wish_when_suppressed {
@@ -251,6 +276,7 @@ impl Engine {
             changes.push(self.behaviors[index].enter(stance, reason));
         }
         self.note_whom_sets_wait_for(now);
+        self.options = options;
     }
 
     fn note_whom_sets_wait_for(&mut self, now: SimTime) {
@@ -268,7 +294,7 @@ impl Engine {
         behavior.at_threshold_since?;
         let params = &self.config.sets[index];
         let (task, tau) = (params.task, params.tau);
-        let max_robots = self.config.task_of(index).max_robots;
+        let max_robots = params.max_robots;
         match behavior.stance {
             Stance::Active { .. } => None,
             Stance::Hibernating => {
@@ -297,31 +323,9 @@ impl Engine {
     }
 }
 
-/// What eq. 2.7 was computed from.
-#[derive(Clone, Copy, Debug)]
-struct Terms {
-    /// Motivation/s.
-    impatience: f64,
-    factors: Factors,
-}
-
 /// What a set at θ does in (C).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
     Wait,
     Activate(Reason),
-}
-
-/// A set's row of the log at the end of the step.
-fn row((behavior, terms): (&Behavior, Terms)) -> Motivation {
-    Motivation {
-        set: behavior.set,
-        motivation: behavior.motivation,
-        impatience: terms.impatience,
-        sensory_feedback: terms.factors.sensory_feedback,
-        activity_suppression: terms.factors.activity_suppression,
-        impatience_reset: terms.factors.reset_by.is_none(),
-        acquiescence: terms.factors.acquiescence.is_none(),
-        state: behavior.stance.state(),
-    }
 }

@@ -45,7 +45,7 @@ pub(super) struct Happened<'a> {
     pub changes: &'a [StateChange],
     /// Tasks on which the robot made progress.
     pub progressed: &'a [TaskId],
-    /// Progress count by task, these included.
+    /// Progress count by own task, these included.
     pub progress: &'a [u32],
 }
 
@@ -88,7 +88,7 @@ impl Heartbeats {
                 continue;
             }
             self.sent[index] = now;
-            let announcement = about(state, since, behavior.set, params.task, happened);
+            let announcement = about(state, since, behavior.set, params.task, config, happened);
             match state {
                 TaskState::Executing => executing = Some(announcement),
                 _ => announcements.push(announcement),
@@ -145,7 +145,10 @@ fn released<'a>(
         .iter()
         .zip(&config.sets)
         .filter(move |(it, params)| hibernates(it.set) && !goes_on(params.task))
-        .map(move |(it, params)| about(TaskState::Released, now, it.set, params.task, happened))
+        .map(move |(it, params)| {
+            let state = TaskState::Released;
+            about(state, now, it.set, params.task, config, happened)
+        })
 }
 
 fn about(
@@ -153,13 +156,17 @@ fn about(
     since: SimTime,
     set: SetId,
     task: TaskId,
+    config: &Config,
     happened: &Happened<'_>,
 ) -> Announcement {
+    let progress = config
+        .own_task(task)
+        .map_or(0, |own| happened.progress[own]);
     Announcement {
         state,
         since,
         set: Some(set),
         task: Some(task),
-        progress: happened.progress[task.index()],
+        progress,
     }
 }

@@ -10,7 +10,7 @@ use alliance_proto::scenario::{HistoryOrigin, Switches};
 use alliance_proto::team::{Body, Broadcast, TaskState};
 use alliance_proto::time::SimTime;
 
-/// What was heard, by task and teammate; only of pairs that spoke.
+/// What was heard, by own task and teammate; only of pairs that spoke.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     records: BTreeMap<TaskId, BTreeMap<RobotId, Record>>,
@@ -44,8 +44,14 @@ enum Weight {
 }
 
 impl History {
-    /// Takes in a broadcast that is heard at `now`.
-    pub fn hear(&mut self, now: SimTime, broadcast: &Broadcast, switches: &Switches) {
+    /// Takes in a broadcast that is heard at `now`, unless it is about another's task.
+    pub fn hear(
+        &mut self,
+        now: SimTime,
+        broadcast: &Broadcast,
+        switches: &Switches,
+        is_own: impl Fn(TaskId) -> bool,
+    ) {
         let (task, weight, progress) = match &broadcast.body {
             Body::Heartbeat(heartbeat) => {
                 let weight = match heartbeat.state {
@@ -60,6 +66,10 @@ impl History {
             Body::PositionUpdate { task, progress, .. } => (*task, Weight::Full, *progress),
             Body::Withdrawal(_) => return,
         };
+        // What others do about tasks that the robot has no set for changes nothing for it.
+        if !is_own(task) {
+            return;
+        }
         let teammates = self.records.entry(task).or_default();
         let record = teammates.entry(broadcast.sender).or_default();
         let stamp = (broadcast.incarnation, broadcast.seq);

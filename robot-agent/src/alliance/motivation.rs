@@ -42,7 +42,7 @@ pub(super) fn impatience<'a>(
 ) -> f64 {
     heard
         .filter_map(|(teammate, record)| {
-            let toward = params.toward.get(&teammate)?;
+            let toward = params.toward(teammate)?;
             (record.within(params.tau, now) && !record.until(toward.phi, now))
                 .then_some(toward.slow)
         })

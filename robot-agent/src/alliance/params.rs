@@ -1,27 +1,30 @@
 //! The values in force for one robot, by rank instead of by name and in simulated time instead of seconds.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::ids::{RobotId, SetId, TaskId};
-use alliance_proto::scenario::{Catalog, SetParams, Setup, Switches};
+use alliance_proto::scenario::{SetParams, Setup, Switches};
 use alliance_proto::team::{Body, Broadcast};
 use alliance_proto::time::SimTime;
+
+use crate::roster::Roster;
 
 /// Everything of a robot's ALLIANCE that does not change during a run.
 #[derive(Debug)]
 pub(super) struct Config {
     /// The robot itself.
     pub robot: RobotId,
-    /// Number of robots in the scenario.
+    /// Number of robots, and of tasks, in the scenario.
     pub team: usize,
+    pub task_count: usize,
     /// θ.
     pub threshold: f64,
     /// Length of a step, s.
     pub step_s: f64,
     /// Answers to what the formulas leave open.
     pub switches: Switches,
-    /// By task id.
-    pub tasks: Vec<Task>,
+    /// The tasks of the robot's own sets, by id.
+    pub tasks: Vec<TaskId>,
     /// Ids of the robot's own sets, in the catalog's order.
     pub set_ids: Vec<SetId>,
     /// Parameters of the own sets, in the same order.
@@ -30,20 +33,15 @@ pub(super) struct Config {
     pub idle_period: SimTime,
 }
 
-/// What the selection needs to know of a task.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Task {
-    /// How many robots may execute it at once.
-    pub max_robots: usize,
-    /// Higher goes first.
-    pub priority: i32,
-}
-
 /// Parameters of one own behavior set (ALLIANCE.md §1).
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Params {
     /// The task that the set performs.
     pub task: TaskId,
+    /// How many robots may execute it at once.
+    pub max_robots: usize,
+    /// Of the task; higher goes first.
+    pub priority: i32,
     /// 1/ρ.
     pub period: SimTime,
     /// τ.
@@ -52,6 +50,8 @@ pub(super) struct Params {
     pub fast: f64,
     /// δ_slow and φ by teammate.
     pub toward: BTreeMap<RobotId, Toward>,
+    /// Toward those that a large team does not list.
+    pub toward_others: Option<Toward>,
     /// ψ.
     pub psi: SimTime,
     /// λ.
@@ -72,38 +72,27 @@ impl Config {
     ///
     /// # Panics
     /// If `setup.alliance` lacks a value for one of the robot's sets or teammates: resolving a scenario fills in all.
-    pub fn new(robot: RobotId, setup: &Setup) -> Self {
-        let robots = &setup.scenario.robots;
-        let catalog = Catalog::of(&setup.scenario);
-        let own = &robots[robot.index()];
+    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster) -> Self {
+        let own = &setup.scenario.robots[robot.index()];
+        let catalog = &roster.catalog;
         let set_ids: Vec<SetId> = catalog.sets_of(own).collect();
         let named = &setup.alliance.robots[&own.name].sets;
         let sets: Vec<Params> = set_ids
             .iter()
             .map(|id| {
                 let spec = &catalog.sets[id.index()];
-                let teammates = (0..)
-                    .map(RobotId)
-                    .zip(robots)
-                    .filter(|&(rank, _)| rank != robot)
-                    .map(|(rank, teammate)| (rank, teammate.name.as_str()));
-                Params::new(spec.task, &named[&spec.name], teammates)
+                Params::new(spec.task, &named[&spec.name], roster)
             })
             .collect();
+        let tasks: BTreeSet<TaskId> = sets.iter().map(|set| set.task).collect();
         Self {
             robot,
-            team: robots.len(),
+            team: setup.scenario.robots.len(),
+            task_count: catalog.tasks.len(),
             threshold: setup.alliance.threshold,
             step_s: SimTime(setup.alliance.step_ms).as_secs_f64(),
             switches: setup.alliance.switches,
-            tasks: catalog
-                .tasks
-                .iter()
-                .map(|task| Task {
-                    max_robots: task.max_robots as usize,
-                    priority: task.priority,
-                })
-                .collect(),
+            tasks: tasks.into_iter().collect(),
             set_ids,
             idle_period: sets.iter().map(|set| set.period).max().unwrap_or_default(),
             sets,
@@ -119,34 +108,42 @@ impl Config {
         };
         broadcast.sender != self.robot
             && broadcast.sender.index() < self.team
-            && task.is_none_or(|task| task.index() < self.tasks.len())
+            && task.is_none_or(|task| task.index() < self.task_count)
     }
 
-    /// The task of the own set at `index`.
-    pub fn task_of(&self, index: usize) -> Task {
-        self.tasks[self.sets[index].task.index()]
+    /// The place of a task among those of the robot's own sets.
+    pub fn own_task(&self, task: TaskId) -> Option<usize> {
+        self.tasks.binary_search(&task).ok()
     }
 }
 
 impl Params {
-    fn new<'a>(
-        task: TaskId,
-        values: &SetParams,
-        teammates: impl Iterator<Item = (RobotId, &'a str)>,
-    ) -> Self {
+    fn new(task: TaskId, values: &SetParams, roster: &Roster) -> Self {
+        let spec = &roster.catalog.tasks[task.index()];
         let toward = |name: &str| Toward {
-            slow: values.slow_impatience[name],
-            phi: SimTime::from_secs_f64(values.willing_to_affect_s[name]),
+            slow: values.slow_toward(name),
+            phi: SimTime::from_secs_f64(values.phi_toward(name)),
         };
+        let listed = values.slow_impatience.keys();
+        let listed = listed.filter_map(|name| Some((roster.rank_of(name)?, toward(name))));
+        let has_others = values.slow_impatience.contains_key(SetParams::OTHERS);
         Self {
             task,
+            max_robots: spec.max_robots as usize,
+            priority: spec.priority,
             period: SimTime::from_secs_f64(1.0 / values.broadcast_rate_hz),
             tau: SimTime::from_secs_f64(values.ceased_after_s),
             fast: values.fast_impatience,
-            toward: teammates.map(|(rank, name)| (rank, toward(name))).collect(),
+            toward: listed.collect(),
+            toward_others: has_others.then(|| toward(SetParams::OTHERS)),
             psi: SimTime::from_secs_f64(values.before_yielding_s),
             lambda: SimTime::from_secs_f64(values.before_giving_up_s),
         }
+    }
+
+    /// δ_slow and φ toward a teammate.
+    pub fn toward(&self, teammate: RobotId) -> Option<Toward> {
+        self.toward.get(&teammate).copied().or(self.toward_others)
     }
 
     /// How long the set waits at most: ψ + τ (ALLIANCE.md §3 "Waiting ends").

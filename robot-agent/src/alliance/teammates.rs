@@ -9,41 +9,83 @@ use alliance_proto::time::SimTime;
 /// A claim to a task or a wish for it, by age: the earlier comes first, a tie goes to the lower rank.
 pub(super) type Claim = (SimTime, RobotId);
 
-/// The teammates that spoke.
+/// What teammates last said they do about the robot's own tasks.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Teammates(BTreeMap<RobotId, Teammate>);
-
-/// What one teammate last said it does.
-#[derive(Clone, Debug, Default)]
-struct Teammate {
-    /// Incarnation and sequence number of its latest message.
-    latest: (Incarnation, u64),
-    executes: Option<(TaskId, Said)>,
-    waits_for: BTreeMap<TaskId, Said>,
+pub(super) struct Teammates {
+    /// Incarnation and sequence number of the latest message of each that spoke.
+    latest: BTreeMap<RobotId, (Incarnation, u64)>,
+    /// Claims and wishes, by teammate: few, and walked in every step.
+    said: Vec<Said>,
 }
 
+/// What one teammate does about one task.
 #[derive(Clone, Copy, Debug)]
 struct Said {
+    teammate: RobotId,
+    task: TaskId,
+    /// Executing, else waiting.
+    executing: bool,
     since: SimTime,
     heard: SimTime,
 }
 
 impl Teammates {
-    /// Takes in a broadcast that is heard at `now`.
-    pub fn hear(&mut self, now: SimTime, broadcast: &Broadcast) {
-        let teammate = self.0.entry(broadcast.sender).or_default();
+    /// Takes in a broadcast that is heard at `now`. Of tasks that are not its own the robot remembers nothing but that the
+    /// sender executes no other.
+    pub fn hear(&mut self, now: SimTime, broadcast: &Broadcast, is_own: impl Fn(TaskId) -> bool) {
         let stamp = (broadcast.incarnation, broadcast.seq);
-        if stamp <= teammate.latest {
+        let latest = self.latest.entry(broadcast.sender).or_default();
+        if stamp <= *latest {
             return;
         }
-        if stamp.0 > teammate.latest.0 {
-            // A new life does nothing of what the old one did.
-            teammate.executes = None;
-            teammate.waits_for.clear();
+        let is_new_life = stamp.0 > latest.0;
+        *latest = stamp;
+        if is_new_life {
+            // It does nothing of what the old one did.
+            self.said.retain(|said| said.teammate != broadcast.sender);
         }
-        teammate.latest = stamp;
         if let Body::Heartbeat(heartbeat) = &broadcast.body {
-            teammate.take(now, heartbeat);
+            self.take(now, broadcast.sender, heartbeat, is_own);
+        }
+    }
+
+    fn take(
+        &mut self,
+        now: SimTime,
+        sender: RobotId,
+        heartbeat: &Heartbeat,
+        is_own: impl Fn(TaskId) -> bool,
+    ) {
+        let (task, executing) = match (heartbeat.state, heartbeat.task) {
+            (TaskState::Executing, Some(task)) => {
+                self.said.retain(|said| said.teammate != sender);
+                (task, true)
+            }
+            (TaskState::Waiting, Some(task)) => {
+                let ends = |said: &Said| said.executing || said.task == task;
+                self.said
+                    .retain(|said| said.teammate != sender || !ends(said));
+                (task, false)
+            }
+            (TaskState::Released, Some(task)) => {
+                let ends = |said: &Said| said.teammate == sender && said.task == task;
+                return self.said.retain(|said| !ends(said));
+            }
+            (TaskState::Idle, _) => {
+                return self.said.retain(|said| said.teammate != sender);
+            }
+            (_, None) => return,
+        };
+        if is_own(task) {
+            let said = Said {
+                teammate: sender,
+                task,
+                executing,
+                since: heartbeat.since,
+                heard: now,
+            };
+            let place = self.said.partition_point(|other| other.teammate <= sender);
+            self.said.insert(place, said);
         }
     }
 
@@ -62,7 +104,8 @@ impl Teammates {
         tau: SimTime,
         now: SimTime,
     ) -> bool {
-        let earlier = self.waiting(task, tau, now).filter(|&other| other < wish);
+        let waiting = self.claims(task, false, tau, now);
+        let earlier = waiting.filter(|&other| other < wish);
         self.executing(task, tau, now).count() + earlier.count() < max_robots
     }
 
@@ -73,50 +116,19 @@ impl Teammates {
         tau: SimTime,
         now: SimTime,
     ) -> impl Iterator<Item = Claim> {
-        self.0.iter().filter_map(move |(&rank, teammate)| {
-            let (_, said) = teammate.executes.filter(|&(doing, _)| doing == task)?;
-            said.claim(rank, tau, now)
+        self.claims(task, true, tau, now)
+    }
+
+    fn claims(
+        &self,
+        task: TaskId,
+        executing: bool,
+        tau: SimTime,
+        now: SimTime,
+    ) -> impl Iterator<Item = Claim> {
+        self.said.iter().filter_map(move |said| {
+            let is_meant = said.task == task && said.executing == executing;
+            (is_meant && now.since(said.heard) < tau).then_some((said.since, said.teammate))
         })
-    }
-
-    fn waiting(&self, task: TaskId, tau: SimTime, now: SimTime) -> impl Iterator<Item = Claim> {
-        self.0.iter().filter_map(move |(&rank, teammate)| {
-            let said = teammate.waits_for.get(&task)?;
-            said.claim(rank, tau, now)
-        })
-    }
-}
-
-impl Teammate {
-    fn take(&mut self, now: SimTime, heartbeat: &Heartbeat) {
-        let said = Said {
-            since: heartbeat.since,
-            heard: now,
-        };
-        match (heartbeat.state, heartbeat.task) {
-            (TaskState::Executing, Some(task)) => {
-                self.executes = Some((task, said));
-                self.waits_for.clear();
-            }
-            (TaskState::Waiting, Some(task)) => {
-                self.executes = None;
-                self.waits_for.insert(task, said);
-            }
-            (TaskState::Released, Some(task)) => {
-                self.executes = self.executes.filter(|&(doing, _)| doing != task);
-                self.waits_for.remove(&task);
-            }
-            (TaskState::Idle, _) => {
-                self.executes = None;
-                self.waits_for.clear();
-            }
-            (_, None) => {}
-        }
-    }
-}
-
-impl Said {
-    fn claim(self, rank: RobotId, tau: SimTime, now: SimTime) -> Option<Claim> {
-        (now.since(self.heard) < tau).then_some((self.since, rank))
     }
 }

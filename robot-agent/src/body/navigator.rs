@@ -133,14 +133,15 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// One step toward the goal. `right_of_way` lists the teammates to give way to.
+    /// One step toward the goal. `right_of_way` are the teammates to give way to; who they are is asked only when something
+    /// is in the way.
     #[must_use]
     pub fn drive(
         &mut self,
         chassis: &Chassis,
         goal: Goal,
         around: &Surroundings,
-        right_of_way: &[Teammate],
+        right_of_way: impl IntoIterator<Item = Teammate>,
         now: SimTime,
     ) -> Drive {
         if !self.goal.is_some_and(|before| goal.continues(&before)) {
@@ -250,7 +251,7 @@ impl Navigator {
         chassis: &Chassis,
         goal: &Goal,
         around: &Surroundings,
-        right_of_way: &[Teammate],
+        right_of_way: impl IntoIterator<Item = Teammate>,
         now: SimTime,
     ) -> bool {
         let faces = match &self.detour {
@@ -265,7 +266,7 @@ impl Navigator {
             let heading = around.pose.heading_rad;
             let ahead = Vec2::new(libm::cosf(heading), libm::sinf(heading)) * reach;
             around.may_be_robot(&hit)
-                && right_of_way.iter().any(|teammate| {
+                && right_of_way.into_iter().any(|teammate| {
                     let moved = chassis.speed_m_s * now.since(teammate.heard).as_secs_f64() as f32;
                     length(around.pose.position + ahead - teammate.position)
                         < 2.0 * chassis.radius_m + moved

@@ -67,7 +67,7 @@ fn far_ahead() -> Goal {
 }
 
 fn drive(navigator: &mut Navigator, goal: Goal, around: &Surroundings, now_ms: u64) -> Drive {
-    navigator.drive(&chassis(), goal, around, &[], SimTime(now_ms))
+    navigator.drive(&chassis(), goal, around, [], SimTime(now_ms))
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn a_teammate_of_lower_rank_is_given_way_to_for_a_while() {
     };
     let mut at = |now_ms| {
         let now = SimTime(now_ms);
-        navigator.drive(&chassis(), far_ahead(), &before_a_disc(), &[near], now)
+        navigator.drive(&chassis(), far_ahead(), &before_a_disc(), [near], now)
     };
     for now_ms in (0..4_000).step_by(STEP_MS as usize) {
         assert_eq!(at(now_ms).actuation, Default::default(), "{now_ms}");
@@ -176,7 +176,7 @@ fn a_wall_is_not_taken_for_a_teammate() {
         &chassis(),
         far_ahead(),
         &before_a_wall(),
-        &[near],
+        [near],
         SimTime(0),
     );
     assert!(drive.detour.is_some());

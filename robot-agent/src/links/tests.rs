@@ -60,10 +60,10 @@ fn message(tick: Tick, sent: &[Sent], held: &[u16]) -> TickMessage {
     }
 }
 
-fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Broadcast>> {
+fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Arc<Broadcast>>> {
     sent.iter()
         .flat_map(|&(sender, count, _)| {
-            (0..count).map(move |index| Some(broadcast(sender, tick - 1, index)))
+            (0..count).map(move |index| Some(Arc::new(broadcast(sender, tick - 1, index))))
         })
         .collect()
 }
@@ -105,7 +105,7 @@ fn always(change: fn(&mut LinkState) -> &mut Probability) -> Option<LinkState> {
 fn what_has_not_arrived_is_lost_and_logged_with_its_sender() {
     let mut links = links(1);
     let message = message(5, &[(1, 2, state(|link| link.cut = true))], &[]);
-    let heard = links.hear(&message, vec![None, Some(broadcast(1, 4, 1))]);
+    let heard = links.hear(&message, vec![None, Some(Arc::new(broadcast(1, 4, 1)))]);
     assert!(heard.inbox.is_empty());
     assert_eq!(
         fates(&heard),

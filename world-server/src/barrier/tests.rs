@@ -7,6 +7,15 @@ use proptest::prelude::*;
 
 use super::*;
 
+/// So many robots, all of which hear each other.
+struct All(u16);
+
+impl Air for All {
+    fn for_each_hearer(&self, _: RobotId, hear: impl FnMut(RobotId)) {
+        (0..self.0).map(RobotId).for_each(hear);
+    }
+}
+
 /// Something that happens to a barrier; robots by rank.
 #[derive(Clone, Debug)]
 enum Action {
@@ -206,7 +215,7 @@ impl Watched {
     }
 
     fn ask(&mut self) -> Vec<Question> {
-        let questions = self.barrier.questions();
+        let questions = self.barrier.questions(&All(self.robots));
         for question in &questions {
             let robot = question.robot.0;
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
@@ -263,7 +272,7 @@ impl Watched {
     fn finish(&mut self) -> Gathered {
         let tick = self.barrier.tick();
         assert!(self.awaited.is_empty(), "ended while an answer was due");
-        let gathered = self.barrier.finish();
+        let gathered = self.barrier.finish(&All(self.robots));
         assert_eq!(self.barrier.tick(), tick + 1);
         for (rank, report) in gathered.reports.iter().enumerate() {
             assert_eq!(report.as_ref(), self.counted.get(&(tick, rank as u16)));
@@ -482,7 +491,7 @@ fn an_old_report_that_somebody_puts_again_does_not_bring_a_silent_robot_back() {
 fn everybody(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
     let mut heard = Vec::new();
     loop {
-        let questions = barrier.questions();
+        let questions = barrier.questions(&All(2));
         if questions.is_empty() {
             return heard;
         }
@@ -500,7 +509,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
     for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
         let mut barrier = Watched::running(3, order).barrier;
         everybody(&mut barrier);
-        barrier.finish();
+        barrier.finish(&All(2));
         barrier.doom(RobotId(0));
         let heard = everybody(&mut barrier);
         assert!(
@@ -509,7 +518,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
                 .any(|(_, senders)| senders.contains(&RobotId(1)))
         );
         barrier.gone(RobotId(0), 1);
-        let gathered = barrier.finish();
+        let gathered = barrier.finish(&All(2));
         assert!(gathered.reports[0].is_some());
         let death = Input::Gone {
             robot: "robot-0".to_owned(),
@@ -532,7 +541,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
 fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
-    barrier.finish();
+    barrier.finish(&All(2));
     barrier.suspend(RobotId(1));
     assert_eq!(everybody(&mut barrier).len(), 1);
     let stray = report(RobotId(1), 1, barrier.tick(), 0);
@@ -541,7 +550,7 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
         robot: "robot-1".to_owned(),
         scripted: true,
     };
-    assert_eq!(barrier.finish().inputs, [out]);
+    assert_eq!(barrier.finish(&All(2)).inputs, [out]);
     barrier.readmit(RobotId(1));
     let heard = everybody(&mut barrier);
     assert_eq!(heard[1], (RobotId(1), Vec::new()), "deaf until now");
@@ -549,7 +558,7 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
         robot: "robot-1".to_owned(),
         scripted: true,
     };
-    assert_eq!(barrier.finish().inputs, [back]);
+    assert_eq!(barrier.finish(&All(2)).inputs, [back]);
 }
 
 #[test]
@@ -557,7 +566,7 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
     barrier.gone(RobotId(1), 1);
-    barrier.finish();
+    barrier.finish(&All(2));
     let (robot, life, first) = barrier.invite("robot-1").unwrap();
     barrier.arrive(robot, life);
     assert!(barrier.is_coming(robot));
@@ -570,7 +579,7 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
         incarnation: 2,
         scripted: true,
     };
-    assert_eq!(barrier.finish().inputs, [joined]);
+    assert_eq!(barrier.finish(&All(2)).inputs, [joined]);
 }
 
 #[test]
@@ -578,9 +587,9 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
     barrier.gone(RobotId(1), 1);
-    barrier.finish();
+    barrier.finish(&All(2));
     barrier.expect(RobotId(1));
-    assert!(barrier.questions().is_empty() && !barrier.is_complete());
+    assert!(barrier.questions(&All(2)).is_empty() && !barrier.is_complete());
     let (robot, life, first) = barrier.invite("robot-1").unwrap();
     assert_eq!(
         (robot, life, first),
@@ -594,5 +603,5 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
         incarnation: 2,
         scripted: true,
     };
-    assert_eq!(barrier.finish().inputs, [joined]);
+    assert_eq!(barrier.finish(&All(2)).inputs, [joined]);
 }

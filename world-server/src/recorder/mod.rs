@@ -40,6 +40,7 @@ use encode::Names;
 use hash::RunHash;
 use on_their_way::OnTheirWay;
 use pages::Pages;
+use record::Bodies;
 use run_file::Tally;
 
 pub use hash::Section;
@@ -288,8 +289,7 @@ impl<S: Sink> Recorder<S> {
         if !record.events.is_empty() {
             self.section(record, None, Section::Events, &record.events);
         }
-        let bodies: Vec<_> = record.robots.iter().map(|robot| robot.body).collect();
-        let state = (bodies, record.items, record.last_report);
+        let state = (Bodies(record.robots), record.items, record.last_report);
         self.section(record, None, Section::State, &state);
     }
 

@@ -58,6 +58,15 @@ pub struct BodyRecord {
     pub active: Option<SetId>,
 }
 
+/// The bodies of these robots, as a sequence.
+pub(super) struct Bodies<'a>(pub &'a [RobotRecord<'a>]);
+
+impl Serialize for Bodies<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(|robot| robot.body))
+    }
+}
+
 /// A robot's part in a tick that counts.
 #[derive(Clone, Copy, Debug)]
 pub struct Counted<'a> {

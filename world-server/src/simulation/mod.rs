@@ -94,7 +94,6 @@ impl Simulation {
         let catalog = Catalog::of(&setup.scenario);
         let world = World::new(&setup);
         let robots = setup.scenario.robots.len();
-        let sets = catalog.sets.len();
         let barrier = Barrier::new(&setup.scenario.robots, setup.alliance.switches.step_order);
         let mut simulation = Self {
             catalog,
@@ -119,7 +118,7 @@ impl Simulation {
             inputs: Vec::new(),
             failures: Vec::new(),
             events: Vec::new(),
-            memories: Memories::new(robots, sets),
+            memories: Memories::new(robots),
             unscripted: false,
             outcome: None,
             setup,
@@ -274,7 +273,7 @@ impl Simulation {
             self.open();
         }
         let (tick, now) = (self.barrier.tick(), self.world.now());
-        let questions = self.barrier.questions();
+        let questions = self.barrier.questions(&self.world);
         // Nobody may be there to be asked.
         self.settle();
         let mut hits = Vec::new();
@@ -284,7 +283,7 @@ impl Simulation {
                 let mut readings = self.world.readings(question.robot);
                 let distorted = self.sensors.distort(question.robot, tick, &mut readings);
                 hits.extend(distorted);
-                self.readings[question.robot.index()].clone_from(&readings);
+                self.readings[question.robot.index()] = readings.clone();
                 let mut manifest = question.manifest;
                 for entry in &mut manifest {
                     entry.link = self.links.state(entry.sender, question.robot);
@@ -372,7 +371,7 @@ impl Simulation {
             mut reports,
             dead,
             inputs: gathered,
-        } = self.barrier.finish();
+        } = self.barrier.finish(&self.world);
         (self.interrupted, self.opened, self.settled) = (false, false, false);
         let mut inputs = std::mem::take(&mut self.inputs);
         inputs.extend(gathered);

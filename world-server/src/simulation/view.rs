@@ -1,6 +1,6 @@
 //! What observers see of a run. It decides nothing: a run that nobody watches is the same.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::control::{AgentState, FaultStatus, Phase};
 use alliance_proto::ids::{Incarnation, RobotId, SetId};
@@ -23,8 +23,10 @@ const SENSING_TEAM_MAX: usize = 200;
 
 /// What a view tells that the state of the run does not.
 pub(super) struct Memories {
-    /// Since when each behavior set is in its state, by rank and [`SetId`].
-    since: Vec<Vec<SimTime>>,
+    /// Since when each behavior set is in its state, by rank; those that have never changed are left out.
+    since: Vec<BTreeMap<SetId, SimTime>>,
+    /// Since when each robot has had its life.
+    began: Vec<SimTime>,
     /// The life that reported last, by rank: with a new one all sets hibernate.
     lives: Vec<Incarnation>,
     messages: VecDeque<MessageView>,
@@ -32,9 +34,10 @@ pub(super) struct Memories {
 }
 
 impl Memories {
-    pub fn new(robots: usize, sets: usize) -> Self {
+    pub fn new(robots: usize) -> Self {
         Self {
-            since: vec![vec![SimTime::ZERO; sets]; robots],
+            since: vec![BTreeMap::new(); robots],
+            began: vec![SimTime::ZERO; robots],
             lives: vec![0; robots],
             messages: VecDeque::new(),
             left_out: 0,
@@ -47,10 +50,11 @@ impl Memories {
             let rank = report.robot.index();
             if self.lives[rank] != report.incarnation {
                 self.lives[rank] = report.incarnation;
-                self.since[rank].fill(now);
+                self.since[rank].clear();
+                self.began[rank] = now;
             }
             for change in &report.changes {
-                self.since[rank][change.set.index()] = now;
+                self.since[rank].insert(change.set, now);
             }
             for &reception in &report.receptions {
                 if self.messages.len() == MESSAGES_MAX {
@@ -66,7 +70,8 @@ impl Memories {
     }
 
     fn since(&self, robot: RobotId, set: SetId) -> SimTime {
-        self.since[robot.index()][set.index()]
+        let changed = self.since[robot.index()].get(&set).copied();
+        changed.unwrap_or(self.began[robot.index()])
     }
 }
 

@@ -119,10 +119,10 @@ impl World {
         }
         let body = &mut self.robots[robot.index()];
         let from = std::mem::replace(&mut body.component.pose.position, to);
-        self.bodies.relocate(robot.index(), from, to);
         if let Some(heading_rad) = heading_rad {
             body.face(wrapped(heading_rad));
         }
+        self.relocated(robot, from, to);
         Ok(())
     }
 
@@ -139,12 +139,14 @@ impl World {
             self.is_free(robot, place)
         });
         let place = place.ok_or(ChangeError::NoRoom)?;
-        self.bodies.insert(robot.index(), place);
         let body = &mut self.robots[robot.index()];
-        body.component.pose.position = place;
+        let from = std::mem::replace(&mut body.component.pose.position, place);
         body.face(start.heading_rad);
         body.present = true;
-        Ok(body.component.pose)
+        let pose = body.component.pose;
+        self.bodies.insert(robot.index(), from);
+        self.relocated(robot, from, place);
+        Ok(pose)
     }
 
     /// Takes a robot's body away: nothing touches or senses it, and it obeys nothing. What it carries falls first, as with

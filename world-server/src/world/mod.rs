@@ -8,7 +8,7 @@
 //!   properties that evolve each step, such as [`Energy`](Battery).
 //! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
 //! - `grid`: what is near a place. `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
-//! - `waste`: spills, deposit, items, report site. `gripper`: pick up and put down. `sensing`: what a robot reads.
+//! - `radio`: who is in range of whom. `waste`: spills, deposit, items, report site. `gripper`: pick up and put down. `sensing`: what a robot reads.
 //! - `change`: what interruption handlers do to all of it between steps.
 //!
 //! # One step
@@ -37,6 +37,7 @@ mod gripper;
 mod ground;
 mod motion;
 mod outline;
+mod radio;
 mod sensing;
 mod space;
 mod start;
@@ -63,6 +64,7 @@ pub use start::{StartError, start_poses};
 pub use waste::Item;
 
 use grid::Grid;
+use radio::Range;
 use space::Space;
 use waste::Waste;
 
@@ -78,6 +80,8 @@ pub struct World {
     robots: Vec<Robot>,
     /// Ranks of those that are there, by their centers.
     bodies: Grid,
+    /// `None` where all hear all.
+    range: Option<Range>,
     waste: Waste,
 }
 
@@ -165,7 +169,12 @@ impl World {
                 bodies.insert(rank, robot.position());
             }
         }
+        let range = scenario.radio.range_m.map(|range_m| {
+            let places = robots.iter().map(Robot::position);
+            Range::new(space.size, range_m, places)
+        });
         Self {
+            range,
             now: SimTime::ZERO,
             step: SimTime(scenario.step_ms),
             body,

@@ -30,7 +30,15 @@ impl World {
         let to = center + ahead * way_m;
         body.component.pose.position = to;
         body.speed_m_s = way_m / step_s;
-        self.bodies.relocate(robot.index(), center, to);
+        self.relocated(robot, center, to);
+    }
+
+    /// Keeps track of a body that has moved.
+    pub(super) fn relocated(&mut self, robot: RobotId, from: Vec2, to: Vec2) {
+        self.bodies.relocate(robot.index(), from, to);
+        if let Some(range) = &mut self.range {
+            range.relocate(robot.index(), from, to);
+        }
     }
 
     /// Where a robot that goes straight ahead must stop within that way; `None` when it need not.

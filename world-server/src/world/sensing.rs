@@ -1,15 +1,13 @@
 //! What a robot's sensors read (DESIGN §7; each device is defined in [`alliance_proto::readings`]).
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Hit, Proximity, Readings};
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::readings::{Hit, Proximity, Readings, SensedWaste, WASTE_MOST};
+use arrayvec::ArrayVec;
 use glam::Vec2;
 
 use super::motion::bearing;
 use super::outline::Stop;
 use super::{Robot, World};
-
-/// Most items that the waste sensor tells apart at once.
-const WASTE_MOST: usize = 8;
 
 impl World {
     /// What a robot senses now. All devices that it has are intact here: faults act on the readings.
@@ -36,11 +34,11 @@ impl World {
     /// Distance from the edge of a body to the border in that direction, within range.
     fn border(&self, position: Vec2, direction: Vec2) -> Option<f32> {
         let reach_m = self.body.radius_m + self.sensors.border_range_m;
-        let stops = self
-            .space
-            .walls()
+        let walls = self.space.walls().into_iter();
+        let stops = walls
+            .filter(|wall| !wall.is_beyond(position, reach_m))
             .map(|wall| wall.cast_ray(position, direction, reach_m, 0.0));
-        let stop = stops.into_iter().fold(None, Stop::nearer)?;
+        let stop = stops.fold(None, Stop::nearer)?;
         Some((stop.way_m - self.body.radius_m).max(0.0))
     }
 
@@ -97,23 +95,29 @@ impl World {
     }
 
     /// The nearest items on the floor within range, nearest first, in the robot's frame.
-    fn waste_near(&self, body: &Robot) -> Vec<Vec2> {
+    fn waste_near(&self, body: &Robot) -> SensedWaste {
         let reach_m = self.body.radius_m + self.sensors.waste_range_m;
-        let offsets = self
-            .waste
-            .near(body.position(), reach_m)
-            .map(|item| (item.position() - body.position(), item.id()));
-        let mut near = offsets
-            .filter(|(offset, _)| offset.length_squared() <= reach_m * reach_m)
-            .collect::<Vec<_>>();
-        near.sort_unstable_by(|(a, first), (b, second)| {
-            let nearer = a.length_squared().total_cmp(&b.length_squared());
-            nearer.then(first.cmp(second))
-        });
-        near.truncate(WASTE_MOST);
+        let mut near = ArrayVec::<(f32, ItemId, Vec2), WASTE_MOST>::new();
+        for item in self.waste.near(body.position(), reach_m) {
+            let offset = item.position() - body.position();
+            let squared = offset.length_squared();
+            if squared > reach_m * reach_m {
+                continue;
+            }
+            let is_nearer = |&(other, id, _): &(f32, ItemId, Vec2)| {
+                other.total_cmp(&squared).then(id.cmp(&item.id())).is_lt()
+            };
+            let place = near.partition_point(is_nearer);
+            if place < WASTE_MOST {
+                if near.is_full() {
+                    near.pop();
+                }
+                near.insert(place, (squared, item.id(), offset));
+            }
+        }
         let left = body.ahead.perp();
         near.into_iter()
-            .map(|(offset, _)| Vec2::new(body.ahead.dot(offset), left.dot(offset)))
+            .map(|(_, _, offset)| Vec2::new(body.ahead.dot(offset), left.dot(offset)))
             .collect()
     }
 }

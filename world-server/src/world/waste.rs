@@ -3,7 +3,7 @@
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::readings::{Pose, Zone};
 use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::Scenario;
+use alliance_proto::scenario::{Scenario, Spill, Spot};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use glam::Vec2;
@@ -70,7 +70,10 @@ pub(super) struct Waste {
     /// The spills by their centers.
     spill_centers: Grid,
     spill_radius_m: f32,
-    deposit: Outline,
+    deposits: Vec<Outline>,
+    /// The deposits by their centers.
+    deposit_centers: Grid,
+    deposit_radius_m: f32,
     report_site: Outline,
     color: SimTime,
 }
@@ -78,22 +81,12 @@ pub(super) struct Waste {
 impl Waste {
     pub fn new(scenario: &Scenario, seed: u64, space: &Space) -> Self {
         let waste = &scenario.waste;
-        let disc = |x_fraction, y_fraction, radius_m| Outline::Disc {
-            center: space.size * Vec2::new(x_fraction, y_fraction),
-            radius_m,
-        };
-        let mut spill_centers = Grid::new(space.size, waste.spill_radius_m);
-        let mut spills = Vec::new();
-        for spill in &waste.spills {
-            let center = space.size * Vec2::new(spill.x_fraction, spill.y_fraction);
-            spill_centers.insert(spills.len(), center);
-            spills.push(disc(
-                spill.x_fraction,
-                spill.y_fraction,
-                waste.spill_radius_m,
-            ));
-        }
-        let deposit = &waste.deposit;
+        let (spills, spill_centers) = discs(
+            scenario,
+            waste.spills.iter().map(Spill::spot),
+            waste.spill_radius_m,
+        );
+        let (deposits, deposit_centers) = discs(scenario, waste.deposits(), waste.deposit.radius_m);
         let sensed_m = scenario.body.radius_m + scenario.sensors.waste_range_m;
         let mut new = Self {
             items: Vec::new(),
@@ -104,7 +97,9 @@ impl Waste {
             spills,
             spill_centers,
             spill_radius_m: waste.spill_radius_m,
-            deposit: disc(deposit.x_fraction, deposit.y_fraction, deposit.radius_m),
+            deposits,
+            deposit_centers,
+            deposit_radius_m: waste.deposit.radius_m,
             report_site: report_site(scenario),
             color: SimTime::from_secs_f64(waste.report_site.color_s),
         };
@@ -125,7 +120,8 @@ impl Waste {
     }
 
     pub fn is_deposit(&self, point: Vec2) -> bool {
-        self.deposit.contains(point)
+        let mut near = self.deposit_centers.near(point, self.deposit_radius_m);
+        near.any(|deposit| self.deposits[deposit].contains(point))
     }
 
     pub fn is_report_site(&self, point: Vec2) -> bool {
@@ -210,6 +206,22 @@ impl Waste {
         self.last_report
             .is_some_and(|report| now.since(report) < self.color)
     }
+}
+
+/// Discs of that radius, and a grid of their centers.
+fn discs(
+    scenario: &Scenario,
+    spots: impl Iterator<Item = Spot>,
+    radius_m: f32,
+) -> (Vec<Outline>, Grid) {
+    let room = &scenario.room;
+    let mut centers = Grid::new(Vec2::new(room.width_m, room.height_m), radius_m);
+    let discs = spots.enumerate().map(|(index, spot)| {
+        let center = spot.in_room(room);
+        centers.insert(index, center);
+        Outline::Disc { center, radius_m }
+    });
+    (discs.collect(), centers)
 }
 
 /// At the left wall, centered in y, cut off at the border.

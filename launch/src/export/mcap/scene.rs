@@ -190,14 +190,13 @@ impl Scene {
             let text = format!("spill {}", spill.name);
             names.push(lettering(text, vector(center.0, above, 0.1)));
         }
-        let deposit = &waste.deposit;
-        let center = place(deposit.x_fraction, deposit.y_fraction);
-        discs.push(disc(center, deposit.radius_m, DEPOSIT));
-        let above = center.1 + f64::from(deposit.radius_m) + LETTERS;
-        names.push(lettering(
-            "deposit".to_owned(),
-            vector(center.0, above, 0.1),
-        ));
+        let radius_m = waste.deposit.radius_m;
+        for deposit in waste.deposits() {
+            let center = place(deposit.x_fraction, deposit.y_fraction);
+            discs.push(disc(center, radius_m, DEPOSIT));
+            let above = vector(center.0, center.1 + f64::from(radius_m) + LETTERS, 0.1);
+            names.push(lettering("deposit".to_owned(), above));
+        }
         let along = (width + 2.0 * wall, wall);
         let across = (wall, height);
         SceneEntity {

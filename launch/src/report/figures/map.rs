@@ -194,14 +194,15 @@ fn furniture(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool)
         let name = format!("spill {}", spill.name);
         label(&name, (center.0, center.1 + radius + below))?;
     }
-    let deposit = &scenario.waste.deposit;
-    let center = (
-        f64::from(deposit.x_fraction) * width,
-        f64::from(deposit.y_fraction) * height,
-    );
-    let radius = f64::from(deposit.radius_m);
-    disc(center, radius, DEPOSIT)?;
-    label("deposit", (center.0, center.1 + radius + below))?;
+    let radius = f64::from(scenario.waste.deposit.radius_m);
+    for deposit in scenario.waste.deposits() {
+        let center = (
+            f64::from(deposit.x_fraction) * width,
+            f64::from(deposit.y_fraction) * height,
+        );
+        disc(center, radius, DEPOSIT)?;
+        label("deposit", (center.0, center.1 + radius + below))?;
+    }
     for obstacle in &scene.history.obstacles {
         let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
         let x = x..x + f64::from(obstacle.width_m);

@@ -304,7 +304,10 @@ fn names() {
             "[[robots]]\nname = 'blue'\n[[robots]]\nname = 'blue'",
             "s.toml:4: robots[1].name: 'blue' is already the name of robots[0]; give each its own name",
         ),
-        ("robots = []", "s.toml:1: robots: 0 entries; give 1 to 500"),
+        (
+            "robots = []",
+            "s.toml:1: robots: 0 entries; give 1 to 10000",
+        ),
         (
             "[[waste.spills]]\nitems = 3",
             "s.toml:1: waste.spills[0].name: '' is not a name; use at most 32 letters, digits, '-' and '_', with a letter or a digit first",
@@ -315,7 +318,7 @@ fn names() {
         ),
         (
             "waste.spills = []",
-            "s.toml:1: waste.spills: 0 entries; give 1 to 100",
+            "s.toml:1: waste.spills: 0 entries; give 1 to 10000",
         ),
         (
             "[tasks.\"move-spill(left)\"]\npriority = 1",
@@ -551,7 +554,7 @@ fn too_many_robots() {
         .collect();
     assert_eq!(
         refusal(&robots),
-        "s.toml:1: robots: 65001 entries; give 1 to 500"
+        "s.toml:1: robots: 65001 entries; give 1 to 10000"
     );
 }
 

@@ -7,8 +7,8 @@ use serde_json::Value;
 use crate::fault::tests::one_of_each;
 use crate::fault::{Campaign, Fault, Faults, Mix, Order};
 use crate::scenario::{
-    AllianceSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset, ReportSite, Robot,
-    RobotSection, Room, Scenario, Sensors, SetSection, Setup, Spill, Start, StepOrder,
+    AllianceSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset, Radio, ReportSite,
+    Robot, RobotSection, Room, Scenario, Sensors, SetSection, Setup, Spill, Spot, Start, StepOrder,
     SwitchSection, TaskSection, Waste,
 };
 
@@ -137,6 +137,7 @@ fn populated() -> Scenario {
             avoidance_range_m: 1.0,
             waste_range_m: 1.0,
         },
+        radio: Radio { range_m: Some(1.0) },
         energy: Some(Energy {
             capacity_j: 1.0,
             idle_w: 1.0,
@@ -162,6 +163,11 @@ fn populated() -> Scenario {
                 color_s: 1.0,
             },
             report_period_s: 1.0,
+            further_deposits: vec![Spot {
+                x_fraction: 0.5,
+                y_fraction: 0.5,
+            }],
+            border_known: true,
         },
         robots: vec![Robot {
             name: String::new(),
@@ -172,6 +178,7 @@ fn populated() -> Scenario {
                 y_m: 1.0,
                 heading_deg: 0.0,
             }),
+            tasks: vec!["x".to_owned()],
         }],
         faults: Faults {
             timeline: every_fault().map(Order::now).collect(),

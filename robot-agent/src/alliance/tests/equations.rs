@@ -14,10 +14,13 @@ fn params() -> Params {
     let toward = |slow, phi| Toward { slow, phi: ms(phi) };
     Params {
         task: task(TOP),
+        max_robots: 1,
+        priority: 0,
         period: ms(1000),
         tau: ms(5000),
         fast: 5.0,
         toward: BTreeMap::from([(GOLD, toward(1.0, 30_000)), (GREEN, toward(2.0, 10_000))]),
+        toward_others: None,
         psi: ms(20_000),
         lambda: ms(60_000),
     }
@@ -28,7 +31,7 @@ fn heard(messages: &[(u64, RobotId, TaskState)], switches: &Switches) -> History
     let mut history = History::default();
     for (seq, &(at, sender, state)) in (1..).zip(messages) {
         let message = heartbeat(sender, seq, ms(at), state, ms(0), TOP);
-        history.hear(ms(at), &message, switches);
+        history.hear(ms(at), &message, switches, |_| true);
     }
     history
 }
@@ -110,7 +113,7 @@ fn reset_comes_once_per_teammate_with_its_first_message() {
         for &sender in senders {
             seq += 1;
             let message = heartbeat(sender, seq, ms(at), Executing, ms(0), TOP);
-            history.hear(ms(at), &message, &switches);
+            history.hear(ms(at), &message, &switches, |_| true);
         }
         let reset = impatience_reset(history.about(task(TOP)), ms(at));
         assert_eq!(reset, expected, "at {at} ms");

@@ -159,13 +159,13 @@ fn no_release_while_another_set_goes_on_with_the_task() {
     let wander = blue.sets["find-locations-wander"].clone();
     blue.sets
         .insert("find-locations-methodical".to_owned(), wander);
-    let mut blue = Engine::new(BLUE, &setup);
+    let mut blue = engine(BLUE, &setup);
     let mut step = |seq: u64, state| {
         let now = ms(200 * seq);
         let message = heartbeat(GOLD, seq, now, state, ms(0), FIND);
         let output = blue.step(&StepInput {
             now,
-            heard: &[message],
+            heard: &shared(&[message]),
             applicable: &[true, true, false, false, false],
             progressed: &[],
         });

@@ -32,7 +32,8 @@ impl Gold {
         if let Body::Heartbeat(heartbeat) = &mut message.body {
             heartbeat.progress = progress;
         }
-        self.history.hear(ms(at), &message, &self.switches);
+        self.history
+            .hear(ms(at), &message, &self.switches, |_| true);
         self
     }
 
@@ -162,7 +163,8 @@ fn a_position_update_counts_for_its_task_and_carries_progress() {
     gold.says(1000, Executing, 0);
     let mut update = heartbeat(GOLD, 2, ms(4000), Executing, ms(0), TOP);
     update.body = position_update(1);
-    gold.history.hear(ms(4000), &update, &gold.switches);
+    gold.history
+        .hear(ms(4000), &update, &gold.switches, |_| true);
     assert!(gold.within(5000, 8999));
     assert!(gold.begins(4000));
 }
@@ -189,20 +191,20 @@ fn idle_and_overtaken_messages_do_not_count() {
     let switches = Preset::Team.switches();
     let mut history = History::default();
     let idle = heartbeat(GOLD, 1, ms(0), TaskState::Idle, ms(0), TOP);
-    history.hear(ms(0), &idle, &switches);
+    history.hear(ms(0), &idle, &switches, |_| true);
     assert_eq!(history.about(task(TOP)).count(), 0);
 
     let executing = heartbeat(GOLD, 2, ms(0), Executing, ms(0), TOP);
     let released = heartbeat(GOLD, 3, ms(0), Released, ms(0), TOP);
-    history.hear(ms(500), &released, &switches);
-    history.hear(ms(1000), &executing, &switches);
+    history.hear(ms(500), &released, &switches, |_| true);
+    history.hear(ms(1000), &executing, &switches, |_| true);
     let (_, record) = history.about(task(TOP)).next().unwrap();
     assert!(!record.within(ms(5000), ms(1000)));
 }
 
 #[test]
 fn memory_does_not_grow_with_the_mission() {
-    let mut engine = Engine::new(BLUE, &setup(Preset::Team, 3, 50));
+    let mut engine = engine(BLUE, &setup(Preset::Team, 3, 50));
     let mut shape_after = |steps: std::ops::Range<u64>| {
         for step in steps {
             let now = ms(50 * step);
@@ -217,7 +219,7 @@ fn memory_does_not_grow_with_the_mission() {
                 .collect();
             engine.step(&StepInput {
                 now,
-                heard: &heard,
+                heard: &shared(&heard),
                 applicable: &ALL,
                 progressed: &[],
             });

@@ -11,6 +11,8 @@ mod takeover;
 mod teammates;
 mod waiting;
 
+use std::sync::Arc;
+
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{Preset, Robot, Scenario, SetParams, Setup, StepOrder, Switches};
 use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge, TaskState};
@@ -18,6 +20,7 @@ use alliance_proto::telemetry::{Reason, SetState, StateChange};
 use alliance_proto::time::SimTime;
 
 use super::{Announcement, Engine, StepInput, StepOutput};
+use crate::roster::Roster;
 
 /// The sets of the default mission without a side sensor, by their place among the robot's own sets; the tasks have the
 /// same numbers.
@@ -76,6 +79,15 @@ fn setup(preset: Preset, count: usize, step_ms: u64) -> Setup {
         set.before_giving_up_s = 10_000.0;
     });
     setup
+}
+
+/// As an engine takes them.
+fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
+    broadcasts.iter().cloned().map(Arc::new).collect()
+}
+
+fn engine(robot: RobotId, setup: &Setup) -> Engine {
+    Engine::new(robot, setup, &Roster::of(&setup.scenario))
 }
 
 fn every_set(setup: &mut Setup, edit: impl FnMut(&mut SetParams)) {
@@ -142,7 +154,7 @@ struct Solo {
 impl Solo {
     fn new(robot: RobotId, setup: &Setup) -> Self {
         Self {
-            engine: Engine::new(robot, setup),
+            engine: engine(robot, setup),
             step_ms: setup.alliance.step_ms,
             now: SimTime::ZERO,
             seq: 0,
@@ -151,6 +163,7 @@ impl Solo {
 
     /// A step at `now`, which moves on after it.
     fn step(&mut self, applicable: [bool; 4], heard: &[Broadcast]) -> StepOutput {
+        let heard = &shared(heard);
         let output = self.engine.step(&StepInput {
             now: self.now,
             heard,
@@ -195,7 +208,7 @@ impl Team {
         let count = setup.scenario.robots.len();
         Self {
             engines: (0..count as u16)
-                .map(|rank| Engine::new(RobotId(rank), setup))
+                .map(|rank| engine(RobotId(rank), setup))
                 .collect(),
             step_ms: setup.alliance.step_ms,
             order: setup.alliance.switches.step_order,
@@ -231,7 +244,7 @@ impl Team {
                 .collect();
             let output = self.engines[rank].step(&StepInput {
                 now: self.now,
-                heard: &heard,
+                heard: &shared(&heard),
                 applicable,
                 progressed: &tasks,
             });

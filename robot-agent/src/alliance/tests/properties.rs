@@ -114,13 +114,13 @@ proptest! {
     ) {
         let mut setup = brisk(Preset::Team, 3);
         setup.alliance.switches = switches;
-        let mut engine = Engine::new(GOLD, &setup);
+        let mut engine = engine(GOLD, &setup);
         let mut before = [0.0; 4];
         let mut states = [SetState::Hibernating; 4];
         for (number, step) in (0..).zip(&steps) {
             let output = engine.step(&StepInput {
                 now: ms(200 * number),
-                heard: &step.heard,
+                heard: &shared(&step.heard),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             });
@@ -232,11 +232,11 @@ proptest! {
     ) {
         let mut setup = brisk(Preset::Team, 3);
         setup.alliance.switches = switches;
-        let mut engine = Engine::new(GOLD, &setup);
+        let mut engine = engine(GOLD, &setup);
         for (number, step) in (0..).zip(&steps) {
             engine.step(&StepInput {
                 now: ms(200 * number),
-                heard: &step.heard,
+                heard: &shared(&step.heard),
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             });

@@ -172,7 +172,7 @@ fn a_clone_goes_on_like_the_original() {
     let mut snapshot = team.engines[1].clone();
     let input = StepInput {
         now: team.now,
-        heard: &team.inboxes[1].clone(),
+        heard: &shared(&team.inboxes[1]),
         applicable: &ALL,
         progressed: &[],
     };

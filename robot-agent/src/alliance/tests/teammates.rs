@@ -16,7 +16,7 @@ fn after(messages: &[Message], now: u64) -> (bool, bool) {
     for &(incarnation, seq, state, index) in messages {
         let mut message = heartbeat(GOLD, seq, ms(1000), state, ms(500), index);
         message.incarnation = incarnation;
-        teammates.hear(ms(1000), &message);
+        teammates.hear(ms(1000), &message, |_| true);
     }
     let executes = teammates.occupy(task(TOP), 1, TAU, ms(now));
     let has_turn = teammates.leave_to((ms(800), GREEN), task(TOP), 1, TAU, ms(now));
@@ -63,7 +63,7 @@ fn a_word_is_good_for_tau() {
 fn wishes_go_by_age_and_then_by_rank() {
     let mut teammates = Teammates::default();
     let wish = heartbeat(GOLD, 1, ms(1000), Waiting, ms(500), TOP);
-    teammates.hear(ms(1000), &wish);
+    teammates.hear(ms(1000), &wish, |_| true);
     let table = [
         ((499, GREEN), true),
         ((500, BLUE), true),

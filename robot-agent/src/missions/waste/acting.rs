@@ -8,14 +8,15 @@ use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
+use super::briefing::Briefing;
 use super::extremes::Extremes;
 use super::find::{Methodical, Search};
 use super::report::{Errand, errand};
 use super::sight::Sight;
 use super::spill::{Scene, SpillWork, Work};
-use super::{Pending, WasteMission};
+use super::{Pending, WasteMission, places};
 use crate::body::goal::length;
-use crate::body::{Goal, Surroundings, Teammate};
+use crate::body::{Drive, Goal, Navigator, Surroundings, Teammate};
 
 /// An idle robot leaves this much room between itself and a teammate at work, m.
 const ROOM_M: f32 = 0.2;
@@ -44,10 +45,10 @@ impl WasteMission {
             self.make_room(now, readings, &mut action);
             return action;
         };
-        let spec = &self.briefing.catalog.sets[set.index()];
+        let spec = &self.briefing.roster.catalog.sets[set.index()];
         let (kind, task) = (spec.kind, spec.task);
         let spill = match kind {
-            BehaviorKind::MoveSpill(spill) => Some(usize::from(spill)),
+            BehaviorKind::MoveSpill(spill) => Some(spill),
             _ => None,
         };
         self.work.take_if(|work| spill != Some(work.spill()));
@@ -64,7 +65,7 @@ impl WasteMission {
                 self.search(now, set, task, search, readings, &mut action);
             }
             BehaviorKind::MoveSpill(spill) => {
-                self.move_spill(now, set, task, usize::from(spill), readings, &mut action)
+                self.move_spill(now, set, task, spill, readings, &mut action)
             }
             BehaviorKind::ReportProgress => self.report_progress(now, task, readings, &mut action),
         }
@@ -99,7 +100,9 @@ impl WasteMission {
         let away = position - at_work;
         let distance = length(away);
         if distance < near && distance > 0.0 {
-            self.drive(now, Goal::Direction(away / distance), &[], readings, action);
+            let goal = Goal::Direction(away / distance);
+            let drive = drive(&mut self.navigator, &self.briefing, goal, [], readings, now);
+            self.obey(drive, action);
         }
     }
 
@@ -129,7 +132,7 @@ impl WasteMission {
                     action.bodies.push(Body::PositionUpdate {
                         task,
                         set,
-                        progress: self.progress[task.index()] + u32::from(progress),
+                        progress: self.search_progress + u32::from(progress),
                         locations,
                     });
                 }
@@ -146,11 +149,11 @@ impl WasteMission {
         now: SimTime,
         set: SetId,
         task: TaskId,
-        spill: usize,
+        spill: u16,
         readings: &Readings,
         action: &mut Action,
     ) {
-        let Some(places) = self.places() else {
+        let Some(places) = places(&self.briefing, &self.memory) else {
             return;
         };
         let Some(sight) = Sight::of(readings, &self.briefing, &places) else {
@@ -181,7 +184,7 @@ impl WasteMission {
                 self.memory.see_spill(spill, true, now);
                 action.notes.push(Note {
                     kind: NoteKind::SpillEmpty,
-                    detail: self.briefing.catalog.task_name(task).to_owned(),
+                    detail: self.briefing.roster.catalog.task_name(task).to_owned(),
                 });
             }
             Work::OutOfReach => self.memory.set_aside(spill, now),
@@ -196,7 +199,8 @@ impl WasteMission {
         readings: &Readings,
         action: &mut Action,
     ) {
-        let (Some(places), Some(pose)) = (self.places(), readings.pose) else {
+        let (Some(places), Some(pose)) = (places(&self.briefing, &self.memory), readings.pose)
+        else {
             return;
         };
         match errand(
@@ -230,23 +234,19 @@ impl WasteMission {
 
     fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {
         let right_of_way = self.teammates.right_of_way(self.briefing.robot, now);
-        self.drive(now, goal, &right_of_way, readings, action);
+        let drive = drive(
+            &mut self.navigator,
+            &self.briefing,
+            goal,
+            right_of_way,
+            readings,
+            now,
+        );
+        self.obey(drive, action);
     }
 
-    fn drive(
-        &mut self,
-        now: SimTime,
-        goal: Goal,
-        right_of_way: &[Teammate],
-        readings: &Readings,
-        action: &mut Action,
-    ) {
-        let Some(around) = Surroundings::of(readings) else {
-            return;
-        };
-        let drive = self
-            .navigator
-            .drive(&self.briefing.chassis, goal, &around, right_of_way, now);
+    fn obey(&mut self, drive: Option<Drive>, action: &mut Action) {
+        let Some(drive) = drive else { return };
         self.status = drive.status;
         action.actuation = drive.actuation;
         if let Some(side) = drive.detour {
@@ -256,4 +256,17 @@ impl WasteMission {
             });
         }
     }
+}
+
+/// A step of driving; `None` without a position.
+fn drive(
+    navigator: &mut Navigator,
+    briefing: &Briefing,
+    goal: Goal,
+    right_of_way: impl IntoIterator<Item = Teammate>,
+    readings: &Readings,
+    now: SimTime,
+) -> Option<Drive> {
+    let around = Surroundings::of(readings)?;
+    Some(navigator.drive(&briefing.chassis, goal, &around, right_of_way, now))
 }

@@ -26,20 +26,28 @@ pub(super) struct Memory {
     knowledge: Knowledge,
     /// Whether the robot has itself sensed a spill where the locations say that one is.
     confirmed: bool,
-    /// When the robot last found no way to a spill. It tells nobody: it may be shut in itself.
+    /// The spills that the robot has behavior sets for, in ascending order: of others it remembers nothing.
+    spills: Vec<u16>,
+    /// When it last found no way to each of them. It tells nobody: it may be shut in itself.
     out_of_reach: Vec<Option<SimTime>>,
 }
 
 impl Memory {
-    pub fn new(robot: RobotId, spills: usize) -> Self {
+    pub fn new(robot: RobotId, spills: &[u16], border: Option<Locations>) -> Self {
+        let locations = border.map(|value| Fact {
+            value,
+            seen_by: robot,
+            seen: SimTime::ZERO,
+        });
         Self {
             robot,
             knowledge: Knowledge {
-                empty: vec![None; spills],
+                locations,
                 ..Knowledge::default()
             },
             confirmed: false,
-            out_of_reach: vec![None; spills],
+            spills: spills.to_vec(),
+            out_of_reach: vec![None; spills.len()],
         }
     }
 
@@ -82,18 +90,23 @@ impl Memory {
     }
 
     /// A spill, as seen by the robot itself.
-    pub fn see_spill(&mut self, spill: usize, empty: bool, now: SimTime) {
-        self.knowledge.empty[spill] = Some(self.own(empty, now));
+    pub fn see_spill(&mut self, spill: u16, empty: bool, now: SimTime) {
+        let fact = self.own(empty, now);
+        self.join_empty(spill, |_| fact);
     }
 
     /// The robot has found no way to a spill, and leaves it alone for a while.
-    pub fn set_aside(&mut self, spill: usize, now: SimTime) {
-        self.out_of_reach[spill] = Some(now);
+    pub fn set_aside(&mut self, spill: u16, now: SimTime) {
+        if let Ok(own) = self.spills.binary_search(&spill) {
+            self.out_of_reach[own] = Some(now);
+        }
     }
 
     /// Whether the robot leaves the spill alone.
-    pub fn is_set_aside(&self, spill: usize, now: SimTime) -> bool {
-        self.out_of_reach[spill].is_some_and(|since| now.since(since) < SET_ASIDE)
+    pub fn is_set_aside(&self, spill: u16, now: SimTime) -> bool {
+        let own = self.spills.binary_search(&spill).ok();
+        let since = own.and_then(|own| self.out_of_reach[own]);
+        since.is_some_and(|since| now.since(since) < SET_ASIDE)
     }
 
     /// A place outside the spills, as seen by the robot itself.
@@ -115,9 +128,11 @@ impl Memory {
     }
 
     /// Whether the spill is taken to be empty.
-    pub fn believes_empty(&self, spill: usize, now: SimTime) -> bool {
-        self.knowledge.empty[spill]
-            .is_some_and(|fact| fact.value && now.since(fact.seen) < EMPTY_EXPIRES)
+    pub fn believes_empty(&self, spill: u16, now: SimTime) -> bool {
+        let mut known = self.knowledge.empty.iter();
+        known.any(|(known, fact)| {
+            *known == spill && fact.value && now.since(fact.seen) < EMPTY_EXPIRES
+        })
     }
 
     /// Places outside the spills where something is taken to lie.
@@ -130,17 +145,23 @@ impl Memory {
         present.map(|fact| fact.value.at)
     }
 
-    /// Joins what a teammate knows at `now`; true if new locations were learned from it.
-    pub fn hear(&mut self, told: &Knowledge, now: SimTime) -> bool {
+    /// Joins what a teammate knows at `now`; true if new locations were learned from it. Of loose waste it takes what is
+    /// its own `concern`, and news of what it knew to lie there.
+    pub fn hear(&mut self, told: &Knowledge, now: SimTime, concern: impl Fn(Vec2) -> bool) -> bool {
         for &withdrawal in &told.withdrawn {
             self.hear_withdrawal(withdrawal);
         }
-        for (mine, told) in self.knowledge.empty.iter_mut().zip(&told.empty) {
-            *mine = newer(*mine, *told, now);
+        for &(spill, told) in &told.empty {
+            if told.seen <= now {
+                self.join_empty(spill, |mine| newer(mine, told));
+            }
         }
-        self.knowledge.last_report = newer(self.knowledge.last_report, told.last_report, now);
+        if let Some(told) = told.last_report.filter(|told| told.seen <= now) {
+            self.knowledge.last_report = Some(newer(self.knowledge.last_report, told));
+        }
         for &fact in &told.loose {
-            if fact.seen <= now && fact.value.at.is_finite() {
+            let at = fact.value.at;
+            if fact.seen <= now && at.is_finite() && (self.loose_at(at).is_some() || concern(at)) {
                 self.join_loose(fact);
             }
         }
@@ -208,11 +229,27 @@ impl Memory {
         }
     }
 
+    /// What is known of one of its own spills is what `join` makes of it.
+    fn join_empty(&mut self, spill: u16, join: impl Fn(Option<Fact<bool>>) -> Fact<bool>) {
+        if self.spills.binary_search(&spill).is_err() {
+            return;
+        }
+        let empty = &mut self.knowledge.empty;
+        match empty.binary_search_by_key(&spill, |&(known, _)| known) {
+            Ok(index) => empty[index].1 = join(Some(empty[index].1)),
+            Err(index) => empty.insert(index, (spill, join(None))),
+        }
+    }
+
+    /// The place among those known that is that one.
+    fn loose_at(&self, at: Vec2) -> Option<usize> {
+        let mut loose = self.knowledge.loose.iter();
+        loose.position(|known| length(known.value.at - at) < SAME_PLACE_M)
+    }
+
     fn join_loose(&mut self, fact: Fact<LooseWaste>) {
+        let same = self.loose_at(fact.value.at);
         let loose = &mut self.knowledge.loose;
-        let same = loose
-            .iter()
-            .position(|known| length(known.value.at - fact.value.at) < SAME_PLACE_M);
         match same {
             Some(index) => {
                 let known = &mut loose[index];
@@ -235,12 +272,11 @@ impl Memory {
     }
 }
 
-/// The newer of two facts; what is said to be seen in the future is nonsense.
-fn newer<T: Copy>(mine: Option<Fact<T>>, told: Option<Fact<T>>, now: SimTime) -> Option<Fact<T>> {
-    match (mine, told) {
-        (Some(mine), Some(told)) if told.seen > mine.seen && told.seen <= now => Some(told),
-        (None, Some(told)) if told.seen <= now => Some(told),
-        _ => mine,
+/// The newer of two facts; of the same time, the one's own.
+fn newer<T>(mine: Option<Fact<T>>, told: Fact<T>) -> Fact<T> {
+    match mine {
+        Some(mine) if mine.seen >= told.seen => mine,
+        _ => told,
     }
 }
 
@@ -271,7 +307,7 @@ mod tests {
     }
 
     fn memory() -> Memory {
-        Memory::new(ME, 2)
+        Memory::new(ME, &[0, 1], None)
     }
 
     fn told_empty(value: bool, seen: SimTime) -> Knowledge {
@@ -281,7 +317,7 @@ mod tests {
             seen,
         };
         Knowledge {
-            empty: vec![Some(fact), None],
+            empty: vec![(0, fact)],
             ..Knowledge::default()
         }
     }
@@ -302,9 +338,9 @@ mod tests {
     fn of_two_facts_the_newer_wins() {
         let mut memory = memory();
         memory.see_spill(0, false, at(10));
-        memory.hear(&told_empty(true, at(9)), at(11));
+        memory.hear(&told_empty(true, at(9)), at(11), |_| true);
         assert!(!memory.believes_empty(0, at(11)));
-        memory.hear(&told_empty(true, at(11)), at(11));
+        memory.hear(&told_empty(true, at(11)), at(11), |_| true);
         assert!(memory.believes_empty(0, at(11)));
         assert!(!memory.believes_empty(1, at(11)));
     }
@@ -313,17 +349,17 @@ mod tests {
     fn of_facts_of_the_same_time_own_sight_wins() {
         let mut memory = memory();
         memory.see_spill(0, false, at(10));
-        memory.hear(&told_empty(true, at(10)), at(11));
+        memory.hear(&told_empty(true, at(10)), at(11), |_| true);
         assert!(!memory.believes_empty(0, at(11)));
     }
 
     #[test]
     fn what_is_said_to_be_seen_in_the_future_is_ignored() {
         let mut memory = memory();
-        memory.hear(&told_empty(true, at(12)), at(11));
+        memory.hear(&told_empty(true, at(12)), at(11), |_| true);
         assert!(!memory.believes_empty(0, at(12)));
         assert!(!memory.hear_locations(found_by(OTHER, 12.0, at(12)), at(11)));
-        memory.hear(&told_loose(Vec2::ONE, true, at(12)), at(11));
+        memory.hear(&told_loose(Vec2::ONE, true, at(12)), at(11), |_| true);
         assert_eq!(memory.loose().count(), 0);
     }
 
@@ -441,12 +477,16 @@ mod tests {
     fn places_that_are_near_are_one_and_searched_ones_are_gone() {
         let mut memory = memory();
         memory.see_loose(Vec2::ONE, true, at(1));
-        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(2));
+        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(2), |_| {
+            true
+        });
         assert_eq!(memory.loose().count(), 1);
         memory.see_loose(Vec2::new(1.1, 1.0), false, at(3));
         assert_eq!(memory.loose().count(), 0);
         // Older hearsay does not bring it back, as long as the search is remembered.
-        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(4));
+        memory.hear(&told_loose(Vec2::new(1.1, 1.0), true, at(2)), at(4), |_| {
+            true
+        });
         assert_eq!(memory.loose().count(), 0);
         memory.expire(at(3) + SEARCHED_EXPIRES);
         assert!(memory.knowledge().loose.is_empty());

@@ -1,7 +1,7 @@
 //! The waste clean-up (thesis §4.1, DESIGN §7): behavior sets and knowledge. Pure.
 //!
 //! A tour:
-//! - `briefing`: what a robot knows beforehand. `extremes`: what it learns about the border. `memory`: what it knows about the
+//! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border. `memory`: what it knows about the
 //!   mission, from own sight and from hearsay. `teammates`: what it last heard of each of the others.
 //! - `find`, `spill`, `report`: the behavior sets; `sight` and `views` are what the work on a spill sees.
 //! - `perceiving` and `acting`: the two halves of a step, which use them all.
@@ -21,6 +21,7 @@ mod acting;
 mod briefing;
 mod extremes;
 mod find;
+mod map;
 mod memory;
 mod perceiving;
 mod report;
@@ -41,21 +42,23 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::body::{Navigator, Status};
-use briefing::{Briefing, Places};
+use crate::roster::Roster;
+use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
+use map::Places;
 use memory::Memory;
 use spill::SpillWork;
 use teammates::Teammates;
 
 pub use acting::Action;
+pub use map::Map;
 pub use perceiving::Perception;
 
 /// One robot's mind for the waste clean-up.
 #[derive(Clone, Debug)]
 pub struct WasteMission {
     briefing: Arc<Briefing>,
-    own_sets: Vec<SetId>,
     memory: Memory,
     teammates: Teammates,
     extremes: Extremes,
@@ -72,8 +75,8 @@ pub struct WasteMission {
     pending: Option<Pending>,
     /// Effects on the world, seen but not yet reported to the motivational behaviors.
     progressed: Vec<TaskId>,
-    /// Progress counts by task.
-    progress: Vec<u32>,
+    /// Progress count on finding the locations.
+    search_progress: u32,
     stands_back_since: Option<SimTime>,
 }
 
@@ -90,13 +93,11 @@ impl WasteMission {
     /// # Panics
     /// If the setup has no such robot.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup) -> Self {
-        let briefing = Briefing::new(robot, setup);
-        let own = &setup.scenario.robots[robot.index()];
+    pub fn new(robot: RobotId, setup: &Setup, roster: &Arc<Roster>, map: &Arc<Map>) -> Self {
+        let briefing = Briefing::new(robot, setup, roster, map);
         Self {
-            own_sets: briefing.catalog.sets_of(own).collect(),
-            memory: Memory::new(robot, briefing.spill_count()),
-            progress: vec![0; briefing.catalog.tasks.len()],
+            memory: Memory::new(robot, &briefing.own_spills, briefing.border),
+            search_progress: 0,
             briefing: Arc::new(briefing),
             teammates: Teammates::default(),
             extremes: Extremes::default(),
@@ -131,9 +132,10 @@ impl WasteMission {
     pub fn carrying(&self) -> bool {
         self.holding
     }
+}
 
-    fn places(&self) -> Option<Places> {
-        let locations = self.memory.locations()?;
-        Some(self.briefing.places(&locations.value))
-    }
+/// Where things are, as far as a robot knows.
+fn places<'a>(briefing: &'a Briefing, memory: &Memory) -> Option<Places<'a>> {
+    let locations = memory.locations()?;
+    Some(briefing.map.places(&locations.value))
 }

@@ -1,9 +1,11 @@
 //! First half of a step: what the robot senses and hears becomes what it knows, and what it could do.
 
+use std::sync::Arc;
+
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::readings::{Readings, Zone};
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::{Body, Broadcast, TaskState};
+use alliance_proto::team::{Body, Broadcast, Knowledge, TaskState};
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -12,14 +14,16 @@ use super::extremes::Extremes;
 use super::find::Methodical;
 use super::memory::SAME_PLACE_M;
 use super::sight::Sight;
-use super::spill::nearest_spill;
-use super::{Pending, WasteMission};
+use super::{Pending, WasteMission, places};
 use crate::body::goal::length;
 
 /// How long a finder whose update was withdrawn leaves the search to others.
 const STANDS_BACK: SimTime = SimTime(60_000);
 /// A spill sensed this much farther from its computed center than its radius is still that spill, m.
 const SPILL_TOLERANCE_M: f32 = 0.2;
+
+/// find-locations.
+const FIND: TaskId = TaskId(0);
 
 /// Result of [`WasteMission::perceive`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,7 +42,7 @@ impl WasteMission {
         &mut self,
         now: SimTime,
         readings: &Readings,
-        heard: &[Broadcast],
+        heard: &[Arc<Broadcast>],
     ) -> Perception {
         let mut notes = Vec::new();
         self.position = readings.pose.map(|pose| pose.position);
@@ -53,17 +57,19 @@ impl WasteMission {
         self.see_waste(now, readings);
         self.memory.expire(now);
         for &task in &self.progressed {
-            self.progress[task.index()] += 1;
+            self.search_progress += u32::from(task == FIND);
             notes.push(Note {
                 kind: NoteKind::Progress,
-                detail: self.briefing.catalog.task_name(task).to_owned(),
+                detail: self.briefing.roster.catalog.task_name(task).to_owned(),
             });
         }
+        let loose = self.spills_of_loose();
         Perception {
             applicable: self
+                .briefing
                 .own_sets
                 .iter()
-                .map(|&set| self.is_applicable(set, now, readings))
+                .map(|&set| self.is_applicable(set, now, readings, &loose))
                 .collect(),
             progressed: std::mem::take(&mut self.progressed),
             notes,
@@ -87,18 +93,19 @@ impl WasteMission {
     }
 
     fn hear(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
-        let find = TaskId(0);
         match &broadcast.body {
             Body::Heartbeat(heartbeat) => {
                 if self.teammates.is_news(broadcast) {
-                    if let Some(place) = self.teammates.hear(now, broadcast, heartbeat) {
+                    let concern = heartbeat.task.is_none_or(|task| self.is_own(task));
+                    let lost = self.teammates.hear(now, broadcast, heartbeat, concern);
+                    if let Some(place) = lost {
                         self.search_later(place, now);
                     }
-                    if heartbeat.task == Some(find) && heartbeat.state == TaskState::Executing {
+                    if heartbeat.task == Some(FIND) && heartbeat.state == TaskState::Executing {
                         self.stands_back_since = None;
                     }
                 }
-                if self.memory.hear(&heartbeat.knowledge, now) {
+                if self.learn(&heartbeat.knowledge, now) {
                     self.learned(broadcast.sender, notes);
                 }
             }
@@ -115,6 +122,24 @@ impl WasteMission {
         }
     }
 
+    /// Whether the robot has a set for the task.
+    fn is_own(&self, task: TaskId) -> bool {
+        let catalog = &self.briefing.roster.catalog;
+        let mut own = self.briefing.own_sets.iter();
+        own.any(|set| catalog.sets[set.index()].task == task)
+    }
+
+    /// Joins what a teammate knows; true if it tells new locations.
+    fn learn(&mut self, told: &Knowledge, now: SimTime) -> bool {
+        let places = places(&self.briefing, &self.memory);
+        let concern = |at| {
+            let spill = places.as_ref().map(|places| places.nearest_spill(at));
+            self.briefing.all_spills
+                || spill.is_none_or(|spill| self.briefing.own_spills.contains(&spill))
+        };
+        self.memory.hear(told, now, concern)
+    }
+
     fn learned(&mut self, from: RobotId, notes: &mut Vec<Note>) {
         self.stands_back_since = None;
         // Whoever searches again, because they prove wrong, starts anew.
@@ -128,9 +153,11 @@ impl WasteMission {
 
     /// A teammate lost its load somewhere on the way from here to the deposit, since its last heartbeat.
     fn search_later(&mut self, last_place: Vec2, now: SimTime) {
-        let Some(places) = self.places() else { return };
+        let Some(places) = places(&self.briefing, &self.memory) else {
+            return;
+        };
         let way = self.briefing.chassis.speed_m_s * self.briefing.heartbeat.as_secs_f64() as f32;
-        let offset = places.deposit - last_place;
+        let offset = places.nearest_deposit(last_place) - last_place;
         let distance = length(offset);
         let ahead = (way / 2.0).min((distance - self.briefing.deposit_radius_m).max(0.0));
         let place = last_place + offset * (ahead / distance.max(ahead).max(f32::EPSILON));
@@ -139,13 +166,14 @@ impl WasteMission {
 
     /// Own sight of the spills and of what lies loose.
     fn see_waste(&mut self, now: SimTime, readings: &Readings) {
-        let (Some(pose), Some(places)) = (readings.pose, self.places()) else {
+        let (Some(pose), Some(places)) = (readings.pose, places(&self.briefing, &self.memory))
+        else {
             return;
         };
         let own_spill = |at: Vec2, slack: f32| {
-            nearest_spill(&places, at).filter(|&spill| {
-                length(places.spills[spill] - at) <= self.briefing.spill_radius_m + slack
-            })
+            let nearest = places.nearest_spill(at);
+            let distance = length(places.spill(nearest) - at);
+            (distance <= self.briefing.spill_radius_m + slack).then_some(nearest)
         };
         if readings.zone == Some(Zone::Spill)
             && own_spill(pose.position, SPILL_TOLERANCE_M).is_some()
@@ -171,34 +199,39 @@ impl WasteMission {
         }
     }
 
-    fn is_applicable(&self, set: SetId, now: SimTime, readings: &Readings) -> bool {
-        let Some(places) = self.places() else {
+    /// The spill of each place where something is taken to lie loose.
+    fn spills_of_loose(&self) -> Vec<u16> {
+        let places = places(&self.briefing, &self.memory);
+        let spills = places.map(|places| {
+            let loose = self.memory.loose();
+            loose.map(|place| places.nearest_spill(place)).collect()
+        });
+        spills.unwrap_or_default()
+    }
+
+    fn is_applicable(&self, set: SetId, now: SimTime, readings: &Readings, loose: &[u16]) -> bool {
+        if self.memory.locations().is_none() {
             let sensors_work = readings.pose.is_some() && readings.front_border.is_some();
             let stands_back = self.briefing.team_size > 1
                 && self
                     .stands_back_since
                     .is_some_and(|since| now.since(since) < STANDS_BACK);
-            return match self.briefing.catalog.sets[set.index()].kind {
+            return match self.briefing.roster.catalog.sets[set.index()].kind {
                 BehaviorKind::FindLocationsMethodical => {
                     sensors_work && readings.side_border.is_some() && !stands_back
                 }
                 BehaviorKind::FindLocationsWander => sensors_work && !stands_back,
                 _ => false,
             };
-        };
+        }
         if readings.pose.is_none() {
             return false;
         }
-        match self.briefing.catalog.sets[set.index()].kind {
+        match self.briefing.roster.catalog.sets[set.index()].kind {
             BehaviorKind::MoveSpill(spill) => {
-                let spill = usize::from(spill);
                 let loads = self.holding && self.load_of == Some(set);
-                let loose = self
-                    .memory
-                    .loose()
-                    .any(|place| nearest_spill(&places, place) == Some(spill));
                 let works = readings.waste.is_some() && readings.holding.is_some();
-                let wanted = loose || !self.memory.believes_empty(spill, now);
+                let wanted = loose.contains(&spill) || !self.memory.believes_empty(spill, now);
                 works && (loads || wanted && !self.memory.is_set_aside(spill, now))
             }
             BehaviorKind::ReportProgress => {

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-use super::briefing::Places;
+use super::map::Places;
 use crate::body::Goal;
 use crate::body::goal::length;
 

@@ -1,13 +1,11 @@
 //! The waste that a robot senses outside the deposit, and how far it can be sure that there is no more.
 
-use alliance_proto::readings::Readings;
+use alliance_proto::readings::{Readings, SensedWaste, WASTE_MOST};
 use glam::Vec2;
 
-use super::briefing::{Briefing, Places};
+use super::briefing::Briefing;
+use super::map::Places;
 use crate::body::goal::length;
-
-/// The waste sensor tells at most this many items apart: with so many, what lies beyond the last is unseen.
-const WASTE_MOST: usize = 8;
 
 /// One step's view of the floor.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +14,7 @@ pub(super) struct Sight {
     /// Unit vector of the heading.
     pub ahead: Vec2,
     /// Waste outside the deposit, nearest first, m.
-    pub waste: Vec<Vec2>,
+    pub waste: SensedWaste,
     /// Up to here all waste is seen, m.
     range: f32,
 }
@@ -34,7 +32,9 @@ impl Sight {
             position: pose.position,
             ahead,
             waste: items
-                .filter(|&item| length(item - places.deposit) > briefing.deposit_radius_m)
+                .filter(|&item| {
+                    length(item - places.nearest_deposit(item)) > briefing.deposit_radius_m
+                })
                 .collect(),
             range: farthest.map_or(briefing.sight_m, |farthest| length(*farthest)),
         })

@@ -5,7 +5,8 @@ use alliance_proto::readings::Gripper;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
-use super::briefing::{Briefing, Places};
+use super::briefing::Briefing;
+use super::map::Places;
 use super::memory::{Memory, SAME_PLACE_M};
 use super::sight::Sight;
 use super::views::{AT_POINT_M, Views};
@@ -48,13 +49,15 @@ pub(super) struct Scene<'a> {
     pub in_spill: Option<bool>,
     /// How the body got on in the step before.
     pub status: Status,
-    pub places: &'a Places,
+    pub places: &'a Places<'a>,
 }
 
 /// Work on one spill, from activation to hibernation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SpillWork {
-    spill: usize,
+    spill: u16,
+    /// Center of the deposit that its waste goes to.
+    deposit: Vec2,
     views: Views,
     /// Whether the robot has been at the deposit since it last knew of something to carry: with the views done, the way
     /// between has been swept.
@@ -79,10 +82,12 @@ enum Target {
 }
 
 impl SpillWork {
-    pub fn new(spill: usize, briefing: &Briefing, places: &Places) -> Self {
+    pub fn new(spill: u16, briefing: &Briefing, places: &Places) -> Self {
+        let center = places.spill(spill);
         Self {
             spill,
-            views: Views::new(places.spills[spill], briefing.spill_radius_m),
+            deposit: places.nearest_deposit(center),
+            views: Views::new(center, briefing.spill_radius_m),
             from_deposit: false,
             seen: Vec::new(),
             unreachable: Vec::new(),
@@ -93,7 +98,7 @@ impl SpillWork {
     }
 
     /// The spill worked on.
-    pub fn spill(&self) -> usize {
+    pub fn spill(&self) -> u16 {
         self.spill
     }
 
@@ -119,7 +124,7 @@ impl SpillWork {
 
     fn deliver(&mut self, briefing: &Briefing, scene: &Scene) -> Work {
         self.target = Target::Deposit;
-        let at = scene.places.deposit;
+        let at = self.deposit;
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;
         let offset = at - scene.sight.position;
         if length(offset) > within {
@@ -209,7 +214,7 @@ impl SpillWork {
         if !self.unreachable.is_empty() {
             return stay;
         }
-        let at = scene.places.deposit;
+        let at = self.deposit;
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;
         if !self.from_deposit && length(at - position) > within {
             self.target = Target::Deposit;
@@ -229,7 +234,7 @@ impl SpillWork {
                 .seen
                 .iter()
                 .any(|&seen| length(seen - item) < SAME_ITEM_M);
-            if !known && nearest_spill(scene.places, item) == Some(self.spill) {
+            if !known && scene.places.nearest_spill(item) == self.spill {
                 self.seen.push(item);
             }
         }
@@ -254,19 +259,7 @@ impl SpillWork {
     /// Whether what lies there is this spill's work, and can be reached.
     fn is_mine(&self, scene: &Scene, item: Vec2) -> bool {
         let mut unreachable = self.unreachable.iter();
-        nearest_spill(scene.places, item) == Some(self.spill)
+        scene.places.nearest_spill(item) == self.spill
             && !unreachable.any(|&(place, _)| length(place - item) < SAME_PLACE_M / 2.0)
     }
-}
-
-/// The spill whose work it is to carry what lies there.
-pub(super) fn nearest_spill(places: &Places, at: Vec2) -> Option<usize> {
-    let distances = places
-        .spills
-        .iter()
-        .map(|&spill| length(spill - at))
-        .enumerate();
-    distances
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(spill, _)| spill)
 }

@@ -1,7 +1,5 @@
 //! What the robot last heard of each teammate.
 
-use std::collections::BTreeMap;
-
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::team::{Broadcast, Heartbeat, TaskState};
 use alliance_proto::time::SimTime;
@@ -16,11 +14,13 @@ const POSITION_EXPIRES: SimTime = SimTime(3_000);
 /// What a teammate last said.
 #[derive(Clone, Debug, PartialEq)]
 struct Last {
+    robot: RobotId,
     /// Incarnation and sequence number.
     stamp: (Incarnation, u64),
     sent: SimTime,
     heard: SimTime,
     position: Option<Vec2>,
+    /// Whether it carries something that this robot would have to search for.
     carrying: bool,
     executes: Option<TaskId>,
 }
@@ -28,36 +28,49 @@ struct Last {
 /// What the robot last heard of each teammate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Teammates {
-    last: BTreeMap<RobotId, Last>,
+    /// By rank. A list, for it is walked in every step.
+    last: Vec<Last>,
+    /// No carrier has been silent since before this; `None`: none carries anything.
+    carriers_since: Option<SimTime>,
 }
 
 impl Teammates {
     /// Whether nothing that the sender said later is known: a message may be late.
     pub fn is_news(&self, broadcast: &Broadcast) -> bool {
-        let known = self.last.get(&broadcast.sender);
-        known.is_none_or(|last| last.stamp <= stamp(broadcast))
+        let known = self.place(broadcast.sender).ok();
+        known.is_none_or(|known| self.last[known].stamp <= stamp(broadcast))
     }
 
-    /// Notes a heartbeat that is heard at `now` and is news. Returns where the sender lost its load, if this is a new life of
-    /// one that was carrying.
+    /// Notes a heartbeat that is heard at `now` and is news. A load that is no `concern` of this robot it need not search for.
+    /// Returns where the sender lost its load, if this is a new life of one that was carrying.
     pub fn hear(
         &mut self,
         now: SimTime,
         broadcast: &Broadcast,
         heartbeat: &Heartbeat,
+        concern: bool,
     ) -> Option<Vec2> {
         let executing = heartbeat.state == TaskState::Executing;
-        let before = self.last.insert(
-            broadcast.sender,
-            Last {
-                stamp: stamp(broadcast),
-                sent: broadcast.sent,
-                heard: now,
-                position: heartbeat.position,
-                carrying: heartbeat.carrying,
-                executes: heartbeat.task.filter(|_| executing),
-            },
-        )?;
+        let carrying = heartbeat.carrying && concern;
+        if carrying {
+            self.carriers_since.get_or_insert(now);
+        }
+        let last = Last {
+            robot: broadcast.sender,
+            stamp: stamp(broadcast),
+            sent: broadcast.sent,
+            heard: now,
+            position: heartbeat.position,
+            carrying,
+            executes: heartbeat.task.filter(|_| executing),
+        };
+        let before = match self.place(broadcast.sender) {
+            Ok(known) => std::mem::replace(&mut self.last[known], last),
+            Err(place) => {
+                self.last.insert(place, last);
+                return None;
+            }
+        };
         if before.carrying && before.stamp.0 != broadcast.incarnation {
             before.position
         } else {
@@ -65,28 +78,40 @@ impl Teammates {
         }
     }
 
+    fn place(&self, robot: RobotId) -> Result<usize, usize> {
+        self.last.binary_search_by_key(&robot, |last| last.robot)
+    }
+
     /// The last places of teammates that carried something and have been silent for longer than `silence`, each once.
     pub fn fallen_silent(&mut self, now: SimTime, silence: SimTime) -> Vec<Vec2> {
-        let carriers = self.last.values_mut().filter(|last| last.carrying);
-        carriers
-            .filter(|last| now.since(last.heard) > silence)
-            .filter_map(|last| {
-                last.carrying = false;
-                last.position
-            })
-            .collect()
+        if self
+            .carriers_since
+            .is_none_or(|since| now.since(since) <= silence)
+        {
+            return Vec::new();
+        }
+        let silent = |last: &Last| last.carrying && now.since(last.heard) > silence;
+        let fallen = self.last.iter_mut().filter(|last| silent(last));
+        let places = fallen.filter_map(|last| {
+            last.carrying = false;
+            last.position
+        });
+        let places = places.collect();
+        let carriers = self.last.iter().filter(|last| last.carrying);
+        self.carriers_since = carriers.map(|last| last.heard).min();
+        places
     }
 
     /// The teammates that `robot` gives way to: those of lower rank that are at work.
-    pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> Vec<Teammate> {
-        let lower = self.last.range(..robot);
-        lower.filter_map(|(_, last)| last.at_work(now)).collect()
+    pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> impl Iterator<Item = Teammate> {
+        let lower = self.last.iter().take_while(move |last| last.robot < robot);
+        lower.filter_map(move |last| last.at_work(now))
     }
 
     /// Where the nearest teammate at work was when it last said so.
     pub fn nearest_at_work(&self, position: Vec2, now: SimTime) -> Option<Vec2> {
         let distance = |place: &Vec2| length(*place - position);
-        let at_work = self.last.values().filter_map(|last| last.at_work(now));
+        let at_work = self.last.iter().filter_map(|last| last.at_work(now));
         at_work
             .map(|teammate| teammate.position)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
@@ -158,7 +183,7 @@ mod tests {
             body: Body::Heartbeat(heartbeat.clone()),
         };
         assert!(teammates.is_news(&broadcast));
-        teammates.hear(broadcast.sent, &broadcast, &heartbeat)
+        teammates.hear(broadcast.sent, &broadcast, &heartbeat, true)
     }
 
     #[test]
@@ -220,7 +245,7 @@ mod tests {
             sent: SimTime(10_000),
             body: Body::Heartbeat(heartbeat.clone()),
         };
-        teammates.hear(SimTime(12_000), &late, &heartbeat);
+        teammates.hear(SimTime(12_000), &late, &heartbeat, true);
         assert!(teammates.nearest_at_work(HERE, SimTime(13_000)).is_none());
         let silence = SimTime(5_000);
         assert!(teammates.fallen_silent(SimTime(17_000), silence).is_empty());
@@ -234,7 +259,7 @@ mod tests {
             say(&mut teammates, sender, 1, 10, false, true);
         }
         say(&mut teammates, 1, 1, 10, false, false);
-        let heard = |robot, ms| teammates.right_of_way(RobotId(robot), SimTime(ms)).len();
+        let heard = |robot, ms| teammates.right_of_way(RobotId(robot), SimTime(ms)).count();
         assert_eq!(heard(0, 10_000), 0);
         assert_eq!(heard(1, 10_000), 1);
         assert_eq!(heard(2, 10_000), 1);

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use alliance_proto::ids::TaskId;
-use alliance_proto::readings::{Gripper, Pose, Readings, Zone};
+use alliance_proto::readings::{Gripper, Pose, Readings, SensedWaste, Zone};
 use alliance_proto::scenario::BehaviorKind;
 use alliance_proto::team::{Body, Broadcast, Fact, Heartbeat, Locations, TaskState, Withdrawal};
 use alliance_proto::telemetry::NoteKind;
@@ -26,9 +26,15 @@ struct Robot {
 }
 
 /// A robot of the default scenario with these readings at the next steps.
+fn mission(robot: RobotId) -> WasteMission {
+    let setup = Setup::default_for(1);
+    let (roster, map) = (Roster::of(&setup.scenario), Map::of(&setup.scenario));
+    WasteMission::new(robot, &setup, &Arc::new(roster), &Arc::new(map))
+}
+
 fn robot() -> Robot {
     Robot {
-        mission: WasteMission::new(ME, &Setup::default_for(1)),
+        mission: mission(ME),
         now: SimTime::ZERO,
     }
 }
@@ -43,7 +49,8 @@ fn informed() -> Robot {
 impl Robot {
     fn perceive(&mut self, readings: &Readings, heard: &[Broadcast]) -> Perception {
         self.now = self.now + SimTime(50);
-        self.mission.perceive(self.now, readings, heard)
+        let heard: Vec<_> = heard.iter().cloned().map(Arc::new).collect();
+        self.mission.perceive(self.now, readings, &heard)
     }
 
     fn act(&mut self, active: Option<&str>, readings: &Readings) -> Action {
@@ -56,15 +63,20 @@ impl Robot {
     }
 
     fn set(&self, name: &str) -> SetId {
-        self.mission.briefing.catalog.set_named(name).unwrap()
+        self.mission
+            .briefing
+            .roster
+            .catalog
+            .set_named(name)
+            .unwrap()
     }
 
     /// Names of the applicable sets.
     fn applicable(&mut self, readings: &Readings) -> Vec<String> {
         let applicable = self.perceive(readings, &[]).applicable;
-        let sets = self.mission.own_sets.iter().zip(applicable);
+        let sets = self.mission.briefing.own_sets.iter().zip(applicable);
         let sets = sets.filter(|(_, applicable)| *applicable);
-        let catalog = &self.mission.briefing.catalog;
+        let catalog = &self.mission.briefing.roster.catalog;
         sets.map(|(&set, _)| catalog.set_name(set).to_owned())
             .collect()
     }
@@ -80,7 +92,7 @@ fn at(position: Vec2) -> Readings {
         front_border: Some(None),
         side_border: Some(None),
         proximity: Some(Default::default()),
-        waste: Some(Vec::new()),
+        waste: Some(SensedWaste::new()),
         zone: Some(Zone::None),
         report_site: Some(false),
         holding: Some(false),
@@ -99,7 +111,7 @@ fn holding(position: Vec2) -> Readings {
 /// In the middle of the spill, with waste that near ahead.
 fn at_waste(ahead_m: f32) -> Readings {
     Readings {
-        waste: Some(vec![Vec2::new(ahead_m, 0.0)]),
+        waste: Some([Vec2::new(ahead_m, 0.0)].into_iter().collect()),
         zone: Some(Zone::Spill),
         ..at(SPILL)
     }
@@ -379,12 +391,13 @@ fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
 
 #[test]
 fn a_loose_item_is_the_work_of_the_nearer_spill() {
-    let places = robot().mission.briefing.places(&Locations {
+    let robot = robot();
+    let places = robot.mission.briefing.map.places(&Locations {
         min: Vec2::ZERO,
         max: Vec2::new(12.0, 9.0),
     });
-    assert_eq!(spill::nearest_spill(&places, Vec2::new(8.0, 4.6)), Some(0));
-    assert_eq!(spill::nearest_spill(&places, Vec2::new(8.0, 4.4)), Some(1));
+    assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.6)), 0);
+    assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.4)), 1);
 }
 
 #[test]
@@ -465,7 +478,7 @@ fn a_place_that_was_searched_in_vain_is_no_longer_one_to_search() {
 fn waste_in_the_deposit_is_nobodys_work() {
     let mut robot = informed();
     let readings = Readings {
-        waste: Some(vec![Vec2::new(0.3, 0.0)]),
+        waste: Some([Vec2::new(0.3, 0.0)].into_iter().collect()),
         ..at(DEPOSIT)
     };
     robot.perceive(&readings, &[]);
@@ -509,12 +522,13 @@ fn the_sets_are_those_of_the_catalog() {
     let robot = robot();
     let kinds: Vec<BehaviorKind> = robot
         .mission
+        .briefing
         .own_sets
         .iter()
-        .map(|set| robot.mission.briefing.catalog.sets[set.index()].kind)
+        .map(|set| robot.mission.briefing.roster.catalog.sets[set.index()].kind)
         .collect();
     assert_eq!(kinds[0], BehaviorKind::FindLocationsMethodical);
     assert_eq!(kinds.len(), 5);
-    let gold = WasteMission::new(MATE, &Setup::default_for(1));
-    assert_eq!(gold.own_sets.len(), 4);
+    let gold = mission(MATE);
+    assert_eq!(gold.briefing.own_sets.len(), 4);
 }

@@ -44,7 +44,11 @@ fn sensed(tick: Tick) -> Readings {
             left: [None; 3],
             right: [None, hit(0.2), None],
         }),
-        waste: Some(vec![Vec2::new(0.3, 0.0), Vec2::new(-0.4, 0.1)]),
+        waste: Some(
+            [Vec2::new(0.3, 0.0), Vec2::new(-0.4, 0.1)]
+                .into_iter()
+                .collect(),
+        ),
         zone: Some(Zone::Spill),
         report_site: Some(false),
         holding: Some(true),
@@ -169,8 +173,8 @@ fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
     assert_eq!(distances(proximity.left), [None; 3]);
     assert_eq!(distances(proximity.right), [None, Some(0.0), None]);
     // Nearest first still.
-    let expected = vec![Vec2::new(0.5 - 0.4, 0.1 + 0.5), Vec2::new(0.8, 0.5)];
-    assert_eq!(told.waste, Some(expected));
+    let expected = [Vec2::new(0.5 - 0.4, 0.1 + 0.5), Vec2::new(0.8, 0.5)];
+    assert_eq!(told.waste.unwrap().as_slice(), expected);
 }
 
 #[test]

@@ -168,7 +168,7 @@ fn sample() -> Vec<OwnedTick> {
     gold.broadcasts = 2;
     gold.broadcast_bytes = 250;
     let (readings, blue) = second.blue();
-    readings.waste = Some(vec![Vec2::new(0.5, -0.25)]);
+    readings.waste = Some([Vec2::new(0.5, -0.25)].into_iter().collect());
     blue.actuation.speed_m_s = 0.5;
     blue.motivations = vec![
         Motivation {

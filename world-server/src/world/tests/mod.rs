@@ -40,6 +40,7 @@ fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
                 y_m,
                 heading_deg,
             }),
+            ..Robot::default()
         });
     let team = team.collect();
     |scenario| {

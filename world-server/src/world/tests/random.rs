@@ -45,6 +45,7 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
                 side_sensor: true,
                 absent: false,
                 start: None,
+                ..Robot::default()
             };
             scenario.robots = (0..count).map(robot).collect();
             start_poses(scenario).is_ok().then_some(setup)

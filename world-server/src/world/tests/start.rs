@@ -13,6 +13,7 @@ fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {
         side_sensor: false,
         absent: false,
         start: None,
+        ..Robot::default()
     };
     Scenario {
         robots: (0..count).map(robot).collect(),

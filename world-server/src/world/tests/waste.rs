@@ -1,6 +1,7 @@
 //! Spills, gripper, deposit and report site.
 
 use alliance_proto::ids::ItemId;
+use alliance_proto::readings::SensedWaste;
 use alliance_proto::scenario::Room;
 use alliance_proto::view::ItemCounts;
 
@@ -76,7 +77,7 @@ fn carries_an_item_to_the_deposit() {
             ..ItemCounts::default()
         }
     );
-    assert_eq!(world.readings(BLUE).waste, Some(Vec::new()));
+    assert_eq!(world.readings(BLUE).waste, Some(SensedWaste::new()));
     assert_eq!(world.readings(BLUE).holding, Some(true));
     // A second pick changes nothing.
     assert_eq!(world.step(&[gripper(Gripper::Pick)]), []);

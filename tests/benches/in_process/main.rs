@@ -1,0 +1,51 @@
+//! How many robot-steps one core makes in one process, from 3 to 10,000 robots, against the world alone: the same bodies,
+//! sensors and physics without minds, radio and log.
+//!
+//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`; results with their explanation: BENCHMARKS.md.
+
+// A benchmark takes the real clock, and one that meets trouble ends there.
+#![allow(clippy::disallowed_methods, clippy::unwrap_used)]
+
+mod report;
+mod run;
+mod world;
+
+use std::time::Duration;
+
+use criterion::{Criterion, Throughput};
+use world_server::recorder::LogLevel;
+
+use run::Run;
+use world::World;
+
+/// Sizes of the teams; each has two spills for every three robots.
+const ROBOTS: [usize; 5] = [3, 10, 100, 1_000, 10_000];
+
+/// What is measured of each team, beside the world alone.
+const LEVELS: [LogLevel; 3] = [LogLevel::Off, LogLevel::Summary, LogLevel::Full];
+
+fn main() {
+    let mut criterion = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(5))
+        .configure_from_args();
+    for robots in ROBOTS {
+        let mut group = criterion.benchmark_group(format!("robots/{robots}"));
+        // One iteration is one tick.
+        group.throughput(Throughput::Elements(robots as u64));
+        group.bench_function("world", |bencher| {
+            let mut world = World::new(robots);
+            bencher.iter_custom(|ticks| world.time(ticks));
+        });
+        for level in LEVELS {
+            group.bench_function(level.as_str(), |bencher| {
+                let mut run = Run::new(robots, level);
+                bencher.iter_custom(|ticks| run.time(ticks));
+            });
+        }
+        group.finish();
+    }
+    criterion.final_summary();
+    report::print(&ROBOTS);
+}

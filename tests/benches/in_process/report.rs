@@ -1,0 +1,92 @@
+//! The figures with their ratios, from what criterion has measured.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+/// Prints, for each team that was measured, robot-steps per second and core, and the ratios to the world alone and to a run
+/// without a log.
+pub fn print(teams: &[usize]) {
+    println!(
+        "\n{:>7} {:>22} {:>22} {:>22} {:>22} {:>10} {:>12} {:>9}",
+        "robots",
+        "world alone",
+        "log off",
+        "summary",
+        "full",
+        "off/world",
+        "summary/off",
+        "full/off"
+    );
+    for &robots in teams {
+        let columns = ["world", "off", "summary", "full"];
+        let times: Vec<Option<Times>> = columns.iter().map(|it| Times::read(robots, it)).collect();
+        let [world, off, summary, full] = times.as_slice() else {
+            continue;
+        };
+        let cell =
+            |times: &Option<Times>| times.as_ref().map_or("-".to_owned(), |it| it.rates(robots));
+        let ratio = |a: &Option<Times>, b: &Option<Times>| match (a, b) {
+            (Some(a), Some(b)) => format!("{:.2}", a.median_ns / b.median_ns),
+            _ => "-".to_owned(),
+        };
+        println!(
+            "{robots:>7} {:>22} {:>22} {:>22} {:>22} {:>10} {:>12} {:>9}",
+            cell(world),
+            cell(off),
+            cell(summary),
+            cell(full),
+            // Rates: how much of the world's is left.
+            ratio(world, off),
+            ratio(summary, off),
+            ratio(full, off),
+        );
+    }
+    println!(
+        "robot-steps per second and core, median [95 % interval]; off/world: share of the rate that is left; others: cost"
+    );
+}
+
+/// Time of a tick.
+struct Times {
+    median_ns: f64,
+    low_ns: f64,
+    high_ns: f64,
+}
+
+impl Times {
+    fn read(robots: usize, column: &str) -> Option<Self> {
+        let group = format!("robots_{robots}");
+        let file: PathBuf = [&target()?, Path::new("criterion"), Path::new(&group)]
+            .iter()
+            .collect();
+        let file = file.join(column).join("new/estimates.json");
+        let estimates: Value = serde_json::from_slice(&std::fs::read(file).ok()?).ok()?;
+        let median = &estimates["median"];
+        let interval = &median["confidence_interval"];
+        Some(Self {
+            median_ns: median["point_estimate"].as_f64()?,
+            low_ns: interval["lower_bound"].as_f64()?,
+            high_ns: interval["upper_bound"].as_f64()?,
+        })
+    }
+
+    fn rates(&self, robots: usize) -> String {
+        let rate = |tick_ns: f64| robots as f64 * 1e9 / tick_ns / 1e3;
+        format!(
+            "{:.0}k [{:.0} .. {:.0}]",
+            rate(self.median_ns),
+            rate(self.high_ns),
+            rate(self.low_ns)
+        )
+    }
+}
+
+/// Where cargo puts what it builds, and criterion what it measures.
+fn target() -> Option<PathBuf> {
+    let exe = std::env::current_exe().ok()?;
+    let target = exe
+        .ancestors()
+        .find(|it| it.file_name().is_some_and(|name| name == "target"))?;
+    Some(target.to_owned())
+}

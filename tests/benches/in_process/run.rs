@@ -1,0 +1,79 @@
+//! A team at work in one process.
+
+use std::time::{Duration, Instant};
+
+use alliance_proto::scenario::{Scenario, Setup};
+use launch::in_process::Team;
+use tempfile::TempDir;
+use world_server::recorder::{Folder, LogLevel};
+
+/// Ticks before the first that is measured: by then every robot has work.
+pub const BEGIN: u64 = 400;
+/// Ticks after which a new mission begins: until then there is work for every robot.
+const END: u64 = 3_000;
+
+/// The mission, with a border that is known: so all are at work from the beginning, whatever the size.
+pub fn setup(robots: usize) -> Setup {
+    let mut scenario = Scenario::waste_cleanup(robots, (2 * robots).div_ceil(3));
+    scenario.waste.border_known = true;
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+/// Missions one after the other.
+pub struct Run {
+    setup: Setup,
+    level: LogLevel,
+    mission: Mission,
+}
+
+/// One of them, with the folder of its log.
+struct Mission {
+    team: Team<Folder>,
+    _folder: TempDir,
+}
+
+impl Run {
+    pub fn new(robots: usize, level: LogLevel) -> Self {
+        let setup = setup(robots);
+        Self {
+            mission: Mission::new(&setup, level),
+            setup,
+            level,
+        }
+    }
+
+    /// How long so many ticks take.
+    pub fn time(&mut self, ticks: u64) -> Duration {
+        let mut left = ticks;
+        let mut spent = Duration::ZERO;
+        while left > 0 {
+            let here = (END - self.mission.team.simulation().tick()).min(left);
+            let began = Instant::now();
+            for _ in 0..here {
+                let outcome = self.mission.team.tick().unwrap();
+                assert_eq!(outcome, None, "the mission is too short to be measured");
+            }
+            spent += began.elapsed();
+            left -= here;
+            if left > 0 {
+                self.mission = Mission::new(&self.setup, self.level);
+            }
+        }
+        spent
+    }
+}
+
+impl Mission {
+    fn new(setup: &Setup, level: LogLevel) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let sink = Folder::create(folder.path()).unwrap();
+        let mut team = Team::new(setup.clone(), level, sink).unwrap();
+        for _ in 0..BEGIN {
+            team.tick().unwrap();
+        }
+        Self {
+            team,
+            _folder: folder,
+        }
+    }
+}

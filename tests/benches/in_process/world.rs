@@ -1,0 +1,54 @@
+//! The world alone: what every robot senses is worked out, and bodies move, but nobody thinks.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::Actuation;
+
+use super::run::setup;
+
+/// Ticks in which a body goes straight ahead, and then turns: about the mixture of a robot at work.
+const STRAIGHT: u64 = 60;
+const TURN: u64 = 20;
+
+/// Bodies that drive about.
+pub struct World {
+    world: world_server::world::World,
+    commands: Vec<Option<Actuation>>,
+    tick: u64,
+}
+
+impl World {
+    pub fn new(robots: usize) -> Self {
+        Self {
+            world: world_server::world::World::new(&setup(robots)),
+            commands: vec![None; robots],
+            tick: 0,
+        }
+    }
+
+    /// How long so many ticks take.
+    pub fn time(&mut self, ticks: u64) -> Duration {
+        let began = Instant::now();
+        for _ in 0..ticks {
+            self.step();
+        }
+        began.elapsed()
+    }
+
+    fn step(&mut self) {
+        for (rank, command) in self.commands.iter_mut().enumerate() {
+            black_box(self.world.readings(RobotId(rank as u16)));
+            // Not all in step with each other.
+            let turns = (self.tick + 7 * rank as u64) % (STRAIGHT + TURN) >= STRAIGHT;
+            *command = Some(Actuation {
+                speed_m_s: if turns { 0.0 } else { 0.5 },
+                turn_rad_s: if turns { 1.5 } else { 0.0 },
+                ..Actuation::default()
+            });
+        }
+        black_box(self.world.step(&self.commands));
+        self.tick += 1;
+    }
+}
