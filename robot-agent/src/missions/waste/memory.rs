@@ -241,10 +241,15 @@ impl Memory {
         }
     }
 
-    /// The place among those known that is that one.
+    /// The place among those known that is that one. The nearest: places move a little as they are seen anew, so that two may be
+    /// as near as one, and a search in vain has to take back the one that was searched.
     fn loose_at(&self, at: Vec2) -> Option<usize> {
-        let mut loose = self.knowledge.loose.iter();
-        loose.position(|known| length(known.value.at - at) < SAME_PLACE_M)
+        let loose = self.knowledge.loose.iter();
+        let distances = loose.map(|known| length(known.value.at - at)).enumerate();
+        distances
+            .filter(|&(_, distance)| distance < SAME_PLACE_M)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(index, _)| index)
     }
 
     fn join_loose(&mut self, fact: Fact<LooseWaste>) {
@@ -490,6 +495,19 @@ mod tests {
         assert_eq!(memory.loose().count(), 0);
         memory.expire(at(3) + SEARCHED_EXPIRES);
         assert!(memory.knowledge().loose.is_empty());
+    }
+
+    #[test]
+    fn a_search_in_vain_takes_back_the_place_that_was_searched() {
+        let mut memory = memory();
+        let second = Vec2::new(0.35, 0.0);
+        memory.see_loose(Vec2::ZERO, true, at(1));
+        memory.see_loose(second, true, at(1));
+        // The first one, seen again nearer to the second.
+        memory.see_loose(Vec2::new(0.15, 0.0), true, at(2));
+        assert_eq!(memory.loose().count(), 2);
+        memory.see_loose(second, false, at(3));
+        assert_eq!(memory.loose().collect::<Vec<_>>(), [Vec2::new(0.15, 0.0)]);
     }
 
     #[test]
