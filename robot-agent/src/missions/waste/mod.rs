@@ -10,8 +10,8 @@
 //! - Locations are known once each wall was sensed; a search that has not sensed all of them goes on.
 //! - A spill is empty when most of it was seen without anything on it, and the robot came from the deposit or went there with
 //!   nothing in sight. What lies under an obstacle is nobody's.
-//! - A spill to most of which a robot finds no way it leaves alone for three minutes, so that the next one has its turn, and tells
-//!   nobody: it may be shut in itself.
+//! - A spill to most of which, or to whose waste, a robot finds no way it leaves alone for three minutes, so that the next one has
+//!   its turn, and tells nobody: it may be shut in itself.
 //! - An idle robot makes room for a teammate at work.
 //! - A finder whose update was withdrawn stands back until a teammate searches, but no longer than a minute.
 //! - Own sight beats hearsay of the same time; older sight gives way to newer hearsay, for the world changes. Only the

@@ -19,8 +19,9 @@ const INSIDE_DEPOSIT_M: f32 = 0.1;
 const REACH_MARGIN_M: f32 = 0.02;
 /// An item seen this near to where one was seen before is the same, m.
 const SAME_ITEM_M: f32 = 0.05;
-/// So often a robot looks for ways to a spill of which it has seen too little to say what is there.
-const ROUNDS: u32 = 2;
+/// So many items and views to which it finds no way, without having held anything in between, and the robot leaves the spill
+/// alone.
+const CLOSED_MOST: u32 = 10;
 /// How long an item that could not be reached or gripped is left alone.
 const UNREACHABLE: SimTime = SimTime(10_000);
 
@@ -33,7 +34,7 @@ pub(super) enum Work {
     Grip(Gripper),
     /// Nothing is left: not at the spill and not on the way.
     Empty,
-    /// There is no way to most of it: an obstacle covers it, or the robot is shut in.
+    /// There is no way to most of it, or to what lies there: obstacles are in the way, or the robot is shut in.
     OutOfReach,
     /// The locations are wrong.
     Wrong,
@@ -67,8 +68,8 @@ pub(super) struct SpillWork {
     /// What could not be reached or gripped, and until when it is left alone.
     unreachable: Vec<(Vec2, SimTime)>,
     target: Target,
-    /// How often it has found no way to most of the spill.
-    rounds: u32,
+    /// How many items and views it has found no way to since it last held something.
+    closed: u32,
     /// Where it has just tried to pick something up.
     gripped_at: Option<Vec2>,
 }
@@ -92,7 +93,7 @@ impl SpillWork {
             seen: Vec::new(),
             unreachable: Vec::new(),
             target: Target::Deposit,
-            rounds: 0,
+            closed: 0,
             gripped_at: None,
         }
     }
@@ -116,10 +117,13 @@ impl SpillWork {
             self.pass_over(scene);
         }
         if scene.holding {
-            self.deliver(briefing, scene)
-        } else {
-            self.collect(briefing, scene, memory)
+            self.closed = 0;
+            return self.deliver(briefing, scene);
         }
+        if self.closed >= CLOSED_MOST {
+            return Work::OutOfReach;
+        }
+        self.collect(briefing, scene, memory)
     }
 
     fn deliver(&mut self, briefing: &Briefing, scene: &Scene) -> Work {
@@ -150,7 +154,6 @@ impl SpillWork {
             return self.look_around(briefing, scene, memory);
         };
         self.target = Target::Item(at);
-        self.rounds = 0;
         self.views.restart();
         self.from_deposit = false;
         // Whatever is in reach will do.
@@ -202,10 +205,6 @@ impl SpillWork {
             within: AT_POINT_M,
         });
         if !self.views.show_enough() {
-            self.rounds += 1;
-            if self.rounds == ROUNDS {
-                return Work::OutOfReach;
-            }
             // There may be a way by now: others have moved.
             self.views.restart();
             self.views.unblock();
@@ -242,6 +241,7 @@ impl SpillWork {
 
     /// There was no way to the target.
     fn pass_over(&mut self, scene: &Scene) {
+        self.closed += u32::from(self.target != Target::Deposit);
         match self.target {
             Target::Item(at) => self.leave_alone(at, scene),
             Target::View(at) => self.views.block(at),

@@ -417,6 +417,20 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
 }
 
 #[test]
+fn what_it_sees_and_finds_no_way_to_does_not_keep_it_from_the_other_spill() {
+    let mut robot = informed();
+    // It does not get any nearer.
+    let in_sight = at_waste(0.6);
+    let steps = (0..20 * 1800).take_while(|_| {
+        robot.step(Some("move-spill(top)"), &in_sight);
+        !robot.mission.memory.is_set_aside(0, robot.now)
+    });
+    assert!(steps.count() < 20 * 1800);
+    let sets = robot.applicable(&in_sight);
+    assert_eq!(sets, ["move-spill(bottom)", "report-progress"]);
+}
+
+#[test]
 fn a_robot_that_is_boxed_in_withdraws_nothing() {
     let mut robot = informed();
     // In ten minutes it has found the way to each point of the spill closed.
