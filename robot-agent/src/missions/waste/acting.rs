@@ -11,12 +11,12 @@ use glam::Vec2;
 use super::briefing::Briefing;
 use super::extremes::Extremes;
 use super::find::{Methodical, Search};
-use super::report::{Errand, errand};
+use super::report::{Errand, Ways, errand};
 use super::sight::Sight;
 use super::spill::{Scene, SpillWork, Work};
 use super::{Pending, WasteMission, places};
 use crate::body::goal::length;
-use crate::body::{Drive, Goal, Navigator, Surroundings, Teammate};
+use crate::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
 
 /// An idle robot leaves this much room between itself and a teammate at work, m.
 const ROOM_M: f32 = 0.2;
@@ -209,8 +209,14 @@ impl WasteMission {
             readings.report_site,
             self.briefing.chassis.radius_m,
         ) {
-            Errand::Go(goal) => self.go(now, goal, readings, action),
+            Errand::Go(goal) => {
+                self.go(now, goal, readings, action);
+                if self.status == Status::Blocked {
+                    self.ways_to_site.close(now);
+                }
+            }
             Errand::Report => {
+                self.ways_to_site = Ways::default();
                 action.actuation.report_progress = true;
                 self.pending = Some(Pending::Report(task));
             }

@@ -10,8 +10,8 @@ use crate::body::goal::length;
 
 /// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
 const EMPTY_EXPIRES: SimTime = SimTime(180_000);
-/// How long a robot leaves a spill alone to which it has found no way.
-const SET_ASIDE: SimTime = SimTime(180_000);
+/// How long a robot leaves a spill, or the report site, alone to which it has found no way.
+pub(super) const SET_ASIDE: SimTime = SimTime(180_000);
 /// Places nearer to each other than this are one, m.
 pub(super) const SAME_PLACE_M: f32 = 0.3;
 /// How long a place that was searched in vain is remembered, against older hearsay.

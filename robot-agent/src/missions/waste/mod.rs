@@ -11,7 +11,7 @@
 //! - A spill is empty when most of it was seen without anything on it, and the robot came from the deposit or went there with
 //!   nothing in sight. What lies under an obstacle is nobody's.
 //! - A spill to most of which, or to whose waste, a robot finds no way it leaves alone for three minutes, so that the next one has
-//!   its turn, and tells nobody: it may be shut in itself.
+//!   its turn, and tells nobody: it may be shut in itself. So with the report site, when every way to it is closed.
 //! - An idle robot makes room for a teammate at work.
 //! - A finder whose update was withdrawn stands back until a teammate searches, but no longer than a minute.
 //! - Own sight beats hearsay of the same time; older sight gives way to newer hearsay, for the world changes. Only the
@@ -48,6 +48,7 @@ use extremes::Extremes;
 use find::{Methodical, Wander};
 use map::Places;
 use memory::Memory;
+use report::Ways;
 use spill::SpillWork;
 use teammates::Teammates;
 
@@ -65,6 +66,7 @@ pub struct WasteMission {
     methodical: Methodical,
     wander: Wander,
     work: Option<SpillWork>,
+    ways_to_site: Ways,
     navigator: Navigator,
     status: Status,
     position: Option<Vec2>,
@@ -104,6 +106,7 @@ impl WasteMission {
             methodical: Methodical::default(),
             wander: Wander::default(),
             work: None,
+            ways_to_site: Ways::default(),
             navigator: Navigator::default(),
             status: Status::Going,
             position: None,

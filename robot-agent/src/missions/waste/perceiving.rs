@@ -236,6 +236,7 @@ impl WasteMission {
             }
             BehaviorKind::ReportProgress => {
                 now.since(self.memory.last_report()) >= self.briefing.report_period
+                    && !self.ways_to_site.are_set_aside(now)
             }
             _ => false,
         }

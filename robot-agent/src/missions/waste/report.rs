@@ -1,8 +1,10 @@
 //! report-progress: go to the report site and report (thesis §4.1.2.3).
 
+use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use super::map::Places;
+use super::memory::SET_ASIDE;
 use crate::body::Goal;
 use crate::body::goal::length;
 
@@ -10,6 +12,10 @@ use crate::body::goal::length;
 const INSIDE_M: f32 = 0.1;
 /// How exactly it has to get there, m.
 const WITHIN_M: f32 = 0.05;
+
+/// So many closed ways to the site, without getting there in between, and the robot leaves reporting alone for a while: both
+/// ways round, twice.
+const CLOSED_MOST: u32 = 4;
 
 /// What reporting wants next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +26,34 @@ pub(super) enum Errand {
     Report,
     /// The locations are wrong: this is not the site.
     Wrong,
+}
+
+/// How the robot got on with its ways to the site. It tells nobody: it may be shut in itself, or be the only one that believes
+/// the site to be there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Ways {
+    /// Ways that proved to be closed, in a row.
+    closed: u32,
+    set_aside: Option<SimTime>,
+}
+
+impl Ways {
+    /// A way proved to be closed.
+    pub fn close(&mut self, now: SimTime) {
+        self.closed += 1;
+        if self.closed >= CLOSED_MOST {
+            *self = Self {
+                closed: 0,
+                set_aside: Some(now),
+            };
+        }
+    }
+
+    /// Whether the robot leaves reporting alone, so that its other tasks have their turn.
+    pub fn are_set_aside(&self, now: SimTime) -> bool {
+        self.set_aside
+            .is_some_and(|since| now.since(since) < SET_ASIDE)
+    }
 }
 
 /// One step of reporting, from `position`; `on_site` is what the site sensor says. The robot cannot get nearer to the

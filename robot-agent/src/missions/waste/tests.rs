@@ -257,6 +257,23 @@ fn a_report_is_made_on_the_site_and_is_progress() {
 }
 
 #[test]
+fn when_the_ways_to_the_site_are_closed_it_leaves_reporting_alone_for_a_while() {
+    let mut robot = informed();
+    robot.now = SimTime(200_000);
+    // It does not get any nearer.
+    let away = at(Vec2::new(3.0, 4.5));
+    let report = "report-progress".to_owned();
+    let steps = (0..20 * 600).take_while(|_| {
+        robot.act(Some("report-progress"), &away);
+        robot.applicable(&away).contains(&report)
+    });
+    assert!(steps.count() < 20 * 600);
+    assert!(robot.mission.memory.locations().is_some());
+    robot.now = robot.now + SimTime(180_000);
+    assert!(robot.applicable(&away).contains(&report));
+}
+
+#[test]
 fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
     let mut robot = informed();
     let far = robot
