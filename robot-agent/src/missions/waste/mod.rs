@@ -12,6 +12,8 @@
 //!   nothing in sight. What lies under an obstacle is nobody's.
 //! - A spill to most of which, or to whose waste, a robot finds no way it leaves alone for three minutes, so that the next one has
 //!   its turn, and tells nobody: it may be shut in itself. So with the report site, when every way to it is closed.
+//! - Locations prove wrong only where the robot stands and senses something else. What it sees from outside, and an obstacle or
+//!   wall in the way, prove nothing against them.
 //! - An idle robot makes room for a teammate at work.
 //! - A finder whose update was withdrawn stands back until a teammate searches, but no longer than a minute.
 //! - Own sight beats hearsay of the same time; older sight gives way to newer hearsay, for the world changes. Only the

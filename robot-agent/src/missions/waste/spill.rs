@@ -60,6 +60,8 @@ pub(super) struct SpillWork {
     /// Center of the deposit that its waste goes to.
     deposit: Vec2,
     views: Views,
+    /// Whether the robot has stood where the spill should be, and sensed none.
+    entered: bool,
     /// Whether the robot has been at the deposit since it last knew of something to carry: with the views done, the way
     /// between has been swept.
     from_deposit: bool,
@@ -89,6 +91,7 @@ impl SpillWork {
             spill,
             deposit: places.nearest_deposit(center),
             views: Views::new(center, briefing.spill_radius_m),
+            entered: false,
             from_deposit: false,
             seen: Vec::new(),
             unreachable: Vec::new(),
@@ -106,7 +109,7 @@ impl SpillWork {
     /// What to do in this step.
     pub fn step(&mut self, briefing: &Briefing, scene: &Scene, memory: &mut Memory) -> Work {
         self.unreachable.retain(|&(_, until)| scene.now < until);
-        self.look(scene);
+        self.look(briefing, scene);
         if let Some(place) = self.gripped_at.take()
             && !scene.holding
         {
@@ -196,9 +199,19 @@ impl SpillWork {
                 within: AT_POINT_M,
             });
         }
-        // All round, and no spill was sensed: it is somewhere else. To find every way closed proves nothing.
-        if scene.in_spill.is_some() && !memory.is_confirmed() && self.views.show_any() {
-            return Work::Wrong;
+        // All round, and no spill was sensed: it is somewhere else. To have seen it only from outside, or to find the ways into
+        // it closed, proves nothing: a true one may lie under an obstacle.
+        if scene.in_spill.is_some() && !memory.is_confirmed() {
+            if self.entered {
+                return Work::Wrong;
+            }
+            if let Some(at) = self.views.center() {
+                self.target = Target::View(at);
+                return Work::Go(Goal::Place {
+                    at,
+                    within: AT_POINT_M,
+                });
+            }
         }
         let stay = Work::Go(Goal::Place {
             at: position,
@@ -223,8 +236,11 @@ impl SpillWork {
     }
 
     /// Joins what is in sight to what was seen before.
-    fn look(&mut self, scene: &Scene) {
+    fn look(&mut self, briefing: &Briefing, scene: &Scene) {
         let sight = scene.sight;
+        let off_center = length(sight.position - scene.places.spills[self.spill]);
+        self.entered |=
+            scene.in_spill == Some(false) && off_center <= briefing.spill_radius_m.max(AT_POINT_M);
         self.views.look(sight);
         self.seen
             .retain(|&item| !sight.shows_nothing_at(item, SAME_ITEM_M));

@@ -434,6 +434,35 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
 }
 
 #[test]
+fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
+    let mut setup = Setup::default_for(1);
+    setup.scenario.sensors.waste_range_m = 5.0;
+    let mut robot = Robot {
+        mission: WasteMission::new(ME, &setup),
+        now: SimTime::ZERO,
+    };
+    robot.perceive(&at(Vec2::ONE), &[update(MATE, SimTime::ZERO)]);
+    // All of it is in sight from here.
+    let beside = at(SPILL - Vec2::new(2.0, 0.0));
+    let (_, action) = robot.step(Some("move-spill(top)"), &beside);
+    assert_eq!(action.bodies, []);
+    assert!(action.actuation.speed_m_s > 0.0);
+    let (_, action) = robot.step(Some("move-spill(top)"), &at(SPILL));
+    assert!(matches!(action.bodies[..], [Body::Withdrawal(_)]));
+}
+
+#[test]
+fn a_spill_that_is_only_seen_from_outside_may_be_there() {
+    let mut robot = informed();
+    let beside = at(SPILL - Vec2::new(1.0, 0.0));
+    // In fifteen minutes it has found each way into it closed.
+    for _ in 0..20 * 900 {
+        let (_, action) = robot.step(Some("move-spill(top)"), &beside);
+        assert_eq!(action.bodies, []);
+    }
+}
+
+#[test]
 fn what_it_sees_and_finds_no_way_to_does_not_keep_it_from_the_other_spill() {
     let mut robot = informed();
     // It does not get any nearer.

@@ -93,9 +93,10 @@ impl Views {
         }
     }
 
-    /// Whether any point has been seen.
-    pub fn show_any(&self) -> bool {
-        self.points.iter().any(|point| point.seen)
+    /// The center, unless there is no way to it.
+    pub fn center(&self) -> Option<Vec2> {
+        let center = self.points.first().filter(|point| !point.blocked);
+        center.map(|point| point.at)
     }
 
     /// Whether enough has been seen to say what is there; the rest may lie under obstacles.
