@@ -238,7 +238,7 @@ impl SpillWork {
     /// Joins what is in sight to what was seen before.
     fn look(&mut self, briefing: &Briefing, scene: &Scene) {
         let sight = scene.sight;
-        let off_center = length(sight.position - scene.places.spills[self.spill]);
+        let off_center = length(sight.position - scene.places.spill(self.spill));
         self.entered |=
             scene.in_spill == Some(false) && off_center <= briefing.spill_radius_m.max(AT_POINT_M);
         self.views.look(sight);

@@ -26,15 +26,14 @@ struct Robot {
 }
 
 /// A robot of the default scenario with these readings at the next steps.
-fn mission(robot: RobotId) -> WasteMission {
-    let setup = Setup::default_for(1);
+fn mission(robot: RobotId, setup: &Setup) -> WasteMission {
     let (roster, map) = (Roster::of(&setup.scenario), Map::of(&setup.scenario));
-    WasteMission::new(robot, &setup, &Arc::new(roster), &Arc::new(map))
+    WasteMission::new(robot, setup, &Arc::new(roster), &Arc::new(map))
 }
 
 fn robot() -> Robot {
     Robot {
-        mission: mission(ME),
+        mission: mission(ME, &Setup::default_for(1)),
         now: SimTime::ZERO,
     }
 }
@@ -438,7 +437,7 @@ fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
     let mut setup = Setup::default_for(1);
     setup.scenario.sensors.waste_range_m = 5.0;
     let mut robot = Robot {
-        mission: WasteMission::new(ME, &setup),
+        mission: mission(ME, &setup),
         now: SimTime::ZERO,
     };
     robot.perceive(&at(Vec2::ONE), &[update(MATE, SimTime::ZERO)]);
@@ -589,6 +588,6 @@ fn the_sets_are_those_of_the_catalog() {
         .collect();
     assert_eq!(kinds[0], BehaviorKind::FindLocationsMethodical);
     assert_eq!(kinds.len(), 5);
-    let gold = mission(MATE);
+    let gold = mission(MATE, &Setup::default_for(1));
     assert_eq!(gold.briefing.own_sets.len(), 4);
 }
