@@ -5,6 +5,8 @@ use std::process::ExitCode;
 use alliance_proto::scenario::Scenario;
 use clap::Args;
 
+use world_server::args::{FAMILY, SizeArgs};
+
 use crate::scenarios::{builtin, builtins};
 
 /// List the built-in scenarios, or print one.
@@ -12,12 +14,33 @@ use crate::scenarios::{builtin, builtins};
 pub struct ScenariosCommand {
     /// Scenario to print, comments and all: a start for one of your own
     name: Option<String>,
+    #[command(flatten)]
+    size: SizeArgs,
 }
 
 impl ScenariosCommand {
     /// Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
+        let asked = self.name.as_deref().unwrap_or(FAMILY);
+        match self.size.scenario(asked) {
+            Ok(None) => self.list_or_print(),
+            Ok(Some(sized)) => {
+                // Its keys are strings and the destination is memory, so nothing is left to fail.
+                print!(
+                    "{}",
+                    toml::to_string(&sized).expect("a scenario can be written")
+                );
+                ExitCode::SUCCESS
+            }
+            Err(error) => {
+                eprintln!("alliance scenarios: {error:#}");
+                ExitCode::from(2)
+            }
+        }
+    }
+
+    fn list_or_print(&self) -> ExitCode {
         let Some(name) = &self.name else {
             for scenario in builtins() {
                 let description = Scenario::parse(&scenario.file_name(), scenario.text)

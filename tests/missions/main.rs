@@ -12,6 +12,7 @@ mod control_python;
 mod differential;
 mod ends;
 mod export;
+mod family;
 mod faults;
 mod golden;
 mod harness;

@@ -45,6 +45,14 @@ fn arguments() {
             &["'0'", "--limit", "a number of seconds above 0"],
         ),
         (
+            &["run", "--robots", "0"],
+            &["'0'", "--robots", "a whole number from 1 to 10000"],
+        ),
+        (
+            &["run", "thesis-trapped-robot", "--spills", "5"],
+            &["'thesis-trapped-robot' has its own", "'waste-cleanup' only"],
+        ),
+        (
             &["run", "--speed", "fast"],
             &["'fast'", "--speed", "'max'", "'5x'"],
         ),

@@ -20,7 +20,7 @@ use crate::world::start_poses;
 pub type Builtin = fn(&str) -> Option<&'static str>;
 
 /// The built-in scenario that comes in any size.
-const FAMILY: &str = "waste-cleanup";
+pub const FAMILY: &str = "waste-cleanup";
 /// Most robots and spills.
 const LARGEST: usize = 10_000;
 

@@ -180,4 +180,35 @@ mod tests {
         let blue = &alliance.robots["blue"];
         assert_eq!(blue.sets["move-spill(top)"].slow_impatience["gold"], 0.5);
     }
+
+    /// Toward 100 others each has a value for each; toward more, for those that are named and for all others.
+    #[test]
+    fn a_large_team_lists_only_whom_a_statement_names() {
+        let mut scenario = Scenario {
+            robots: (0..=Toward::MOST_LISTED)
+                .map(|rank| crate::scenario::Robot {
+                    name: format!("r{rank}"),
+                    ..crate::scenario::Robot::default()
+                })
+                .collect(),
+            ..Scenario::default()
+        };
+        let toward = BTreeMap::from([("r7".to_owned(), 0.25)]);
+        scenario.alliance.defaults.slow_impatience_toward = toward;
+        let resolved = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
+        let report = &resolved.alliance.robots["r0"].sets["report-progress"];
+        let listed: Vec<&String> = report.slow_impatience.keys().collect();
+        assert_eq!(listed, [SetParams::OTHERS, "r7"]);
+        assert_eq!(report.slow_toward("r7"), 0.25);
+        assert_eq!(report.slow_toward("r8"), 1.0);
+        // It is no teammate of its own.
+        let own = &resolved.alliance.robots["r7"].sets["report-progress"];
+        assert_eq!(own.slow_impatience.len(), 1);
+
+        scenario.robots.pop();
+        let resolved = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let report = &resolved.alliance.robots["r0"].sets["report-progress"];
+        assert_eq!(report.slow_impatience.len(), Toward::MOST_LISTED - 1);
+        assert!(!report.slow_impatience.contains_key(SetParams::OTHERS));
+    }
 }

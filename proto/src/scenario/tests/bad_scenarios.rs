@@ -43,7 +43,7 @@ fn unknown_keys() {
     check(&[
         (
             "nam = 'a'",
-            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, faults, tasks, alliance)",
+            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance)",
         ),
         (
             "\n\n[room]\nwidht_m = 3",
@@ -307,6 +307,18 @@ fn names() {
         (
             "robots = []",
             "s.toml:1: robots: 0 entries; give 1 to 10000",
+        ),
+        (
+            "[[robots]]\nname = 'a'\ntasks = ['find-locations', 'move-spill(tip)']",
+            "s.toml:3: robots[0].tasks[1]: there is no task 'move-spill(tip)'; did you mean 'move-spill(top)'? (there are find-locations, move-spill(top), move-spill(bottom), report-progress)",
+        ),
+        (
+            "radio.range_m = 0.0",
+            "s.toml:1: radio.range_m: 0 is out of range; it must be above 0 and at most 10000 m",
+        ),
+        (
+            "[[waste.further_deposits]]\nx_fraction = 1.5\ny_fraction = 0.5",
+            "s.toml:2: waste.further_deposits[0].x_fraction: 1.5 is out of range; it must be at least 0 and at most 1",
         ),
         (
             "[[waste.spills]]\nitems = 3",
