@@ -28,7 +28,7 @@ fn main() {
     let mut criterion = Criterion::default()
         .sample_size(10)
         .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(5))
+        .measurement_time(Duration::from_secs(3))
         .configure_from_args();
     for robots in ROBOTS {
         let mut group = criterion.benchmark_group(format!("robots/{robots}"));
