@@ -1,6 +1,6 @@
 //! The tasks and behavior sets of a mission, with the ids that cross the bus.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::{Robot, Scenario};
@@ -127,16 +127,16 @@ impl Catalog {
     /// a side sensor.
     pub fn sets_of(&self, robot: &Robot) -> impl Iterator<Item = SetId> + '_ {
         let side_sensor = robot.side_sensor;
-        let ranges = if robot.tasks.is_empty() {
-            vec![0..self.sets.len()]
-        } else {
-            let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
-            let tasks: BTreeSet<TaskId> = named.collect();
-            tasks.into_iter().map(|task| self.sets_for(task)).collect()
-        };
-        ranges
+        let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
+        let mut tasks: Vec<TaskId> = named.collect();
+        if robot.tasks.is_empty() {
+            tasks = (0..self.tasks.len() as u16).map(TaskId).collect();
+        }
+        tasks.sort_unstable();
+        tasks.dedup();
+        tasks
             .into_iter()
-            .flatten()
+            .flat_map(|task| self.sets_for(task))
             .filter(move |&set| {
                 side_sensor || self.sets[set].kind != BehaviorKind::FindLocationsMethodical
             })

@@ -53,7 +53,7 @@ impl Scenario {
             .deal(spills)
             .enumerate()
             .map(|(index, (district, share))| {
-                let spot = plan.spot(district, one.spills[0].x_fraction, share.from_top(1.0));
+                let spot = plan.spot(district, one.spills[0].x_fraction, share.height(1.0));
                 Spill {
                     name: format!("s{}", index + 1),
                     x_fraction: spot.x_fraction,
@@ -99,8 +99,9 @@ struct Share {
 }
 
 impl Share {
-    /// Evenly spread, the first on top, as a fraction; `margin` is the room above and below, in distances between two.
-    fn from_top(&self, margin: f32) -> f32 {
+    /// How high it is when all are evenly spread, the first on top, as a fraction; `margin` is the room above and below, in
+    /// distances between two.
+    fn height(&self, margin: f32) -> f32 {
         1.0 - (self.index as f32 + margin) / (self.of as f32 - 1.0 + 2.0 * margin)
     }
 }
@@ -156,7 +157,7 @@ impl Plan {
             side_sensor: share.index == 0,
             start: Some(Start {
                 x_m: column as f32 * room.width_m + site.width_m / 2.0,
-                y_m: middle + (share.from_top(0.5) - 0.5) * site.height_m,
+                y_m: middle + (share.height(0.5) - 0.5) * site.height_m,
                 heading_deg: 180.0,
             }),
             ..Robot::default()

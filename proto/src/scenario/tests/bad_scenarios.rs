@@ -51,11 +51,11 @@ fn unknown_keys() {
         ),
         (
             "a.b.c = 1",
-            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, faults, tasks, alliance",
+            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
         ),
         (
             "\"a\\nb\" = 1",
-            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, room, body, sensors, energy, waste, robots, obstacles, faults, tasks, alliance",
+            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
         ),
         (
             "[[obstacles]]\nx_m = 1\ny_m = 1\nwidth_m = 1\nheight_m = 1\ncolor = 'red'",
