@@ -20,12 +20,14 @@ fn assert_world_and_one_agent_per_robot(team: &Team<'_>) -> Vec<u32> {
     let children: BTreeSet<u32> = team.launcher().children().into_iter().collect();
     assert_eq!(children, BTreeSet::from(pids));
     for (name, pid) in names.iter().zip(pids) {
-        let command = command_line(pid).unwrap();
         let part = match *name {
             "world" => " world ".to_owned(),
             robot => format!(" agent --robot {robot} "),
         };
-        assert!(command.contains(&part), "{name}: {command}");
+        // A process that has only just been started has no command line yet.
+        wait_until(name, || {
+            command_line(pid).is_some_and(|command| command.contains(&part))
+        });
     }
     pids.to_vec()
 }
