@@ -21,6 +21,8 @@ const NEARER_M: f32 = 0.1;
 const SAME_OBSTACLE_M: f32 = 1.0;
 /// Beams that differ by less than this see one flat side, m.
 const FLAT_M: f32 = 0.02;
+/// Before the border the robot turns to its goal as exactly as this, rad.
+const SQUARE_RAD: f32 = 0.05;
 /// A surface that leads toward the goal by less than this on either side prefers none: the rule of the road decides (cosine).
 const UNDECIDED: f32 = 0.2;
 
@@ -194,12 +196,20 @@ impl Navigator {
             .blocked_by()
             .filter(|hit| bearing.abs() <= FACING_RAD && hit.distance_m < goal.way(position));
         let Some(hit) = blocked else {
-            let way = (around.free_ahead() - CLEARANCE_M)
-                .max(0.0)
-                .min(goal.way(position));
+            let (way, free) = (goal.way(position), around.free_ahead());
+            // A goal before the obstacle may lie within the clearance from it.
+            let way = if way <= free {
+                way
+            } else {
+                (free - CLEARANCE_M).max(0.0)
+            };
             return going(chassis.drive(bearing, way));
         };
         if around.is_border_ahead() {
+            // Whoever searches for this border has found it when the robot faces it.
+            if bearing.abs() > SQUARE_RAD {
+                return going(chassis.drive(bearing, 0.0));
+            }
             return self.rest(now);
         }
         let normal = around.pose.heading_rad + hit.normal_rad;

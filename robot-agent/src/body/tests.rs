@@ -105,6 +105,8 @@ fn what_is_beyond_the_goal_is_not_in_the_way() {
     };
     let drive = drive(&mut Navigator::default(), near, &before_a_wall(), 0);
     assert_eq!(drive.detour, None);
+    // Though it lies within the clearance.
+    assert_eq!(drive.actuation.speed_m_s, chassis().speed_m_s);
 }
 
 #[test]
@@ -112,6 +114,22 @@ fn where_no_side_is_better_it_keeps_right() {
     let drive = drive(&mut Navigator::default(), far_ahead(), &before_a_wall(), 0);
     assert_eq!(drive.detour, Some(Side::Left));
     assert!(drive.actuation.turn_rad_s < 0.0);
+}
+
+#[test]
+fn it_turns_to_its_goal_before_it_rests_at_the_border() {
+    let mut around = before_a_wall();
+    around.border_ahead = Some(CLEARANCE_M);
+    around.pose.heading_rad = 0.157;
+    let ahead = Goal::Direction(Vec2::X);
+    let mut navigator = Navigator::default();
+    let turns = drive(&mut navigator, ahead, &around, 0);
+    assert_eq!(turns.status, Status::Going);
+    assert_eq!(turns.actuation.speed_m_s, 0.0);
+    assert!(turns.actuation.turn_rad_s < 0.0);
+    around.pose.heading_rad = 0.0;
+    let rests = drive(&mut navigator, ahead, &around, 50);
+    assert_eq!(rests.status, Status::Blocked);
 }
 
 #[test]
