@@ -46,10 +46,37 @@ pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) -> Result<(), CodecE
         .map_err(|error| CodecError::Malformed(error.to_string()))
 }
 
-/// Takes bytes without the detour over `std::io::Write`.
+/// How many bytes the encoding of a message takes.
+///
+/// # Errors
+/// [`CodecError::TooLarge`] above the size limit.
+pub fn encoded_len<T: Serialize>(message: &T) -> Result<usize, CodecError> {
+    let mut count = Count(0);
+    bincode::serde::encode_into_writer(message, &mut count, configuration())
+        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    if count.0 > LIMIT_BYTES {
+        return Err(CodecError::TooLarge(count.0));
+    }
+    Ok(count.0)
+}
+
+/// Counts bytes.
+struct Count(usize);
+
+impl bincode::enc::write::Writer for &mut Count {
+    #[inline(always)]
+    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
+        self.0 += bytes.len();
+        Ok(())
+    }
+}
+
+/// Takes bytes without the detour over `std::io::Write`. Inlined, for most writes are of one to eight bytes, and a run's hash is
+/// made of nothing else.
 struct Memory<'a>(&'a mut Vec<u8>);
 
 impl bincode::enc::write::Writer for Memory<'_> {
+    #[inline(always)]
     fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
         self.0.extend_from_slice(bytes);
         Ok(())

@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 /// A robot, by its rank: its place in the scenario's list of robots, counted from 0.
 ///
 /// The rank is also its place in every fixed order: of commands, of same-step claims, of in-order stepping (DESIGN §4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub struct RobotId(pub u16);
 
 impl RobotId {

@@ -170,7 +170,7 @@ pub struct LooseWaste {
 
 /// A robot's knowledge about the waste clean-up, repeated in every heartbeat, so that lost messages, added waste and
 /// newcomers are no special case (DESIGN §7).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Knowledge {
     /// The locations, once found.
     pub locations: Option<Fact<Locations>>,
@@ -183,4 +183,28 @@ pub struct Knowledge {
     pub loose: Vec<Fact<LooseWaste>>,
     /// Latest progress report known.
     pub last_report: Option<Fact<()>>,
+}
+
+/// By hand, for a copy into the memory of an old one asks for none: each heartbeat is one.
+impl Clone for Knowledge {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        let Self {
+            locations,
+            withdrawn,
+            empty,
+            loose,
+            last_report,
+        } = source;
+        self.locations = *locations;
+        self.withdrawn.clone_from(withdrawn);
+        self.empty.clone_from(empty);
+        self.loose.clone_from(loose);
+        self.last_report = *last_report;
+    }
 }

@@ -9,7 +9,7 @@ use crate::telemetry::{Motivation, Note, Reception, StateChange};
 use crate::time::SimTime;
 
 /// World → one agent: sense, hear, think and act for this tick.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TickMessage {
     /// The life it is addressed to; any other that reads it has been superseded and must end.
     pub incarnation: Incarnation,
@@ -54,7 +54,7 @@ pub enum ToAgent {
 }
 
 /// Agent → world: what it did in a tick. Published after the tick's broadcasts, on the same session.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Whose report it is.
     pub robot: RobotId,

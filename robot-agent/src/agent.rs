@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use alliance_proto::codec::encode;
+use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
-use alliance_proto::team::{Body, Broadcast, Heartbeat};
+use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge};
 use alliance_proto::tick::{Report, TickMessage};
 
-use crate::alliance::{Announcement, Engine, StepInput};
+use crate::alliance::{Announcement, Engine, StepInput, StepOutput};
 use crate::links::{Heard, Links};
-use crate::missions::waste::{Map, WasteMission};
+use crate::missions::waste::{Action, Map, Perception, WasteMission};
 use crate::roster::Roster;
 
 /// A robot-agent without its process.
@@ -45,13 +45,23 @@ impl Common {
     }
 }
 
-/// What a step gave to the outside.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Step {
-    /// For the world.
+/// What a step takes and gives, and the memory that it works in: whoever steps agents keeps one for all of them, so that a
+/// step asks for none.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    /// For a step: a place for each broadcast of its manifest, in its order; `None` is one that has not arrived. The step
+    /// empties it.
+    pub arrived: Vec<Option<Arc<Broadcast>>>,
+    /// Of a step: for the world.
     pub report: Report,
-    /// For the team; published before the report.
+    /// Of a step: for the team; published before the report.
     pub broadcasts: Vec<Broadcast>,
+    /// Broadcasts that nobody will hear any more, for their memory.
+    pub spent: Vec<Broadcast>,
+    heard: Heard,
+    perception: Perception,
+    thought: StepOutput,
+    action: Action,
 }
 
 impl Agent {
@@ -79,51 +89,65 @@ impl Agent {
         }
     }
 
-    /// One step of the robot at this tick. `arrived` has a place for each broadcast of the manifest, in its order; `None` is
-    /// one that has not arrived.
-    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Step {
+    /// One step of the robot at this tick.
+    pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {
+        let Workspace {
+            arrived,
+            report,
+            broadcasts,
+            spent,
+            heard,
+            perception,
+            thought,
+            action,
+        } = space;
         let now = tick.now;
-        let Heard { inbox, receptions } = self.links.hear(tick, arrived);
-        let perception = self.mission.perceive(now, &tick.readings, &inbox);
-        let thought = self.engine.step(&StepInput {
+        self.links.hear(tick, arrived, heard);
+        self.mission
+            .perceive(now, &tick.readings, &heard.inbox, perception);
+        let input = StepInput {
             now,
-            heard: &inbox,
+            heard: &heard.inbox,
             applicable: &perception.applicable,
             progressed: &perception.progressed,
-        });
-        let action = self.mission.act(now, self.engine.active(), &tick.readings);
+        };
+        self.engine.step(&input, thought);
+        let active = self.engine.active();
+        self.mission
+            .act(now, active, &tick.readings, perception, action);
+        heard.inbox.clear();
 
-        let heartbeats = thought
-            .announcements
-            .iter()
-            .map(|announcement| self.heartbeat(announcement));
-        let bodies: Vec<Body> = heartbeats.chain(action.bodies).collect();
-        let broadcasts: Vec<Broadcast> = bodies
-            .into_iter()
-            .enumerate()
-            .map(|(index, body)| self.broadcast(tick, index, body))
-            .collect();
-
-        let mut notes = perception.notes;
-        notes.extend(action.notes);
-        Step {
-            report: Report {
-                robot: self.robot,
-                incarnation: self.incarnation,
-                tick: tick.tick,
-                actuation: action.actuation,
-                broadcasts: broadcasts.len() as u16,
-                broadcast_bytes: broadcasts.iter().map(payload_bytes).sum(),
-                motivations: thought.motivations,
-                changes: thought.changes,
-                notes,
-                receptions,
-            },
-            broadcasts,
+        broadcasts.clear();
+        for announcement in &thought.announcements {
+            let body = self.heartbeat(announcement, spent.pop());
+            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
+        for body in action.bodies.drain(..) {
+            spent.pop();
+            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+        }
+
+        report.robot = self.robot;
+        report.incarnation = self.incarnation;
+        report.tick = tick.tick;
+        report.actuation = action.actuation;
+        report.broadcasts = broadcasts.len() as u16;
+        report.broadcast_bytes = broadcasts.iter().map(payload_bytes).sum();
+        std::mem::swap(&mut report.motivations, &mut thought.motivations);
+        std::mem::swap(&mut report.changes, &mut thought.changes);
+        std::mem::swap(&mut report.receptions, &mut heard.receptions);
+        report.notes.clear();
+        report.notes.append(&mut perception.notes);
+        report.notes.append(&mut action.notes);
     }
 
-    fn heartbeat(&self, announcement: &Announcement) -> Body {
+    /// A heartbeat, in the memory of an old one.
+    fn heartbeat(&self, announcement: &Announcement, spent: Option<Broadcast>) -> Body {
+        let mut knowledge = match spent.map(|broadcast| broadcast.body) {
+            Some(Body::Heartbeat(heartbeat)) => heartbeat.knowledge,
+            _ => Knowledge::default(),
+        };
+        knowledge.clone_from(self.mission.knowledge());
         Body::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
@@ -132,7 +156,7 @@ impl Agent {
             progress: announcement.progress,
             position: self.mission.position(),
             carrying: self.mission.carrying(),
-            knowledge: self.mission.knowledge().clone(),
+            knowledge,
         })
     }
 
@@ -154,7 +178,7 @@ impl Agent {
 /// What a broadcast takes on the bus, without what zenoh and TCP add.
 fn payload_bytes(broadcast: &Broadcast) -> u32 {
     // One too large to be encoded is not published either.
-    encode(broadcast).map_or(0, |bytes| (bytes.len() + SEAL_BYTES) as u32)
+    encoded_len(broadcast).map_or(0, |bytes| (bytes + SEAL_BYTES) as u32)
 }
 
 /// An agent whose latest step is tentative until the world says that its report counted (DESIGN §4 "What counts").
@@ -176,14 +200,14 @@ impl TentativeAgent {
     }
 
     /// Goes back to the state before the latest step if that step did not count, then makes [`Agent::step`].
-    pub fn step(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Step {
+    pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {
         if let Some((stepped, before)) = self.before.take()
             && tick.last_counted.is_none_or(|counted| counted < stepped)
         {
             self.agent = before;
         }
         self.before = Some((tick.tick, self.agent.clone()));
-        self.agent.step(tick, arrived)
+        self.agent.step(tick, space);
     }
 }
 

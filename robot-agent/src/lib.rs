@@ -7,6 +7,7 @@
 //! - [`missions`]: behavior sets and knowledge.
 //! - [`roster`]: names and ids.
 //! - [`body`]: driving and obstacle avoidance.
+//! - `by_rank`: lists of what is kept of each teammate.
 //!
 //! The shell: [`process`] puts an agent on the bus, [`args`] is its command line.
 
@@ -14,6 +15,7 @@ pub mod agent;
 pub mod alliance;
 pub mod args;
 pub mod body;
+mod by_rank;
 pub mod links;
 pub mod missions;
 pub mod process;

@@ -98,23 +98,29 @@ impl Links {
         }
     }
 
-    /// What the robot hears in this tick. `arrived` has a place for each broadcast of the manifest, in its order; `None` is one
-    /// that has not arrived.
-    pub fn hear(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Heard {
+    /// Writes to `heard` what the robot hears in this tick. `arrived` has a place for each broadcast of the manifest, in its
+    /// order, and is emptied; `None` is one that has not arrived.
+    pub fn hear(
+        &mut self,
+        tick: &TickMessage,
+        arrived: &mut Vec<Option<Arc<Broadcast>>>,
+        heard: &mut Heard,
+    ) {
+        heard.inbox.clear();
+        heard.receptions.clear();
         // Before what ripens now leaves its own copies. Of one that came while the robot took no part nothing is left to say.
         let copies = std::mem::take(&mut self.copies);
         let copies = copies.into_iter().filter(|copy| copy.at == tick.now);
         let mut late = self.ripen(tick);
         late.receptions.extend(copies);
-        let mut heard = self.take_in(tick, arrived);
+        self.take_in(tick, arrived, heard);
         heard.inbox.append(&mut late.inbox);
         heard.receptions.append(&mut late.receptions);
-        heard.inbox.sort_by_key(|broadcast| {
+        heard.inbox.sort_unstable_by_key(|broadcast| {
             let (sender, incarnation, seq) = order(broadcast);
             (sender, incarnation, seq, broadcast.index)
         });
         self.overtake(&heard.inbox, tick.now);
-        heard
     }
 
     /// The kept messages whose wait is over.
@@ -145,10 +151,14 @@ impl Links {
     }
 
     /// The manifest's messages.
-    fn take_in(&mut self, tick: &TickMessage, arrived: Vec<Option<Arc<Broadcast>>>) -> Heard {
+    fn take_in(
+        &mut self,
+        tick: &TickMessage,
+        arrived: &mut Vec<Option<Arc<Broadcast>>>,
+        heard: &mut Heard,
+    ) {
         let now = tick.now;
-        let mut heard = Heard::default();
-        let mut arrived = arrived.into_iter();
+        let mut arrived = arrived.drain(..);
         for entry in &tick.manifest {
             let link = entry.link.filter(|link| !link.is_clear());
             let mut indices = [0; BroadcastKind::ALL.len()];
@@ -193,7 +203,6 @@ impl Links {
                 }
             }
         }
-        heard
     }
 
     /// What a link in that state does to a message, the `index`-th of its kind in its tick, and whether it doubles it.

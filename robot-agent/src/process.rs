@@ -23,7 +23,7 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
-use crate::agent::{Agent, TentativeAgent};
+use crate::agent::{Agent, TentativeAgent, Workspace};
 use crate::radio::Radio;
 
 /// How long listed broadcasts are waited for before they count as lost. In the star they are there before the tick is; this
@@ -118,6 +118,7 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
                 .collect(),
             agent: TentativeAgent::new(Agent::new(robot, welcome.incarnation, &setup)),
             radio: Radio::default(),
+            space: Workspace::default(),
             latest: None,
             pending: None,
             publishers,
@@ -334,6 +335,7 @@ struct Alive {
     names: Vec<String>,
     agent: TentativeAgent,
     radio: Radio,
+    space: Workspace,
     /// Number of the latest tick that the world sent to this life: an older one is put again by somebody.
     latest: Option<Tick>,
     /// A tick whose broadcasts have not all arrived, and until when they are waited for.
@@ -448,13 +450,14 @@ impl Alive {
     }
 
     fn step(&mut self, tick: &TickMessage) {
-        let arrived = self.radio.collect(&tick.manifest);
-        let step = self.agent.step(tick, arrived);
-        for broadcast in &step.broadcasts {
+        let space = &mut self.space;
+        self.radio.collect(&tick.manifest, &mut space.arrived);
+        self.agent.step(tick, space);
+        for broadcast in &space.broadcasts {
             let publisher = &self.publishers.team[broadcast.body.kind() as usize];
             publish(&self.secret, publisher, broadcast);
         }
-        publish(&self.secret, &self.publishers.report, &step.report);
+        publish(&self.secret, &self.publishers.report, &space.report);
     }
 
     fn end(&mut self, end: End) {

@@ -65,18 +65,20 @@ impl Radio {
             .all(|entry| keys(entry).all(|key| self.arrived.contains_key(&key)))
     }
 
-    /// Takes out the broadcasts of the manifest, one place for each in its order; `None` is one that has not arrived. Older
-    /// ones are forgotten.
-    pub fn collect(&mut self, manifest: &[ManifestEntry]) -> Vec<Option<Arc<Broadcast>>> {
+    /// Moves the broadcasts of the manifest into `collected`, instead of what is there, one place for each in its order; `None`
+    /// is one that has not arrived. Older ones are forgotten.
+    pub fn collect(
+        &mut self,
+        manifest: &[ManifestEntry],
+        collected: &mut Vec<Option<Arc<Broadcast>>>,
+    ) {
+        collected.clear();
         let listed = manifest.iter().flat_map(keys);
-        let collected = listed
-            .map(|key| self.arrived.remove(&key).map(Arc::new))
-            .collect();
+        collected.extend(listed.map(|key| self.arrived.remove(&key).map(Arc::new)));
         if let Some(oldest) = manifest.iter().map(|entry| entry.tick).min() {
             self.arrived = self.arrived.split_off(&(oldest, RobotId(0), 0, 0));
             self.oldest = oldest;
         }
-        collected
     }
 }
 
@@ -116,7 +118,10 @@ mod tests {
         }
     }
 
-    fn seqs(collected: &[Option<Arc<Broadcast>>]) -> Vec<Option<u64>> {
+    /// The sequence numbers of what is collected.
+    fn collect(radio: &mut Radio, manifest: &[ManifestEntry]) -> Vec<Option<u64>> {
+        let mut collected = vec![None];
+        radio.collect(manifest, &mut collected);
         let seq = |broadcast: &Arc<Broadcast>| broadcast.seq;
         collected
             .iter()
@@ -139,8 +144,7 @@ mod tests {
                 radio.receive(sent[index].clone());
             }
             assert!(radio.has_all(&manifest));
-            let collected = radio.collect(&manifest);
-            assert_eq!(seqs(&collected), [Some(7), Some(8), Some(9)]);
+            assert_eq!(collect(&mut radio, &manifest), [Some(7), Some(8), Some(9)]);
         }
     }
 
@@ -150,14 +154,14 @@ mod tests {
         radio.receive(broadcast(1, 4, 0, 1));
         radio.receive(broadcast(1, 4, 1, 2));
         radio.receive(broadcast(1, 99, 0, 3));
-        assert_eq!(seqs(&radio.collect(&[entry(1, 4, 1)])), [Some(1)]);
+        assert_eq!(collect(&mut radio, &[entry(1, 4, 1)]), [Some(1)]);
     }
 
     #[test]
     fn a_listed_broadcast_that_never_came_leaves_its_place_empty() {
         let mut radio = Radio::default();
         radio.receive(broadcast(1, 4, 1, 8));
-        assert_eq!(seqs(&radio.collect(&[entry(1, 4, 2)])), [None, Some(8)]);
+        assert_eq!(collect(&mut radio, &[entry(1, 4, 2)]), [None, Some(8)]);
     }
 
     #[test]
@@ -165,13 +169,13 @@ mod tests {
         let mut radio = Radio::default();
         assert!(radio.receive(broadcast(1, 4, 0, 1)));
         assert!(!radio.receive(broadcast(1, 4, 0, 77)));
-        assert_eq!(seqs(&radio.collect(&[entry(1, 4, 1)])), [Some(1)]);
+        assert_eq!(collect(&mut radio, &[entry(1, 4, 1)]), [Some(1)]);
     }
 
     #[test]
     fn what_is_older_than_all_that_may_be_listed_is_not_kept() {
         let mut radio = Radio::default();
-        radio.collect(&[entry(1, 4, 0)]);
+        collect(&mut radio, &[entry(1, 4, 0)]);
         assert!(!radio.receive(broadcast(1, 3, 0, 1)));
         assert!(radio.arrived.is_empty());
         assert!(radio.receive(broadcast(1, 4, 0, 2)));

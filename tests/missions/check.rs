@@ -9,7 +9,7 @@ use alliance_proto::time::SimTime;
 use launch::check::Check;
 use launch::check::forecast::Takeover;
 use launch::in_process::Team;
-use robot_agent::alliance::{Engine, StepInput};
+use robot_agent::alliance::{Engine, StepInput, StepOutput};
 use robot_agent::roster::Roster;
 use world_server::recorder::{EventRow, LogLevel, Memory, MessageRow};
 
@@ -123,16 +123,19 @@ fn a_silent_teammate_is_taken_over_when_it_says() {
             let mut now = SimTime::ZERO;
             while gold.active().is_none() {
                 let word = Arc::new(heartbeat(first_word));
-                gold.step(&StepInput {
-                    now,
-                    heard: if now == first_word {
-                        std::slice::from_ref(&word)
-                    } else {
-                        &[]
+                gold.step(
+                    &StepInput {
+                        now,
+                        heard: if now == first_word {
+                            std::slice::from_ref(&word)
+                        } else {
+                            &[]
+                        },
+                        applicable: &[true, false, false, false],
+                        progressed: &[],
                     },
-                    applicable: &[true, false, false, false],
-                    progressed: &[],
-                });
+                    &mut StepOutput::default(),
+                );
                 now = now + SimTime(setup.alliance.step_ms);
             }
             let step = SimTime(setup.alliance.step_ms);

@@ -12,7 +12,7 @@ use alliance_tests::recompute::compare;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_agent::alliance::{Engine, StepInput};
+use robot_agent::alliance::{Engine, StepInput, StepOutput};
 use robot_agent::roster::Roster;
 use world_server::recorder::{EventRow, MessageRow, MotivationRow};
 
@@ -211,13 +211,15 @@ fn both_calculations_agree_on_whatever_is_said() {
                 let unheard = random_message(&mut chance, now);
                 messages.push(rows.message(now, &unheard, fate[chance.random_range(0..5)]));
             }
+            let mut output = StepOutput::default();
             let applicable: Vec<bool> = (0..4).map(|_| chance.random_bool(0.99)).collect();
-            let output = engine.step(&StepInput {
+            let input = StepInput {
                 now,
                 heard: &heard,
                 applicable: &applicable,
                 progressed: &[],
-            });
+            };
+            engine.step(&input, &mut output);
             resets += output
                 .motivations
                 .iter()

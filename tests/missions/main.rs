@@ -31,6 +31,7 @@ mod refusals;
 mod repeatable;
 mod rooms;
 mod soak;
+mod steady;
 mod stopped;
 mod story;
 mod superseded;

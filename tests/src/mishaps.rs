@@ -8,11 +8,11 @@ use alliance_proto::fault::Order;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
-use alliance_proto::tick::{Report, TickMessage};
+use alliance_proto::tick::Report;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_agent::agent::{Agent, TentativeAgent};
+use robot_agent::agent::{Agent, TentativeAgent, Workspace};
 use robot_agent::radio::Radio;
 use world_server::recorder::{LogLevel, Memory, RecordError, Recorder};
 use world_server::simulation::Simulation;
@@ -116,9 +116,9 @@ impl Team {
                 self.operate();
                 self.act(robot, act);
             }
-            for (robot, message) in self.simulation.questions() {
+            while let Some(robot) = self.simulation.next_question() {
                 self.operate();
-                self.ask(robot, &message);
+                self.ask(robot);
             }
             if self.simulation.barrier().is_idle() {
                 self.come_back();
@@ -188,12 +188,15 @@ impl Team {
         }
     }
 
-    fn ask(&mut self, robot: RobotId, message: &TickMessage) {
+    fn ask(&mut self, robot: RobotId) {
         let member = &mut self.members[robot.index()];
-        let arrived = member.radio.collect(&message.manifest);
-        let step = member.agent.step(message, arrived);
+        let message = self.simulation.message(robot);
+        let mut space = Workspace::default();
+        member.radio.collect(&message.manifest, &mut space.arrived);
+        member.agent.step(message, &mut space);
+        let (report, broadcasts) = (space.report, space.broadcasts);
         // Broadcasts are on the air before the report, whatever becomes of it.
-        for broadcast in step.broadcasts {
+        for broadcast in broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {
                 if rank != robot.index() && !self.chance.random_bool(self.rates.loss) {
                     teammate.radio.receive(broadcast.clone());
@@ -206,14 +209,14 @@ impl Team {
         if dies {
             member.state = State::Dead;
             if self.chance.random_bool(0.5) {
-                self.simulation.report(step.report);
+                self.simulation.report(report);
             }
             self.simulation.gone(robot, member.incarnation);
         } else if stalls {
-            member.state = State::Silent(Box::new(step.report));
+            member.state = State::Silent(Box::new(report));
             self.simulation.stall(robot);
         } else {
-            self.simulation.report(step.report);
+            self.simulation.report(report);
         }
     }
 

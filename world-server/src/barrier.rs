@@ -15,6 +15,7 @@
 //! [readmitted](Barrier::readmit); one that is [expected](Barrier::expect) holds the tick back until it has arrived.
 
 use std::cell::Cell;
+use std::collections::VecDeque;
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
@@ -89,8 +90,8 @@ struct Place {
     expected: bool,
 }
 
-/// What a robot is to be sent.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Whom a tick is to be sent to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
     /// To whom.
     pub robot: RobotId,
@@ -98,8 +99,6 @@ pub struct Question {
     pub incarnation: Incarnation,
     /// Latest tick in which it counted.
     pub last_counted: Option<Tick>,
-    /// What it may hear.
-    pub manifest: Vec<ManifestEntry>,
 }
 
 /// The reports that count in a tick, and who died in it.
@@ -130,6 +129,8 @@ pub struct Barrier {
     runs_on: bool,
     /// Where the last look found a place that the tick waits for: it begins there, lest each report make it look at all.
     open: Cell<usize>,
+    /// Who takes part in the current tick and has not been sent it yet.
+    to_ask: VecDeque<RobotId>,
     inputs: Vec<Input>,
     /// Who died before the current tick was asked for.
     dead: Vec<RobotId>,
@@ -165,6 +166,7 @@ impl Barrier {
             started: false,
             runs_on: false,
             open: Cell::new(0),
+            to_ask: VecDeque::new(),
             inputs: Vec::new(),
             dead: Vec::new(),
         }
@@ -476,36 +478,48 @@ impl Barrier {
         self.started
     }
 
-    /// Whom the current tick is to be sent to now. In order, the next robot is asked when the one before it has answered.
-    pub fn questions(&mut self, air: &impl Air) -> Vec<Question> {
+    /// Whom the current tick is to be sent to next. In order, the next robot is asked when the one before it has answered.
+    pub fn next_question(&mut self, air: &impl Air) -> Option<Question> {
+        if self.to_ask.is_empty() {
+            self.line_up(air);
+        }
+        let robot = self.to_ask.pop_front()?;
+        let place = &self.places[robot.index()];
+        Some(Question {
+            robot,
+            incarnation: place.incarnation,
+            last_counted: place.last_counted,
+        })
+    }
+
+    /// Moves what a robot that is asked may hear into `manifest`, by (sender, tick), instead of what is there.
+    pub fn hand_over(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
+        let listed = &mut self.places[robot.index()].manifest;
+        std::mem::swap(listed, manifest);
+        listed.clear();
+        manifest.sort_unstable();
+    }
+
+    /// Those who are to be asked now: all at once, so that what happens meanwhile finds them asked.
+    fn line_up(&mut self, air: &impl Air) {
         if !self.started || self.places.iter().any(|place| place.expected) {
-            return Vec::new();
+            return;
         }
         // In order, who has answered is heard by those who are asked after it.
         if self.order == StepOrder::InOrder {
             self.list_all(air);
         }
-        let mut questions = Vec::new();
         for (index, place) in self.places.iter_mut().enumerate() {
             if place.presence != Presence::Present || place.gone || place.report.is_some() {
                 continue;
             }
-            if !place.asked {
-                place.asked = true;
-                let mut manifest = std::mem::take(&mut place.manifest);
-                manifest.sort_unstable();
-                questions.push(Question {
-                    robot: RobotId(index as u16),
-                    incarnation: place.incarnation,
-                    last_counted: place.last_counted,
-                    manifest,
-                });
+            if !std::mem::replace(&mut place.asked, true) {
+                self.to_ask.push_back(RobotId(index as u16));
             }
             if self.order == StepOrder::InOrder {
                 break;
             }
         }
-        questions
     }
 
     /// Whether nobody could act in the current tick: the clock then stands still until somebody comes.
@@ -542,13 +556,15 @@ impl Barrier {
         self.started && open.is_none() && !self.is_idle()
     }
 
-    /// Ends the current tick: what counts in it. The next one begins, with whoever has arrived meanwhile.
-    pub fn finish(&mut self, air: &impl Air) -> Gathered {
-        let mut gathered = Gathered {
-            inputs: std::mem::take(&mut self.inputs),
-            dead: std::mem::take(&mut self.dead),
-            ..Gathered::default()
-        };
+    /// Ends the current tick: what counts in it is written to `gathered`. The next one begins, with whoever has arrived
+    /// meanwhile.
+    pub fn finish(&mut self, air: &impl Air, gathered: &mut Gathered) {
+        gathered.reports.clear();
+        gathered.dead.clear();
+        gathered.dead.append(&mut self.dead);
+        gathered.inputs.clear();
+        gathered.inputs.append(&mut self.inputs);
+        self.to_ask.clear();
         // By rank, so that the order in which they came means nothing; a robot's own stay in theirs.
         let rank = |input: &Input| {
             let named = |place: &Place| input.robot() == Some(&place.name);
@@ -589,7 +605,6 @@ impl Barrier {
         }
         self.tick += 1;
         self.enter();
-        gathered
     }
 
     /// Puts the broadcasts of all reports into the manifests of all teammates in range that take part, those of doomed robots

@@ -12,10 +12,12 @@ pub(super) struct Air {
     said: Vec<[Said; 2]>,
 }
 
-/// What a robot said in one tick, by index.
+/// What a robot said in one tick.
 #[derive(Clone, Default)]
 struct Said {
     tick: Tick,
+    count: usize,
+    /// By index, and then some of earlier ticks, for their memory.
     broadcasts: Vec<Arc<Broadcast>>,
 }
 
@@ -26,34 +28,54 @@ impl Air {
         }
     }
 
-    /// What a robot says in a tick. A manifest lists it in this tick or the next, and never later.
-    pub fn send(&mut self, tick: Tick, sender: RobotId, broadcasts: Vec<Broadcast>) {
-        if !broadcasts.is_empty() {
-            let broadcasts = broadcasts.into_iter().map(Arc::new).collect();
-            let said = &mut self.said[sender.index()];
-            said.rotate_right(1);
-            said[0] = Said { tick, broadcasts };
+    /// Takes what a robot says in a tick, and gives back to `spent` what nobody can hear any more. A manifest lists what was
+    /// said in its tick or in the one before, and never later.
+    pub fn send(
+        &mut self,
+        tick: Tick,
+        sender: RobotId,
+        broadcasts: &mut Vec<Broadcast>,
+        spent: &mut Vec<Broadcast>,
+    ) {
+        if broadcasts.is_empty() {
+            return;
+        }
+        let said = &mut self.said[sender.index()];
+        said.rotate_right(1);
+        let [latest, _] = said;
+        (latest.tick, latest.count) = (tick, broadcasts.len());
+        for (index, broadcast) in broadcasts.drain(..).enumerate() {
+            // A receiver may keep what is on its way for long.
+            match latest.broadcasts.get_mut(index) {
+                Some(place) => match Arc::get_mut(place) {
+                    Some(place) => spent.push(std::mem::replace(place, broadcast)),
+                    None => *place = Arc::new(broadcast),
+                },
+                None => latest.broadcasts.push(Arc::new(broadcast)),
+            }
         }
     }
 
-    /// The broadcasts of a manifest, one place for each in its order; `None` is one that is lost, or was never sent.
+    /// Writes to `collected` the broadcasts of a manifest, one place for each in its order; `None` is one that is lost, or was
+    /// never sent.
     pub fn collect(
         &self,
         manifest: &[ManifestEntry],
         is_lost: impl Fn(RobotId, Tick, u16) -> bool,
-    ) -> Vec<Option<Arc<Broadcast>>> {
-        let mut collected = Vec::new();
+        collected: &mut Vec<Option<Arc<Broadcast>>>,
+    ) {
+        collected.clear();
         for entry in manifest {
             let mut said = self.said[entry.sender.index()].iter();
             let said = said.find(|said| said.tick == entry.tick);
             collected.extend((0..entry.count).map(|index| {
-                let broadcast = said?.broadcasts.get(usize::from(index))?;
+                let said = said?;
+                let broadcast = said.broadcasts[..said.count].get(usize::from(index))?;
                 let is_heard = broadcast.incarnation == entry.incarnation
                     && !is_lost(entry.sender, entry.tick, index);
                 is_heard.then(|| Arc::clone(broadcast))
             }));
         }
-        collected
     }
 }
 
@@ -95,7 +117,9 @@ mod tests {
             count,
             link: None,
         };
-        let collected = air.collect(&[entry], |_, tick, index| (tick, index) == (5, 1));
+        let mut collected = Vec::new();
+        let is_lost = |_, tick, index| (tick, index) == (5, 1);
+        air.collect(&[entry], is_lost, &mut collected);
         let seq = |place: &Option<Arc<Broadcast>>| place.as_ref().map(|broadcast| broadcast.seq);
         collected.iter().map(seq).collect()
     }
@@ -103,11 +127,13 @@ mod tests {
     #[test]
     fn what_was_said_last_and_before_that_is_heard_but_for_what_is_lost() {
         let mut air = Air::new(2);
+        let mut spent = Vec::new();
         for tick in [3, 4, 5] {
-            air.send(tick, SENDER, broadcasts(tick, 2));
+            air.send(tick, SENDER, &mut broadcasts(tick, 2), &mut spent);
             // Silence changes nothing.
-            air.send(tick, SENDER, Vec::new());
+            air.send(tick, SENDER, &mut Vec::new(), &mut spent);
         }
+        assert_eq!(spent, broadcasts(3, 2), "nobody can hear them any more");
         assert_eq!(heard(&air, 5, 1, 2), [Some(50), None]);
         assert_eq!(heard(&air, 4, 1, 2), [Some(40), Some(41)]);
         assert_eq!(heard(&air, 4, 1, 3), [Some(40), Some(41), None]);

@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, VecDeque};
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
-use alliance_proto::tick::{Outcome, TickMessage};
+use alliance_proto::tick::Outcome;
 use alliance_proto::view::View;
-use robot_agent::agent::{Agent, Common};
+use robot_agent::agent::{Agent, Common, Workspace};
 use world_server::barrier::Presence;
 use world_server::input::{Input, InputLine};
 use world_server::recorder::{LogLevel, RecordError, Recorder, RunFile, Sink};
@@ -30,6 +30,8 @@ pub struct Team<S> {
     /// By rank; `None` where no agent lives.
     agents: Vec<Option<Agent>>,
     air: Air,
+    /// Of all agents.
+    space: Workspace,
     outside: Outside,
     /// Which lives faults have begun: one that ended before it took part has a number, too.
     lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
@@ -86,6 +88,7 @@ impl<S: Sink> Team<S> {
             common: Common::of(&setup),
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
+            space: Workspace::default(),
             simulation: Simulation::new(setup, true),
             recorder,
             outside,
@@ -124,8 +127,8 @@ impl<S: Sink> Team<S> {
                 idle = false;
             }
             self.bury_unasked(&outside);
-            for (robot, message) in self.simulation.questions() {
-                self.ask(robot, &message, &outside);
+            while let Some(robot) = self.simulation.next_question() {
+                self.ask(robot, &outside);
                 idle = false;
             }
             if idle && !self.simulation.is_complete() {
@@ -310,23 +313,26 @@ impl<S: Sink> Team<S> {
         })
     }
 
-    fn ask(&mut self, robot: RobotId, message: &TickMessage, outside: &[Input]) {
+    fn ask(&mut self, robot: RobotId, outside: &[Input]) {
         let death = self.death(robot, outside);
         let stalls = outside.iter().any(
             |input| matches!(input, Input::StallBegin { robot: name, .. } if name == self.name(robot)),
         );
         if stalls {
             self.simulation.stall(robot);
-        } else if death.is_none_or(|counted| counted == Some(message.tick)) {
-            self.answer(robot, message, outside);
+        } else if death.is_none_or(|counted| counted == Some(self.simulation.tick())) {
+            self.answer(robot, outside);
         }
         if death.is_some() {
             self.die(robot);
         }
     }
 
-    fn answer(&mut self, robot: RobotId, message: &TickMessage, outside: &[Input]) {
-        let arrived = self.air.collect(&message.manifest, |sender, tick, index| {
+    fn answer(&mut self, robot: RobotId, outside: &[Input]) {
+        let message = self.simulation.message(robot);
+        let robots = &self.simulation.setup().scenario.robots;
+        let name = |robot: RobotId| &robots[robot.index()].name;
+        let is_lost = |sender, tick, index| {
             outside.iter().any(|input| match input {
                 Input::Lost {
                     receiver,
@@ -334,19 +340,25 @@ impl<S: Sink> Team<S> {
                     sent_tick,
                     index: lost,
                 } => {
-                    receiver == self.name(robot)
+                    receiver == name(robot)
                         && (*sent_tick, *lost) == (tick, index)
-                        && of == self.name(sender)
+                        && of == name(sender)
                 }
                 _ => false,
             })
-        });
+        };
+        let space = &mut self.space;
+        self.air
+            .collect(&message.manifest, is_lost, &mut space.arrived);
         let Some(agent) = &mut self.agents[robot.index()] else {
             return;
         };
-        let step = agent.step(message, arrived);
-        self.air.send(message.tick, robot, step.broadcasts);
-        self.simulation.report(step.report);
+        agent.step(message, space);
+        self.air
+            .send(message.tick, robot, &mut space.broadcasts, &mut space.spent);
+        let spent = self.simulation.spent_report();
+        let report = std::mem::replace(&mut space.report, spent);
+        self.simulation.report(report);
     }
 
     fn name(&self, robot: RobotId) -> &str {

@@ -50,7 +50,7 @@ pub struct StepInput<'a> {
 }
 
 /// What comes out of a step.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepOutput {
     /// One per own set, in the order of [`Engine::sets`].
     pub motivations: Vec<Motivation>,
@@ -70,7 +70,7 @@ impl Engine {
         let config = Config::new(robot, setup, roster);
         Self {
             behaviors: config.set_ids.iter().copied().map(Behavior::new).collect(),
-            history: History::default(),
+            history: History::new(config.tasks.len()),
             teammates: Teammates::default(),
             heartbeats: Heartbeats::new(config.sets.len()),
             progress: vec![0; config.tasks.len()],
@@ -99,19 +99,20 @@ impl Engine {
         own.map_or(0, |own| self.progress[own])
     }
 
-    /// Makes one step. It adds one step length of impatience, however long ago the last one was: a robot that was stopped
+    /// Makes one step and writes what comes of it to `output`. It adds one step length of impatience, however long ago the last one was: a robot that was stopped
     /// does not come back impatient. The first step of a life adds nothing.
     ///
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.
-    pub fn step(&mut self, input: &StepInput<'_>) -> StepOutput {
+    pub fn step(&mut self, input: &StepInput<'_>, output: &mut StepOutput) {
         let now = input.now;
-        let is_own = |task| self.config.own_task(task).is_some();
+        let own_task = |task| self.config.own_task(task);
         for broadcast in input.heard {
             if self.config.admits(broadcast) {
                 self.history
-                    .hear(now, broadcast, &self.config.switches, is_own);
-                self.teammates.hear(now, broadcast, is_own);
+                    .hear(now, broadcast, &self.config.switches, own_task);
+                self.teammates
+                    .hear(now, broadcast, |task| own_task(task).is_some());
             }
         }
         for &task in input.progressed {
@@ -120,28 +121,28 @@ impl Engine {
             }
         }
 
-        let mut changes = Vec::new();
-        let mut motivations = Vec::with_capacity(self.behaviors.len());
-        self.evaluate(input, &mut changes, &mut motivations);
-        self.choose(now, &mut changes);
+        let StepOutput {
+            motivations,
+            changes,
+            announcements,
+        } = output;
+        motivations.clear();
+        changes.clear();
+        announcements.clear();
+        self.evaluate(input, changes, motivations);
+        self.choose(now, changes);
         for (row, behavior) in motivations.iter_mut().zip(&self.behaviors) {
             row.state = behavior.stance.state();
         }
         self.started = true;
 
         let happened = Happened {
-            changes: &changes,
+            changes,
             progressed: input.progressed,
             progress: &self.progress,
         };
-        let announcements = self
-            .heartbeats
-            .announce(now, &self.config, &self.behaviors, &happened);
-        StepOutput {
-            motivations,
-            changes,
-            announcements,
-        }
+        self.heartbeats
+            .announce(now, &self.config, &self.behaviors, &happened, announcements);
     }
 
     /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Gives a row per own
@@ -175,7 +176,7 @@ impl Engine {
         let now = input.now;
         let params = &config.sets[index];
         let behavior = &mut self.behaviors[index];
-        let heard = || self.history.about(params.task);
+        let heard = self.history.about(params.own_task);
 
         let active_since = match behavior.stance {
             Stance::Active { since, .. } => Some(since),
@@ -185,11 +186,11 @@ impl Engine {
         let factors = Factors {
             sensory_feedback: input.applicable[index],
             activity_suppression: !suppressed,
-            reset_by: motivation::impatience_reset(heard(), now).filter(|_| may_be_reset),
+            reset_by: motivation::impatience_reset(heard, now).filter(|_| may_be_reset),
             acquiescence: active_since
-                .and_then(|since| motivation::acquiescence(params, since, heard(), now)),
+                .and_then(|since| motivation::acquiescence(params, since, heard, now)),
         };
-        let impatience = motivation::impatience(params, heard(), now);
+        let impatience = motivation::impatience(params, heard, now);
         let gain = if self.started {
             impatience * config.step_s
         } else {

@@ -58,7 +58,7 @@ impl Heartbeats {
         }
     }
 
-    /// The announcements of this step: released, then waiting, then executing, then idle, so that a robot's last word says
+    /// Adds the announcements of this step: released, then waiting, then executing, then idle, so that a robot's last word says
     /// what it does.
     pub fn announce(
         &mut self,
@@ -66,8 +66,8 @@ impl Heartbeats {
         config: &Config,
         behaviors: &[Behavior],
         happened: &Happened<'_>,
-    ) -> Vec<Announcement> {
-        let mut announcements = Vec::new();
+        announcements: &mut Vec<Announcement>,
+    ) {
         if config.switches.release_message {
             announcements.extend(released(now, config, behaviors, happened));
         }
@@ -100,7 +100,6 @@ impl Heartbeats {
         if config.switches.idle_heartbeat {
             announcements.extend(self.idle(idle, now, config.idle_period));
         }
-        announcements
     }
 
     fn idle(&mut self, is_idle: bool, now: SimTime, period: SimTime) -> Option<Announcement> {

@@ -3,17 +3,18 @@
 //! The equations ask only for windows that end now and for intervals that start at the origin of the history, so the last
 //! and the first receive time are all that is needed.
 
-use std::collections::BTreeMap;
-
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
+use alliance_proto::ids::{Incarnation, TaskId};
 use alliance_proto::scenario::{HistoryOrigin, Switches};
 use alliance_proto::team::{Body, Broadcast, TaskState};
 use alliance_proto::time::SimTime;
 
+use crate::by_rank::ByRank;
+
 /// What was heard, by own task and teammate; only of pairs that spoke.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct History {
-    records: BTreeMap<TaskId, BTreeMap<RobotId, Record>>,
+    /// By own task.
+    records: Vec<ByRank<Record>>,
 }
 
 /// What was heard from one teammate about one task.
@@ -44,13 +45,20 @@ enum Weight {
 }
 
 impl History {
+    /// Nothing heard about any of so many own tasks.
+    pub fn new(own_tasks: usize) -> Self {
+        Self {
+            records: vec![ByRank::default(); own_tasks],
+        }
+    }
+
     /// Takes in a broadcast that is heard at `now`, unless it is about another's task.
     pub fn hear(
         &mut self,
         now: SimTime,
         broadcast: &Broadcast,
         switches: &Switches,
-        is_own: impl Fn(TaskId) -> bool,
+        own_task: impl Fn(TaskId) -> Option<usize>,
     ) {
         let (task, weight, progress) = match &broadcast.body {
             Body::Heartbeat(heartbeat) => {
@@ -67,11 +75,8 @@ impl History {
             Body::Withdrawal(_) => return,
         };
         // What others do about tasks that the robot has no set for changes nothing for it.
-        if !is_own(task) {
-            return;
-        }
-        let teammates = self.records.entry(task).or_default();
-        let record = teammates.entry(broadcast.sender).or_default();
+        let Some(own) = own_task(task) else { return };
+        let record = self.records[own].get_or_insert_with(broadcast.sender, Record::default);
         let stamp = (broadcast.incarnation, broadcast.seq);
         if record.latest < stamp {
             record.take(stamp, progress, now, switches);
@@ -79,10 +84,9 @@ impl History {
         }
     }
 
-    /// The records on a task, by rank.
-    pub fn about(&self, task: TaskId) -> impl Iterator<Item = (RobotId, &Record)> {
-        let teammates = self.records.get(&task).into_iter().flatten();
-        teammates.map(|(&teammate, record)| (teammate, record))
+    /// The records on an own task.
+    pub fn about(&self, own_task: usize) -> &ByRank<Record> {
+        &self.records[own_task]
     }
 }
 

@@ -6,6 +6,7 @@ use alliance_proto::time::SimTime;
 
 use super::history::Record;
 use super::params::Params;
+use crate::by_rank::ByRank;
 
 /// The four factors of eq. 2.7, each with the cause that makes it 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,40 +36,40 @@ impl Factors {
 
 /// Eq. 2.4, with the corrected "= 0": motivation/s. The slowest rate toward those who were heard within τ and not yet
 /// before φ; δ_fast if there is none.
-pub(super) fn impatience<'a>(
-    params: &Params,
-    heard: impl Iterator<Item = (RobotId, &'a Record)>,
-    now: SimTime,
-) -> f64 {
-    heard
+pub(super) fn impatience(params: &Params, heard: &ByRank<Record>, now: SimTime) -> f64 {
+    let within = heard
+        .iter()
+        .filter(|(_, record)| record.within(params.tau, now));
+    within
         .filter_map(|(teammate, record)| {
             let toward = params.toward(teammate)?;
-            (record.within(params.tau, now) && !record.until(toward.phi, now))
-                .then_some(toward.slow)
+            (!record.until(toward.phi, now)).then_some(toward.slow)
         })
         .min_by(f64::total_cmp)
         .unwrap_or(params.fast)
 }
 
 /// Eq. 2.5: the teammate of the lowest rank whose history on the task begins in this step.
-pub(super) fn impatience_reset<'a>(
-    mut heard: impl Iterator<Item = (RobotId, &'a Record)>,
-    now: SimTime,
-) -> Option<RobotId> {
+pub(super) fn impatience_reset(heard: &ByRank<Record>, now: SimTime) -> Option<RobotId> {
     heard
+        .iter()
         .find(|(_, record)| record.begins(now))
         .map(|(teammate, _)| teammate)
 }
 
 /// Eq. 2.6: why a set that has been active since `active_since` yields or gives up, if it does.
-pub(super) fn acquiescence<'a>(
+pub(super) fn acquiescence(
     params: &Params,
     active_since: SimTime,
-    mut heard: impl Iterator<Item = (RobotId, &'a Record)>,
+    heard: &ByRank<Record>,
     now: SimTime,
 ) -> Option<Reason> {
     let active_for = now.since(active_since);
-    if active_for > params.psi && heard.any(|(_, record)| record.wanted_within(params.tau, now)) {
+    let is_wanted = || {
+        let mut records = heard.iter();
+        records.any(|(_, record)| record.wanted_within(params.tau, now))
+    };
+    if active_for > params.psi && is_wanted() {
         Some(Reason::AcquiescedPsi)
     } else if active_for > params.lambda {
         Some(Reason::GaveUpLambda)

@@ -1,6 +1,6 @@
 //! The values in force for one robot, by rank instead of by name and in simulated time instead of seconds.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{SetParams, Setup, Switches};
@@ -38,6 +38,8 @@ pub(super) struct Config {
 pub(super) struct Params {
     /// The task that the set performs.
     pub task: TaskId,
+    /// Its place among the robot's own tasks.
+    pub own_task: usize,
     /// How many robots may execute it at once.
     pub max_robots: usize,
     /// Of the task; higher goes first.
@@ -48,10 +50,10 @@ pub(super) struct Params {
     pub tau: SimTime,
     /// δ_fast, motivation/s.
     pub fast: f64,
-    /// δ_slow and φ by teammate.
-    pub toward: BTreeMap<RobotId, Toward>,
-    /// Toward those that a large team does not list.
-    pub toward_others: Option<Toward>,
+    /// δ_slow and φ toward most teammates.
+    pub toward_most: Option<Toward>,
+    /// Toward those for whom they are other ones, by rank.
+    pub toward: Vec<(RobotId, Toward)>,
     /// ψ.
     pub psi: SimTime,
     /// λ.
@@ -77,14 +79,16 @@ impl Config {
         let catalog = &roster.catalog;
         let set_ids: Vec<SetId> = catalog.sets_of(own).collect();
         let named = &setup.alliance.robots[&own.name].sets;
-        let sets: Vec<Params> = set_ids
-            .iter()
-            .map(|id| {
-                let spec = &catalog.sets[id.index()];
-                Params::new(spec.task, &named[&spec.name], roster)
+        let specs = || set_ids.iter().map(|id| &catalog.sets[id.index()]);
+        let tasks: BTreeSet<TaskId> = specs().map(|spec| spec.task).collect();
+        let sets: Vec<Params> = specs()
+            .map(|spec| {
+                let own_task = tasks.iter().position(|task| *task == spec.task);
+                // It was collected from these.
+                let own_task = own_task.expect("the tasks of all sets are known");
+                Params::new(spec.task, own_task, &named[&spec.name], roster)
             })
             .collect();
-        let tasks: BTreeSet<TaskId> = sets.iter().map(|set| set.task).collect();
         Self {
             robot,
             team: setup.scenario.robots.len(),
@@ -118,7 +122,7 @@ impl Config {
 }
 
 impl Params {
-    fn new(task: TaskId, values: &SetParams, roster: &Roster) -> Self {
+    fn new(task: TaskId, own_task: usize, values: &SetParams, roster: &Roster) -> Self {
         let spec = &roster.catalog.tasks[task.index()];
         let toward = |name: &str| Toward {
             slow: values.slow_toward(name),
@@ -126,16 +130,26 @@ impl Params {
         };
         let listed = values.slow_impatience.keys();
         let listed = listed.filter_map(|name| Some((roster.rank_of(name)?, toward(name))));
-        let has_others = values.slow_impatience.contains_key(SetParams::OTHERS);
+        let mut listed: Vec<(RobotId, Toward)> = listed.collect();
+        listed.sort_unstable_by_key(|&(robot, _)| robot);
+        let toward_most = match listed.first() {
+            // A large team has one value for all that it does not list; others list all, mostly with the same values.
+            _ if values.slow_impatience.contains_key(SetParams::OTHERS) => {
+                Some(toward(SetParams::OTHERS))
+            }
+            first => first.map(|&(_, toward)| toward),
+        };
+        listed.retain(|&(_, toward)| Some(toward) != toward_most);
         Self {
             task,
+            own_task,
             max_robots: spec.max_robots as usize,
             priority: spec.priority,
             period: SimTime::from_secs_f64(1.0 / values.broadcast_rate_hz),
             tau: SimTime::from_secs_f64(values.ceased_after_s),
             fast: values.fast_impatience,
-            toward: listed.collect(),
-            toward_others: has_others.then(|| toward(SetParams::OTHERS)),
+            toward_most,
+            toward: listed,
             psi: SimTime::from_secs_f64(values.before_yielding_s),
             lambda: SimTime::from_secs_f64(values.before_giving_up_s),
         }
@@ -143,7 +157,13 @@ impl Params {
 
     /// δ_slow and φ toward a teammate.
     pub fn toward(&self, teammate: RobotId) -> Option<Toward> {
-        self.toward.get(&teammate).copied().or(self.toward_others)
+        let listed = self
+            .toward
+            .binary_search_by_key(&teammate, |&(robot, _)| robot);
+        match listed {
+            Ok(place) => Some(self.toward[place].1),
+            Err(_) => self.toward_most,
+        }
     }
 
     /// How long the set waits at most: ψ + τ (ALLIANCE.md §3 "Waiting ends").

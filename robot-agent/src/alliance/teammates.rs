@@ -1,10 +1,10 @@
 //! What teammates say they do: who executes a task, who waits for it, and whose turn it is (ALLIANCE.md §3).
 
-use std::collections::BTreeMap;
-
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::team::{Body, Broadcast, Heartbeat, TaskState};
 use alliance_proto::time::SimTime;
+
+use crate::by_rank::ByRank;
 
 /// A claim to a task or a wish for it, by age: the earlier comes first, a tie goes to the lower rank.
 pub(super) type Claim = (SimTime, RobotId);
@@ -13,7 +13,7 @@ pub(super) type Claim = (SimTime, RobotId);
 #[derive(Clone, Debug, Default)]
 pub(super) struct Teammates {
     /// Incarnation and sequence number of the latest message of each that spoke.
-    latest: BTreeMap<RobotId, (Incarnation, u64)>,
+    latest: ByRank<(Incarnation, u64)>,
     /// Claims and wishes, by teammate: few, and walked in every step.
     said: Vec<Said>,
 }
@@ -34,7 +34,9 @@ impl Teammates {
     /// sender executes no other.
     pub fn hear(&mut self, now: SimTime, broadcast: &Broadcast, is_own: impl Fn(TaskId) -> bool) {
         let stamp = (broadcast.incarnation, broadcast.seq);
-        let latest = self.latest.entry(broadcast.sender).or_default();
+        let latest = self
+            .latest
+            .get_or_insert_with(broadcast.sender, Default::default);
         if stamp <= *latest {
             return;
         }

@@ -69,7 +69,18 @@ fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Arc<Broadcast>>> {
 }
 
 fn hear(links: &mut Links, tick: Tick, sent: &[Sent], held: &[u16]) -> Heard {
-    links.hear(&message(tick, sent, held), arrived(tick, sent))
+    listen(links, &message(tick, sent, held), arrived(tick, sent))
+}
+
+fn listen(
+    links: &mut Links,
+    message: &TickMessage,
+    mut arrived: Vec<Option<Arc<Broadcast>>>,
+) -> Heard {
+    let mut heard = Heard::default();
+    links.hear(message, &mut arrived, &mut heard);
+    assert!(arrived.is_empty());
+    heard
 }
 
 /// Sender, sequence number, fate and time in ticks of each reception.
@@ -105,7 +116,11 @@ fn always(change: fn(&mut LinkState) -> &mut Probability) -> Option<LinkState> {
 fn what_has_not_arrived_is_lost_and_logged_with_its_sender() {
     let mut links = links(1);
     let message = message(5, &[(1, 2, state(|link| link.cut = true))], &[]);
-    let heard = links.hear(&message, vec![None, Some(Arc::new(broadcast(1, 4, 1)))]);
+    let heard = listen(
+        &mut links,
+        &message,
+        vec![None, Some(Arc::new(broadcast(1, 4, 1)))],
+    );
     assert!(heard.inbox.is_empty());
     assert_eq!(
         fates(&heard),

@@ -7,7 +7,7 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::tick::ToAgent;
 use launch::in_process::Team;
-use robot_agent::agent::Agent;
+use robot_agent::agent::{Agent, Workspace};
 use robot_agent::radio::Radio;
 use serde::Serialize;
 use world_server::recorder::{LogLevel, Memory, Recorder};
@@ -55,13 +55,15 @@ impl Traffic {
         }
         let [mut ticks, mut reports, mut broadcasts] = [(); 3].map(|()| Count::default());
         while simulation.outcome().is_none() {
-            for (robot, message) in simulation.questions() {
+            while let Some(robot) = simulation.next_question() {
                 let (agent, radio) = &mut agents[robot.index()];
-                let arrived = radio.collect(&message.manifest);
-                let done = agent.step(&message, arrived);
+                let message = simulation.message(robot).clone();
+                let mut space = Workspace::default();
+                radio.collect(&message.manifest, &mut space.arrived);
+                agent.step(&message, &mut space);
                 ticks.add(&ToAgent::Tick(Box::new(message)));
-                reports.add(&done.report);
-                for broadcast in done.broadcasts {
+                reports.add(&space.report);
+                for broadcast in space.broadcasts {
                     broadcasts.add(&broadcast);
                     for (rank, (_, radio)) in agents.iter_mut().enumerate() {
                         if rank != robot.index() {
@@ -69,7 +71,7 @@ impl Traffic {
                         }
                     }
                 }
-                simulation.report(done.report);
+                simulation.report(space.report);
             }
             if simulation.is_complete() {
                 simulation.finish(&mut recorder).unwrap();

@@ -214,9 +214,12 @@ impl Watched {
         verdict
     }
 
-    fn ask(&mut self) -> Vec<Question> {
-        let questions = self.barrier.questions(&All(self.robots));
-        for question in &questions {
+    /// Whom the barrier asks, and what each of them may hear.
+    fn ask(&mut self) -> Vec<(Question, Vec<ManifestEntry>)> {
+        let mut questions = Vec::new();
+        while let Some(question) = self.barrier.next_question(&All(self.robots)) {
+            let mut manifest = Vec::new();
+            self.barrier.hand_over(question.robot, &mut manifest);
             let robot = question.robot.0;
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
             if self.order == StepOrder::InOrder {
@@ -235,7 +238,8 @@ impl Watched {
                 "before its first tick"
             );
             assert_eq!(question.last_counted, self.last_counted(robot, life));
-            assert_eq!(question.manifest, self.audible(robot, life));
+            assert_eq!(manifest, self.audible(robot, life));
+            questions.push((question, manifest));
         }
         questions
     }
@@ -272,7 +276,8 @@ impl Watched {
     fn finish(&mut self) -> Gathered {
         let tick = self.barrier.tick();
         assert!(self.awaited.is_empty(), "ended while an answer was due");
-        let gathered = self.barrier.finish(&All(self.robots));
+        let mut gathered = Gathered::default();
+        self.barrier.finish(&All(self.robots), &mut gathered);
         assert_eq!(self.barrier.tick(), tick + 1);
         for (rank, report) in gathered.reports.iter().enumerate() {
             assert_eq!(report.as_ref(), self.counted.get(&(tick, rank as u16)));
@@ -383,15 +388,12 @@ fn an_unknown_robot_and_a_taken_one_are_refused() {
 #[test]
 fn in_order_a_later_robot_hears_an_earlier_one_in_the_same_tick() {
     let mut watched = Watched::running(2, StepOrder::InOrder);
-    assert_eq!(watched.ask()[0].robot, RobotId(0));
+    assert_eq!(watched.ask()[0].0.robot, RobotId(0));
     assert_eq!(watched.ask(), [], "the first has not answered");
     watched.report(0, 1, 0, 2);
     let second = watched.ask();
-    assert_eq!(second[0].robot, RobotId(1));
-    assert_eq!(
-        (second[0].manifest[0].tick, second[0].manifest[0].count),
-        (0, 2)
-    );
+    assert_eq!(second[0].0.robot, RobotId(1));
+    assert_eq!((second[0].1[0].tick, second[0].1[0].count), (0, 2));
 }
 
 #[test]
@@ -405,7 +407,7 @@ fn an_agent_that_dies_after_its_report_is_heard_and_before_it_is_not() {
         }
         watched.gone(1, 0);
         assert_eq!(watched.finish().dead, [RobotId(1)]);
-        assert_eq!(watched.ask()[0].manifest.len(), usize::from(reported));
+        assert_eq!(watched.ask()[0].1.len(), usize::from(reported));
     }
 }
 
@@ -430,9 +432,9 @@ fn a_restart_within_the_tick_of_the_death_is_a_new_life_in_the_next_tick() {
         "what the old life did counts"
     );
     let questions = watched.ask();
-    assert_eq!(questions[1].incarnation, 2);
-    assert_eq!(questions[1].last_counted, None);
-    assert_eq!(questions[1].manifest, [], "it was not there to hear");
+    assert_eq!(questions[1].0.incarnation, 2);
+    assert_eq!(questions[1].0.last_counted, None);
+    assert_eq!(questions[1].1, [], "it was not there to hear");
 }
 
 #[test]
@@ -451,12 +453,12 @@ fn a_silent_robot_is_deaf_until_the_tick_in_which_it_is_back() {
     watched.report(0, 1, 1, 1);
     watched.finish();
     let questions = watched.ask();
-    assert_eq!(questions[0].manifest, [], "what did not count is not heard");
-    assert_eq!(questions[1].manifest, []);
+    assert_eq!(questions[0].1, [], "what did not count is not heard");
+    assert_eq!(questions[1].1, []);
     watched.report(0, 1, 2, 1);
     watched.report(1, 1, 2, 0);
     watched.finish();
-    assert_eq!(watched.ask()[1].manifest.len(), 1);
+    assert_eq!(watched.ask()[1].1.len(), 1);
 }
 
 #[test]
@@ -470,7 +472,7 @@ fn while_nobody_is_there_the_clock_stands_and_who_comes_enters_the_tick_at_hand(
     watched.invite(0);
     assert_eq!(watched.promised[&(0, 2)], 1);
     watched.arrive(0, 0);
-    assert_eq!(watched.ask()[0].incarnation, 2);
+    assert_eq!(watched.ask()[0].0.incarnation, 2);
     assert_eq!(watched.barrier.tick(), 1);
 }
 
@@ -490,18 +492,21 @@ fn an_old_report_that_somebody_puts_again_does_not_bring_a_silent_robot_back() {
 /// Asks all robots and answers for all of them, with a broadcast each; who heard whom in the manifests that were asked with.
 fn everybody(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
     let mut heard = Vec::new();
-    loop {
-        let questions = barrier.questions(&All(2));
-        if questions.is_empty() {
-            return heard;
-        }
-        for question in questions {
-            let senders = question.manifest.iter().map(|entry| entry.sender);
-            heard.push((question.robot, senders.collect()));
-            let answer = report(question.robot, question.incarnation, barrier.tick(), 1);
-            assert_eq!(barrier.report(answer), Verdict::Counted);
-        }
+    while let Some(question) = barrier.next_question(&All(2)) {
+        let mut manifest = Vec::new();
+        barrier.hand_over(question.robot, &mut manifest);
+        let senders = manifest.iter().map(|entry| entry.sender);
+        heard.push((question.robot, senders.collect()));
+        let answer = report(question.robot, question.incarnation, barrier.tick(), 1);
+        assert_eq!(barrier.report(answer), Verdict::Counted);
     }
+    heard
+}
+
+fn finish(barrier: &mut Barrier) -> Gathered {
+    let mut gathered = Gathered::default();
+    barrier.finish(&All(2), &mut gathered);
+    gathered
 }
 
 #[test]
@@ -509,7 +514,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
     for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
         let mut barrier = Watched::running(3, order).barrier;
         everybody(&mut barrier);
-        barrier.finish(&All(2));
+        finish(&mut barrier);
         barrier.doom(RobotId(0));
         let heard = everybody(&mut barrier);
         assert!(
@@ -518,7 +523,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
                 .any(|(_, senders)| senders.contains(&RobotId(1)))
         );
         barrier.gone(RobotId(0), 1);
-        let gathered = barrier.finish(&All(2));
+        let gathered = finish(&mut barrier);
         assert!(gathered.reports[0].is_some());
         let death = Input::Gone {
             robot: "robot-0".to_owned(),
@@ -541,7 +546,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
 fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
-    barrier.finish(&All(2));
+    finish(&mut barrier);
     barrier.suspend(RobotId(1));
     assert_eq!(everybody(&mut barrier).len(), 1);
     let stray = report(RobotId(1), 1, barrier.tick(), 0);
@@ -550,7 +555,7 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
         robot: "robot-1".to_owned(),
         scripted: true,
     };
-    assert_eq!(barrier.finish(&All(2)).inputs, [out]);
+    assert_eq!(finish(&mut barrier).inputs, [out]);
     barrier.readmit(RobotId(1));
     let heard = everybody(&mut barrier);
     assert_eq!(heard[1], (RobotId(1), Vec::new()), "deaf until now");
@@ -558,7 +563,7 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
         robot: "robot-1".to_owned(),
         scripted: true,
     };
-    assert_eq!(barrier.finish(&All(2)).inputs, [back]);
+    assert_eq!(finish(&mut barrier).inputs, [back]);
 }
 
 #[test]
@@ -566,7 +571,7 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
     barrier.gone(RobotId(1), 1);
-    barrier.finish(&All(2));
+    finish(&mut barrier);
     let (robot, life, first) = barrier.invite("robot-1").unwrap();
     barrier.arrive(robot, life);
     assert!(barrier.is_coming(robot));
@@ -579,7 +584,7 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
         incarnation: 2,
         scripted: true,
     };
-    assert_eq!(barrier.finish(&All(2)).inputs, [joined]);
+    assert_eq!(finish(&mut barrier).inputs, [joined]);
 }
 
 #[test]
@@ -587,9 +592,9 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
     barrier.gone(RobotId(1), 1);
-    barrier.finish(&All(2));
+    finish(&mut barrier);
     barrier.expect(RobotId(1));
-    assert!(barrier.questions(&All(2)).is_empty() && !barrier.is_complete());
+    assert!(barrier.next_question(&All(2)).is_none() && !barrier.is_complete());
     let (robot, life, first) = barrier.invite("robot-1").unwrap();
     assert_eq!(
         (robot, life, first),
@@ -603,5 +608,5 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
         incarnation: 2,
         scripted: true,
     };
-    assert_eq!(barrier.finish(&All(2)).inputs, [joined]);
+    assert_eq!(finish(&mut barrier).inputs, [joined]);
 }

@@ -12,6 +12,7 @@ use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::readings::Readings;
 use alliance_proto::rng::{Purpose, robot_stream};
 use alliance_proto::scenario::Setup;
+use alliance_proto::tick::TickMessage;
 use glam::Vec2;
 use rand_chacha::ChaCha8Rng;
 
@@ -35,8 +36,6 @@ pub struct Sensors {
 struct Robot {
     name: String,
     luck: ChaCha8Rng,
-    /// What it was told last, and when.
-    told: Option<(Tick, Readings)>,
 }
 
 #[derive(Clone, Debug)]
@@ -68,7 +67,6 @@ impl Sensors {
         let robots = robots.map(|(rank, robot)| Robot {
             name: robot.name.clone(),
             luck: robot_stream(setup.seed, Purpose::Sensor, RobotId(rank as u16)),
-            told: None,
         });
         Self {
             robots: robots.collect(),
@@ -77,11 +75,12 @@ impl Sensors {
     }
 
     /// Takes note of the faults that are in force in a tick, in the order of arming, before its first robot is asked. May be
-    /// called again in the same tick when others have come into force.
+    /// called again in the same tick when others have come into force. `sent` is what a robot was sent last.
     pub fn begin<'f>(
         &mut self,
         tick: Tick,
         in_force: impl Iterator<Item = (FaultIndex, &'f Fault)>,
+        sent: impl Fn(RobotId) -> &'f TickMessage,
     ) {
         let mut until_now = std::mem::take(&mut self.broken);
         for (fault, what) in in_force {
@@ -100,7 +99,7 @@ impl Sensors {
             let known = until_now.iter().position(|broken| broken.fault == fault);
             let stuck_at = match known {
                 Some(known) => until_now.swap_remove(known).stuck_at,
-                None => self.told_before(robot, tick),
+                None => told_before(sent(robot), tick),
             };
             self.broken.push(Broken {
                 fault,
@@ -112,7 +111,7 @@ impl Sensors {
     }
 
     /// Distorts what a robot senses in a tick into what it is told. Returns the faults that changed it, in the order of
-    /// arming. To be called for every robot that is asked, broken or not.
+    /// arming.
     pub fn distort(
         &mut self,
         robot: RobotId,
@@ -120,7 +119,7 @@ impl Sensors {
         readings: &mut Readings,
     ) -> Vec<FaultIndex> {
         let mut hits = Vec::new();
-        let Robot { luck, told, .. } = &mut self.robots[robot.index()];
+        let luck = &mut self.robots[robot.index()].luck;
         let broken = self.broken.iter_mut();
         for broken in broken.filter(|broken| broken.robot == robot) {
             let intact = readings.clone();
@@ -129,7 +128,6 @@ impl Sensors {
                 hits.push(broken.fault);
             }
         }
-        *told = Some((tick, readings.clone()));
         hits
     }
 
@@ -137,13 +135,6 @@ impl Sensors {
         let name = fault.robot()?;
         let rank = self.robots.iter().position(|robot| robot.name == name)?;
         Some(RobotId(rank as u16))
-    }
-
-    /// What a robot was told in the tick before this one, or already in this one.
-    fn told_before(&self, robot: RobotId, tick: Tick) -> Option<Readings> {
-        let told = self.robots[robot.index()].told.as_ref();
-        told.filter(|(when, _)| when + 1 >= tick)
-            .map(|(_, readings)| readings.clone())
     }
 
     fn same_before(&self, robot: RobotId, device: Device, mode: SensorMode) -> u64 {
@@ -161,6 +152,12 @@ impl Sensors {
         });
         same.count() as u64
     }
+}
+
+/// What a robot was told in the tick before this one, or already in this one.
+fn told_before(sent: &TickMessage, tick: Tick) -> Option<Readings> {
+    let has_been_asked = sent.incarnation > 0;
+    (has_been_asked && sent.tick + 1 >= tick).then(|| sent.readings.clone())
 }
 
 impl Broken {

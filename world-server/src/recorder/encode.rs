@@ -52,7 +52,7 @@ impl Names {
 
 /// motivations.csv: a row per behavior set of each robot that counted.
 pub(super) fn motivations(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
-    for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+    for counted in record.counted() {
         for motivation in &counted.report.motivations {
             Row::new(rows)
                 .number(record.now.0)
@@ -78,7 +78,7 @@ pub(super) fn messages(
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
 ) {
-    for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+    for counted in record.counted() {
         let (receiver, life) = (counted.report.robot, counted.report.incarnation);
         for reception in &counted.report.receptions {
             if on_their_way.settle(receiver, life, reception) {
@@ -140,7 +140,7 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
     for (kind, robot, subject, detail) in record.inputs.iter().filter_map(describe) {
         line(kind, [robot, subject, "", &detail]);
     }
-    for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+    for counted in record.counted() {
         let report = counted.report;
         let robot = names.robot(report.robot);
         for change in &report.changes {
@@ -220,9 +220,8 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
 
 /// poses.csv: a row per robot that is in the mission.
 pub(super) fn poses(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
-    let robots = record.robots.iter().zip(&names.robots);
-    for (robot, name) in robots.filter(|(robot, _)| robot.present) {
-        let body = &robot.body;
+    let bodies = record.bodies.iter().zip(&names.robots);
+    for (body, name) in bodies.filter(|(body, _)| body.present) {
         Row::new(rows)
             .number(record.now.0)
             .text(name)

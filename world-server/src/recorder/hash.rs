@@ -67,9 +67,12 @@ impl RunHash {
             .expect("a section can be encoded");
         let hash = xxh3_64(&self.encoded);
         let rank = robot.map_or(u16::MAX, |robot| robot.0);
-        self.run.update(&rank.to_le_bytes());
-        self.run.update(section.as_str().as_bytes());
-        self.run.update(&hash.to_le_bytes());
+        // In one go: an update costs more than the few bytes that it takes.
+        self.encoded.clear();
+        self.encoded.extend_from_slice(&rank.to_le_bytes());
+        self.encoded.extend_from_slice(section.as_str().as_bytes());
+        self.encoded.extend_from_slice(&hash.to_le_bytes());
+        self.run.update(&self.encoded);
         hash
     }
 

@@ -40,13 +40,12 @@ use encode::Names;
 use hash::RunHash;
 use on_their_way::OnTheirWay;
 use pages::Pages;
-use record::Bodies;
 use run_file::Tally;
 
 pub use hash::Section;
 pub use level::LogLevel;
 pub use read::{ReadError, RunLog, Seal};
-pub use record::{BodyRecord, Counted, Event, EventKind, FaultEvent, RobotRecord, TickRecord};
+pub use record::{BodyRecord, Counted, Event, EventKind, FaultEvent, TickRecord};
 pub use rows::{EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow};
 pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
 pub use sink::{Document, Folder, Memory, Sink};
@@ -274,7 +273,7 @@ impl<S: Sink> Recorder<S> {
         if !record.inputs.is_empty() {
             self.section(record, None, Section::Inputs, &record.inputs);
         }
-        for counted in record.robots.iter().filter_map(|robot| robot.counted) {
+        for counted in record.counted() {
             let report = counted.report;
             let robot = Some(report.robot);
             self.section(record, robot, Section::Readings, counted.readings);
@@ -289,7 +288,7 @@ impl<S: Sink> Recorder<S> {
         if !record.events.is_empty() {
             self.section(record, None, Section::Events, &record.events);
         }
-        let state = (Bodies(record.robots), record.items, record.last_report);
+        let state = (record.bodies, record.items, record.last_report);
         self.section(record, None, Section::State, &state);
     }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use alliance_proto::ids::{RobotId, SetId, Tick};
 use alliance_proto::readings::{Pose, Readings};
 use alliance_proto::telemetry::{NoteKind, SetState};
-use alliance_proto::tick::Report;
+use alliance_proto::tick::{Report, TickMessage};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use serde::{Serialize, Serializer};
@@ -21,8 +21,12 @@ pub struct TickRecord<'a> {
     pub now: SimTime,
     /// What came from outside and changed the run in this tick.
     pub inputs: &'a [Input],
-    /// One entry per robot of the scenario, by rank.
-    pub robots: &'a [RobotRecord<'a>],
+    /// Every robot's body, counted in or not, by rank.
+    pub bodies: &'a [BodyRecord],
+    /// What each robot was sent, by rank; of account only where its report is there.
+    pub sent: &'a [TickMessage],
+    /// What each agent did, by rank; `None` where no report of it counts in this tick.
+    pub reports: &'a [Option<Report>],
     /// What the world did in this tick's step, in order. Inputs, state changes and notes need no entry here: their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.
     pub events: &'a [Event],
@@ -32,20 +36,25 @@ pub struct TickRecord<'a> {
     pub last_report: Option<SimTime>,
 }
 
-/// One robot in one tick.
-#[derive(Clone, Copy, Debug)]
-pub struct RobotRecord<'a> {
-    /// Its body, counted in or not.
-    pub body: BodyRecord,
-    /// Whether it is in the mission at all.
-    pub present: bool,
-    /// What its agent sensed and did; `None` when no report of it counts in this tick.
-    pub counted: Option<Counted<'a>>,
+impl<'a> TickRecord<'a> {
+    /// The robots that count, by rank.
+    pub fn counted(&self) -> impl Iterator<Item = Counted<'a>> + use<'a> {
+        let robots = self.sent.iter().zip(self.reports);
+        robots.filter_map(|(sent, report)| {
+            Some(Counted {
+                readings: &sent.readings,
+                report: report.as_ref()?,
+            })
+        })
+    }
 }
 
 /// A robot's body as a tick finds it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BodyRecord {
+    /// Whether it is in the mission at all; not hashed, for what makes it so is.
+    #[serde(skip)]
+    pub present: bool,
     /// Where it is.
     pub pose: Pose,
     /// Its speed in the step before, m/s.
@@ -56,15 +65,6 @@ pub struct BodyRecord {
     pub energy_j: Option<f32>,
     /// Behavior set that its agent last reported as active, in this tick or before.
     pub active: Option<SetId>,
-}
-
-/// The bodies of these robots, as a sequence.
-pub(super) struct Bodies<'a>(pub &'a [RobotRecord<'a>]);
-
-impl Serialize for Bodies<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.0.iter().map(|robot| robot.body))
-    }
 }
 
 /// A robot's part in a tick that counts.

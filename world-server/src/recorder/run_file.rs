@@ -144,9 +144,9 @@ impl Tally {
                 self.robots[rank].lives += 1;
             }
         }
-        for (figures, robot) in self.robots.iter_mut().zip(record.robots) {
-            if let Some(counted) = robot.counted {
-                figures.add(counted.report);
+        for (figures, report) in self.robots.iter_mut().zip(record.reports) {
+            if let Some(report) = report {
+                figures.add(report);
             }
         }
         for event in record.events {

@@ -455,8 +455,8 @@ impl Server {
             }
             self.simulation.begin();
             self.carry_out();
-            let questions = self.simulation.questions();
-            if questions.is_empty() && !self.simulation.is_complete() {
+            let mut question = self.simulation.next_question();
+            if question.is_none() && !self.simulation.is_complete() {
                 return;
             }
             if self.begun != Some(tick) {
@@ -465,13 +465,15 @@ impl Server {
                 self.first_tick.get_or_insert(now);
             }
             let mut stopped = Vec::new();
-            for (robot, message) in questions {
-                self.send(robot, &ToAgent::Tick(Box::new(message)));
+            while let Some(robot) = question {
+                let message = Box::new(self.simulation.message(robot).clone());
+                self.send(robot, &ToAgent::Tick(message));
                 let peer = &mut self.peers[robot.index()];
                 peer.asked = Some(now);
                 if peer.stopped {
                     stopped.push(robot);
                 }
+                question = self.simulation.next_question();
             }
             if stopped.is_empty() && !self.simulation.is_complete() {
                 return;

@@ -1,7 +1,7 @@
 //! World, barrier and faults together: one run, tick by tick, as a plain function of reports and inputs.
 //!
 //! The shell over zenoh and the run within one process drive it alike: [`Simulation::begin`] the tick, do to processes what
-//! [`Simulation::next_act`] asks for, ask [`Simulation::questions`], hand every answer to [`Simulation::report`], and when
+//! [`Simulation::next_act`] asks for, send each [`Simulation::next_question`] its [`Simulation::message`], hand every answer to [`Simulation::report`], and when
 //! [`Simulation::is_complete`], [`Simulation::finish`].
 //!
 //! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, VecDeque};
 use alliance_proto::ids::{Incarnation, RobotId, SetId, Tick};
 use alliance_proto::join::Refusal;
 use alliance_proto::process::ProcessAct;
-use alliance_proto::readings::Readings;
+use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
 use alliance_proto::telemetry::{Fate, Motivation, SetState};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
@@ -34,8 +34,7 @@ use crate::faults::sensors::Sensors;
 use crate::input::Input;
 use crate::interruption::{Interruption, InterruptionHandler};
 use crate::recorder::{
-    BodyRecord, Counted, Event, EventKind, FaultEvent, RecordError, Recorder, RobotRecord, Sink,
-    TickRecord,
+    BodyRecord, Event, EventKind, FaultEvent, RecordError, Recorder, Sink, TickRecord,
 };
 use crate::world::{World, WorldEvent};
 
@@ -49,8 +48,8 @@ pub struct Simulation {
     catalog: Catalog,
     world: World,
     barrier: Barrier,
-    /// What each robot was sent in the current tick, by rank.
-    readings: Vec<Readings>,
+    /// What each robot was sent last, by rank.
+    messages: Vec<TickMessage>,
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<SetId>>,
     /// Motivations that each robot last reported, by rank.
@@ -84,6 +83,17 @@ pub struct Simulation {
     memories: Memories,
     unscripted: bool,
     outcome: Option<Outcome>,
+    /// Reports that have had their tick; kept for their memory.
+    spent: Vec<Report>,
+    buffers: Buffers,
+}
+
+/// What the end of a tick works in; kept for its memory.
+#[derive(Default)]
+struct Buffers {
+    gathered: Gathered,
+    bodies: Vec<BodyRecord>,
+    commands: Vec<Option<Actuation>>,
 }
 
 impl Simulation {
@@ -99,7 +109,7 @@ impl Simulation {
             catalog,
             world,
             barrier,
-            readings: vec![Readings::default(); robots],
+            messages: vec![TickMessage::default(); robots],
             active: vec![None; robots],
             motivations: vec![Vec::new(); robots],
             schedule: Schedule::default(),
@@ -121,6 +131,8 @@ impl Simulation {
             memories: Memories::new(robots),
             unscripted: false,
             outcome: None,
+            spent: Vec::new(),
+            buffers: Buffers::default(),
             setup,
         };
         simulation.arm_scenario();
@@ -262,48 +274,46 @@ impl Simulation {
         }
     }
 
-    /// What is to be sent now, and to whom.
-    pub fn questions(&mut self) -> Vec<(RobotId, TickMessage)> {
+    /// Who is to be asked now, if anybody is: what that robot is to be sent is its [`Simulation::message`].
+    pub fn next_question(&mut self) -> Option<RobotId> {
         self.begin();
         if self.outcome.is_some() || !self.acts.is_empty() {
-            return Vec::new();
+            return None;
         }
         // While nobody is there to be asked, the tick waits, and commands for it with it.
         if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
             self.open();
         }
-        let (tick, now) = (self.barrier.tick(), self.world.now());
-        let questions = self.barrier.questions(&self.world);
-        // Nobody may be there to be asked.
-        self.settle();
-        let mut hits = Vec::new();
-        let messages = questions
-            .into_iter()
-            .map(|question| {
-                let mut readings = self.world.readings(question.robot);
-                let distorted = self.sensors.distort(question.robot, tick, &mut readings);
-                hits.extend(distorted);
-                self.readings[question.robot.index()] = readings.clone();
-                let mut manifest = question.manifest;
-                for entry in &mut manifest {
-                    entry.link = self.links.state(entry.sender, question.robot);
-                }
-                let message = TickMessage {
-                    incarnation: question.incarnation,
-                    tick,
-                    now,
-                    last_counted: question.last_counted,
-                    manifest,
-                    held: self.links.held(question.robot),
-                    readings,
-                };
-                (question.robot, message)
-            })
-            .collect();
+        let Some(question) = self.barrier.next_question(&self.world) else {
+            // Nobody may be there to be asked.
+            self.settle();
+            return None;
+        };
+        let robot = question.robot;
+        let message = &mut self.messages[robot.index()];
+        message.incarnation = question.incarnation;
+        message.tick = self.barrier.tick();
+        message.now = self.world.now();
+        message.last_counted = question.last_counted;
+        self.barrier.hand_over(robot, &mut message.manifest);
+        for entry in &mut message.manifest {
+            entry.link = self.links.state(entry.sender, robot);
+        }
+        message.held = self.links.held(robot);
+        message.readings = self.world.readings(robot);
+        let hits = self
+            .sensors
+            .distort(robot, message.tick, &mut message.readings);
         for fault in hits {
             self.hit(fault, 1);
         }
-        messages
+        Some(robot)
+    }
+
+    /// What a robot is sent in the current tick once it is asked; before that, what it was sent last.
+    #[must_use]
+    pub fn message(&self, robot: RobotId) -> &TickMessage {
+        &self.messages[robot.index()]
     }
 
     /// The current tick is asked for from now on: what faults do to it is settled.
@@ -314,8 +324,9 @@ impl Simulation {
             .begin(self.barrier.tick(), self.schedule.in_force(), |robot| {
                 world.pose(robot).position
             });
+        let told = |robot: RobotId| &self.messages[robot.index()];
         self.sensors
-            .begin(self.barrier.tick(), self.schedule.in_force());
+            .begin(self.barrier.tick(), self.schedule.in_force(), told);
         self.actuators.begin(self.schedule.in_force());
     }
 
@@ -367,42 +378,40 @@ impl Simulation {
     /// When the log cannot be written.
     pub fn finish<S: Sink>(&mut self, recorder: &mut Recorder<S>) -> Result<(), RecordError> {
         let (tick, now) = (self.barrier.tick(), self.world.now());
-        let Gathered {
-            mut reports,
-            dead,
-            inputs: gathered,
-        } = self.barrier.finish(&self.world);
+        let mut buffers = std::mem::take(&mut self.buffers);
+        let gathered = &mut buffers.gathered;
+        self.barrier.finish(&self.world, gathered);
+        let (reports, dead) = (&mut gathered.reports, &gathered.dead);
         (self.interrupted, self.opened, self.settled) = (false, false, false);
         let mut inputs = std::mem::take(&mut self.inputs);
-        inputs.extend(gathered);
+        inputs.append(&mut gathered.inputs);
         inputs.append(&mut self.failures);
-        self.note_losses(&reports, tick, &mut inputs);
-        self.count_messages(&reports);
-        for (active, report) in self.active.iter_mut().zip(&reports) {
+        self.note_losses(reports, tick, &mut inputs);
+        self.count_messages(reports);
+        for (active, report) in self.active.iter_mut().zip(reports.iter()) {
             if let Some(report) = report {
                 *active = active_set(report);
             }
         }
-        for robot in &dead {
+        for robot in dead {
             self.active[robot.index()] = None;
         }
-        let bodies = self.bodies();
-        let present: Vec<bool> = self
-            .barrier
-            .robots()
-            .map(|robot| self.world.is_present(robot))
-            .collect();
+        buffers.bodies.clear();
+        buffers.bodies.extend(self.bodies());
 
-        let mut commands: Vec<_> = reports
-            .iter()
-            .map(|report| report.as_ref().map(|report| report.actuation))
-            .collect();
-        for (robot, command) in self.barrier.robots().zip(&mut commands) {
+        let commands = &mut buffers.commands;
+        commands.clear();
+        commands.extend(
+            reports
+                .iter()
+                .map(|report| Some(report.as_ref()?.actuation)),
+        );
+        for (robot, command) in self.barrier.robots().zip(commands.iter_mut()) {
             for fault in self.actuators.disobey(robot, command) {
                 self.hit(fault, 1);
             }
         }
-        let mut happened = self.world.step(&commands);
+        let mut happened = self.world.step(commands);
         happened.extend(
             dead.iter()
                 .filter_map(|robot| self.world.drop_carried(*robot)),
@@ -411,34 +420,33 @@ impl Simulation {
         let mut events = std::mem::take(&mut self.events);
         events.extend(happened.iter().map(|event| self.event(event)));
 
-        let robots: Vec<RobotRecord<'_>> = bodies
-            .into_iter()
-            .zip(&reports)
-            .zip(&self.readings)
-            .zip(present)
-            .map(|(((body, report), readings), present)| RobotRecord {
-                body,
-                present,
-                counted: report.as_ref().map(|report| Counted { readings, report }),
-            })
-            .collect();
         recorder.record(&TickRecord {
             tick,
             now,
             inputs: &inputs,
-            robots: &robots,
+            bodies: &buffers.bodies,
+            sent: &self.messages,
+            reports,
             events: &events,
             items: self.world.item_counts(),
             last_report: self.world.last_report(),
         })?;
-        self.memories.remember(now, &reports);
-        for (known, report) in self.motivations.iter_mut().zip(&mut reports) {
+        self.memories.remember(now, reports);
+        for (known, report) in self.motivations.iter_mut().zip(reports.iter_mut()) {
             if let Some(report) = report {
                 std::mem::swap(known, &mut report.motivations);
             }
         }
+        self.spent.extend(reports.drain(..).flatten());
+        self.spent.truncate(self.messages.len());
+        self.buffers = buffers;
         self.outcome = self.decide_outcome();
         Ok(())
+    }
+
+    /// A report that has had its tick, for its memory, or a new one: contents are of no account.
+    pub fn spent_report(&mut self) -> Report {
+        self.spent.pop().unwrap_or_default()
     }
 
     /// The motivations that a robot last reported, in the order of the catalog.
@@ -467,17 +475,15 @@ impl Simulation {
     }
 
     /// Robots as they are before this tick's commands move them.
-    fn bodies(&self) -> Vec<BodyRecord> {
-        self.barrier
-            .robots()
-            .map(|robot| BodyRecord {
-                pose: self.world.pose(robot),
-                speed_m_s: self.world.speed_m_s(robot),
-                carrying: self.world.carrying(robot).is_some(),
-                energy_j: self.world.energy_j(robot),
-                active: self.active[robot.index()],
-            })
-            .collect()
+    fn bodies(&self) -> impl Iterator<Item = BodyRecord> {
+        self.barrier.robots().map(|robot| BodyRecord {
+            present: self.world.is_present(robot),
+            pose: self.world.pose(robot),
+            speed_m_s: self.world.speed_m_s(robot),
+            carrying: self.world.carrying(robot).is_some(),
+            energy_j: self.world.energy_j(robot),
+            active: self.active[robot.index()],
+        })
     }
 
     /// What link faults have done to messages.

@@ -123,7 +123,7 @@ impl Simulation {
     fn robot_view(&self, robot: RobotId) -> RobotView {
         let state = self.agent_state(robot);
         let lives = self.barrier.incarnation(robot).is_some();
-        let sensing = lives && self.readings.len() <= SENSING_TEAM_MAX;
+        let sensing = lives && self.messages.len() <= SENSING_TEAM_MAX;
         let sets = self.motivations(robot).iter().filter(|_| lives);
         RobotView {
             state,
@@ -134,7 +134,7 @@ impl Simulation {
             carrying: self.world.carrying(robot),
             energy_j: self.world.energy_j(robot),
             readings: if sensing {
-                self.readings[robot.index()].clone()
+                self.messages[robot.index()].readings.clone()
             } else {
                 Readings::default()
             },

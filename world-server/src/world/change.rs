@@ -118,11 +118,11 @@ impl World {
             return Err(ChangeError::Taken);
         }
         let body = &mut self.robots[robot.index()];
-        let from = std::mem::replace(&mut body.component.pose.position, to);
+        body.component.pose.position = to;
         if let Some(heading_rad) = heading_rad {
             body.face(wrapped(heading_rad));
         }
-        self.relocated(robot, from, to);
+        self.relocated(robot, to);
         Ok(())
     }
 
@@ -140,12 +140,12 @@ impl World {
         });
         let place = place.ok_or(ChangeError::NoRoom)?;
         let body = &mut self.robots[robot.index()];
-        let from = std::mem::replace(&mut body.component.pose.position, place);
+        body.component.pose.position = place;
         body.face(start.heading_rad);
         body.present = true;
         let pose = body.component.pose;
-        self.bodies.insert(robot.index(), from);
-        self.relocated(robot, from, place);
+        self.bodies.insert(robot.index(), place);
+        self.relocated(robot, place);
         Ok(pose)
     }
 
@@ -156,8 +156,7 @@ impl World {
         let body = &mut self.robots[robot.index()];
         body.speed_m_s = 0.0;
         if std::mem::replace(&mut body.present, false) {
-            let position = body.position();
-            self.bodies.remove(robot.index(), position);
+            self.bodies.remove(robot.index());
         }
         event
     }

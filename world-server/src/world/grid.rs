@@ -18,55 +18,69 @@ pub(super) struct Grid {
     cells: UVec2,
     /// First id of each cell's list.
     first: Vec<u32>,
-    /// The id that follows each id in its list.
-    next: Vec<u32>,
+    /// By id.
+    entries: Vec<Entry>,
+}
+
+/// Something that lies somewhere. The place is here, too, so that a search need not look elsewhere for what is not near.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    at: Vec2,
+    /// The id that follows in its cell's list.
+    next: u32,
 }
 
 impl Grid {
-    /// An empty grid over a room. Best when most searches reach as far as a cell is wide.
-    pub fn new(size: Vec2, reach_m: f32) -> Self {
-        let cell_m = reach_m.max((size.x * size.y / MOST_CELLS).sqrt());
+    /// An empty grid over a room for so many ids, and for searches that reach so far: of cells that hold one on average, but are
+    /// so wide that few searches look into more than two by two.
+    pub fn new(size: Vec2, reach_m: f32, count: usize) -> Self {
+        let area = size.x * size.y;
+        let least = (area / MOST_CELLS).max(area / count.max(1) as f32);
+        let cell_m = (2.0 * reach_m).max(least.sqrt());
         let cells = (size / cell_m).ceil().as_uvec2().max(UVec2::ONE);
         Self {
             cell_m,
             cells,
             first: vec![NONE; cells.element_product() as usize],
-            next: Vec::new(),
+            entries: Vec::new(),
         }
     }
 
     /// Puts in an id that is not there.
     pub fn insert(&mut self, id: usize, at: Vec2) {
-        if self.next.len() <= id {
-            self.next.resize(id + 1, NONE);
+        if self.entries.len() <= id {
+            let nowhere = Entry { at, next: NONE };
+            self.entries.resize(id + 1, nowhere);
         }
         let cell = self.cell(at);
         let id = id as u32;
         let after = self.first[cell];
         if after > id {
-            self.next[id as usize] = after;
+            self.entries[id as usize] = Entry { at, next: after };
             self.first[cell] = id;
             return;
         }
         let mut before = after as usize;
-        while self.next[before] < id {
-            before = self.next[before] as usize;
+        while self.entries[before].next < id {
+            before = self.entries[before].next as usize;
         }
-        self.next[id as usize] = self.next[before];
-        self.next[before] = id;
+        let next = self.entries[before].next;
+        self.entries[id as usize] = Entry { at, next };
+        self.entries[before].next = id;
     }
 
-    /// Takes out an id that was put in there.
-    pub fn remove(&mut self, id: usize, at: Vec2) {
+    /// Takes out an id that is there.
+    pub fn remove(&mut self, id: usize) {
+        let Entry { at, next: after } = self.entries[id];
         let cell = self.cell(at);
-        let (id, after) = (id as u32, self.next[id]);
+        let id = id as u32;
         let mut before = self.first[cell];
         if before == id {
             self.first[cell] = after;
             return;
         }
         while before != NONE {
-            let link = &mut self.next[before as usize];
+            let link = &mut self.entries[before as usize].next;
             if *link == id {
                 *link = after;
                 return;
@@ -75,15 +89,17 @@ impl Grid {
         }
     }
 
-    /// What was there is elsewhere.
-    pub fn relocate(&mut self, id: usize, from: Vec2, to: Vec2) {
-        if self.cell(from) != self.cell(to) {
-            self.remove(id, from);
+    /// What is there is elsewhere now.
+    pub fn relocate(&mut self, id: usize, to: Vec2) {
+        if self.cell(self.entries[id].at) == self.cell(to) {
+            self.entries[id].at = to;
+        } else {
+            self.remove(id);
             self.insert(id, to);
         }
     }
 
-    /// Everything within reach of a point, and some that is not.
+    /// Everything within reach of a point in x and in y.
     pub fn near(&self, at: Vec2, reach_m: f32) -> Near<'_> {
         let (low, high) = (
             self.coordinates(at - reach_m),
@@ -91,6 +107,8 @@ impl Grid {
         );
         Near {
             grid: self,
+            at,
+            reach_m,
             id: NONE,
             cell: low,
             low_x: low.x,
@@ -115,6 +133,8 @@ impl Grid {
 #[derive(Clone, Debug)]
 pub(super) struct Near<'a> {
     grid: &'a Grid,
+    at: Vec2,
+    reach_m: f32,
     /// The next one of the list at hand.
     id: u32,
     /// The cell whose list comes after that.
@@ -127,19 +147,28 @@ impl Iterator for Near<'_> {
     type Item = usize;
 
     fn next(&mut self) -> Option<usize> {
-        while self.id == NONE {
-            if self.cell.y > self.high.y {
-                return None;
+        loop {
+            while self.id == NONE {
+                if self.cell.y > self.high.y {
+                    return None;
+                }
+                self.id = self.grid.first[(self.cell.y * self.grid.cells.x + self.cell.x) as usize];
+                self.cell.x += 1;
+                if self.cell.x > self.high.x {
+                    self.cell = UVec2::new(self.low_x, self.cell.y + 1);
+                }
             }
-            self.id = self.grid.first[(self.cell.y * self.grid.cells.x + self.cell.x) as usize];
-            self.cell.x += 1;
-            if self.cell.x > self.high.x {
-                self.cell = UVec2::new(self.low_x, self.cell.y + 1);
+            let id = self.id as usize;
+            let entry = &self.grid.entries[id];
+            self.id = entry.next;
+            if (entry.at - self.at)
+                .abs()
+                .cmple(Vec2::splat(self.reach_m))
+                .all()
+            {
+                return Some(id);
             }
         }
-        let id = self.id as usize;
-        self.id = self.grid.next[id];
-        Some(id)
     }
 }
 
@@ -163,15 +192,16 @@ mod tests {
         fn finds_what_a_look_at_everything_finds(
             moves in prop::collection::vec((0..12_usize, prop::option::of(point())), 0..80),
             looks in prop::collection::vec((point(), 0.0..3.0_f32), 1..8),
-            cell_m in 0.3..9.0_f32,
+            cell_m in 0.1..5.0_f32,
+            count in 0..50_usize,
         ) {
-            let mut grid = Grid::new(SIZE, cell_m);
+            let mut grid = Grid::new(SIZE, cell_m, count);
             let mut there: [Option<Vec2>; 12] = [None; 12];
             for (id, to) in moves {
                 match (there[id], to) {
                     (None, Some(to)) => grid.insert(id, to),
-                    (Some(from), None) => grid.remove(id, from),
-                    (Some(from), Some(to)) => grid.relocate(id, from, to),
+                    (Some(_), None) => grid.remove(id),
+                    (Some(_), Some(to)) => grid.relocate(id, to),
                     (None, None) => {}
                 }
                 there[id] = to;
@@ -185,9 +215,8 @@ mod tests {
                         prop_assert!(!distinct.contains(&id));
                         continue;
                     };
-                    if (*place - at).abs().max_element() <= reach_m {
-                        prop_assert!(distinct.contains(&id), "{id} at {place} from {at}");
-                    }
+                    let is_near = (*place - at).abs().max_element() <= reach_m;
+                    prop_assert_eq!(distinct.contains(&id), is_near, "{} at {} from {}", id, place, at);
                 }
             }
         }
@@ -197,7 +226,7 @@ mod tests {
     fn those_of_a_cell_come_by_id_whatever_came_first() {
         let at = Vec2::new(0.5, 0.5);
         for ids in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
-            let mut grid = Grid::new(SIZE, 1.0);
+            let mut grid = Grid::new(SIZE, 0.5, 3);
             for id in ids {
                 grid.insert(id, at);
             }
@@ -207,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_huge_room_has_larger_cells() {
-        let grid = Grid::new(Vec2::splat(1e6), 1.0);
+        let grid = Grid::new(Vec2::splat(1e6), 1.0, usize::MAX);
         assert!(grid.first.len() < 1_100_000);
     }
 }

@@ -163,7 +163,7 @@ impl World {
         let robots: Vec<Robot> = robots.collect();
         let space = Space::new(scenario);
         let sensed_m = 3.0 * body.radius_m + scenario.sensors.avoidance_range_m;
-        let mut bodies = Grid::new(space.size, sensed_m);
+        let mut bodies = Grid::new(space.size, sensed_m, robots.len());
         for (rank, robot) in robots.iter().enumerate() {
             if robot.present {
                 bodies.insert(rank, robot.position());

@@ -30,14 +30,16 @@ impl World {
         let to = center + ahead * way_m;
         body.component.pose.position = to;
         body.speed_m_s = way_m / step_s;
-        self.relocated(robot, center, to);
+        if way_m > 0.0 {
+            self.relocated(robot, to);
+        }
     }
 
     /// Keeps track of a body that has moved.
-    pub(super) fn relocated(&mut self, robot: RobotId, from: Vec2, to: Vec2) {
-        self.bodies.relocate(robot.index(), from, to);
+    pub(super) fn relocated(&mut self, robot: RobotId, to: Vec2) {
+        self.bodies.relocate(robot.index(), to);
         if let Some(range) = &mut self.range {
-            range.relocate(robot.index(), from, to);
+            range.relocate(robot.index(), to);
         }
     }
 

@@ -16,8 +16,8 @@ pub(super) struct Range {
 }
 
 impl Range {
-    pub fn new(size: Vec2, range_m: f32, places: impl Iterator<Item = Vec2>) -> Self {
-        let mut grid = Grid::new(size, range_m);
+    pub fn new(size: Vec2, range_m: f32, places: impl ExactSizeIterator<Item = Vec2>) -> Self {
+        let mut grid = Grid::new(size, range_m, places.len());
         for (rank, place) in places.enumerate() {
             grid.insert(rank, place);
         }
@@ -27,8 +27,8 @@ impl Range {
         }
     }
 
-    pub fn relocate(&mut self, rank: usize, from: Vec2, to: Vec2) {
-        self.places.relocate(rank, from, to);
+    pub fn relocate(&mut self, rank: usize, to: Vec2) {
+        self.places.relocate(rank, to);
     }
 }
 

@@ -86,11 +86,14 @@ impl Waste {
             waste.spills.iter().map(Spill::spot),
             waste.spill_radius_m,
         );
-        let (deposits, deposit_centers) = discs(scenario, waste.deposits(), waste.deposit.radius_m);
+        let deposits: Vec<Spot> = waste.deposits().collect();
+        let (deposits, deposit_centers) =
+            discs(scenario, deposits.into_iter(), waste.deposit.radius_m);
         let sensed_m = scenario.body.radius_m + scenario.sensors.waste_range_m;
+        let places = places_of_items(scenario, seed, space);
         let mut new = Self {
             items: Vec::new(),
-            floor: Grid::new(space.size, sensed_m),
+            floor: Grid::new(space.size, sensed_m, places.len()),
             counts: ItemCounts::default(),
             item_radius_m: waste.item_radius_m,
             last_report: None,
@@ -103,7 +106,7 @@ impl Waste {
             report_site: report_site(scenario),
             color: SimTime::from_secs_f64(waste.report_site.color_s),
         };
-        for place in places_of_items(scenario, seed, space) {
+        for place in places {
             new.add(place);
         }
         new
@@ -189,7 +192,7 @@ impl Waste {
     fn take_up(&mut self, item: ItemId) {
         let index = item.0 as usize;
         let from = self.items[index].position();
-        self.floor.remove(index, from);
+        self.floor.remove(index);
         *self.count(from) -= 1;
     }
 
@@ -211,11 +214,12 @@ impl Waste {
 /// Discs of that radius, and a grid of their centers.
 fn discs(
     scenario: &Scenario,
-    spots: impl Iterator<Item = Spot>,
+    spots: impl ExactSizeIterator<Item = Spot>,
     radius_m: f32,
 ) -> (Vec<Outline>, Grid) {
     let room = &scenario.room;
-    let mut centers = Grid::new(Vec2::new(room.width_m, room.height_m), radius_m);
+    let size = Vec2::new(room.width_m, room.height_m);
+    let mut centers = Grid::new(size, radius_m, spots.len());
     let discs = spots.enumerate().map(|(index, spot)| {
         let center = spot.in_room(room);
         centers.insert(index, center);

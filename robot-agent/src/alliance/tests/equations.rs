@@ -1,7 +1,5 @@
 //! Each equation by itself, against tables worked out by hand.
 
-use std::collections::BTreeMap;
-
 use super::*;
 use crate::alliance::history::History;
 use crate::alliance::motivation::{
@@ -14,13 +12,14 @@ fn params() -> Params {
     let toward = |slow, phi| Toward { slow, phi: ms(phi) };
     Params {
         task: task(TOP),
+        own_task: 0,
         max_robots: 1,
         priority: 0,
         period: ms(1000),
         tau: ms(5000),
         fast: 5.0,
-        toward: BTreeMap::from([(GOLD, toward(1.0, 30_000)), (GREEN, toward(2.0, 10_000))]),
-        toward_others: None,
+        toward_most: Some(toward(1.0, 30_000)),
+        toward: vec![(GREEN, toward(2.0, 10_000))],
         psi: ms(20_000),
         lambda: ms(60_000),
     }
@@ -28,10 +27,10 @@ fn params() -> Params {
 
 /// The history after heartbeats (time in ms, sender, state) about move-spill(top).
 fn heard(messages: &[(u64, RobotId, TaskState)], switches: &Switches) -> History {
-    let mut history = History::default();
+    let mut history = History::new(ALL.len());
     for (seq, &(at, sender, state)) in (1..).zip(messages) {
         let message = heartbeat(sender, seq, ms(at), state, ms(0), TOP);
-        history.hear(ms(at), &message, switches, |_| true);
+        history.hear(ms(at), &message, switches, |task| Some(task.index()));
     }
     history
 }
@@ -60,7 +59,7 @@ fn impatience_is_slow_within_tau_and_before_phi() {
         (&late, 31_000, 5.0),
     ];
     for (history, now, expected) in table {
-        let rate = impatience(&params(), history.about(task(TOP)), ms(now));
+        let rate = impatience(&params(), history.about(task(TOP).index()), ms(now));
         assert_eq!(rate, expected, "at {now} ms");
     }
 }
@@ -84,7 +83,7 @@ fn impatience_takes_the_slowest_rate_of_those_who_count() {
         (11_000, 5.0),
     ];
     for (now, expected) in table {
-        let rate = impatience(&params(), history.about(task(TOP)), ms(now));
+        let rate = impatience(&params(), history.about(task(TOP).index()), ms(now));
         assert_eq!(rate, expected, "at {now} ms");
     }
 }
@@ -93,14 +92,14 @@ fn impatience_takes_the_slowest_rate_of_those_who_count() {
 fn impatience_ignores_other_tasks() {
     let switches = Preset::Par98.switches();
     let history = heard(&[(1000, GOLD, Executing)], &switches);
-    let rate = impatience(&params(), history.about(task(BOTTOM)), ms(1000));
+    let rate = impatience(&params(), history.about(task(BOTTOM).index()), ms(1000));
     assert_eq!(rate, 5.0);
 }
 
 #[test]
 fn reset_comes_once_per_teammate_with_its_first_message() {
     let switches = Preset::Par98.switches();
-    let mut history = History::default();
+    let mut history = History::new(ALL.len());
     let script = [
         (1000, &[GREEN][..], Some(GREEN)),
         (1050, &[], None),
@@ -113,9 +112,9 @@ fn reset_comes_once_per_teammate_with_its_first_message() {
         for &sender in senders {
             seq += 1;
             let message = heartbeat(sender, seq, ms(at), Executing, ms(0), TOP);
-            history.hear(ms(at), &message, &switches, |_| true);
+            history.hear(ms(at), &message, &switches, |task| Some(task.index()));
         }
-        let reset = impatience_reset(history.about(task(TOP)), ms(at));
+        let reset = impatience_reset(history.about(task(TOP).index()), ms(at));
         assert_eq!(reset, expected, "at {at} ms");
     }
 }
@@ -128,7 +127,7 @@ fn reset_names_the_lowest_rank_of_two() {
         &switches,
     );
     assert_eq!(
-        impatience_reset(history.about(task(TOP)), ms(1000)),
+        impatience_reset(history.about(task(TOP).index()), ms(1000)),
         Some(GOLD)
     );
 }
@@ -159,7 +158,7 @@ fn acquiescence_after_psi_if_wanted_and_after_lambda_anyway() {
         (&nobody, 70_001, gives_up),
     ];
     for (history, now, expected) in table {
-        let heard = history.about(task(TOP));
+        let heard = history.about(task(TOP).index());
         let reason = acquiescence(&params(), ms(10_000), heard, ms(now));
         assert_eq!(reason, expected, "at {now} ms");
     }

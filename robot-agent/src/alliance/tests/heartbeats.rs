@@ -89,12 +89,15 @@ fn progress_is_told_at_once_and_counted() {
     let mut gold = Solo::new(GOLD, &setup);
     gold.quiet_until(ms(21_000), ONLY_TOP);
     let mut step = |progressed: &[TaskId]| {
-        let output = gold.engine.step(&StepInput {
-            now: gold.now,
-            heard: &[],
-            applicable: &ONLY_TOP,
-            progressed,
-        });
+        let output = super::step_of(
+            &mut gold.engine,
+            &StepInput {
+                now: gold.now,
+                heard: &[],
+                applicable: &ONLY_TOP,
+                progressed,
+            },
+        );
         gold.now = gold.now + ms(200);
         let announcements = output.announcements.iter();
         let counts: Vec<u32> = announcements.map(|it| it.progress).collect();
@@ -163,12 +166,15 @@ fn no_release_while_another_set_goes_on_with_the_task() {
     let mut step = |seq: u64, state| {
         let now = ms(200 * seq);
         let message = heartbeat(GOLD, seq, now, state, ms(0), FIND);
-        let output = blue.step(&StepInput {
-            now,
-            heard: &shared(&[message]),
-            applicable: &[true, true, false, false, false],
-            progressed: &[],
-        });
+        let output = super::step_of(
+            &mut blue,
+            &StepInput {
+                now,
+                heard: &shared(&[message]),
+                applicable: &[true, true, false, false, false],
+                progressed: &[],
+            },
+        );
         let announcements = output.announcements.into_iter();
         announcements
             .map(|it| (it.state, it.set))

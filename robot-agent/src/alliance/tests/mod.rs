@@ -164,12 +164,15 @@ impl Solo {
     /// A step at `now`, which moves on after it.
     fn step(&mut self, applicable: [bool; 4], heard: &[Broadcast]) -> StepOutput {
         let heard = &shared(heard);
-        let output = self.engine.step(&StepInput {
-            now: self.now,
-            heard,
-            applicable: &applicable,
-            progressed: &[],
-        });
+        let output = step_of(
+            &mut self.engine,
+            &StepInput {
+                now: self.now,
+                heard,
+                applicable: &applicable,
+                progressed: &[],
+            },
+        );
         self.now = self.now + ms(self.step_ms);
         output
     }
@@ -186,6 +189,13 @@ impl Solo {
             self.step(applicable, &[]);
         }
     }
+}
+
+/// One step of an engine.
+fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> StepOutput {
+    let mut output = StepOutput::default();
+    engine.step(input, &mut output);
+    output
 }
 
 /// Engines that hear each other.
@@ -242,12 +252,15 @@ impl Team {
                 .filter(|(who, _)| *who == robot)
                 .map(|&(_, task)| task)
                 .collect();
-            let output = self.engines[rank].step(&StepInput {
-                now: self.now,
-                heard: &shared(&heard),
-                applicable,
-                progressed: &tasks,
-            });
+            let output = step_of(
+                &mut self.engines[rank],
+                &StepInput {
+                    now: self.now,
+                    heard: &shared(&heard),
+                    applicable,
+                    progressed: &tasks,
+                },
+            );
             for announcement in &output.announcements {
                 self.seq += 1;
                 let message = broadcast(robot, self.seq, self.now, announcement);

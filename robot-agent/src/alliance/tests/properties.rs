@@ -118,7 +118,7 @@ proptest! {
         let mut before = [0.0; 4];
         let mut states = [SetState::Hibernating; 4];
         for (number, step) in (0..).zip(&steps) {
-            let output = engine.step(&StepInput {
+            let output = super::step_of(&mut engine, &StepInput {
                 now: ms(200 * number),
                 heard: &shared(&step.heard),
                 applicable: &step.applicable,
@@ -234,7 +234,7 @@ proptest! {
         setup.alliance.switches = switches;
         let mut engine = engine(GOLD, &setup);
         for (number, step) in (0..).zip(&steps) {
-            engine.step(&StepInput {
+            super::step_of(&mut engine, &StepInput {
                 now: ms(200 * number),
                 heard: &shared(&step.heard),
                 applicable: &step.applicable,

@@ -176,5 +176,6 @@ fn a_clone_goes_on_like_the_original() {
         applicable: &ALL,
         progressed: &[],
     };
-    assert_eq!(snapshot.step(&input), team.engines[1].step(&input));
+    let repeated = step_of(&mut snapshot, &input);
+    assert_eq!(repeated, step_of(&mut team.engines[1], &input));
 }

@@ -8,13 +8,13 @@ use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
-use super::briefing::Briefing;
+use super::briefing::{Briefing, OwnSet};
 use super::extremes::Extremes;
 use super::find::{Methodical, Search};
 use super::report::{Errand, Ways, errand};
 use super::sight::Sight;
 use super::spill::{Scene, SpillWork, Work};
-use super::{Pending, WasteMission, places};
+use super::{Pending, Perception, WasteMission, places};
 use crate::body::goal::length;
 use crate::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
 
@@ -33,20 +33,29 @@ pub struct Action {
 }
 
 impl WasteMission {
-    /// Second half of a step: does what the active set wants, on the readings that were perceived.
-    pub fn act(&mut self, now: SimTime, active: Option<SetId>, readings: &Readings) -> Action {
-        let mut action = Action::default();
+    /// Second half of a step: writes to `action` what the active set wants, on the readings that were perceived.
+    pub fn act(
+        &mut self,
+        now: SimTime,
+        active: Option<SetId>,
+        readings: &Readings,
+        perception: &Perception,
+        action: &mut Action,
+    ) {
+        action.actuation = Actuation::default();
+        action.bodies.clear();
+        action.notes.clear();
         if self.holding && active != self.load_of {
-            self.put_down(now, readings, &mut action);
-            return action;
+            return self.put_down(now, readings, action);
         }
         let Some(set) = active else {
             self.work = None;
-            self.make_room(now, readings, &mut action);
-            return action;
+            return self.make_room(now, readings, action);
         };
-        let spec = &self.briefing.roster.catalog.sets[set.index()];
-        let (kind, task) = (spec.kind, spec.task);
+        let mut own = self.briefing.own_sets.iter();
+        let Some(&OwnSet { task, kind, .. }) = own.find(|own| own.id == set) else {
+            return;
+        };
         let spill = match kind {
             BehaviorKind::MoveSpill(spill) => Some(spill),
             _ => None,
@@ -55,21 +64,22 @@ impl WasteMission {
         match kind {
             BehaviorKind::FindLocationsMethodical => {
                 let search = self.methodical.step(readings);
-                self.search(now, set, task, search, readings, &mut action);
+                self.search(now, set, task, search, readings, action);
             }
             BehaviorKind::FindLocationsWander => {
                 let step = SimTime::from_secs_f64(f64::from(self.briefing.chassis.step_s));
                 let search = self
                     .wander
                     .step(readings, &self.extremes, step, self.status);
-                self.search(now, set, task, search, readings, &mut action);
+                self.search(now, set, task, search, readings, action);
             }
             BehaviorKind::MoveSpill(spill) => {
-                self.move_spill(now, set, task, spill, readings, &mut action)
+                if let Some(sight) = &perception.sight {
+                    self.move_spill(now, (set, task), spill, readings, sight, action);
+                }
             }
-            BehaviorKind::ReportProgress => self.report_progress(now, task, readings, &mut action),
+            BehaviorKind::ReportProgress => self.report_progress(now, task, readings, action),
         }
-        action
     }
 
     /// The set hibernates while the robot carries something: it puts that down and remembers where.
@@ -147,21 +157,18 @@ impl WasteMission {
     fn move_spill(
         &mut self,
         now: SimTime,
-        set: SetId,
-        task: TaskId,
+        (set, task): (SetId, TaskId),
         spill: u16,
         readings: &Readings,
+        sight: &Sight,
         action: &mut Action,
     ) {
         let Some(places) = places(&self.briefing, &self.memory) else {
             return;
         };
-        let Some(sight) = Sight::of(readings, &self.briefing, &places) else {
-            return;
-        };
         let scene = Scene {
             now,
-            sight: &sight,
+            sight,
             holding: self.holding,
             in_deposit: readings.zone.map(|zone| zone == Zone::Deposit),
             in_spill: readings.zone.map(|zone| zone == Zone::Spill),

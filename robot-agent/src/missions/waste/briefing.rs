@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId};
+use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{BehaviorKind, Setup};
 use alliance_proto::team::Locations;
 use alliance_proto::time::SimTime;
@@ -20,7 +20,8 @@ pub(super) struct Briefing {
     pub team_size: usize,
     pub roster: Arc<Roster>,
     pub map: Arc<Map>,
-    pub own_sets: Vec<SetId>,
+    /// Its behavior sets, in the order of `Catalog::sets_of`.
+    pub own_sets: Vec<OwnSet>,
     /// The spills that it has behavior sets for, in ascending order.
     pub own_spills: Vec<u16>,
     /// Whether it has behavior sets for all spills.
@@ -40,6 +41,14 @@ pub(super) struct Briefing {
     pub report_period: SimTime,
 }
 
+/// What a robot has to know of one of its behavior sets in every step: the catalog of a large team is far away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OwnSet {
+    pub id: SetId,
+    pub task: TaskId,
+    pub kind: BehaviorKind,
+}
+
 impl Briefing {
     pub fn new(robot: RobotId, setup: &Setup, roster: &Arc<Roster>, map: &Arc<Map>) -> Self {
         let scenario = &setup.scenario;
@@ -50,8 +59,13 @@ impl Briefing {
             let sets = sets.into_iter().flat_map(|sets| sets.values());
             SimTime::from_secs_f64(sets.map(seconds).fold(0.0, f64::max))
         };
-        let own_sets: Vec<SetId> = roster.catalog.sets_of(own).collect();
-        let own_spill = |set: &SetId| match roster.catalog.sets[set.index()].kind {
+        let own_sets = roster.catalog.sets_of(own).map(|id| {
+            let spec = &roster.catalog.sets[id.index()];
+            let (task, kind) = (spec.task, spec.kind);
+            OwnSet { id, task, kind }
+        });
+        let own_sets: Vec<OwnSet> = own_sets.collect();
+        let own_spill = |set: &OwnSet| match set.kind {
             BehaviorKind::MoveSpill(spill) => Some(spill),
             _ => None,
         };

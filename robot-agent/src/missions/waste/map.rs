@@ -82,22 +82,33 @@ impl Places<'_> {
         let fraction = (at - self.min) / self.size;
         let mut around = 0;
         loop {
-            let block = spots.block(fraction, around);
-            let mut nearest = (f32::INFINITY, 0);
-            for spot in spots.within(&block) {
-                let place = self.place(spots.fractions[usize::from(spot)]);
-                let squared = (place - at).length_squared();
-                if squared < nearest.0 || (squared == nearest.0 && spot < nearest.1) {
-                    nearest = (squared, spot);
-                }
-            }
+            let block = spots.block(fraction, Vec2::splat(around as f32));
+            let (squared, nearest) = self.nearest_within(spots, &block, at);
             // Nothing outside the block can be nearer than its edge.
             let sure_m = spots.to_edge(&block, fraction, self.size);
-            if block.is_all(spots.side) || (sure_m > 0.0 && nearest.0 <= sure_m * sure_m) {
-                return nearest.1;
+            if block.is_all(spots.side) || (sure_m > 0.0 && squared <= sure_m * sure_m) {
+                return nearest;
+            }
+            if squared.is_finite() {
+                // Nor is anything nearer than this outside the cells that it reaches into; a little more, for rounding.
+                let reach = squared.sqrt() * 1.001 / self.size * spots.side as f32;
+                let block = spots.block(fraction, reach);
+                return self.nearest_within(spots, &block, at).1;
             }
             around += 1;
         }
+    }
+
+    /// The nearest one of a block, and the square of its distance, m²; infinite where there is none.
+    fn nearest_within(&self, spots: &Spots, block: &Block, at: Vec2) -> (f32, u16) {
+        let mut nearest = (f32::INFINITY, 0);
+        for &(fraction, spot) in spots.within(block) {
+            let squared = (self.place(fraction) - at).length_squared();
+            if squared < nearest.0 || (squared == nearest.0 && spot < nearest.1) {
+                nearest = (squared, spot);
+            }
+        }
+        nearest
     }
 }
 
@@ -116,11 +127,14 @@ impl Block {
 /// Places as fractions of the border, and which of them are near to each other.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spots {
+    /// By number.
     fractions: Vec<Vec2>,
     /// The border is divided into this many cells each way.
     side: usize,
-    /// Row by row.
-    cells: Vec<Vec<u16>>,
+    /// The same places with their numbers, cell by cell and row by row: those of neighbors in a row stand side by side.
+    by_cell: Vec<(Vec2, u16)>,
+    /// Where those of each cell begin; and the end.
+    begins: Vec<u32>,
 }
 
 impl Spots {
@@ -133,36 +147,40 @@ impl Spots {
         } else {
             (fractions.len() / PER_CELL).isqrt().max(1)
         };
-        let mut new = Self {
-            cells: vec![Vec::new(); side * side],
-            side,
-            fractions: Vec::new(),
+        let cell = |fraction: Vec2| {
+            let (x, y) = (along(fraction.x, side), along(fraction.y, side));
+            y * side + x
         };
-        for (index, &fraction) in fractions.iter().enumerate() {
-            let (x, y) = new.cell(fraction);
-            new.cells[y * side + x].push(index as u16);
+        let mut by_cell: Vec<(Vec2, u16)> = fractions.iter().copied().zip(0..).collect();
+        by_cell.sort_by_key(|&(fraction, _)| cell(fraction));
+        let begin = |of: usize| by_cell.partition_point(|&(at, _)| cell(at) < of) as u32;
+        Self {
+            begins: (0..=side * side).map(begin).collect(),
+            fractions,
+            side,
+            by_cell,
         }
-        Self { fractions, ..new }
     }
 
-    /// The cells up to so many away.
-    fn block(&self, fraction: Vec2, around: usize) -> Block {
-        let (x, y) = self.cell(fraction);
+    /// The cells up to so many away, in x and y.
+    fn block(&self, fraction: Vec2, around: Vec2) -> Block {
+        let (low, high) = (
+            fraction - around / self.side as f32,
+            fraction + around / self.side as f32,
+        );
         Block {
-            low: (x.saturating_sub(around), y.saturating_sub(around)),
-            high: (
-                (x + around).min(self.side - 1),
-                (y + around).min(self.side - 1),
-            ),
+            low: (along(low.x, self.side), along(low.y, self.side)),
+            high: (along(high.x, self.side), along(high.y, self.side)),
         }
     }
 
-    fn within(&self, block: &Block) -> impl Iterator<Item = u16> + '_ {
+    fn within(&self, block: &Block) -> impl Iterator<Item = &(Vec2, u16)> + '_ {
         let (low, high) = (block.low, block.high);
-        (low.1..=high.1)
-            .flat_map(move |y| &self.cells[y * self.side + low.0..=y * self.side + high.0])
-            .flatten()
-            .copied()
+        (low.1..=high.1).flat_map(move |y| {
+            let begin = self.begins[y * self.side + low.0];
+            let end = self.begins[y * self.side + high.0 + 1];
+            &self.by_cell[begin as usize..end as usize]
+        })
     }
 
     /// How far a place is from what lies outside the block, m; negative where it lies there itself.
@@ -186,13 +204,12 @@ impl Spots {
         let y = beyond(block.low.1, block.high.1, cells.y);
         (Vec2::new(x, y) * size / self.side as f32).min_element()
     }
+}
 
-    /// Outside the border, the nearest cell.
-    fn cell(&self, fraction: Vec2) -> (usize, usize) {
-        // Casts saturate.
-        let along = |share: f32| ((share * self.side as f32) as usize).min(self.side - 1);
-        (along(fraction.x), along(fraction.y))
-    }
+/// The cell in which that share of a side lies; outside the border, the nearest one.
+fn along(share: f32, side: usize) -> usize {
+    // Casts saturate.
+    ((share * side as f32) as usize).min(side - 1)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::readings::{Readings, Zone};
 use alliance_proto::scenario::BehaviorKind;
 use alliance_proto::team::{Body, Broadcast, Knowledge, TaskState};
@@ -10,6 +10,7 @@ use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
+use super::briefing::OwnSet;
 use super::extremes::Extremes;
 use super::find::Methodical;
 use super::memory::SAME_PLACE_M;
@@ -34,27 +35,37 @@ pub struct Perception {
     pub progressed: Vec<TaskId>,
     /// For the log.
     pub notes: Vec<Note>,
+    /// The floor, where its places are known.
+    pub(super) sight: Option<Sight>,
 }
 
 impl WasteMission {
-    /// First half of a step: joins what the robot senses and hears to what it knows.
+    /// First half of a step: joins what the robot senses and hears to what it knows, and writes what follows to
+    /// `perception`.
     pub fn perceive(
         &mut self,
         now: SimTime,
         readings: &Readings,
         heard: &[Arc<Broadcast>],
-    ) -> Perception {
-        let mut notes = Vec::new();
+        perception: &mut Perception,
+    ) {
+        let Perception {
+            applicable,
+            progressed,
+            notes,
+            sight,
+        } = perception;
+        notes.clear();
         self.position = readings.pose.map(|pose| pose.position);
         self.see_effects(now, readings);
         for broadcast in heard {
-            self.hear(now, broadcast, &mut notes);
+            self.hear(now, broadcast, notes);
         }
         for place in self.teammates.fallen_silent(now, self.briefing.silence) {
             self.search_later(place, now);
         }
         self.extremes.join(readings, self.briefing.chassis.radius_m);
-        self.see_waste(now, readings);
+        *sight = self.see_waste(now, readings);
         self.memory.expire(now);
         for &task in &self.progressed {
             self.search_progress += u32::from(task == FIND);
@@ -63,17 +74,11 @@ impl WasteMission {
                 detail: self.briefing.roster.catalog.task_name(task).to_owned(),
             });
         }
-        let loose = self.spills_of_loose();
-        Perception {
-            applicable: self
-                .briefing
-                .own_sets
-                .iter()
-                .map(|&set| self.is_applicable(set, now, readings, &loose))
-                .collect(),
-            progressed: std::mem::take(&mut self.progressed),
-            notes,
-        }
+        progressed.clear();
+        progressed.append(&mut self.progressed);
+        applicable.clear();
+        let own_sets = self.briefing.own_sets.iter();
+        applicable.extend(own_sets.map(|set| self.is_applicable(set, now, readings)));
     }
 
     fn see_effects(&mut self, now: SimTime, readings: &Readings) {
@@ -124,9 +129,8 @@ impl WasteMission {
 
     /// Whether the robot has a set for the task.
     fn is_own(&self, task: TaskId) -> bool {
-        let catalog = &self.briefing.roster.catalog;
         let mut own = self.briefing.own_sets.iter();
-        own.any(|set| catalog.sets[set.index()].task == task)
+        own.any(|set| set.task == task)
     }
 
     /// Joins what a teammate knows; true if it tells new locations.
@@ -165,11 +169,8 @@ impl WasteMission {
     }
 
     /// Own sight of the spills and of what lies loose.
-    fn see_waste(&mut self, now: SimTime, readings: &Readings) {
-        let (Some(pose), Some(places)) = (readings.pose, places(&self.briefing, &self.memory))
-        else {
-            return;
-        };
+    fn see_waste(&mut self, now: SimTime, readings: &Readings) -> Option<Sight> {
+        let (pose, places) = (readings.pose?, places(&self.briefing, &self.memory)?);
         let own_spill = |at: Vec2, slack: f32| {
             let nearest = places.nearest_spill(at);
             let distance = length(places.spill(nearest) - at);
@@ -180,9 +181,7 @@ impl WasteMission {
         {
             self.memory.confirm();
         }
-        let Some(sight) = Sight::of(readings, &self.briefing, &places) else {
-            return;
-        };
+        let sight = Sight::of(readings, &self.briefing, &places)?;
         for &item in &sight.waste {
             match own_spill(item, 0.0) {
                 Some(spill) => self.memory.see_spill(spill, false, now),
@@ -197,26 +196,26 @@ impl WasteMission {
         for place in gone {
             self.memory.see_loose(place, false, now);
         }
+        Some(sight)
     }
 
-    /// The spill of each place where something is taken to lie loose.
-    fn spills_of_loose(&self) -> Vec<u16> {
+    /// Whether something is taken to lie loose that is this spill's work.
+    fn knows_loose(&self, spill: u16) -> bool {
         let places = places(&self.briefing, &self.memory);
-        let spills = places.map(|places| {
-            let loose = self.memory.loose();
-            loose.map(|place| places.nearest_spill(place)).collect()
-        });
-        spills.unwrap_or_default()
+        places.is_some_and(|places| {
+            let mut loose = self.memory.loose();
+            loose.any(|place| places.nearest_spill(place) == spill)
+        })
     }
 
-    fn is_applicable(&self, set: SetId, now: SimTime, readings: &Readings, loose: &[u16]) -> bool {
+    fn is_applicable(&self, set: &OwnSet, now: SimTime, readings: &Readings) -> bool {
         if self.memory.locations().is_none() {
             let sensors_work = readings.pose.is_some() && readings.front_border.is_some();
             let stands_back = self.briefing.team_size > 1
                 && self
                     .stands_back_since
                     .is_some_and(|since| now.since(since) < STANDS_BACK);
-            return match self.briefing.roster.catalog.sets[set.index()].kind {
+            return match set.kind {
                 BehaviorKind::FindLocationsMethodical => {
                     sensors_work && readings.side_border.is_some() && !stands_back
                 }
@@ -227,12 +226,12 @@ impl WasteMission {
         if readings.pose.is_none() {
             return false;
         }
-        match self.briefing.roster.catalog.sets[set.index()].kind {
+        match set.kind {
             BehaviorKind::MoveSpill(spill) => {
-                let loads = self.holding && self.load_of == Some(set);
+                let loads = self.holding && self.load_of == Some(set.id);
                 let works = readings.waste.is_some() && readings.holding.is_some();
-                let wanted = loose.contains(&spill) || !self.memory.believes_empty(spill, now);
-                works && (loads || wanted && !self.memory.is_set_aside(spill, now))
+                let wanted = || !self.memory.believes_empty(spill, now) || self.knows_loose(spill);
+                works && (loads || !self.memory.is_set_aside(spill, now) && wanted())
             }
             BehaviorKind::ReportProgress => {
                 now.since(self.memory.last_report()) >= self.briefing.report_period

@@ -7,6 +7,7 @@ use glam::Vec2;
 
 use crate::body::Teammate;
 use crate::body::goal::length;
+use crate::by_rank::ByRank;
 
 /// After this a teammate's position says nothing about what is in the way now.
 const POSITION_EXPIRES: SimTime = SimTime(3_000);
@@ -14,7 +15,6 @@ const POSITION_EXPIRES: SimTime = SimTime(3_000);
 /// What a teammate last said.
 #[derive(Clone, Debug, PartialEq)]
 struct Last {
-    robot: RobotId,
     /// Incarnation and sequence number.
     stamp: (Incarnation, u64),
     sent: SimTime,
@@ -28,8 +28,7 @@ struct Last {
 /// What the robot last heard of each teammate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Teammates {
-    /// By rank. A list, for it is walked in every step.
-    last: Vec<Last>,
+    last: ByRank<Last>,
     /// No carrier has been silent since before this; `None`: none carries anything.
     carriers_since: Option<SimTime>,
 }
@@ -37,8 +36,8 @@ pub(super) struct Teammates {
 impl Teammates {
     /// Whether nothing that the sender said later is known: a message may be late.
     pub fn is_news(&self, broadcast: &Broadcast) -> bool {
-        let known = self.place(broadcast.sender).ok();
-        known.is_none_or(|known| self.last[known].stamp <= stamp(broadcast))
+        let known = self.last.get(broadcast.sender);
+        known.is_none_or(|known| known.stamp <= stamp(broadcast))
     }
 
     /// Notes a heartbeat that is heard at `now` and is news. A load that is no `concern` of this robot it need not search for.
@@ -56,7 +55,6 @@ impl Teammates {
             self.carriers_since.get_or_insert(now);
         }
         let last = Last {
-            robot: broadcast.sender,
             stamp: stamp(broadcast),
             sent: broadcast.sent,
             heard: now,
@@ -64,22 +62,15 @@ impl Teammates {
             carrying,
             executes: heartbeat.task.filter(|_| executing),
         };
-        let before = match self.place(broadcast.sender) {
-            Ok(known) => std::mem::replace(&mut self.last[known], last),
-            Err(place) => {
-                self.last.insert(place, last);
-                return None;
-            }
-        };
+        let known = self
+            .last
+            .get_or_insert_with(broadcast.sender, || last.clone());
+        let before = std::mem::replace(known, last);
         if before.carrying && before.stamp.0 != broadcast.incarnation {
             before.position
         } else {
             None
         }
-    }
-
-    fn place(&self, robot: RobotId) -> Result<usize, usize> {
-        self.last.binary_search_by_key(&robot, |last| last.robot)
     }
 
     /// The last places of teammates that carried something and have been silent for longer than `silence`, each once.
@@ -91,27 +82,27 @@ impl Teammates {
             return Vec::new();
         }
         let silent = |last: &Last| last.carrying && now.since(last.heard) > silence;
-        let fallen = self.last.iter_mut().filter(|last| silent(last));
+        let fallen = self.last.values_mut().filter(|last| silent(last));
         let places = fallen.filter_map(|last| {
             last.carrying = false;
             last.position
         });
         let places = places.collect();
-        let carriers = self.last.iter().filter(|last| last.carrying);
-        self.carriers_since = carriers.map(|last| last.heard).min();
+        let carriers = self.last.iter().filter(|(_, last)| last.carrying);
+        self.carriers_since = carriers.map(|(_, last)| last.heard).min();
         places
     }
 
     /// The teammates that `robot` gives way to: those of lower rank that are at work.
     pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> impl Iterator<Item = Teammate> {
-        let lower = self.last.iter().take_while(move |last| last.robot < robot);
-        lower.filter_map(move |last| last.at_work(now))
+        let lower = self.last.iter().take_while(move |(rank, _)| *rank < robot);
+        lower.filter_map(move |(_, last)| last.at_work(now))
     }
 
     /// Where the nearest teammate at work was when it last said so.
     pub fn nearest_at_work(&self, position: Vec2, now: SimTime) -> Option<Vec2> {
         let distance = |place: &Vec2| length(*place - position);
-        let at_work = self.last.iter().filter_map(|last| last.at_work(now));
+        let at_work = self.last.iter().filter_map(|(_, last)| last.at_work(now));
         at_work
             .map(|teammate| teammate.position)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))

@@ -23,6 +23,7 @@ const SPILL: Vec2 = Vec2::new(4.0, 6.0);
 struct Robot {
     mission: WasteMission,
     now: SimTime,
+    perceived: Perception,
 }
 
 /// A robot of the default scenario with these readings at the next steps.
@@ -35,6 +36,7 @@ fn robot() -> Robot {
     Robot {
         mission: mission(ME, &Setup::default_for(1)),
         now: SimTime::ZERO,
+        perceived: Perception::default(),
     }
 }
 
@@ -49,12 +51,24 @@ impl Robot {
     fn perceive(&mut self, readings: &Readings, heard: &[Broadcast]) -> Perception {
         self.now = self.now + SimTime(50);
         let heard: Vec<_> = heard.iter().cloned().map(Arc::new).collect();
-        self.mission.perceive(self.now, readings, &heard)
+        let mut perception = Perception::default();
+        self.mission
+            .perceive(self.now, readings, &heard, &mut perception);
+        self.perceived = perception.clone();
+        perception
     }
 
     fn act(&mut self, active: Option<&str>, readings: &Readings) -> Action {
         let set = active.map(|name| self.set(name));
-        self.mission.act(self.now, set, readings)
+        self.act_on(set, readings)
+    }
+
+    /// On what it has perceived last.
+    fn act_on(&mut self, set: Option<SetId>, readings: &Readings) -> Action {
+        let mut action = Action::default();
+        self.mission
+            .act(self.now, set, readings, &self.perceived, &mut action);
+        action
     }
 
     fn step(&mut self, active: Option<&str>, readings: &Readings) -> (Perception, Action) {
@@ -76,7 +90,7 @@ impl Robot {
         let sets = self.mission.briefing.own_sets.iter().zip(applicable);
         let sets = sets.filter(|(_, applicable)| *applicable);
         let catalog = &self.mission.briefing.roster.catalog;
-        sets.map(|(&set, _)| catalog.set_name(set).to_owned())
+        sets.map(|(set, _)| catalog.set_name(set.id).to_owned())
             .collect()
     }
 }
@@ -201,15 +215,13 @@ fn no_device_is_indispensable_to_the_program() {
     for kind in 0..5 {
         let mut robot = informed();
         robot.perceive(&dead, &[]);
-        robot.mission.act(robot.now, Some(SetId(kind)), &dead);
+        robot.act_on(Some(SetId(kind)), &dead);
         let only_position = Readings {
             pose: Some(Pose::default()),
             ..Readings::default()
         };
         robot.perceive(&only_position, &[]);
-        robot
-            .mission
-            .act(robot.now, Some(SetId(kind)), &only_position);
+        robot.act_on(Some(SetId(kind)), &only_position);
     }
 }
 
@@ -439,6 +451,7 @@ fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
     let mut robot = Robot {
         mission: mission(ME, &setup),
         now: SimTime::ZERO,
+        perceived: Perception::default(),
     };
     robot.perceive(&at(Vec2::ONE), &[update(MATE, SimTime::ZERO)]);
     // All of it is in sight from here.
@@ -584,7 +597,7 @@ fn the_sets_are_those_of_the_catalog() {
         .briefing
         .own_sets
         .iter()
-        .map(|set| robot.mission.briefing.roster.catalog.sets[set.index()].kind)
+        .map(|set| set.kind)
         .collect();
     assert_eq!(kinds[0], BehaviorKind::FindLocationsMethodical);
     assert_eq!(kinds.len(), 5);

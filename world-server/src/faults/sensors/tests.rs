@@ -64,6 +64,8 @@ fn sensed(tick: Tick) -> Readings {
 struct Bench {
     sensors: Sensors,
     faults: Vec<(FaultIndex, Fault)>,
+    /// What each robot was sent last, by rank.
+    sent: Vec<TickMessage>,
 }
 
 impl Bench {
@@ -71,6 +73,7 @@ impl Bench {
         let faults = faults.into_iter().enumerate();
         Self {
             sensors: Sensors::new(&Setup::default_for(7)),
+            sent: vec![TickMessage::default(); 3],
             faults: faults
                 .map(|(index, fault)| (FaultIndex(index), fault))
                 .collect(),
@@ -83,10 +86,19 @@ impl Bench {
 
     fn tick_of(&mut self, robot: RobotId, tick: Tick) -> (Readings, Vec<usize>) {
         let faults = self.faults.iter();
-        self.sensors
-            .begin(tick, faults.map(|(index, fault)| (*index, fault)));
+        self.sensors.begin(
+            tick,
+            faults.map(|(index, fault)| (*index, fault)),
+            |robot| &self.sent[robot.index()],
+        );
         let mut readings = sensed(tick);
         let hits = self.sensors.distort(robot, tick, &mut readings);
+        self.sent[robot.index()] = TickMessage {
+            incarnation: 1,
+            tick,
+            readings: readings.clone(),
+            ..TickMessage::default()
+        };
         (readings, hits.into_iter().map(|fault| fault.0).collect())
     }
 }
@@ -271,7 +283,7 @@ fn a_device_that_a_robot_lacks_cannot_be_hit() {
         ..sensed(0)
     };
     let faults = bench.faults.iter().map(|(index, fault)| (*index, fault));
-    bench.sensors.begin(0, faults);
+    bench.sensors.begin(0, faults, |_| &bench.sent[0]);
     assert!(bench.sensors.distort(BLUE, 0, &mut readings).is_empty());
     assert_eq!(readings.side_border, None);
 }

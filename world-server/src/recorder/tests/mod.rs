@@ -13,7 +13,7 @@ use alliance_proto::team::{BroadcastKind, TaskState};
 use alliance_proto::telemetry::{
     Fate, Motivation, Note, NoteKind, Reason, Reception, Said, SetState, StateChange,
 };
-use alliance_proto::tick::{Outcome, Report};
+use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use glam::Vec2;
@@ -38,22 +38,26 @@ struct OwnedTick {
 
 impl OwnedTick {
     fn record<S: Sink>(&self, recorder: &mut Recorder<S>) -> Result<(), RecordError> {
-        let robots: Vec<_> = self
-            .robots
-            .iter()
-            .map(|(body, counted)| RobotRecord {
-                present: true,
-                body: *body,
-                counted: counted
-                    .as_ref()
-                    .map(|(readings, report)| Counted { readings, report }),
-            })
+        let bodies: Vec<_> = self.robots.iter().map(|(body, _)| *body).collect();
+        let sent = self.robots.iter().map(|(_, counted)| TickMessage {
+            readings: counted
+                .as_ref()
+                .map(|(readings, _)| readings.clone())
+                .unwrap_or_default(),
+            ..TickMessage::default()
+        });
+        let sent: Vec<_> = sent.collect();
+        let reports = self.robots.iter();
+        let reports: Vec<_> = reports
+            .map(|(_, counted)| counted.as_ref().map(|(_, report)| report.clone()))
             .collect();
         recorder.record(&TickRecord {
             tick: self.tick,
             now: self.now,
             inputs: &self.inputs,
-            robots: &robots,
+            bodies: &bodies,
+            sent: &sent,
+            reports: &reports,
             events: &self.events,
             items: self.items,
             last_report: self.last_report,
@@ -108,6 +112,7 @@ fn motivation(set: u16, motivation: f64) -> Motivation {
 
 fn body(x: f32, y: f32) -> BodyRecord {
     BodyRecord {
+        present: true,
         pose: Pose {
             position: Vec2::new(x, y),
             heading_rad: -2.5,

@@ -1,0 +1,79 @@
+//! What a robot keeps of each teammate: a list by rank, and apart from it the ranks themselves, so that a look for one of
+//! them touches little memory.
+
+use alliance_proto::ids::RobotId;
+
+/// Values by rank, of those that there are.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ByRank<T> {
+    ranks: Vec<RobotId>,
+    values: Vec<T>,
+}
+
+impl<T> Default for ByRank<T> {
+    fn default() -> Self {
+        Self {
+            ranks: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+}
+
+impl<T> ByRank<T> {
+    /// The value of a robot.
+    pub fn get(&self, robot: RobotId) -> Option<&T> {
+        let place = self.ranks.binary_search(&robot).ok()?;
+        Some(&self.values[place])
+    }
+
+    /// The value of a robot; `new` where there is none yet.
+    pub fn get_or_insert_with(&mut self, robot: RobotId, new: impl FnOnce() -> T) -> &mut T {
+        let place = match self.ranks.binary_search(&robot) {
+            Ok(known) => known,
+            Err(place) => {
+                self.ranks.insert(place, robot);
+                self.values.insert(place, new());
+                place
+            }
+        };
+        &mut self.values[place]
+    }
+
+    /// All of them, by rank.
+    pub fn iter(&self) -> impl Iterator<Item = (RobotId, &T)> {
+        self.ranks.iter().copied().zip(&self.values)
+    }
+
+    /// All values, by rank.
+    pub fn values_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.values.iter_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Against a map.
+        #[test]
+        fn it_is_a_map_by_rank(entries in prop::collection::vec((0..20_u16, 0..100_u32), 0..60)) {
+            let (mut list, mut map) = (ByRank::default(), BTreeMap::new());
+            for (rank, value) in entries {
+                *list.get_or_insert_with(RobotId(rank), || 0) += value;
+                *map.entry(RobotId(rank)).or_insert(0) += value;
+                prop_assert_eq!(list.get(RobotId(rank)), map.get(&RobotId(rank)));
+            }
+            prop_assert!(list.iter().eq(map.iter().map(|(&rank, value)| (rank, value))));
+            for value in list.values_mut() {
+                *value += 1;
+            }
+            prop_assert!(list.iter().zip(map.values()).all(|((_, one), other)| *one == other + 1));
+            prop_assert_eq!(list.get(RobotId(20)), None);
+        }
+    }
+}

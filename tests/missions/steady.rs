@@ -1,0 +1,62 @@
+//! A tick in which robots just go on with their work asks for no memory (issue "One process, thousands of runs", item 4):
+//! what a step needs is there from the step before.
+
+use std::collections::BTreeSet;
+
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::time::SimTime;
+use launch::in_process::Team;
+use world_server::recorder::{EventRow, LogLevel, Memory};
+
+use crate::recompute::log_of;
+
+/// Ticks before the first that counts: by then everybody has said and heard everything once.
+const WARM: u64 = 1_200;
+/// The last.
+const END: u64 = 4_000;
+
+fn setup(robots: usize, spills: usize) -> Setup {
+    let mut scenario = Scenario::waste_cleanup(robots, spills);
+    scenario.waste.border_known = true;
+    scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+/// The ticks in which something happens that has a row in events.csv.
+fn eventful(setup: &Setup) -> BTreeSet<u64> {
+    let team = Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap();
+    let rows: Vec<EventRow> = log_of(team.run().unwrap().1).rows().unwrap();
+    let step_ms = setup.scenario.step_ms;
+    rows.iter().map(|row| row.t_ms.0 / step_ms).collect()
+}
+
+#[test]
+fn a_tick_without_events_asks_for_no_memory() {
+    // Of the larger team everybody hears some and nobody all.
+    for (robots, spills) in [(3, 2), (30, 20)] {
+        let setup = setup(robots, spills);
+        let eventful = eventful(&setup);
+        let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let (mut quiet, mut asking) = (0_u64, Vec::new());
+        for tick in 0..END {
+            let asked = allocation_counter::measure(|| {
+                team.tick().unwrap();
+            });
+            if tick < WARM || eventful.contains(&tick) {
+                continue;
+            }
+            quiet += 1;
+            if asked.count_total > 0 {
+                asking.push((tick, asked.count_total));
+            }
+        }
+        assert!(quiet > 500, "{robots} robots: {quiet} ticks without events");
+        // Messages are written into the memory of old ones, which has to grow where somebody knows of more places than before.
+        assert!(
+            asking.len() as u64 * 20 <= quiet,
+            "{robots} robots: of {quiet} ticks without events {} ask for memory: {:?}",
+            asking.len(),
+            &asking[..asking.len().min(20)]
+        );
+    }
+}
