@@ -6,9 +6,11 @@
 //! ```text
 //! Empty --invite--> Invited --arrive--> Entering --next tick--> Present --stall--> Silent
 //!   ^                  |                    ^                      |                 |
-//!   +------------------+--------------------|------- gone ---------+-----------------+
+//!   +- gone, give up --+--------------------|------- gone ---------+-----------------+
 //!                                           +------------- speaks again -------------+
 //! ```
+//!
+//! One that was given up may still arrive, as long as nobody else was invited to its place.
 //!
 //! What the scenario asks of a process happens at a tick, and the tick waits for it: a robot that is [doomed](Barrier::doom)
 //! counts once more and is not listed; one that is [suspended](Barrier::suspend) is out until it is
@@ -88,6 +90,8 @@ struct Place {
     suspended: bool,
     /// The scenario starts it in this tick.
     expected: bool,
+    /// Its latest life was welcomed and given up, but may still come.
+    late: bool,
 }
 
 /// Whom a tick is to be sent to.
@@ -157,6 +161,7 @@ impl Barrier {
                 doomed: false,
                 suspended: false,
                 expected: false,
+                late: false,
             })
             .collect();
         Self {
@@ -236,6 +241,7 @@ impl Barrier {
             });
         }
         place.presence = Presence::Invited;
+        place.late = false;
         place.incarnation += 1;
         place.last_counted = None;
         Ok((RobotId(index as u16), place.incarnation, first_tick))
@@ -244,7 +250,13 @@ impl Barrier {
     /// The liveliness token of a life has appeared.
     pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
-        if place.presence == Presence::Invited && place.incarnation == incarnation {
+        let is_due = match place.presence {
+            Presence::Invited => true,
+            Presence::Empty => place.late,
+            _ => false,
+        };
+        if is_due && place.incarnation == incarnation {
+            place.late = false;
             place.presence = Presence::Entering { again: false };
             if std::mem::take(&mut place.expected) {
                 place.enter(true, &mut self.inputs);
@@ -253,7 +265,17 @@ impl Barrier {
         }
     }
 
-    /// The liveliness token of a life has gone, or an invited agent never showed one: that agent is dead.
+    /// An invited agent has not shown its token in time: its place is free for another one. If none has taken it, the agent may
+    /// still come: on a busy machine a large team takes long to start.
+    pub fn give_up(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let place = &mut self.places[robot.index()];
+        if place.presence == Presence::Invited && place.incarnation == incarnation {
+            place.presence = Presence::Empty;
+            place.late = true;
+        }
+    }
+
+    /// The liveliness token of a life has gone: that agent is dead.
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
         if place.incarnation != incarnation {

@@ -101,6 +101,7 @@ pub async fn serve(
     let keys = Keys::new(&options.run);
     let (session, endpoint) = open().await?;
     let token = format!("{:032x}", secret::random()?);
+    let secret = Secret::of(&token);
     let publishers = declare_publishers(&session, &keys, &setup).await?;
     let (ended, end) = oneshot::channel();
     let mut pace = Pace::new(options.speed, setup.scenario.step_ms, started);
@@ -118,7 +119,7 @@ pub async fn serve(
             run: options.run.clone(),
             session: session.clone(),
             keys: keys.clone(),
-            secret: Secret::of(&token),
+            secret: secret.clone(),
             publishers,
         },
         pace,
@@ -126,7 +127,7 @@ pub async fn serve(
         ended,
     );
     let server = Server::shared(server);
-    declare_ears(&session, &keys, &server).await?;
+    declare_ears(&session, &keys, &secret, &server).await?;
     let _token = session
         .liveliness()
         .declare_token(keys.alive_world())
@@ -204,13 +205,17 @@ async fn declare_publishers(
 async fn declare_ears(
     session: &Session,
     keys: &Keys,
+    secret: &Secret,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
-    let shared = Arc::clone(server);
+    let (shared, secret) = (Arc::clone(server), secret.clone());
     session
         .declare_subscriber(keys.reports())
         .callback(move |sample| {
-            lock(&shared).report(sample.key_expr(), &sample.payload().to_bytes());
+            let key = sample.key_expr();
+            // Before the lock: who has to wait for it sleeps.
+            let report = secret.open(key, &sample.payload().to_bytes());
+            lock(&shared).report(key, report);
         })
         .background()
         .await?;

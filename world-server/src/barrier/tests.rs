@@ -610,3 +610,36 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
     };
     assert_eq!(finish(&mut barrier).inputs, [joined]);
 }
+
+#[test]
+fn who_was_given_up_may_still_come_unless_another_has_the_place() {
+    let robots = ["robot-0", "robot-1"].map(|name| Robot {
+        name: name.to_owned(),
+        ..Robot::default()
+    });
+    for is_taken in [false, true] {
+        let mut barrier = Barrier::new(&robots, StepOrder::Simultaneous);
+        for robot in &robots {
+            barrier.invite(&robot.name).unwrap();
+        }
+        barrier.arrive(RobotId(0), 1);
+        barrier.give_up(RobotId(1), 1);
+        assert_eq!(barrier.presence(RobotId(1)), Presence::Empty);
+        if is_taken {
+            assert_eq!(barrier.invite("robot-1").unwrap().1, 2);
+        }
+        barrier.arrive(RobotId(1), 1);
+        assert_eq!(barrier.start_if_all_here(), !is_taken);
+        if is_taken {
+            barrier.arrive(RobotId(1), 2);
+            assert!(barrier.start_if_all_here());
+        }
+        assert_eq!(everybody(&mut barrier).len(), 2);
+        // One that is dead is not expected any more.
+        let life = barrier.incarnation(RobotId(1)).unwrap();
+        barrier.gone(RobotId(1), life);
+        finish(&mut barrier);
+        barrier.arrive(RobotId(1), life);
+        assert_eq!(barrier.presence(RobotId(1)), Presence::Empty);
+    }
+}

@@ -19,7 +19,7 @@ use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessState};
-use alliance_proto::secret::Secret;
+use alliance_proto::secret::{OpenError, Secret};
 use alliance_proto::tick::{Outcome, Report, ToAgent};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
@@ -296,9 +296,9 @@ impl Server {
         self.pump();
     }
 
-    /// A report arrived on that key.
-    pub fn report(&mut self, key: &str, payload: &[u8]) {
-        let report: Report = match self.secret.open(key, payload) {
+    /// A report arrived on that key, or something that is none.
+    pub fn report(&mut self, key: &str, report: Result<Report, OpenError>) {
+        let report = match report {
             Ok(report) => report,
             Err(error) => return self.refuse("report", &error),
         };
@@ -372,7 +372,8 @@ impl Server {
                 && now.duration_since(since) > GRACE
             {
                 peer.invited = None;
-                self.simulation.gone(robot, incarnation);
+                tracing::warn!(robot = peer.name, "welcomed, but does not come");
+                self.simulation.give_up(robot, incarnation);
             }
             let late = self.peers[index]
                 .asked

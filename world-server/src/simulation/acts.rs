@@ -133,12 +133,12 @@ impl Simulation {
         }
     }
 
-    /// If the act under way is the start of this robot: its process has ended.
-    pub(super) fn fail_start_of(&mut self, robot: RobotId) {
+    /// If the act under way is the start of this robot: it has failed.
+    pub(super) fn fail_start_of(&mut self, robot: RobotId, why: &str) {
         if let Some(start) = self.acts.under_way
             && (start.robot, start.act) == (robot, ProcessAct::Start)
         {
-            self.fail(start, "its process ended before it joined");
+            self.fail(start, why);
         }
     }
 

@@ -220,6 +220,18 @@ impl Simulation {
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;
         self.barrier.gone(robot, incarnation);
+        self.left(robot, was_invited, "its process ended before it joined");
+    }
+
+    /// See [`Barrier::give_up`].
+    pub fn give_up(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let was_invited = self.barrier.presence(robot) == Presence::Invited;
+        self.barrier.give_up(robot, incarnation);
+        self.left(robot, was_invited, "it was welcomed and did not join");
+    }
+
+    /// An agent may have left its place.
+    fn left(&mut self, robot: RobotId, was_invited: bool, why: &str) {
         let at_once = self.barrier.presence(robot) == Presence::Empty;
         if at_once {
             self.let_go(robot);
@@ -228,7 +240,7 @@ impl Simulation {
             self.conclude_if(robot, &[ProcessAct::Kill, ProcessAct::Terminate]);
         }
         if at_once && was_invited {
-            self.fail_start_of(robot);
+            self.fail_start_of(robot, why);
         }
         self.settle();
     }
