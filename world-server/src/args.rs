@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
 use alliance_proto::keys::is_name;
-use alliance_proto::scenario::{ParameterFile, Scenario, Setup, StepOrder};
+use alliance_proto::scenario::{MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -21,8 +21,6 @@ pub type Builtin = fn(&str) -> Option<&'static str>;
 
 /// The built-in scenario that comes in any size.
 pub const FAMILY: &str = "waste-cleanup";
-/// Most robots and spills.
-const LARGEST: usize = 10_000;
 
 /// What is run.
 #[derive(Args, Clone, Debug)]
@@ -51,10 +49,10 @@ pub struct MissionArgs {
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub struct SizeArgs {
     /// The waste clean-up with so many robots, in a room that grows with them [default: 3]
-    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count::<MAX_ROBOTS>, allow_negative_numbers = true)]
     pub robots: Option<usize>,
     /// The waste clean-up with so many spills [default: two for every three robots]
-    #[arg(long, value_name = "M", value_parser = count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = count::<MAX_SPILLS>, allow_negative_numbers = true)]
     pub spills: Option<usize>,
 }
 
@@ -327,10 +325,10 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
     }
 }
 
-fn count(text: &str) -> Result<usize, String> {
+fn count<const MOST: usize>(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count @ 1..=LARGEST) => Ok(count),
-        _ => Err(format!("use a whole number from 1 to {LARGEST}")),
+        Ok(count) if (1..=MOST).contains(&count) => Ok(count),
+        _ => Err(format!("use a whole number from 1 to {MOST}")),
     }
 }
 

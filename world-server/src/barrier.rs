@@ -16,6 +16,8 @@
 //! counts once more and is not listed; one that is [suspended](Barrier::suspend) is out until it is
 //! [readmitted](Barrier::readmit); one that is [expected](Barrier::expect) holds the tick back until it has arrived.
 
+mod place;
+
 use std::cell::Cell;
 use std::collections::VecDeque;
 
@@ -26,26 +28,11 @@ use alliance_proto::tick::{ManifestEntry, Report};
 
 use crate::input::Input;
 
+use place::Place;
+pub use place::Presence;
+
 /// Most broadcasts that one robot may send in one tick; a report that claims more is malformed.
 const MAX_BROADCASTS: u16 = 256;
-
-/// State of a robot's place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Presence {
-    /// No agent.
-    Empty,
-    /// An agent was welcomed, but its liveliness token has not appeared.
-    Invited,
-    /// Takes part from the next tick on; `again` after a silence, else in a new life.
-    Entering {
-        /// Whether it has been here before in this life.
-        again: bool,
-    },
-    /// Takes part.
-    Present,
-    /// Did not answer in time; out until it speaks.
-    Silent,
-}
 
 /// What became of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,38 +47,6 @@ pub enum Verdict {
     Stale,
     /// Contents that no agent sends: ignored.
     Malformed,
-}
-
-/// One robot's place.
-#[derive(Clone, Debug)]
-struct Place {
-    name: String,
-    presence: Presence,
-    /// Latest life, 0 before the first.
-    incarnation: Incarnation,
-    last_counted: Option<Tick>,
-    /// Broadcasts that count since its last step.
-    manifest: Vec<ManifestEntry>,
-    /// The tick that it was silent in, and answers when it speaks again.
-    unanswered: Tick,
-    /// Whether the current tick has been sent to it.
-    asked: bool,
-    /// Its answer to the current tick.
-    report: Option<Report>,
-    /// Its answer has been listed in the manifests of its teammates.
-    listed: bool,
-    /// Its process died in this tick.
-    gone: bool,
-    /// Its robot is not in the mission.
-    absent: bool,
-    /// The scenario kills it in this tick: its report counts, its broadcasts are not listed.
-    doomed: bool,
-    /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
-    suspended: bool,
-    /// The scenario starts it in this tick.
-    expected: bool,
-    /// Its latest life was welcomed and given up, but may still come.
-    late: bool,
 }
 
 /// Whom a tick is to be sent to.
@@ -144,26 +99,7 @@ impl Barrier {
     /// A barrier at tick 0 for these robots, by rank; nobody is there yet.
     #[must_use]
     pub fn new<'r>(robots: impl IntoIterator<Item = &'r Robot>, order: StepOrder) -> Self {
-        let places = robots
-            .into_iter()
-            .map(|robot| Place {
-                name: robot.name.clone(),
-                presence: Presence::Empty,
-                incarnation: 0,
-                last_counted: None,
-                manifest: Vec::new(),
-                unanswered: 0,
-                asked: false,
-                report: None,
-                listed: false,
-                gone: false,
-                absent: robot.absent,
-                doomed: false,
-                suspended: false,
-                expected: false,
-                late: false,
-            })
-            .collect();
+        let places = robots.into_iter().map(Place::new).collect();
         Self {
             places,
             order,
@@ -668,36 +604,6 @@ impl Barrier {
         for place in &mut self.places {
             place.enter(false, &mut self.inputs);
         }
-    }
-}
-
-impl Place {
-    /// Who is about to enter takes part from now on.
-    fn enter(&mut self, scripted: bool, inputs: &mut Vec<Input>) {
-        if let Presence::Entering { again } = self.presence {
-            self.presence = Presence::Present;
-            self.manifest.clear();
-            let robot = self.name.clone();
-            inputs.push(if again {
-                Input::StallEnd { robot, scripted }
-            } else {
-                Input::Join {
-                    robot,
-                    incarnation: self.incarnation,
-                    scripted,
-                }
-            });
-        }
-    }
-
-    fn fall_silent(&mut self, tick: Tick, scripted: bool, inputs: &mut Vec<Input>) {
-        self.presence = Presence::Silent;
-        self.unanswered = tick;
-        self.manifest.clear();
-        inputs.push(Input::StallBegin {
-            robot: self.name.clone(),
-            scripted,
-        });
     }
 }
 

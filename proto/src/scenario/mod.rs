@@ -38,6 +38,7 @@ pub use load::TomlFile;
 pub use path::Step;
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
+pub use validate::{MAX_ROBOTS, MAX_SPILLS};
 
 /// A run, complete: what the world sends to every agent and writes to run.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

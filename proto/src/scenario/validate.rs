@@ -12,9 +12,9 @@ use crate::fault::Campaign;
 use crate::keys::is_name;
 
 /// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
-const MAX_ROBOTS: usize = 10_000;
+pub const MAX_ROBOTS: usize = 10_000;
 /// Most spills of a scenario, and most deposits.
-const MAX_SPILLS: usize = 10_000;
+pub const MAX_SPILLS: usize = 10_000;
 /// Most items of a spill.
 const MAX_ITEMS: u32 = 1000;
 /// Most random faults that a mission may be expected to see.

@@ -99,8 +99,8 @@ impl Engine {
         own.map_or(0, |own| self.progress[own])
     }
 
-    /// Makes one step and writes what comes of it to `output`. It adds one step length of impatience, however long ago the last one was: a robot that was stopped
-    /// does not come back impatient. The first step of a life adds nothing.
+    /// Makes one step and writes what comes of it to `output`. It adds one step length of impatience, however long ago the last
+    /// one was: a robot that was stopped does not come back impatient. The first step of a life adds nothing.
     ///
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.

@@ -1,8 +1,8 @@
 //! World, barrier and faults together: one run, tick by tick, as a plain function of reports and inputs.
 //!
 //! The shell over zenoh and the run within one process drive it alike: [`Simulation::begin`] the tick, do to processes what
-//! [`Simulation::next_act`] asks for, send each [`Simulation::next_question`] its [`Simulation::message`], hand every answer to [`Simulation::report`], and when
-//! [`Simulation::is_complete`], [`Simulation::finish`].
+//! [`Simulation::next_act`] asks for, send each [`Simulation::next_question`] its [`Simulation::message`], hand every answer to
+//! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`].
 //!
 //! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
 //! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.

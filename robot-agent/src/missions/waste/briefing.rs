@@ -24,8 +24,6 @@ pub(super) struct Briefing {
     pub own_sets: Vec<OwnSet>,
     /// The spills that it has behavior sets for, in ascending order.
     pub own_spills: Vec<u16>,
-    /// Whether it has behavior sets for all spills.
-    pub all_spills: bool,
     /// The border, where it is known beforehand.
     pub border: Option<Locations>,
     pub chassis: Chassis,
@@ -80,7 +78,6 @@ impl Briefing {
             roster: Arc::clone(roster),
             map: Arc::clone(map),
             own_sets,
-            all_spills: own_spills.len() == waste.spills.len(),
             own_spills,
             border: waste.border_known.then_some(border),
             chassis: Chassis::of(scenario),

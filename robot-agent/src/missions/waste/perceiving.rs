@@ -138,8 +138,7 @@ impl WasteMission {
         let places = places(&self.briefing, &self.memory);
         let concern = |at| {
             let spill = places.as_ref().map(|places| places.nearest_spill(at));
-            self.briefing.all_spills
-                || spill.is_none_or(|spill| self.briefing.own_spills.contains(&spill))
+            spill.is_none_or(|spill| self.briefing.own_spills.binary_search(&spill).is_ok())
         };
         self.memory.hear(told, now, concern)
     }

@@ -1,0 +1,109 @@
+//! One robot's place in the barrier: who has it, and how far the current tick has come with them.
+
+use alliance_proto::ids::{Incarnation, Tick};
+use alliance_proto::scenario::Robot;
+use alliance_proto::tick::{ManifestEntry, Report};
+
+use crate::input::Input;
+
+/// State of a robot's place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// No agent.
+    Empty,
+    /// An agent was welcomed, but its liveliness token has not appeared.
+    Invited,
+    /// Takes part from the next tick on; `again` after a silence, else in a new life.
+    Entering {
+        /// Whether it has been here before in this life.
+        again: bool,
+    },
+    /// Takes part.
+    Present,
+    /// Did not answer in time; out until it speaks.
+    Silent,
+}
+
+/// One robot's place.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub name: String,
+    pub presence: Presence,
+    /// Latest life, 0 before the first.
+    pub incarnation: Incarnation,
+    pub last_counted: Option<Tick>,
+    /// Broadcasts that count since its last step.
+    pub manifest: Vec<ManifestEntry>,
+    /// The tick that it was silent in, and answers when it speaks again.
+    pub unanswered: Tick,
+    /// Whether the current tick has been sent to it.
+    pub asked: bool,
+    /// Its answer to the current tick.
+    pub report: Option<Report>,
+    /// Its answer has been listed in the manifests of its teammates.
+    pub listed: bool,
+    /// Its process died in this tick.
+    pub gone: bool,
+    /// Its robot is not in the mission.
+    pub absent: bool,
+    /// The scenario kills it in this tick: its report counts, its broadcasts are not listed.
+    pub doomed: bool,
+    /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
+    pub suspended: bool,
+    /// The scenario starts it in this tick.
+    pub expected: bool,
+    /// Its latest life was welcomed and given up, but may still come.
+    pub late: bool,
+}
+
+impl Place {
+    /// Nobody is there yet.
+    pub fn new(robot: &Robot) -> Self {
+        Self {
+            name: robot.name.clone(),
+            presence: Presence::Empty,
+            incarnation: 0,
+            last_counted: None,
+            manifest: Vec::new(),
+            unanswered: 0,
+            asked: false,
+            report: None,
+            listed: false,
+            gone: false,
+            absent: robot.absent,
+            doomed: false,
+            suspended: false,
+            expected: false,
+            late: false,
+        }
+    }
+
+    /// Who is about to enter takes part from now on.
+    pub fn enter(&mut self, scripted: bool, inputs: &mut Vec<Input>) {
+        if let Presence::Entering { again } = self.presence {
+            self.presence = Presence::Present;
+            self.manifest.clear();
+            let robot = self.name.clone();
+            inputs.push(if again {
+                Input::StallEnd { robot, scripted }
+            } else {
+                Input::Join {
+                    robot,
+                    incarnation: self.incarnation,
+                    scripted,
+                }
+            });
+        }
+    }
+
+    /// It did not answer that tick: it is out of it, and deaf, until it speaks.
+    pub fn fall_silent(&mut self, tick: Tick, scripted: bool, inputs: &mut Vec<Input>) {
+        self.presence = Presence::Silent;
+        self.unanswered = tick;
+        self.manifest.clear();
+        inputs.push(Input::StallBegin {
+            robot: self.name.clone(),
+            scripted,
+        });
+    }
+}
