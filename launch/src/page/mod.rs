@@ -27,6 +27,6 @@ pub mod link;
 mod live;
 mod logged;
 mod past;
-mod server;
+pub mod server;
 pub mod view;
 pub mod watch;

@@ -31,8 +31,8 @@ use super::logged::Logged;
 /// Longest command, as on the control topic.
 const COMMAND_MAX: usize = 256 * 1024;
 
-/// How long pages may take to be told that the run is over.
-const FAREWELL: Duration = Duration::from_secs(2);
+/// How long pages may take to be told that the run is over: a browser on a busy machine first has to take in what came before.
+pub const FAREWELL: Duration = Duration::from_secs(10);
 
 /// The page runs its own code and nothing else, talks to this server alone, and is shown in no other page's frame.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \

@@ -21,9 +21,10 @@ use super::children::{Change, Ending, Process};
 use super::progress::Progress;
 use super::summary;
 use crate::page::link::Link;
+use crate::page::server::FAREWELL;
 use crate::runtime;
 
-/// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed.
+/// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed. The page may also take leave.
 const GRACE: Duration = Duration::from_secs(3);
 
 /// How long after a request to end the next one is meant as a new one.
@@ -320,41 +321,14 @@ impl Team {
         }
     }
 
-    /// No process outlives its run: first they may end by themselves, then they are asked, then killed.
+    /// No process outlives its run. The page ends last: it still has to tell those who look at it.
     async fn end_all(&mut self) {
-        let mut processes: Vec<&mut Process> = std::iter::once(&mut self.world)
+        let team = std::iter::once(&mut self.world)
             .chain(&mut self.agents)
             .chain(&mut self.former)
-            .chain(&mut self.page)
             .collect();
-        let steps = [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)];
-        for step in steps {
-            if let Some(signal) = step {
-                for process in processes
-                    .iter()
-                    .filter(|process| process.ending().is_none())
-                {
-                    if signal == Signal::SIGKILL {
-                        self.progress
-                            .say(&format!("{} had to be killed", process.name()));
-                    }
-                    process.signal(signal);
-                }
-            }
-            let until = Instant::now() + GRACE;
-            while Instant::now() < until {
-                let mut left = false;
-                for process in &mut processes {
-                    // A process that the operating system does not know has ended.
-                    while let Ok(Some(_)) = process.poll() {}
-                    left |= process.ending().is_none();
-                }
-                if !left {
-                    return;
-                }
-                sleep(Duration::from_millis(10)).await;
-            }
-        }
+        end(team, GRACE, &self.progress).await;
+        end(self.page.iter_mut().collect(), FAREWELL + GRACE, &self.progress).await;
     }
 
     fn check_world(&self) -> anyhow::Result<()> {
@@ -365,6 +339,41 @@ impl Team {
                 ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
                 self.world.last_words()
             ),
+        }
+    }
+}
+
+/// Ends them: first they may so long end by themselves, then they are asked, then killed.
+async fn end(mut processes: Vec<&mut Process>, patience: Duration, progress: &Progress) {
+    let steps = [
+        (None, patience),
+        (Some(Signal::SIGTERM), GRACE),
+        (Some(Signal::SIGKILL), GRACE),
+    ];
+    for (signal, patience) in steps {
+        if let Some(signal) = signal {
+            for process in processes
+                .iter()
+                .filter(|process| process.ending().is_none())
+            {
+                if signal == Signal::SIGKILL {
+                    progress.say(&format!("{} had to be killed", process.name()));
+                }
+                process.signal(signal);
+            }
+        }
+        let until = Instant::now() + patience;
+        while Instant::now() < until {
+            let mut left = false;
+            for process in &mut processes {
+                // A process that the operating system does not know has ended.
+                while let Ok(Some(_)) = process.poll() {}
+                left |= process.ending().is_none();
+            }
+            if !left {
+                return;
+            }
+            sleep(Duration::from_millis(10)).await;
         }
     }
 }
