@@ -42,11 +42,11 @@ pub struct ManifestEntry {
     pub link: Option<LinkState>,
 }
 
-/// What the world publishes on an agent's tick key.
+/// What the world publishes on an agent's tick key. Who sends it may keep the tick and lend it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum ToAgent {
+pub enum ToAgent<T = Box<TickMessage>> {
     /// The next tick.
-    Tick(Box<TickMessage>),
+    Tick(T),
     /// The run is over; the agent ends.
     End(Outcome),
     /// This incarnation has been superseded or given up; the agent that has it ends.

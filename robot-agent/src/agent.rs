@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use alliance_proto::codec::encoded_len;
-use alliance_proto::ids::{Incarnation, RobotId, Tick};
+use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge};
@@ -181,12 +181,26 @@ fn payload_bytes(broadcast: &Broadcast) -> u32 {
     encoded_len(broadcast).map_or(0, |bytes| (bytes + SEAL_BYTES) as u32)
 }
 
+/// Steps after which an agent is copied anew. A copy takes as long as half a step does.
+const STEPS_KEPT: usize = 32;
+
 /// An agent whose latest step is tentative until the world says that its report counted (DESIGN §4 "What counts").
+///
+/// Steps seldom fail to count, so that nothing is copied for each: an earlier copy makes those that counted once more.
 #[derive(Clone, Debug)]
 pub struct TentativeAgent {
     agent: Agent,
-    /// The latest step's tick, and the agent as it was before it.
-    before: Option<(Tick, Agent)>,
+    /// The agent as it was before the first of `since`.
+    before: Agent,
+    /// The steps since then, of which all but the latest counted.
+    since: Vec<Taken>,
+}
+
+/// What a step was made from.
+#[derive(Clone, Debug)]
+struct Taken {
+    tick: Box<TickMessage>,
+    arrived: Vec<Option<Arc<Broadcast>>>,
 }
 
 impl TentativeAgent {
@@ -194,20 +208,31 @@ impl TentativeAgent {
     #[must_use]
     pub fn new(agent: Agent) -> Self {
         Self {
+            before: agent.clone(),
             agent,
-            before: None,
+            since: Vec::with_capacity(STEPS_KEPT),
         }
     }
 
     /// Goes back to the state before the latest step if that step did not count, then makes [`Agent::step`].
-    pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {
-        if let Some((stepped, before)) = self.before.take()
-            && tick.last_counted.is_none_or(|counted| counted < stepped)
-        {
-            self.agent = before;
+    pub fn step(&mut self, tick: Box<TickMessage>, space: &mut Workspace) {
+        let latest = self.since.last().map(|taken| taken.tick.tick);
+        if latest.is_some_and(|latest| tick.last_counted.is_none_or(|counted| counted < latest)) {
+            self.since.pop();
+            self.agent = self.before.clone();
+            let mut again = Workspace::default();
+            for taken in &self.since {
+                again.arrived.clone_from(&taken.arrived);
+                self.agent.step(&taken.tick, &mut again);
+            }
         }
-        self.before = Some((tick.tick, self.agent.clone()));
-        self.agent.step(tick, space);
+        if self.since.len() == STEPS_KEPT {
+            self.since.clear();
+            self.before = self.agent.clone();
+        }
+        let arrived = space.arrived.clone();
+        self.agent.step(&tick, space);
+        self.since.push(Taken { tick, arrived });
     }
 }
 

@@ -396,7 +396,7 @@ impl Mind {
             && let Some((tick, _)) = alive.pending.take()
         {
             tracing::warn!(tick = tick.tick, "listed broadcasts did not arrive");
-            alive.step(&tick);
+            alive.step(tick);
         }
     }
 
@@ -423,7 +423,7 @@ impl Alive {
         }
         self.latest = Some(tick.tick);
         if self.radio.has_all(&tick.manifest) {
-            self.step(&tick);
+            self.step(tick);
         } else {
             self.pending = Some((tick, Instant::now() + MANIFEST_DEADLINE));
         }
@@ -444,12 +444,12 @@ impl Alive {
             && self.radio.has_all(&tick.manifest)
             && let Some((tick, _)) = self.pending.take()
         {
-            self.step(&tick);
+            self.step(tick);
         }
         Ok(())
     }
 
-    fn step(&mut self, tick: &TickMessage) {
+    fn step(&mut self, tick: Box<TickMessage>) {
         let space = &mut self.space;
         self.radio.collect(&tick.manifest, &mut space.arrived);
         self.agent.step(tick, space);

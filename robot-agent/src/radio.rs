@@ -76,7 +76,11 @@ impl Radio {
         let listed = manifest.iter().flat_map(keys);
         collected.extend(listed.map(|key| self.arrived.remove(&key).map(Arc::new)));
         if let Some(oldest) = manifest.iter().map(|entry| entry.tick).min() {
-            self.arrived = self.arrived.split_off(&(oldest, RobotId(0), 0, 0));
+            while let Some(first) = self.arrived.first_entry()
+                && first.key().0 < oldest
+            {
+                first.remove();
+            }
             self.oldest = oldest;
         }
     }

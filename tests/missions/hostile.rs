@@ -314,7 +314,7 @@ impl Stranger {
             };
             // Whoever knows the secret can end a run: that is what it is for.
             if incarnation == 0 && matches!(message, ToAgent::End(_)) {
-                return encode(&ToAgent::Dismissed(0)).unwrap();
+                return encode::<ToAgent>(&ToAgent::Dismissed(0)).unwrap();
             }
             return encode(&message).unwrap();
         }

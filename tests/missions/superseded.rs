@@ -115,7 +115,7 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
 
     // A real agent that is told so ends, and says why.
     let dismissal = secret
-        .seal(&keys.tick("gold"), &ToAgent::Dismissed(2))
+        .seal(&keys.tick("gold"), &<ToAgent>::Dismissed(2))
         .unwrap();
     session.put(keys.tick("gold"), dismissal).wait().unwrap();
     let ended = successor.wait().expect(3);

@@ -193,7 +193,7 @@ impl Team {
         let message = self.simulation.message(robot);
         let mut space = Workspace::default();
         member.radio.collect(&message.manifest, &mut space.arrived);
-        member.agent.step(message, &mut space);
+        member.agent.step(Box::new(message.clone()), &mut space);
         let (report, broadcasts) = (space.report, space.broadcasts);
         // Broadcasts are on the air before the report, whatever becomes of it.
         for broadcast in broadcasts {

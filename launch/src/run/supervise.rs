@@ -328,7 +328,12 @@ impl Team {
             .chain(&mut self.former)
             .collect();
         end(team, GRACE, &self.progress).await;
-        end(self.page.iter_mut().collect(), FAREWELL + GRACE, &self.progress).await;
+        end(
+            self.page.iter_mut().collect(),
+            FAREWELL + GRACE,
+            &self.progress,
+        )
+        .await;
     }
 
     fn check_world(&self) -> anyhow::Result<()> {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use alliance_proto::codec::encode;
+use alliance_proto::ids::Tick;
 use alliance_proto::link::{LinkState, Probability};
 use alliance_proto::readings::{Pose, Proximity, Readings, Zone};
 use alliance_proto::scenario::Scenario;
@@ -130,7 +131,7 @@ proptest! {
             message.held.extend(moment.link.hold.then_some(GOLD));
             let arrived: Vec<_> = said.broadcasts.into_iter().map(Arc::new).map(Some).collect();
             step.arrived.clone_from(&arrived);
-            tentative.step(&message, &mut step);
+            tentative.step(Box::new(message.clone()), &mut step);
             if moment.counted {
                 // In memory of its own: what a workspace was used for before changes nothing.
                 let mut expected = Workspace { arrived, ..Workspace::default() };
@@ -149,12 +150,12 @@ fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
     let mut agent = TentativeAgent::new(Agent::new(BLUE, 1, &setup()));
     let readings = Readings::default();
     let mut space = Workspace::default();
-    agent.step(&message(0, None, &readings), &mut space);
+    agent.step(Box::new(message(0, None, &readings)), &mut space);
     assert!(!space.broadcasts.is_empty(), "an idle heartbeat");
-    agent.step(&message(1, None, &readings), &mut space);
+    agent.step(Box::new(message(1, None, &readings)), &mut space);
     assert_eq!(space.broadcasts[0].seq, 0);
     let next = space.broadcasts.len() as u64;
-    agent.step(&message(6, Some(1), &readings), &mut space);
+    agent.step(Box::new(message(6, Some(1), &readings)), &mut space);
     assert_eq!(space.broadcasts[0].seq, next);
 }
 

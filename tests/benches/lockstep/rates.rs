@@ -10,21 +10,27 @@ use crate::traffic::{Traffic, computed_alone};
 /// Items in each spill: more than a team brings away within the default limit.
 const ITEMS: usize = 100;
 
-const LEVELS: [&str; 3] = ["off", "summary", "full"];
+/// Without the page there are the same processes as in the bare barrier, and the launcher, which waits.
+const WAYS: [&[&str]; 4] = [
+    &["--log=off", "--no-page"],
+    &["--log=summary", "--no-page"],
+    &["--log=full", "--no-page"],
+    &["--log=off"],
+];
 
 /// What several rounds gave for teams of one size.
 #[derive(Default)]
 struct Results {
     bare: Figures,
     alone: Figures,
-    /// By [`LEVELS`].
-    real: [Figures; LEVELS.len()],
-    /// Real by bare of the same round, by [`LEVELS`].
-    share: [Figures; LEVELS.len()],
+    /// By [`WAYS`].
+    real: [Figures; WAYS.len()],
+    /// Real by bare of the same round, by [`WAYS`].
+    share: [Figures; WAYS.len()],
     /// Processor time of all processes per tick, µs, start and end included.
     bare_cpu: Figures,
-    real_cpu: [Figures; LEVELS.len()],
-    share_cpu: [Figures; LEVELS.len()],
+    real_cpu: [Figures; WAYS.len()],
+    share_cpu: [Figures; WAYS.len()],
     start_s: Figures,
     world_start_s: Figures,
     agent_resident: Figures,
@@ -54,7 +60,7 @@ pub fn default_mission(rounds: usize) {
     let team = Team::default_mission();
     let [mut simulated, mut real] = [(); 2].map(|()| Figures::default());
     for _ in 0..rounds {
-        let finished = Run::start(&team, "full").finish();
+        let finished = Run::start(&team, &["--log=full"]).finish();
         simulated.push(finished.run.result.sim_time_ms.0 as f64 / 1000.0);
         real.push(finished.running_s);
     }
@@ -64,12 +70,12 @@ pub fn default_mission(rounds: usize) {
 impl Results {
     fn round(&mut self, team: &Team, traffic: &Traffic) {
         self.alone.push(computed_alone(&team.setup));
-        for (index, level) in LEVELS.into_iter().enumerate() {
+        for (index, way) in WAYS.into_iter().enumerate() {
             // One bare run next to each real one: their ratio is of the same minute.
             let before = cpu::of_ended_children();
             let bare = bare::ticks_per_s(team.size, traffic);
             let between = cpu::of_ended_children();
-            let real = Run::start(team, level).finish();
+            let real = Run::start(team, way).finish();
             let per_tick = 1e6 / traffic.ticks as f64;
             let bare_cpu = (between - before) * per_tick;
             let real_cpu = (cpu::of_ended_children() - between) * per_tick;
@@ -91,13 +97,14 @@ impl Results {
         let line = |what: &str, figures: &Figures| println!("| {what} | {figures} |");
         println!("\n| | median [least .. most] |\n|---|---|");
         line("bare barrier, ticks/s", &self.bare);
-        for (index, level) in LEVELS.into_iter().enumerate() {
-            line(&format!("run --log {level}, ticks/s"), &self.real[index]);
-            line(&format!("run --log {level} / bare"), &self.share[index]);
+        for (index, way) in WAYS.into_iter().enumerate() {
+            let way = way.join(" ");
+            line(&format!("run {way}, ticks/s"), &self.real[index]);
+            line(&format!("run {way} / bare"), &self.share[index]);
         }
         line("bare barrier, processor time per tick, µs", &self.bare_cpu);
-        for (index, level) in LEVELS.into_iter().enumerate() {
-            let what = format!("run --log {level}, processor time per tick");
+        for (index, way) in WAYS.into_iter().enumerate() {
+            let what = format!("run {}, processor time per tick", way.join(" "));
             line(&(what.clone() + ", µs"), &self.real_cpu[index]);
             line(&format!("bare / {what}"), &self.share_cpu[index]);
         }

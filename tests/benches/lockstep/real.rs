@@ -42,13 +42,14 @@ pub struct Memory {
 }
 
 impl Run {
-    pub fn start(team: &Team, log: &str) -> Self {
+    pub fn start(team: &Team, options: &[&str]) -> Self {
         let folder = TempDir::new().unwrap();
         std::fs::write(folder.path().join("team.toml"), &team.text).unwrap();
         std::fs::create_dir(folder.path().join("runtime")).unwrap();
         let started = SystemTime::now();
         let launcher = Command::new(env!("CARGO_BIN_EXE_alliance-under-test"))
-            .args(["run", "team.toml", "--out=run", "--log", log])
+            .args(["run", "team.toml", "--out=run"])
+            .args(options)
             .current_dir(folder.path())
             .env("XDG_RUNTIME_DIR", folder.path().join("runtime"))
             .env_remove("RUST_LOG")

@@ -102,7 +102,7 @@ struct Watched {
 impl Watched {
     /// Starts a run, joins its bus and waits until it is well under way.
     fn start(team: &Team) -> Self {
-        let run = Run::start(team, "off");
+        let run = Run::start(team, &["--log=off", "--no-page"]);
         let world = wait_for(|| run.rendezvous());
         let config = zenoh::Config::from_json5(&session::client(&world.endpoint)).unwrap();
         let session = zenoh::open(config).wait().unwrap();

@@ -20,7 +20,7 @@ use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, We
 use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::secret::{OpenError, Secret};
-use alliance_proto::tick::{Outcome, Report, ToAgent};
+use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 use zenoh::pubsub::Publisher;
@@ -467,8 +467,7 @@ impl Server {
             }
             let mut stopped = Vec::new();
             while let Some(robot) = question {
-                let message = Box::new(self.simulation.message(robot).clone());
-                self.send(robot, &ToAgent::Tick(message));
+                self.send(robot, &ToAgent::Tick(self.simulation.message(robot)));
                 let peer = &mut self.peers[robot.index()];
                 peer.asked = Some(now);
                 if peer.stopped {
@@ -508,7 +507,7 @@ impl Server {
         }
     }
 
-    fn send(&self, robot: RobotId, message: &ToAgent) {
+    fn send(&self, robot: RobotId, message: &ToAgent<&TickMessage>) {
         let publisher = &self.peers[robot.index()].ticks;
         match self.secret.seal(publisher.key_expr(), message) {
             Ok(bytes) => {

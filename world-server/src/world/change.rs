@@ -91,8 +91,8 @@ impl World {
         let least_m = 2.0 * radius_m - ROUNDING_M;
         let is_apart = |place: Vec2| {
             let items = self.waste.near(place, least_m);
-            let mut others = items.filter(|item| Some(item.id()) != moved);
-            others.all(|item| item.position().distance(place) >= least_m)
+            let mut others = items.filter(|(item, _)| Some(*item) != moved);
+            others.all(|(_, at)| at.distance(place) >= least_m)
         };
         nearest_place(near, self.space.size, |place| {
             is_apart(place) && will_do(place)

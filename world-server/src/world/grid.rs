@@ -99,7 +99,7 @@ impl Grid {
         }
     }
 
-    /// Everything within reach of a point in x and in y.
+    /// Everything within reach of a point in x and in y, with its place.
     pub fn near(&self, at: Vec2, reach_m: f32) -> Near<'_> {
         let (low, high) = (
             self.coordinates(at - reach_m),
@@ -144,9 +144,9 @@ pub(super) struct Near<'a> {
 }
 
 impl Iterator for Near<'_> {
-    type Item = usize;
+    type Item = (usize, Vec2);
 
-    fn next(&mut self) -> Option<usize> {
+    fn next(&mut self) -> Option<Self::Item> {
         loop {
             while self.id == NONE {
                 if self.cell.y > self.high.y {
@@ -166,7 +166,7 @@ impl Iterator for Near<'_> {
                 .cmple(Vec2::splat(self.reach_m))
                 .all()
             {
-                return Some(id);
+                return Some((id, entry.at));
             }
         }
     }
@@ -207,7 +207,8 @@ mod tests {
                 there[id] = to;
             }
             for (at, reach_m) in looks {
-                let found: Vec<usize> = grid.near(at, reach_m).collect();
+                let (found, places): (Vec<usize>, Vec<Vec2>) = grid.near(at, reach_m).unzip();
+                prop_assert!(found.iter().zip(places).all(|(id, place)| there[*id] == Some(place)));
                 let distinct: BTreeSet<usize> = found.iter().copied().collect();
                 prop_assert_eq!(found.len(), distinct.len());
                 for (id, place) in there.iter().enumerate() {
@@ -230,7 +231,10 @@ mod tests {
             for id in ids {
                 grid.insert(id, at);
             }
-            assert_eq!(grid.near(at, 0.1).collect::<Vec<_>>(), [0, 1, 2]);
+            assert_eq!(
+                grid.near(at, 0.1).collect::<Vec<_>>(),
+                [(0, at), (1, at), (2, at)]
+            );
         }
     }
 

@@ -44,8 +44,8 @@ impl World {
         let items = self
             .waste
             .near(position, reach_m)
-            .filter(|item| !self.waste.is_deposit(item.position()));
-        let near = items.map(|item| (item.position().distance(position), item.id()));
+            .filter(|(_, at)| !self.waste.is_deposit(*at));
+        let near = items.map(|(item, at)| (at.distance(position), item));
         let near = near.filter(|(distance, _)| *distance <= reach_m);
         near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
             .map(|(_, item)| item)
@@ -63,7 +63,7 @@ impl World {
         let is_clear = |center: Vec2, radius_m: f32| {
             let least_m = self.body.radius_m + radius_m;
             let mut bodies = self.bodies.near(center, least_m);
-            bodies.all(|rank| self.robots[rank].position().distance(center) >= least_m)
+            bodies.all(|(_, at)| at.distance(center) >= least_m)
         };
         let past_bodies = places().find(|place| {
             is_clear(*place, item_radius_m)

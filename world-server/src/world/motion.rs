@@ -75,8 +75,8 @@ impl World {
         reach_m: f32,
     ) -> impl Iterator<Item = &Component> + '_ {
         let near = self.bodies.near(point, reach_m + self.body.radius_m);
-        near.filter(move |rank| *rank != robot.index())
-            .map(|rank| &self.robots[rank].component)
+        near.filter(move |(rank, _)| *rank != robot.index())
+            .map(|(rank, _)| &self.robots[rank].component)
     }
 }
 

@@ -40,8 +40,8 @@ impl Air for World {
             return ranks.map(RobotId).for_each(hear);
         };
         let at = self.robots[sender.index()].position();
-        for rank in range.places.near(at, range.range_m) {
-            if self.robots[rank].position().distance(at) <= range.range_m {
+        for (rank, place) in range.places.near(at, range.range_m) {
+            if place.distance(at) <= range.range_m {
                 hear(RobotId(rank as u16));
             }
         }

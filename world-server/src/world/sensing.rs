@@ -98,21 +98,26 @@ impl World {
     fn waste_near(&self, body: &Robot) -> SensedWaste {
         let reach_m = self.body.radius_m + self.sensors.waste_range_m;
         let mut near = ArrayVec::<(f32, ItemId, Vec2), WASTE_MOST>::new();
-        for item in self.waste.near(body.position(), reach_m) {
-            let offset = item.position() - body.position();
+        // Of many, most are farther away than the farthest of those that are told.
+        let mut most = reach_m * reach_m;
+        for (item, at) in self.waste.near(body.position(), reach_m) {
+            let offset = at - body.position();
             let squared = offset.length_squared();
-            if squared > reach_m * reach_m {
+            if squared > most {
                 continue;
             }
             let is_nearer = |&(other, id, _): &(f32, ItemId, Vec2)| {
-                other.total_cmp(&squared).then(id.cmp(&item.id())).is_lt()
+                other.total_cmp(&squared).then(id.cmp(&item)).is_lt()
             };
             let place = near.partition_point(is_nearer);
             if place < WASTE_MOST {
                 if near.is_full() {
                     near.pop();
                 }
-                near.insert(place, (squared, item.id(), offset));
+                near.insert(place, (squared, item, offset));
+                if let Some((farthest, ..)) = near.get(WASTE_MOST - 1) {
+                    most = *farthest;
+                }
             }
         }
         let left = body.ahead.perp();

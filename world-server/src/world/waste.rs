@@ -117,14 +117,15 @@ impl Waste {
         &self.items
     }
 
-    /// Items on the floor within reach of a point, and some that are not.
-    pub fn near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = &Item> + '_ {
-        self.floor.near(point, reach_m).map(|id| &self.items[id])
+    /// Items on the floor within reach of a point and where they lie, and some that are not within reach.
+    pub fn near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = (ItemId, Vec2)> + '_ {
+        let near = self.floor.near(point, reach_m);
+        near.map(|(id, at)| (ItemId(id as u32), at))
     }
 
     pub fn is_deposit(&self, point: Vec2) -> bool {
         let mut near = self.deposit_centers.near(point, self.deposit_radius_m);
-        near.any(|deposit| self.deposits[deposit].contains(point))
+        near.any(|(deposit, _)| self.deposits[deposit].contains(point))
     }
 
     pub fn is_report_site(&self, point: Vec2) -> bool {
@@ -137,7 +138,7 @@ impl Waste {
             Zone::Deposit
         } else {
             let mut near = self.spill_centers.near(point, self.spill_radius_m);
-            if near.any(|spill| self.spills[spill].contains(point)) {
+            if near.any(|(spill, _)| self.spills[spill].contains(point)) {
                 Zone::Spill
             } else {
                 Zone::None
