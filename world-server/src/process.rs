@@ -125,7 +125,7 @@ pub async fn serve(
         pace,
         options.stall_after,
         ended,
-    );
+    )?;
     let server = Server::shared(server);
     declare_ears(&session, &keys, &secret, &server).await?;
     let _token = session
@@ -150,7 +150,7 @@ pub async fn serve(
         let unscripted = server.simulation().is_unscripted();
         let faults = server.simulation().faults();
         let host = host(&server, options, &endpoint, started..ended);
-        let recorder = server.recorder();
+        let mut recorder = server.take_recorder()?;
         recorder.finish(outcome, unscripted, faults)?;
         recorder.write_host(&host)?;
         (unscripted, recorder.hash())

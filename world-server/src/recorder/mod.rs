@@ -1,7 +1,8 @@
 //! The log of a run (DESIGN §8): encoding here, files in [`Folder`] alone.
 //!
 //! After every tick the simulation hands a [`TickRecord`] to the [`Recorder`]. It hashes the tick section by section, adds
-//! rows to the tables that the [`LogLevel`] keeps, and writes them out in large pieces. [`RunLog`] reads a folder back.
+//! rows to the tables that the [`LogLevel`] keeps, and writes them out in large pieces; in a run by processes it does so in the
+//! [`Background`]. [`RunLog`] reads a folder back.
 //!
 //! **Seals.** ticks.csv is written last and tells what counts. Beside the hash of each [`Section`] it holds, of the robot
 //! `world`, for each table that has grown a row with the table's file name as its section and the hash of the table's bytes
@@ -10,6 +11,7 @@
 //! At [`LogLevel::Full`] each tick is sealed; at [`LogLevel::Summary`] the first one of each second of simulated time and
 //! the last of the run.
 
+mod background;
 mod encode;
 mod hash;
 mod level;
@@ -28,7 +30,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use alliance_proto::control::FaultStatus;
-use alliance_proto::event::EventLine;
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
@@ -42,6 +43,7 @@ use on_their_way::OnTheirWay;
 use pages::Pages;
 use run_file::Tally;
 
+pub use background::Background;
 pub use hash::Section;
 pub use level::LogLevel;
 pub use read::{ReadError, RunLog, Seal};
@@ -80,6 +82,9 @@ pub enum RecordError {
     /// An earlier write failed. More rows after the torn one would only look like a log.
     #[error("the log ended at a write that failed")]
     Broken,
+    /// The operating system has no thread for it.
+    #[error("no thread for the log: {0}")]
+    Thread(io::Error),
 }
 
 impl RecordError {
@@ -89,6 +94,15 @@ impl RecordError {
             source,
         }
     }
+}
+
+/// Takes what happened in each tick.
+pub trait Record {
+    /// Adds a tick; ticks come in order, each once.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError>;
 }
 
 /// Writes the log of one run.
@@ -109,8 +123,6 @@ pub struct Recorder<S> {
     /// Latest tick with a seal.
     sealed: Option<(Tick, SimTime)>,
     broken: bool,
-    /// Events of the latest tick.
-    news: Vec<EventLine>,
 }
 
 impl<S: Sink> Recorder<S> {
@@ -132,53 +144,11 @@ impl<S: Sink> Recorder<S> {
             latest: None,
             sealed: None,
             broken: false,
-            news: Vec::new(),
         };
         // First: without run.json a folder is not readable.
         recorder.write_run(RunOutcome::Running, false, Vec::new())?;
         recorder.flush()?;
         Ok(recorder)
-    }
-
-    /// Adds a tick; ticks come in order, each once.
-    ///
-    /// # Errors
-    /// Those of [`Recorder::flush`], which is called when enough has gathered.
-    pub fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
-        self.hash_sections(record);
-        self.tally.add(record);
-        self.latest = Some((record.tick, record.now));
-
-        let (names, pages) = (&self.names, &mut self.pages);
-        pages.add(Table::Motivations, |rows| {
-            encode::motivations(names, record, rows)
-        });
-        pages.add(Table::Messages, |rows| {
-            encode::messages(names, &mut self.on_their_way, record, rows)
-        });
-        self.news = encode::events(names, record);
-        pages.add(Table::Events, |rows| {
-            encode::event_rows(&self.news, rows);
-        });
-        pages.add(Table::Poses, |rows| encode::poses(names, record, rows));
-        pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
-        let mission = Some((record.items, record.last_report));
-        if self.mission != mission {
-            self.mission = mission;
-            pages.add(Table::Mission, |rows| encode::mission(record, rows));
-        }
-        if self.seal_is_due(record.now) {
-            self.seal();
-        }
-        if self.pages.waiting() >= FLUSH_BYTES {
-            self.flush()?;
-        }
-        Ok(())
-    }
-
-    /// The events of the latest tick, as they stand in events.csv.
-    pub fn take_news(&mut self) -> Vec<EventLine> {
-        std::mem::take(&mut self.news)
     }
 
     /// Hands everything encoded so far to the sink, ticks.csv last.
@@ -323,5 +293,39 @@ impl<S: Sink> Recorder<S> {
             self.pages.seal(latest, self.hash.so_far());
             self.sealed = Some(latest);
         }
+    }
+}
+
+impl<S: Sink> Record for Recorder<S> {
+    /// Writes, as [`Recorder::flush`] does, when enough has gathered.
+    fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
+        self.hash_sections(record);
+        self.tally.add(record);
+        self.latest = Some((record.tick, record.now));
+
+        let (names, pages) = (&self.names, &mut self.pages);
+        pages.add(Table::Motivations, |rows| {
+            encode::motivations(names, record, rows)
+        });
+        pages.add(Table::Messages, |rows| {
+            encode::messages(names, &mut self.on_their_way, record, rows)
+        });
+        pages.add(Table::Events, |rows| {
+            encode::event_rows(&encode::events(names, record), rows);
+        });
+        pages.add(Table::Poses, |rows| encode::poses(names, record, rows));
+        pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
+        let mission = Some((record.items, record.last_report));
+        if self.mission != mission {
+            self.mission = mission;
+            pages.add(Table::Mission, |rows| encode::mission(record, rows));
+        }
+        if self.seal_is_due(record.now) {
+            self.seal();
+        }
+        if self.pages.waiting() >= FLUSH_BYTES {
+            self.flush()?;
+        }
+        Ok(())
     }
 }

@@ -28,7 +28,7 @@ use zenoh::{Session, Wait};
 
 use crate::barrier::{Presence, Verdict};
 use crate::pace::Pace;
-use crate::recorder::{Folder, RecordError, Recorder};
+use crate::recorder::{Background, Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
 use acts::UnderWay;
 
@@ -57,7 +57,7 @@ struct Peer {
 /// The run and its surroundings.
 pub struct Server {
     simulation: Simulation,
-    recorder: Recorder<Folder>,
+    recorder: Background<Folder>,
     peers: Vec<Peer>,
     run: String,
     /// Of the log.
@@ -117,7 +117,9 @@ pub struct Publishers {
 
 impl Server {
     /// A run that waits for its robots; `ended` is told when it is over.
-    #[must_use]
+    ///
+    /// # Errors
+    /// When the log cannot work in the background.
     pub fn new(
         simulation: Simulation,
         recorder: Recorder<Folder>,
@@ -125,7 +127,7 @@ impl Server {
         pace: Pace,
         stall_after: Duration,
         ended: oneshot::Sender<Ended>,
-    ) -> Self {
+    ) -> Result<Self, RecordError> {
         let names = &simulation.setup().scenario.robots;
         let peers = names
             .iter()
@@ -139,11 +141,11 @@ impl Server {
                 stopped: false,
             })
             .collect();
-        Self {
+        Ok(Self {
             simulation,
             peers,
             folder: recorder.sink().path().to_owned(),
-            recorder,
+            recorder: Background::new(recorder)?,
             run: bus.run,
             keys: bus.keys,
             secret: bus.secret,
@@ -164,7 +166,7 @@ impl Server {
             shown: Instant::now(),
             refused: Ignored::default(),
             ended: Some(ended),
-        }
+        })
     }
 
     /// The run.
@@ -173,9 +175,12 @@ impl Server {
         &self.simulation
     }
 
-    /// The run's log.
-    pub fn recorder(&mut self) -> &mut Recorder<Folder> {
-        &mut self.recorder
+    /// The run's log, once it has everything.
+    ///
+    /// # Errors
+    /// When it could not be written, or has been taken.
+    pub fn take_recorder(&mut self) -> Result<Recorder<Folder>, RecordError> {
+        self.recorder.finish()
     }
 
     /// When the first tick was sent.

@@ -33,9 +33,7 @@ use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::input::Input;
 use crate::interruption::{Interruption, InterruptionHandler};
-use crate::recorder::{
-    BodyRecord, Event, EventKind, FaultEvent, RecordError, Recorder, Sink, TickRecord,
-};
+use crate::recorder::{BodyRecord, Event, EventKind, FaultEvent, Record, RecordError, TickRecord};
 use crate::world::{World, WorldEvent};
 
 use acts::{Act, Acts};
@@ -388,7 +386,7 @@ impl Simulation {
     ///
     /// # Errors
     /// When the log cannot be written.
-    pub fn finish<S: Sink>(&mut self, recorder: &mut Recorder<S>) -> Result<(), RecordError> {
+    pub fn finish(&mut self, recorder: &mut impl Record) -> Result<(), RecordError> {
         let (tick, now) = (self.barrier.tick(), self.world.now());
         let mut buffers = std::mem::take(&mut self.buffers);
         let gathered = &mut buffers.gathered;

@@ -1,5 +1,6 @@
 //! A small run made by hand, and what the tests do with it.
 
+mod background;
 mod contents;
 mod figures;
 mod hashes;
@@ -37,7 +38,7 @@ struct OwnedTick {
 }
 
 impl OwnedTick {
-    fn record<S: Sink>(&self, recorder: &mut Recorder<S>) -> Result<(), RecordError> {
+    fn record(&self, recorder: &mut impl Record) -> Result<(), RecordError> {
         let bodies: Vec<_> = self.robots.iter().map(|(body, _)| *body).collect();
         let sent = self.robots.iter().map(|(_, counted)| TickMessage {
             readings: counted

@@ -30,7 +30,7 @@ fn everything(log: &RunLog) -> Rows {
 }
 
 /// A run whose tables have grown at some ticks and not at others, over more than a second.
-fn run_of(ticks: usize) -> Vec<OwnedTick> {
+pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
     let kinds = sample();
     (0..ticks)
         .map(|tick| OwnedTick {
@@ -88,9 +88,9 @@ fn any_file_cut_or_damaged_at_any_byte() {
 }
 
 /// A sink whose process dies in the middle of a write.
-struct Dying {
-    memory: Memory,
-    bytes_left: usize,
+pub struct Dying {
+    pub memory: Memory,
+    pub bytes_left: usize,
 }
 
 impl Sink for Dying {

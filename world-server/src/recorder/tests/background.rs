@@ -1,0 +1,84 @@
+//! The log that is made on another thread is the same log.
+
+use proptest::prelude::*;
+
+use super::torn::{Dying, run_of};
+use super::*;
+
+proptest! {
+    #[test]
+    fn has_the_same_bytes_and_hash_whenever_it_is_flushed(ticks in 0..100_usize, flush_every in 1..60_u64) {
+        let setup = Setup::default_for(7);
+        let ticks = run_of(ticks);
+        let (run, expected) = log(LogLevel::Full, &ticks);
+        let recorder = Recorder::new(&setup, LogLevel::Full, Memory::default()).unwrap();
+        let mut background = Background::new(recorder).unwrap();
+        let mut news = Vec::new();
+        for tick in &ticks {
+            tick.record(&mut background).unwrap();
+            encode::event_rows(&background.take_news(), &mut news);
+            if (tick.tick + 1).is_multiple_of(flush_every) {
+                background.flush().unwrap();
+            }
+        }
+        let mut recorder = background.finish().unwrap();
+        prop_assert_eq!(recorder.finish(Outcome::TimeLimit, false, Vec::new()).unwrap(), run);
+        // Told at once, and just as they stand in the table.
+        let events = &expected.tables[&Table::Events];
+        let header = events.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+        prop_assert_eq!(&events[header..], news);
+        prop_assert_eq!(recorder.into_sink(), expected);
+    }
+}
+
+#[test]
+fn what_is_flushed_is_written_though_no_tick_follows() {
+    let (told, heard) = std::sync::mpsc::channel();
+    let recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, Telling(told)).unwrap();
+    let mut background = Background::new(recorder).unwrap();
+    for tick in run_of(4) {
+        tick.record(&mut background).unwrap();
+    }
+    // The header lines are there; of the ticks nothing is.
+    let mut written = heard
+        .try_iter()
+        .fold(String::new(), |all, more| all + &more);
+    assert!(!written.contains("run,"), "{written}");
+    background.flush().unwrap();
+    while written.matches(",run,").count() < 4 {
+        written += &heard.recv().unwrap();
+    }
+}
+
+/// Tells what is written to ticks.csv.
+struct Telling(std::sync::mpsc::Sender<String>);
+
+impl Sink for Telling {
+    fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
+        if table == Table::Ticks {
+            self.0.send(String::from_utf8_lossy(bytes).into()).unwrap();
+        }
+        Ok(())
+    }
+
+    fn replace(&mut self, _: Document, _: &str) -> Result<(), RecordError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_write_that_fails_is_told_once_and_nothing_follows_it() {
+    let sink = Dying {
+        memory: Memory::default(),
+        bytes_left: 2000,
+    };
+    let recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, sink).unwrap();
+    let mut background = Background::new(recorder).unwrap();
+    // The queue is shorter than this run.
+    let failed = run_of(2000)
+        .iter()
+        .position(|tick| tick.record(&mut background).is_err());
+    assert!(failed.is_some());
+    assert!(matches!(background.flush(), Err(RecordError::Broken)));
+    assert!(matches!(background.finish(), Err(RecordError::Broken)));
+}
