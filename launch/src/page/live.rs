@@ -168,25 +168,25 @@ impl Live {
                     }
                     view
                 }
-                () = self.left() => return close(page).await,
+                () = self.left() => {
+                    let _ = page.send(Message::Close(None)).await;
+                    return;
+                }
                 outcome = self.over() => {
                     let ended = json!({"ended": {"outcome": outcome, "folder": self.folder}});
                     // It may be gone already.
                     let _ = page.send(Message::Text(ended.to_string().into())).await;
-                    return close(page).await;
+                    if page.send(Message::Close(None)).await.is_ok() {
+                        // A page that answers has all that was sent before.
+                        while let Some(Ok(_)) = page.recv().await {}
+                    }
+                    return;
                 }
             };
             if page.send(Message::Text(frame)).await.is_err() {
                 return;
             }
         }
-    }
-}
-
-/// Closes it, and waits for the page's word that it has: then it also has all that was sent before.
-async fn close(mut page: WebSocket) {
-    if page.send(Message::Close(None)).await.is_ok() {
-        while let Some(Ok(_)) = page.recv().await {}
     }
 }
 

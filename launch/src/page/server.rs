@@ -34,6 +34,9 @@ const COMMAND_MAX: usize = 256 * 1024;
 /// How long pages may take to be told that the run is over: a browser on a busy machine first has to take in what came before.
 pub const FAREWELL: Duration = Duration::from_secs(10);
 
+/// How long they may take to hear that this process ends: who ends it does not want to wait.
+pub const LEAVE: Duration = Duration::from_secs(1);
+
 /// The page runs its own code and nothing else, talks to this server alone, and is shown in no other page's frame.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
                       frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -46,7 +49,7 @@ pub enum Shown {
     Logged(Logged),
 }
 
-/// Serves the page until then.
+/// Serves the page until then, and at most so much longer.
 ///
 /// # Errors
 /// When the socket fails.
@@ -54,7 +57,7 @@ pub async fn serve(
     listener: TcpListener,
     token: String,
     shown: Shown,
-    until: impl Future<Output = ()> + Send + 'static,
+    until: impl Future<Output = Duration> + Send + 'static,
 ) -> anyhow::Result<()> {
     let port = listener.local_addr().context("the page's socket")?.port();
     let gate = Arc::new(Gate::new(port, token));
@@ -84,14 +87,13 @@ pub async fn serve(
         .layer(middleware::from_fn_with_state(gate, guard));
     let (going, gone) = oneshot::channel();
     let server = axum::serve(listener, routes).with_graceful_shutdown(async {
-        until.await;
         // Nobody waits for it any more when the server has failed.
-        let _ = going.send(());
+        let _ = going.send(until.await);
     });
     let mut server = tokio::spawn(server.into_future());
     tokio::select! {
         ended = &mut server => ended.context("the page's server")?.context("the page's server"),
-        _ = gone => {
+        Ok(patience) = gone => {
             // Who has not been told by then is cut off with this process.
             let told = async {
                 let _ = server.await;
@@ -100,7 +102,7 @@ pub async fn serve(
                     live.left_alone().await;
                 }
             };
-            let _ = timeout(FAREWELL, told).await;
+            let _ = timeout(patience, told).await;
             Ok(())
         }
     }

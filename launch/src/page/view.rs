@@ -9,7 +9,7 @@ use tokio::signal::ctrl_c;
 
 use super::link::{Link, LinkArgs};
 use super::logged::Logged;
-use super::server::{Shown, serve};
+use super::server::{LEAVE, Shown, serve};
 
 /// Show a finished run on a page.
 #[derive(Args, Clone, Debug)]
@@ -62,6 +62,7 @@ impl ViewCommand {
             let until = async {
                 // Without signals only the process's end is left.
                 let _ = ctrl_c().await;
+                LEAVE
             };
             serve(listener, token, Shown::Logged(logged), until).await
         })

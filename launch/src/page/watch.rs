@@ -10,7 +10,7 @@ use tokio::time::{Instant, sleep};
 
 use super::link::{Link, LinkArgs};
 use super::live::Live;
-use super::server::{Shown, serve};
+use super::server::{FAREWELL, LEAVE, Shown, serve};
 use crate::runtime;
 
 /// How long a run that is named may take to be there.
@@ -72,8 +72,11 @@ impl WatchCommand {
             let watched = live.clone();
             let until = async move {
                 tokio::select! {
-                    _ = watched.over() => {}
-                    _ = ctrl_c() => watched.leave(),
+                    _ = watched.over() => FAREWELL,
+                    _ = ctrl_c() => {
+                        watched.leave();
+                        LEAVE
+                    }
                 }
             };
             serve(listener, token, Shown::Live(live), until).await

@@ -59,8 +59,8 @@ pub(super) fn motivations(names: &Names, record: &TickRecord<'_>, rows: &mut Vec
                 .text(names.robot(counted.report.robot))
                 .text(names.set(Some(motivation.set)))
                 .text(names.task_of(motivation.set))
-                .number(motivation.motivation)
-                .number(motivation.impatience)
+                .real(motivation.motivation)
+                .real(motivation.impatience)
                 .flag(motivation.sensory_feedback)
                 .flag(motivation.activity_suppression)
                 .flag(motivation.impatience_reset)
@@ -222,17 +222,19 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
 pub(super) fn poses(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     let bodies = record.bodies.iter().zip(&names.robots);
     for (body, name) in bodies.filter(|(body, _)| body.present) {
-        Row::new(rows)
+        let row = Row::new(rows)
             .number(record.now.0)
             .text(name)
-            .number(body.pose.position.x)
-            .number(body.pose.position.y)
-            .number(body.pose.heading_rad)
-            .number(body.speed_m_s)
+            .real(body.pose.position.x)
+            .real(body.pose.position.y)
+            .real(body.pose.heading_rad)
+            .real(body.speed_m_s)
             .flag(body.carrying)
-            .text(names.set(body.active))
-            .optional(body.energy_j)
-            .end();
+            .text(names.set(body.active));
+        match body.energy_j {
+            Some(energy_j) => row.real(energy_j).end(),
+            None => row.text("").end(),
+        }
     }
 }
 
