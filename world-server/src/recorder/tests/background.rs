@@ -33,7 +33,7 @@ proptest! {
 
 #[test]
 fn what_is_flushed_is_written_though_no_tick_follows() {
-    let (told, heard) = std::sync::mpsc::channel();
+    let (told, heard) = std::sync::mpsc::sync_channel(8);
     let recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, Telling(told)).unwrap();
     let mut background = Background::new(recorder).unwrap();
     for tick in run_of(4) {
@@ -51,7 +51,7 @@ fn what_is_flushed_is_written_though_no_tick_follows() {
 }
 
 /// Tells what is written to ticks.csv.
-struct Telling(std::sync::mpsc::Sender<String>);
+struct Telling(std::sync::mpsc::SyncSender<String>);
 
 impl Sink for Telling {
     fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
