@@ -18,8 +18,11 @@ use super::encode::{self, Names};
 use super::{BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
 use crate::input::Input;
 
-/// Ticks that go over together.
-const BATCH: usize = 32;
+/// Most ticks that go over together.
+const BATCH_TICKS: usize = 32;
+
+/// Most steps of robots that go over together: those of a large team take memory.
+const BATCH_STEPS: usize = 1024;
 
 /// Batches that may wait.
 const WAITING: usize = 8;
@@ -29,14 +32,22 @@ pub struct Background<S> {
     names: Names,
     /// Events of the latest tick.
     news: Vec<EventLine>,
-    /// Ticks that have not gone over yet.
-    batch: Vec<Kept>,
+    /// Ticks that have not gone over yet, and how many go over together.
+    waiting: Vec<Kept>,
+    batch: usize,
     thread: Option<Thread<S>>,
 }
 
 struct Thread<S> {
-    ticks: SyncSender<Vec<Kept>>,
+    queue: SyncSender<Batch>,
     handle: JoinHandle<Result<Recorder<S>, RecordError>>,
+}
+
+/// What goes over at once.
+struct Batch {
+    ticks: Vec<Kept>,
+    /// Nobody knows when the next one comes.
+    then_flush: bool,
 }
 
 impl<S: Sink + Send + 'static> Background<S> {
@@ -46,16 +57,18 @@ impl<S: Sink + Send + 'static> Background<S> {
     /// [`RecordError::Thread`] when the system has no thread.
     pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
         let names = Names::of(&recorder.setup);
-        let (ticks, queue) = sync_channel(WAITING);
+        let robots = recorder.setup.scenario.robots.len();
+        let (queue, batches) = sync_channel(WAITING);
         let handle = thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || write(recorder, &queue))
+            .spawn(move || write(recorder, &batches))
             .map_err(RecordError::Thread)?;
         Ok(Self {
             names,
             news: Vec::new(),
-            batch: Vec::with_capacity(BATCH),
-            thread: Some(Thread { ticks, handle }),
+            waiting: Vec::new(),
+            batch: (BATCH_STEPS / robots.max(1)).clamp(1, BATCH_TICKS),
+            thread: Some(Thread { queue, handle }),
         })
     }
 
@@ -69,11 +82,15 @@ impl<S: Sink + Send + 'static> Background<S> {
     /// # Errors
     /// Those of the recorder, for what was recorded before; and [`RecordError::Broken`] ever after.
     pub fn flush(&mut self) -> Result<(), RecordError> {
+        self.hand_over(true)
+    }
+
+    fn hand_over(&mut self, then_flush: bool) -> Result<(), RecordError> {
         let Some(thread) = &self.thread else {
             return Err(RecordError::Broken);
         };
-        let batch = mem::replace(&mut self.batch, Vec::with_capacity(BATCH));
-        match thread.ticks.send(batch) {
+        let ticks = mem::replace(&mut self.waiting, Vec::with_capacity(self.batch));
+        match thread.queue.send(Batch { ticks, then_flush }) {
             Ok(()) => Ok(()),
             // The thread has ended: it says why.
             Err(_) => self.finish().and(Err(RecordError::Broken)),
@@ -87,8 +104,11 @@ impl<S: Sink + Send + 'static> Background<S> {
     pub fn finish(&mut self) -> Result<Recorder<S>, RecordError> {
         let thread = self.thread.take().ok_or(RecordError::Broken)?;
         // If the thread has ended, there is a reason, which comes next.
-        let _ = thread.ticks.send(mem::take(&mut self.batch));
-        drop(thread.ticks);
+        let _ = thread.queue.send(Batch {
+            ticks: mem::take(&mut self.waiting),
+            then_flush: false,
+        });
+        drop(thread.queue);
         // A panic in it has ended the process.
         thread.handle.join().unwrap_or(Err(RecordError::Broken))
     }
@@ -97,24 +117,24 @@ impl<S: Sink + Send + 'static> Background<S> {
 impl<S: Sink + Send + 'static> Record for Background<S> {
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
         self.news = encode::events(&self.names, record);
-        self.batch.push(Kept::of(record));
-        if self.batch.len() < BATCH {
+        self.waiting.push(Kept::of(record));
+        if self.waiting.len() < self.batch {
             return Ok(());
         }
-        self.flush()
+        self.hand_over(false)
     }
 }
 
-/// Records batches as they come, and writes after each that has not filled up: nobody knows when the next one comes.
+/// Records batches as they come.
 fn write<S: Sink>(
     mut recorder: Recorder<S>,
-    queue: &Receiver<Vec<Kept>>,
+    batches: &Receiver<Batch>,
 ) -> Result<Recorder<S>, RecordError> {
-    for batch in queue {
-        for tick in &batch {
+    for batch in batches {
+        for tick in &batch.ticks {
             recorder.record(&tick.as_record())?;
         }
-        if batch.len() < BATCH {
+        if batch.then_flush {
             recorder.flush()?;
         }
     }
