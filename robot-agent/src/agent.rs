@@ -181,18 +181,17 @@ fn payload_bytes(broadcast: &Broadcast) -> u32 {
     encoded_len(broadcast).map_or(0, |bytes| (bytes + SEAL_BYTES) as u32)
 }
 
-/// Steps after which an agent is copied anew. A copy takes as long as half a step does.
-const STEPS_KEPT: usize = 32;
+/// Steps from one checkpoint of an agent to the next. To copy it takes half as long as a step.
+const CHECKPOINT_EVERY: usize = 32;
 
 /// An agent whose latest step is tentative until the world says that its report counted (DESIGN §4 "What counts").
 ///
-/// Steps seldom fail to count, so that nothing is copied for each: an earlier copy makes those that counted once more.
+/// Steps seldom fail to count, so that nothing is copied for each: from a checkpoint those that counted are made once more.
 #[derive(Clone, Debug)]
 pub struct TentativeAgent {
     agent: Agent,
-    /// The agent as it was before the first of `since`.
-    before: Agent,
-    /// The steps since then, of which all but the latest counted.
+    checkpoint: Agent,
+    /// The steps since the checkpoint, of which all but the latest counted.
     since: Vec<Taken>,
 }
 
@@ -208,9 +207,9 @@ impl TentativeAgent {
     #[must_use]
     pub fn new(agent: Agent) -> Self {
         Self {
-            before: agent.clone(),
+            checkpoint: agent.clone(),
             agent,
-            since: Vec::with_capacity(STEPS_KEPT),
+            since: Vec::with_capacity(CHECKPOINT_EVERY),
         }
     }
 
@@ -219,16 +218,16 @@ impl TentativeAgent {
         let latest = self.since.last().map(|taken| taken.tick.tick);
         if latest.is_some_and(|latest| tick.last_counted.is_none_or(|counted| counted < latest)) {
             self.since.pop();
-            self.agent = self.before.clone();
+            self.agent = self.checkpoint.clone();
             let mut again = Workspace::default();
             for taken in &self.since {
                 again.arrived.clone_from(&taken.arrived);
                 self.agent.step(&taken.tick, &mut again);
             }
         }
-        if self.since.len() == STEPS_KEPT {
+        if self.since.len() == CHECKPOINT_EVERY {
             self.since.clear();
-            self.before = self.agent.clone();
+            self.checkpoint = self.agent.clone();
         }
         let arrived = space.arrived.clone();
         self.agent.step(&tick, space);
