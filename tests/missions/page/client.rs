@@ -112,12 +112,17 @@ pub struct Ears {
 }
 
 impl Ears {
-    /// The next frame; `None` when the server has closed.
+    /// The next frame; `None` when the server has closed, which is answered as a browser does.
     pub fn next(&mut self) -> Option<Value> {
         loop {
             match self.socket.read() {
                 Ok(Message::Text(text)) => return Some(serde_json::from_str(&text).unwrap()),
-                Ok(Message::Close(_)) | Err(_) => return None,
+                Ok(Message::Close(_)) => {
+                    // The server may be gone already.
+                    let _ = self.socket.flush();
+                    return None;
+                }
+                Err(_) => return None,
                 Ok(_) => {}
             }
         }

@@ -142,6 +142,25 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     assert!(logged[..from].iter().all(|event| event["t_ms"] == 0));
 }
 
+/// A browser on a busy machine reads late; the process that serves it stays until it has.
+#[test]
+fn a_page_that_reads_late_still_hears_how_the_run_ended() {
+    let lab = Lab::new();
+    let mut team = Team::start_with_page(&lab, &["--paused", "--limit", "10"]);
+    let server = team.wait_for_page();
+    let world = team.pid("world");
+    let page = Page::in_words(&team.launcher().stderr());
+    let mut ears = page.live();
+    page.control(r#"{"clock": "resume"}"#);
+
+    wait_until("the end of the world", || command_line(world).is_none());
+    assert!(command_line(server).is_some(), "it has not been heard yet");
+    assert_eq!(ears.wait_for("ended")["outcome"], "time-limit");
+    assert!(ears.next().is_none());
+    wait_until("the end of the server", || command_line(server).is_none());
+    team.wait().expect(1);
+}
+
 /// The past of a run that stands at its beginning: its first view, if there has been one.
 fn ears_views(page: &Page) -> Value {
     page.live().wait_for("past")["views"].clone()
