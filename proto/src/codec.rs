@@ -1,7 +1,11 @@
-//! The wire codec: the only file that calls bincode (unmaintained, pinned; DESIGN §3).
+//! The wire codec: the only file that calls bincode (unmaintained, pinned; DESIGN §3). `inline` makes the same bytes, for hashes.
+
+mod inline;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use inline::Encoder;
 
 /// Largest encoded message, bytes. A tick of a robot in a crowded room takes a few kilobytes.
 pub const LIMIT_BYTES: usize = 256 * 1024;
@@ -33,7 +37,8 @@ fn configuration() -> impl bincode::config::Config {
 /// [`CodecError::TooLarge`] above the size limit.
 pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
     let mut bytes = Vec::with_capacity(USUAL_BYTES);
-    append(message, &mut bytes)?;
+    bincode::serde::encode_into_writer(message, Memory(&mut bytes), configuration())
+        .map_err(|error| CodecError::Malformed(error.to_string()))?;
     if bytes.len() > LIMIT_BYTES {
         return Err(CodecError::TooLarge(bytes.len()));
     }
@@ -44,8 +49,10 @@ pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
 ///
 /// # Errors
 /// [`CodecError::Malformed`] for a value that bincode cannot represent; plain data always can.
+#[inline]
 pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) -> Result<(), CodecError> {
-    bincode::serde::encode_into_writer(value, Memory(bytes), configuration())
+    value
+        .serialize(&mut Encoder(bytes))
         .map_err(|error| CodecError::Malformed(error.to_string()))
 }
 
@@ -74,8 +81,7 @@ impl bincode::enc::write::Writer for &mut Count {
     }
 }
 
-/// Takes bytes without the detour over `std::io::Write`. Inlined, for most writes are of one to eight bytes, and a run's hash is
-/// made of nothing else.
+/// Takes bytes without the detour over `std::io::Write`. Inlined, for most writes are of one to eight bytes.
 struct Memory<'a>(&'a mut Vec<u8>);
 
 impl bincode::enc::write::Writer for Memory<'_> {

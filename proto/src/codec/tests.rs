@@ -542,11 +542,21 @@ fn fault() -> impl Strategy<Value = FaultStatus> {
     })
 }
 
+/// The inline encoding of any value is bincode's.
+fn check_inline<T: Serialize>(value: &T) -> Result<(), TestCaseError> {
+    let mut inline = vec![7];
+    append(value, &mut inline).unwrap();
+    let bincode = bincode::serde::encode_to_vec(value, configuration()).unwrap();
+    prop_assert_eq!(inline.split_first().unwrap(), (&7, &bincode[..]));
+    Ok(())
+}
+
 /// The message comes back; not with a byte less, and not with a byte more.
 fn check<T>(message: &T) -> Result<(), TestCaseError>
 where
     T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug,
 {
+    check_inline(message)?;
     let mut bytes = encode(message).unwrap();
     prop_assert_eq!(&decode::<T>(&bytes).unwrap(), message);
     for length in 0..bytes.len() {
@@ -598,6 +608,27 @@ proptest! {
     #[test]
     fn views(message in view()) {
         check(&message)?;
+    }
+
+    /// Numbers of every width, near the limits of each, and all shapes that serde knows.
+    #[test]
+    fn everything_is_encoded_inline_as_by_bincode(bits in 0..=127_u32, off in 0..12_u128, text: String, letter: char, real: f64) {
+        #[derive(Serialize)]
+        enum Shape {
+            Unit,
+            One(i64),
+            Pair(u8, i8),
+            Named { map: std::collections::BTreeMap<u32, String>, bytes: [i16; 2] },
+        }
+        #[derive(Serialize)]
+        struct Nothing;
+        let big = ((1_u128 << bits) + off).wrapping_sub(6);
+        let small = big as u64;
+        check_inline(&(big, small, small as u32, small as u16, small as u8))?;
+        check_inline(&(small as i64, small as i32, small as i16, small as i8, real, real as f32))?;
+        let map = [(small as u32, text.clone())].into();
+        let shapes = (Shape::Unit, Shape::One(small as i64), Shape::Pair(1, -1), Shape::Named { map, bytes: [-1, 300] });
+        check_inline(&(Nothing, (), letter, Some(text), None::<u8>, shapes, vec![true; bits as usize * 3]))?;
     }
 
     #[test]

@@ -1,0 +1,330 @@
+//! The encoding of [`super::encode`], made inline: a run hashes all that its robots sense and do in every tick, and bincode's own
+//! serializer, which is called for every field, took a tenth of a whole run in one process. The tests compare the two byte by
+//! byte.
+//!
+//! The format (bincode 2, standard configuration): floats and bytes as they are, in little-endian order; unsigned integers of
+//! more than a byte, lengths and numbers of variants in one byte up to 250, else in a byte that tells their width and then that
+//! many bytes; signed ones the same after zigzag; an option is a byte and perhaps a value; structs and tuples are their fields.
+
+use std::fmt::Display;
+
+use serde::ser::{self, Serialize};
+
+/// What cannot be encoded.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Refused {
+    /// A list that does not know how long it is.
+    #[error("a sequence of unknown length")]
+    UnknownLength,
+    /// The value itself refuses.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl ser::Error for Refused {
+    fn custom<T: Display>(why: T) -> Self {
+        Self::Other(why.to_string())
+    }
+}
+
+/// Appends to some bytes.
+pub(super) struct Encoder<'a>(pub &'a mut Vec<u8>);
+
+/// The largest number that is one byte.
+const ONE_BYTE_MAX: u8 = 250;
+
+impl Encoder<'_> {
+    #[inline(always)]
+    fn put<const N: usize>(&mut self, bytes: [u8; N]) {
+        self.0.extend_from_slice(&bytes);
+    }
+
+    #[inline(always)]
+    fn unsigned(&mut self, value: u64) {
+        if value <= u64::from(ONE_BYTE_MAX) {
+            self.put([value as u8]);
+        } else {
+            self.wide(value);
+        }
+    }
+
+    #[inline(never)]
+    fn wide(&mut self, value: u64) {
+        if let Ok(value) = u16::try_from(value) {
+            self.put([ONE_BYTE_MAX + 1]);
+            self.put(value.to_le_bytes());
+        } else if let Ok(value) = u32::try_from(value) {
+            self.put([ONE_BYTE_MAX + 2]);
+            self.put(value.to_le_bytes());
+        } else {
+            self.put([ONE_BYTE_MAX + 3]);
+            self.put(value.to_le_bytes());
+        }
+    }
+
+    fn signed(&mut self, value: i64) {
+        self.unsigned(((value << 1) ^ (value >> 63)) as u64);
+    }
+
+    fn length(&mut self, length: Option<usize>) -> Result<(), Refused> {
+        self.unsigned(length.ok_or(Refused::UnknownLength)? as u64);
+        Ok(())
+    }
+}
+
+type Done = Result<(), Refused>;
+
+impl ser::Serializer for &mut Encoder<'_> {
+    type Ok = ();
+    type Error = Refused;
+    type SerializeSeq = Self;
+    type SerializeTuple = Self;
+    type SerializeTupleStruct = Self;
+    type SerializeTupleVariant = Self;
+    type SerializeMap = Self;
+    type SerializeStruct = Self;
+    type SerializeStructVariant = Self;
+
+    #[inline(always)]
+    fn is_human_readable(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn serialize_bool(self, value: bool) -> Done {
+        self.put([u8::from(value)]);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_u8(self, value: u8) -> Done {
+        self.put([value]);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_u16(self, value: u16) -> Done {
+        self.unsigned(value.into());
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_u32(self, value: u32) -> Done {
+        self.unsigned(value.into());
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_u64(self, value: u64) -> Done {
+        self.unsigned(value);
+        Ok(())
+    }
+
+    fn serialize_i8(self, value: i8) -> Done {
+        self.put(value.to_le_bytes());
+        Ok(())
+    }
+
+    fn serialize_i16(self, value: i16) -> Done {
+        self.signed(value.into());
+        Ok(())
+    }
+
+    fn serialize_i32(self, value: i32) -> Done {
+        self.signed(value.into());
+        Ok(())
+    }
+
+    fn serialize_i64(self, value: i64) -> Done {
+        self.signed(value);
+        Ok(())
+    }
+
+    fn serialize_u128(self, value: u128) -> Done {
+        match u64::try_from(value) {
+            Ok(value) => self.unsigned(value),
+            Err(_) => {
+                self.put([ONE_BYTE_MAX + 4]);
+                self.put(value.to_le_bytes());
+            }
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_f32(self, value: f32) -> Done {
+        self.put(value.to_le_bytes());
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_f64(self, value: f64) -> Done {
+        self.put(value.to_le_bytes());
+        Ok(())
+    }
+
+    fn serialize_char(self, value: char) -> Done {
+        let mut utf8 = [0; 4];
+        self.0
+            .extend_from_slice(value.encode_utf8(&mut utf8).as_bytes());
+        Ok(())
+    }
+
+    fn serialize_str(self, value: &str) -> Done {
+        self.serialize_bytes(value.as_bytes())
+    }
+
+    fn serialize_bytes(self, value: &[u8]) -> Done {
+        self.unsigned(value.len() as u64);
+        self.0.extend_from_slice(value);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_none(self) -> Done {
+        self.put([0]);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Done {
+        self.put([1]);
+        value.serialize(self)
+    }
+
+    #[inline(always)]
+    fn serialize_unit(self) -> Done {
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_unit_struct(self, _name: &'static str) -> Done {
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_unit_variant(
+        self,
+        _name: &'static str,
+        index: u32,
+        _variant: &'static str,
+    ) -> Done {
+        self.unsigned(index.into());
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn serialize_newtype_struct<T: Serialize + ?Sized>(
+        self,
+        _name: &'static str,
+        value: &T,
+    ) -> Done {
+        value.serialize(self)
+    }
+
+    #[inline(always)]
+    fn serialize_newtype_variant<T: Serialize + ?Sized>(
+        self,
+        _name: &'static str,
+        index: u32,
+        _variant: &'static str,
+        value: &T,
+    ) -> Done {
+        self.unsigned(index.into());
+        value.serialize(self)
+    }
+
+    #[inline(always)]
+    fn serialize_seq(self, length: Option<usize>) -> Result<Self, Refused> {
+        self.length(length)?;
+        Ok(self)
+    }
+
+    #[inline(always)]
+    fn serialize_tuple(self, _length: usize) -> Result<Self, Refused> {
+        Ok(self)
+    }
+
+    #[inline(always)]
+    fn serialize_tuple_struct(self, _name: &'static str, _length: usize) -> Result<Self, Refused> {
+        Ok(self)
+    }
+
+    #[inline(always)]
+    fn serialize_tuple_variant(
+        self,
+        _name: &'static str,
+        index: u32,
+        _variant: &'static str,
+        _length: usize,
+    ) -> Result<Self, Refused> {
+        self.unsigned(index.into());
+        Ok(self)
+    }
+
+    fn serialize_map(self, length: Option<usize>) -> Result<Self, Refused> {
+        self.length(length)?;
+        Ok(self)
+    }
+
+    #[inline(always)]
+    fn serialize_struct(self, _name: &'static str, _length: usize) -> Result<Self, Refused> {
+        Ok(self)
+    }
+
+    #[inline(always)]
+    fn serialize_struct_variant(
+        self,
+        _name: &'static str,
+        index: u32,
+        _variant: &'static str,
+        _length: usize,
+    ) -> Result<Self, Refused> {
+        self.unsigned(index.into());
+        Ok(self)
+    }
+}
+
+/// Whatever has parts is its parts, one after the other.
+macro_rules! parts {
+    ($trait:ident, $part:ident $(, $name:ident)?) => {
+        impl ser::$trait for &mut Encoder<'_> {
+            type Ok = ();
+            type Error = Refused;
+
+            #[inline(always)]
+            fn $part<T: Serialize + ?Sized>(&mut self, $($name: &'static str,)? part: &T) -> Done {
+                part.serialize(&mut **self)
+            }
+
+            #[inline(always)]
+            fn end(self) -> Done {
+                Ok(())
+            }
+        }
+    };
+}
+
+parts!(SerializeSeq, serialize_element);
+parts!(SerializeTuple, serialize_element);
+parts!(SerializeTupleStruct, serialize_field);
+parts!(SerializeTupleVariant, serialize_field);
+parts!(SerializeStruct, serialize_field, _name);
+parts!(SerializeStructVariant, serialize_field, _name);
+
+impl ser::SerializeMap for &mut Encoder<'_> {
+    type Ok = ();
+    type Error = Refused;
+
+    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Done {
+        key.serialize(&mut **self)
+    }
+
+    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Done {
+        value.serialize(&mut **self)
+    }
+
+    fn end(self) -> Done {
+        Ok(())
+    }
+}
