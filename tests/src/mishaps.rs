@@ -174,8 +174,8 @@ impl Team {
             }
             match std::mem::replace(&mut self.members[rank].state, State::Alive) {
                 State::Alive => {}
-                State::Silent(report) => {
-                    self.simulation.report(*report);
+                State::Silent(mut report) => {
+                    self.simulation.report(&mut report);
                 }
                 State::Dead => {
                     let name = self.simulation.setup().scenario.robots[rank].name.clone();
@@ -194,7 +194,7 @@ impl Team {
         let mut space = Workspace::default();
         member.radio.collect(&message.manifest, &mut space.arrived);
         member.agent.step(Box::new(message.clone()), &mut space);
-        let (report, broadcasts) = (space.report, space.broadcasts);
+        let (mut report, broadcasts) = (space.report, space.broadcasts);
         // Broadcasts are on the air before the report, whatever becomes of it.
         for broadcast in broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {
@@ -209,14 +209,14 @@ impl Team {
         if dies {
             member.state = State::Dead;
             if self.chance.random_bool(0.5) {
-                self.simulation.report(report);
+                self.simulation.report(&mut report);
             }
             self.simulation.gone(robot, member.incarnation);
         } else if stalls {
             member.state = State::Silent(Box::new(report));
             self.simulation.stall(robot);
         } else {
-            self.simulation.report(report);
+            self.simulation.report(&mut report);
         }
     }
 

@@ -28,8 +28,8 @@ use alliance_proto::tick::{ManifestEntry, Report};
 
 use crate::input::Input;
 
-use place::Place;
 pub use place::Presence;
+use place::{Listing, Place};
 
 /// Most broadcasts that one robot may send in one tick; a report that claims more is malformed.
 const MAX_BROADCASTS: u16 = 256;
@@ -60,11 +60,11 @@ pub struct Question {
     pub last_counted: Option<Tick>,
 }
 
-/// The reports that count in a tick, and who died in it.
+/// Whose reports count in a tick, and who died in it.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
-    /// By rank; `None` where the robot did not count.
-    pub reports: Vec<Option<Report>>,
+    /// By rank: whether the robot counted.
+    pub counted: Vec<bool>,
     /// Robots whose agents died in this tick, by rank.
     pub dead: Vec<RobotId>,
     /// What came from outside during this tick.
@@ -226,7 +226,7 @@ impl Barrier {
             Presence::Present | Presence::Silent | Presence::Entering { again: true } => {
                 place.suspended = false;
                 place.manifest.clear();
-                let counted_now = place.report.is_some().then_some(self.tick);
+                let counted_now = place.answer.is_some().then_some(self.tick);
                 // A doomed robot that owes its report has died of something else.
                 let owes =
                     place.presence == Presence::Present && place.asked && counted_now.is_none();
@@ -353,7 +353,7 @@ impl Barrier {
     }
 
     /// An agent's report.
-    pub fn report(&mut self, report: Report) -> Verdict {
+    pub fn report(&mut self, report: &Report) -> Verdict {
         let Some(place) = self.places.get_mut(report.robot.index()) else {
             return Verdict::Malformed;
         };
@@ -376,7 +376,7 @@ impl Barrier {
         if place.presence != Presence::Present
             || place.gone
             || !place.asked
-            || place.report.is_some()
+            || place.answer.is_some()
             || report.tick != self.tick
         {
             return Verdict::Stale;
@@ -384,14 +384,17 @@ impl Barrier {
         if report.broadcasts > MAX_BROADCASTS {
             return Verdict::Malformed;
         }
-        let robot = report.robot.index();
-        self.places[robot].report = Some(report);
+        place.answer = Some(Listing {
+            incarnation: report.incarnation,
+            broadcasts: report.broadcasts,
+        });
         Verdict::Counted
     }
 
-    /// The reports of the current tick so far, by rank.
-    pub fn reports(&self) -> impl Iterator<Item = &Report> {
-        self.places.iter().filter_map(|place| place.report.as_ref())
+    /// Whether a report of the robot counts in the current tick.
+    #[must_use]
+    pub fn has_answered(&self, robot: RobotId) -> bool {
+        self.places[robot.index()].answer.is_some()
     }
 
     /// Whether the robot's agent has died in the current tick.
@@ -420,7 +423,7 @@ impl Barrier {
             && place.presence == Presence::Present
             && place.asked
             && !place.gone
-            && place.report.is_none()
+            && place.answer.is_none()
     }
 
     /// Starts the clock if every robot has arrived; says whether it runs.
@@ -468,7 +471,7 @@ impl Barrier {
             self.list_all(air);
         }
         for (index, place) in self.places.iter_mut().enumerate() {
-            if place.presence != Presence::Present || place.gone || place.report.is_some() {
+            if place.presence != Presence::Present || place.gone || place.answer.is_some() {
                 continue;
             }
             if !std::mem::replace(&mut place.asked, true) {
@@ -504,7 +507,7 @@ impl Barrier {
     pub fn is_complete(&self) -> bool {
         let is_open = |place: usize| {
             let place = &self.places[place];
-            place.presence == Presence::Present && !place.gone && place.report.is_none()
+            place.presence == Presence::Present && !place.gone && place.answer.is_none()
         };
         let before = self.open.get();
         let open = (before..self.places.len())
@@ -517,7 +520,7 @@ impl Barrier {
     /// Ends the current tick: what counts in it is written to `gathered`. The next one begins, with whoever has arrived
     /// meanwhile.
     pub fn finish(&mut self, air: &impl Air, gathered: &mut Gathered) {
-        gathered.reports.clear();
+        gathered.counted.clear();
         gathered.dead.clear();
         gathered.dead.append(&mut self.dead);
         gathered.inputs.clear();
@@ -530,39 +533,24 @@ impl Barrier {
         };
         gathered.inputs.sort_by_cached_key(rank);
         self.list_all(air);
-        for place in &mut self.places {
-            place.asked = false;
-            place.listed = false;
-            // A report of a life that has been succeeded in this very tick counts, but not for its successor.
-            if let Some(report) = &place.report
-                && report.incarnation == place.incarnation
-            {
-                place.last_counted = Some(self.tick);
-            }
-            gathered.reports.push(place.report.take());
-        }
-        // A robot is deaf in ticks in which it did not count.
-        for (place, report) in self.places.iter_mut().zip(&gathered.reports) {
-            if report.is_none() {
-                place.manifest.clear();
-            }
-        }
         for (index, place) in self.places.iter_mut().enumerate() {
-            place.doomed = false;
-            if std::mem::take(&mut place.gone) {
-                let succeeded = matches!(
-                    place.presence,
-                    Presence::Invited | Presence::Entering { again: false }
-                );
-                if !succeeded {
-                    place.presence = Presence::Empty;
+            let answer = place.answer.take();
+            gathered.counted.push(answer.is_some());
+            match answer {
+                // A report of a life that has been succeeded in this very tick counts, but not for its successor.
+                Some(answer) if answer.incarnation == place.incarnation => {
+                    place.last_counted = Some(self.tick);
                 }
-                place.manifest.clear();
+                Some(_) => {}
+                // A robot is deaf in ticks in which it did not count.
+                None => place.manifest.clear(),
+            }
+            if place.end_tick() {
                 gathered.dead.push(RobotId(index as u16));
             }
+            place.enter(false, &mut self.inputs);
         }
         self.tick += 1;
-        self.enter();
     }
 
     /// Puts the broadcasts of all reports into the manifests of all teammates in range that take part, those of doomed robots
@@ -570,18 +558,18 @@ impl Barrier {
     fn list_all(&mut self, air: &impl Air) {
         for sender in 0..self.places.len() {
             let place = &mut self.places[sender];
-            let Some(report) = &place.report else {
+            let Some(answer) = place.answer else {
                 continue;
             };
-            if std::mem::replace(&mut place.listed, true) || place.doomed || report.broadcasts == 0
+            if std::mem::replace(&mut place.listed, true) || place.doomed || answer.broadcasts == 0
             {
                 continue;
             }
             let entry = ManifestEntry {
-                sender: report.robot,
-                tick: report.tick,
-                incarnation: report.incarnation,
-                count: report.broadcasts,
+                sender: RobotId(sender as u16),
+                tick: self.tick,
+                incarnation: answer.incarnation,
+                count: answer.broadcasts,
                 link: None,
             };
             air.for_each_hearer(entry.sender, |hearer| {

@@ -356,9 +356,7 @@ impl<S: Sink> Team<S> {
         agent.step(message, space);
         self.air
             .send(message.tick, robot, &mut space.broadcasts, &mut space.spent);
-        let spent = self.simulation.spent_report();
-        let report = std::mem::replace(&mut space.report, spent);
-        self.simulation.report(report);
+        self.simulation.report(&mut space.report);
     }
 
     fn name(&self, robot: RobotId) -> &str {

@@ -71,7 +71,7 @@ impl Traffic {
                         }
                     }
                 }
-                simulation.report(space.report);
+                simulation.report(&mut space.report);
             }
             if simulation.is_complete() {
                 simulation.finish(&mut recorder).unwrap();

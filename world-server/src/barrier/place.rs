@@ -2,7 +2,7 @@
 
 use alliance_proto::ids::{Incarnation, Tick};
 use alliance_proto::scenario::Robot;
-use alliance_proto::tick::{ManifestEntry, Report};
+use alliance_proto::tick::ManifestEntry;
 
 use crate::input::Input;
 
@@ -24,6 +24,14 @@ pub enum Presence {
     Silent,
 }
 
+/// What the barrier keeps of a report that counts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Listing {
+    /// The life that it is of: a successor may have the place by now.
+    pub incarnation: Incarnation,
+    pub broadcasts: u16,
+}
+
 /// One robot's place.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
@@ -38,8 +46,8 @@ pub(super) struct Place {
     pub unanswered: Tick,
     /// Whether the current tick has been sent to it.
     pub asked: bool,
-    /// Its answer to the current tick.
-    pub report: Option<Report>,
+    /// What of its answer to the current tick is to be listed.
+    pub answer: Option<Listing>,
     /// Its answer has been listed in the manifests of its teammates.
     pub listed: bool,
     /// Its process died in this tick.
@@ -67,7 +75,7 @@ impl Place {
             manifest: Vec::new(),
             unanswered: 0,
             asked: false,
-            report: None,
+            answer: None,
             listed: false,
             gone: false,
             absent: robot.absent,
@@ -76,6 +84,23 @@ impl Place {
             expected: false,
             late: false,
         }
+    }
+
+    /// The tick is over: says whether the agent died in it.
+    pub fn end_tick(&mut self) -> bool {
+        (self.asked, self.listed, self.doomed) = (false, false, false);
+        let died = std::mem::take(&mut self.gone);
+        if died {
+            let succeeded = matches!(
+                self.presence,
+                Presence::Invited | Presence::Entering { again: false }
+            );
+            if !succeeded {
+                self.presence = Presence::Empty;
+            }
+            self.manifest.clear();
+        }
+        died
     }
 
     /// Who is about to enter takes part from now on.

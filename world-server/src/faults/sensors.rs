@@ -119,6 +119,9 @@ impl Sensors {
         readings: &mut Readings,
     ) -> Vec<FaultIndex> {
         let mut hits = Vec::new();
+        if self.broken.is_empty() {
+            return hits;
+        }
         let luck = &mut self.robots[robot.index()].luck;
         let broken = self.broken.iter_mut();
         for broken in broken.filter(|broken| broken.robot == robot) {

@@ -10,12 +10,11 @@ use std::thread::{self, JoinHandle};
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
-use alliance_proto::tick::{Report, TickMessage};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 
 use super::encode::{self, Names};
-use super::{BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
+use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
 use crate::input::Input;
 
 /// Most ticks that go over together.
@@ -147,8 +146,7 @@ struct Kept {
     now: SimTime,
     inputs: Vec<Input>,
     bodies: Vec<BodyRecord>,
-    sent: Vec<TickMessage>,
-    reports: Vec<Option<Report>>,
+    answers: Vec<Answer>,
     events: Vec<Event>,
     items: ItemCounts,
     last_report: Option<SimTime>,
@@ -161,8 +159,7 @@ impl Kept {
             now: record.now,
             inputs: record.inputs.to_vec(),
             bodies: record.bodies.to_vec(),
-            sent: record.sent.to_vec(),
-            reports: record.reports.to_vec(),
+            answers: record.answers.to_vec(),
             events: record.events.to_vec(),
             items: record.items,
             last_report: record.last_report,
@@ -175,8 +172,7 @@ impl Kept {
             now: self.now,
             inputs: &self.inputs,
             bodies: &self.bodies,
-            sent: &self.sent,
-            reports: &self.reports,
+            answers: &self.answers,
             events: &self.events,
             items: self.items,
             last_report: self.last_report,

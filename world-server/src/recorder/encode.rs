@@ -141,7 +141,7 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
         line(kind, [robot, subject, "", &detail]);
     }
     for counted in record.counted() {
-        let report = counted.report;
+        let report = &counted.report;
         let robot = names.robot(report.robot);
         for change in &report.changes {
             let reason = change.reason.describe(|robot| names.robot(robot));

@@ -27,6 +27,7 @@ pub enum Section {
 impl Section {
     /// The `section` column of ticks.csv.
     #[must_use]
+    #[inline(always)]
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Inputs => "inputs",
@@ -40,40 +41,50 @@ impl Section {
     }
 }
 
+/// Hashes a section.
+#[derive(Clone, Default)]
+pub(super) struct SectionHash {
+    /// Encoding of the section at hand; kept for its memory.
+    encoded: Vec<u8>,
+}
+
+impl SectionHash {
+    pub fn of(&mut self, content: &impl Serialize) -> u64 {
+        self.encoded.clear();
+        codec::append(content, &mut self.encoded)
+            // Sections are plain data of known length and the destination is memory, so nothing is left to fail.
+            .expect("a section can be encoded");
+        xxh3_64(&self.encoded)
+    }
+}
+
 /// The streaming hash of a run.
 #[derive(Clone, Default)]
 pub(super) struct RunHash {
     run: Xxh3,
-    /// Encoding of the section at hand; kept for its memory.
-    encoded: Vec<u8>,
+    /// What the tick at hand adds. It goes over in one go: an update costs more than the few bytes of a section.
+    tick: Vec<u8>,
 }
 
 impl RunHash {
     /// Begins a tick.
     pub fn tick(&mut self, tick: Tick) {
-        self.run.update(&tick.to_le_bytes());
+        self.tick.clear();
+        self.tick.extend_from_slice(&tick.to_le_bytes());
     }
 
-    /// Hashes a section of a robot, or of the world, and adds it to the run.
-    pub fn section(
-        &mut self,
-        robot: Option<RobotId>,
-        section: Section,
-        content: &impl Serialize,
-    ) -> u64 {
-        self.encoded.clear();
-        codec::append(content, &mut self.encoded)
-            // Sections are plain data of known length and the destination is memory, so nothing is left to fail.
-            .expect("a section can be encoded");
-        let hash = xxh3_64(&self.encoded);
+    /// Adds the hash of a section of a robot, or of the world.
+    #[inline(always)]
+    pub fn section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
         let rank = robot.map_or(u16::MAX, |robot| robot.0);
-        // In one go: an update costs more than the few bytes that it takes.
-        self.encoded.clear();
-        self.encoded.extend_from_slice(&rank.to_le_bytes());
-        self.encoded.extend_from_slice(section.as_str().as_bytes());
-        self.encoded.extend_from_slice(&hash.to_le_bytes());
-        self.run.update(&self.encoded);
-        hash
+        self.tick.extend_from_slice(&rank.to_le_bytes());
+        self.tick.extend_from_slice(section.as_str().as_bytes());
+        self.tick.extend_from_slice(&hash.to_le_bytes());
+    }
+
+    /// Ends the tick.
+    pub fn end_tick(&mut self) {
+        self.run.update(&self.tick);
     }
 
     /// Hash of the run so far.

@@ -1,7 +1,7 @@
 //! The log of a run (DESIGN §8): encoding here, files in [`Folder`] alone.
 //!
-//! After every tick the simulation hands a [`TickRecord`] to the [`Recorder`]. It hashes the tick section by section, adds
-//! rows to the tables that the [`LogLevel`] keeps, and writes them out in large pieces; in a run by processes it does so in the
+//! What a robot senses and does is hashed section by section when its report comes ([`Answers`]). After every tick the simulation hands
+//! a [`TickRecord`] to the [`Recorder`]. It adds the tick to the hash of the run, adds rows to the tables that the [`LogLevel`] keeps, and writes them out in large pieces; in a run by processes it does so in the
 //! [`Background`]. [`RunLog`] reads a folder back.
 //!
 //! **Seals.** ticks.csv is written last and tells what counts. Beside the hash of each [`Section`] it holds, of the robot
@@ -11,6 +11,7 @@
 //! At [`LogLevel::Full`] each tick is sealed; at [`LogLevel::Summary`] the first one of each second of simulated time and
 //! the last of the run.
 
+mod answers;
 mod background;
 mod encode;
 mod hash;
@@ -35,19 +36,19 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
-use serde::Serialize;
 
 use encode::Names;
-use hash::RunHash;
+use hash::{RunHash, SectionHash};
 use on_their_way::OnTheirWay;
 use pages::Pages;
 use run_file::Tally;
 
+pub use answers::{Answer, Answers};
 pub use background::Background;
 pub use hash::Section;
 pub use level::LogLevel;
 pub use read::{ReadError, RunLog, Seal};
-pub use record::{BodyRecord, Counted, Event, EventKind, FaultEvent, TickRecord};
+pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
 pub use rows::{EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow};
 pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
 pub use sink::{Document, Folder, Memory, Sink};
@@ -113,6 +114,7 @@ pub struct Recorder<S> {
     sink: S,
     pages: Pages,
     hash: RunHash,
+    section: SectionHash,
     tally: Tally,
     /// Messages whose rows are still to come.
     on_their_way: OnTheirWay,
@@ -138,6 +140,7 @@ impl<S: Sink> Recorder<S> {
             sink,
             pages: Pages::new(level),
             hash: RunHash::default(),
+            section: SectionHash::default(),
             tally: Tally::new(setup),
             on_their_way: OnTheirWay::default(),
             mission: None,
@@ -238,38 +241,36 @@ impl<S: Sink> Recorder<S> {
         Ok(run)
     }
 
-    fn hash_sections(&mut self, record: &TickRecord<'_>) {
+    fn hash_tick(&mut self, record: &TickRecord<'_>) {
         self.hash.tick(record.tick);
         if !record.inputs.is_empty() {
-            self.section(record, None, Section::Inputs, &record.inputs);
+            let hash = self.section.of(&record.inputs);
+            self.add_section(record, None, Section::Inputs, hash);
         }
-        for counted in record.counted() {
-            let report = counted.report;
-            let robot = Some(report.robot);
-            self.section(record, robot, Section::Readings, counted.readings);
-            if report.broadcasts > 0 || !report.receptions.is_empty() {
-                let messages = (report.broadcasts, &report.receptions);
-                self.section(record, robot, Section::Messages, &messages);
-            }
-            let motivations = (&report.motivations, &report.changes, &report.notes);
-            self.section(record, robot, Section::Motivations, &motivations);
-            self.section(record, robot, Section::Commands, &report.actuation);
+        for answer in record.counted() {
+            let robot = Some(answer.report.robot);
+            answer.for_each_section(|section, hash| self.add_section(record, robot, section, hash));
         }
         if !record.events.is_empty() {
-            self.section(record, None, Section::Events, &record.events);
+            let hash = self.section.of(&record.events);
+            self.add_section(record, None, Section::Events, hash);
         }
         let state = (record.bodies, record.items, record.last_report);
-        self.section(record, None, Section::State, &state);
+        let hash = self.section.of(&state);
+        self.add_section(record, None, Section::State, hash);
+        self.hash.end_tick();
     }
 
-    fn section(
+    /// Inlined, so that the lengths of the sections' names are known.
+    #[inline(always)]
+    fn add_section(
         &mut self,
         record: &TickRecord<'_>,
         robot: Option<RobotId>,
         section: Section,
-        content: &impl Serialize,
+        hash: u64,
     ) {
-        let hash = self.hash.section(robot, section, content);
+        self.hash.section(robot, section, hash);
         if self.level == LogLevel::Full {
             let robot = robot.map_or(WORLD, |robot| self.names.robot(robot));
             let at = (record.tick, record.now);
@@ -299,7 +300,7 @@ impl<S: Sink> Recorder<S> {
 impl<S: Sink> Record for Recorder<S> {
     /// Writes, as [`Recorder::flush`] does, when enough has gathered.
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
-        self.hash_sections(record);
+        self.hash_tick(record);
         self.tally.add(record);
         self.latest = Some((record.tick, record.now));
 

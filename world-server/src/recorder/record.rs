@@ -3,13 +3,13 @@
 use std::fmt;
 
 use alliance_proto::ids::{RobotId, SetId, Tick};
-use alliance_proto::readings::{Pose, Readings};
+use alliance_proto::readings::Pose;
 use alliance_proto::telemetry::{NoteKind, SetState};
-use alliance_proto::tick::{Report, TickMessage};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use serde::{Serialize, Serializer};
 
+use super::answers::Answer;
 use crate::input::Input;
 
 /// Everything that happened in one tick.
@@ -23,10 +23,8 @@ pub struct TickRecord<'a> {
     pub inputs: &'a [Input],
     /// Every robot's body, counted in or not, by rank.
     pub bodies: &'a [BodyRecord],
-    /// What each robot was sent, by rank; of account only where its report is there.
-    pub sent: &'a [TickMessage],
-    /// What each agent did, by rank; `None` where no report of it counts in this tick.
-    pub reports: &'a [Option<Report>],
+    /// What each agent did, by rank.
+    pub answers: &'a [Answer],
     /// What the world did in this tick's step, in order. Inputs, state changes and notes need no entry here: their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.
     pub events: &'a [Event],
@@ -37,15 +35,9 @@ pub struct TickRecord<'a> {
 }
 
 impl<'a> TickRecord<'a> {
-    /// The robots that count, by rank.
-    pub fn counted(&self) -> impl Iterator<Item = Counted<'a>> + use<'a> {
-        let robots = self.sent.iter().zip(self.reports);
-        robots.filter_map(|(sent, report)| {
-            Some(Counted {
-                readings: &sent.readings,
-                report: report.as_ref()?,
-            })
-        })
+    /// The answers that count, by rank.
+    pub fn counted(&self) -> impl Iterator<Item = &'a Answer> + use<'a> {
+        self.answers.iter().filter(|answer| answer.counts)
     }
 }
 
@@ -65,15 +57,6 @@ pub struct BodyRecord {
     pub energy_j: Option<f32>,
     /// Behavior set that its agent last reported as active, in this tick or before.
     pub active: Option<SetId>,
-}
-
-/// A robot's part in a tick that counts.
-#[derive(Clone, Copy, Debug)]
-pub struct Counted<'a> {
-    /// What the robot sensed.
-    pub readings: &'a Readings,
-    /// What its agent did about it.
-    pub report: &'a Report,
 }
 
 /// A row of events.csv.

@@ -144,9 +144,9 @@ impl Tally {
                 self.robots[rank].lives += 1;
             }
         }
-        for (figures, report) in self.robots.iter_mut().zip(record.reports) {
-            if let Some(report) = report {
-                figures.add(report);
+        for (figures, answer) in self.robots.iter_mut().zip(record.answers) {
+            if answer.counts {
+                figures.add(&answer.report);
             }
         }
         for event in record.events {

@@ -33,7 +33,9 @@ use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::input::Input;
 use crate::interruption::{Interruption, InterruptionHandler};
-use crate::recorder::{BodyRecord, Event, EventKind, FaultEvent, Record, RecordError, TickRecord};
+use crate::recorder::{
+    Answer, Answers, BodyRecord, Event, EventKind, FaultEvent, Record, RecordError, TickRecord,
+};
 use crate::world::{World, WorldEvent};
 
 use acts::{Act, Acts};
@@ -50,8 +52,7 @@ pub struct Simulation {
     messages: Vec<TickMessage>,
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<SetId>>,
-    /// Motivations that each robot last reported, by rank.
-    motivations: Vec<Vec<Motivation>>,
+    answers: Answers,
     schedule: Schedule,
     links: Links,
     sensors: Sensors,
@@ -81,8 +82,6 @@ pub struct Simulation {
     memories: Memories,
     unscripted: bool,
     outcome: Option<Outcome>,
-    /// Reports that have had their tick; kept for their memory.
-    spent: Vec<Report>,
     buffers: Buffers,
 }
 
@@ -109,7 +108,7 @@ impl Simulation {
             barrier,
             messages: vec![TickMessage::default(); robots],
             active: vec![None; robots],
-            motivations: vec![Vec::new(); robots],
+            answers: Answers::new(robots),
             schedule: Schedule::default(),
             links: Links::new(&setup),
             sensors: Sensors::new(&setup),
@@ -129,7 +128,6 @@ impl Simulation {
             memories: Memories::new(robots),
             unscripted: false,
             outcome: None,
-            spent: Vec::new(),
             buffers: Buffers::default(),
             setup,
         };
@@ -310,7 +308,7 @@ impl Simulation {
             entry.link = self.links.state(entry.sender, robot);
         }
         message.held = self.links.held(robot);
-        message.readings = self.world.readings(robot);
+        self.world.sense(robot, &mut message.readings);
         let hits = self
             .sensors
             .distort(robot, message.tick, &mut message.readings);
@@ -340,22 +338,28 @@ impl Simulation {
         self.actuators.begin(self.schedule.in_force());
     }
 
-    /// An agent's report.
-    pub fn report(&mut self, report: Report) -> Verdict {
-        if !self.is_well_formed(&report) {
+    /// An agent's report. One that counts is exchanged for that robot's report before, for its memory.
+    pub fn report(&mut self, report: &mut Report) -> Verdict {
+        if !self.is_well_formed(report) {
             return Verdict::Malformed;
         }
-        let in_order = self.setup.alliance.switches.step_order == StepOrder::InOrder;
-        let seen = (in_order && self.schedule.waiting().next().is_some()).then(|| report.clone());
         let verdict = self.barrier.report(report);
         if verdict == Verdict::Counted {
+            let robot = report.robot;
+            let told = &self.messages[robot.index()];
+            self.answers.take(&told.readings, report);
             // Before the next robot is asked, and hears of it.
-            if let Some(report) = seen {
+            if self.steps_in_order() && self.schedule.waiting().next().is_some() {
+                let report = self.answers.report(robot).clone();
                 self.trigger_by_report(&report);
             }
             self.settle();
         }
         verdict
+    }
+
+    fn steps_in_order(&self) -> bool {
+        self.setup.alliance.switches.step_order == StepOrder::InOrder
     }
 
     /// Once everybody has reported: what that triggers, and the kills of this tick.
@@ -364,11 +368,12 @@ impl Simulation {
             return;
         }
         self.settled = true;
-        let in_order = self.setup.alliance.switches.step_order == StepOrder::InOrder;
-        if !in_order && self.schedule.waiting().next().is_some() {
-            let reports: Vec<Report> = self.barrier.reports().cloned().collect();
-            for report in &reports {
-                self.trigger_by_report(report);
+        if !self.steps_in_order() && self.schedule.waiting().next().is_some() {
+            for robot in self.barrier.robots() {
+                if self.barrier.has_answered(robot) {
+                    let report = self.answers.report(robot).clone();
+                    self.trigger_by_report(&report);
+                }
             }
         }
         for act in std::mem::take(&mut self.executions) {
@@ -391,18 +396,14 @@ impl Simulation {
         let mut buffers = std::mem::take(&mut self.buffers);
         let gathered = &mut buffers.gathered;
         self.barrier.finish(&self.world, gathered);
-        let (reports, dead) = (&mut gathered.reports, &gathered.dead);
+        let dead = &gathered.dead;
         (self.interrupted, self.opened, self.settled) = (false, false, false);
+        let mut answers = std::mem::take(&mut self.answers);
+        answers.count(&gathered.counted);
         let mut inputs = std::mem::take(&mut self.inputs);
         inputs.append(&mut gathered.inputs);
         inputs.append(&mut self.failures);
-        self.note_losses(reports, tick, &mut inputs);
-        self.count_messages(reports);
-        for (active, report) in self.active.iter_mut().zip(reports.iter()) {
-            if let Some(report) = report {
-                *active = active_set(report);
-            }
-        }
+        self.take_note(now, answers.all(), &mut inputs);
         for robot in dead {
             self.active[robot.index()] = None;
         }
@@ -411,15 +412,12 @@ impl Simulation {
 
         let commands = &mut buffers.commands;
         commands.clear();
-        commands.extend(
-            reports
-                .iter()
-                .map(|report| Some(report.as_ref()?.actuation)),
-        );
-        for (robot, command) in self.barrier.robots().zip(commands.iter_mut()) {
-            for fault in self.actuators.disobey(robot, command) {
+        for (robot, answer) in self.barrier.robots().zip(answers.all()) {
+            let mut command = answer.counts.then_some(answer.report.actuation);
+            for fault in self.actuators.disobey(robot, &mut command) {
                 self.hit(fault, 1);
             }
+            commands.push(command);
         }
         let mut happened = self.world.step(commands);
         happened.extend(
@@ -435,34 +433,21 @@ impl Simulation {
             now,
             inputs: &inputs,
             bodies: &buffers.bodies,
-            sent: &self.messages,
-            reports,
+            answers: answers.all(),
             events: &events,
             items: self.world.item_counts(),
             last_report: self.world.last_report(),
         })?;
-        self.memories.remember(now, reports);
-        for (known, report) in self.motivations.iter_mut().zip(reports.iter_mut()) {
-            if let Some(report) = report {
-                std::mem::swap(known, &mut report.motivations);
-            }
-        }
-        self.spent.extend(reports.drain(..).flatten());
-        self.spent.truncate(self.messages.len());
+        self.answers = answers;
         self.buffers = buffers;
         self.outcome = self.decide_outcome();
         Ok(())
     }
 
-    /// A report that has had its tick, for its memory, or a new one: contents are of no account.
-    pub fn spent_report(&mut self) -> Report {
-        self.spent.pop().unwrap_or_default()
-    }
-
     /// The motivations that a robot last reported, in the order of the catalog.
     #[must_use]
     pub fn motivations(&self, robot: RobotId) -> &[Motivation] {
-        &self.motivations[robot.index()]
+        &self.answers.report(robot).motivations
     }
 
     /// The tasks and behavior sets of the run.
@@ -496,48 +481,53 @@ impl Simulation {
         })
     }
 
-    /// What link faults have done to messages.
-    fn count_messages(&mut self, reports: &[Option<Report>]) {
+    /// What the run remembers of the answers that count.
+    fn take_note(&mut self, now: SimTime, answers: &[Answer], inputs: &mut Vec<Input>) {
         let mut hits: Vec<FaultIndex> = Vec::new();
-        for report in reports.iter().flatten() {
-            for reception in &report.receptions {
-                if reception.fate != Fate::Heard {
-                    hits.extend(self.links.causes(report.robot, reception));
-                }
+        for answer in answers.iter().filter(|answer| answer.counts) {
+            let report = &answer.report;
+            self.active[report.robot.index()] = active_set(report);
+            self.memories.remember(now, report);
+            if !report.receptions.is_empty() {
+                self.note_losses(report, inputs);
+                self.note_hits(report, &mut hits);
             }
         }
         for fault in hits {
             self.hit(fault, 1);
         }
+        if !inputs.is_empty() {
+            tracing::debug!(tick = self.barrier.tick() - 1, ?inputs, "inputs");
+        }
+    }
+
+    /// What link faults have done to messages.
+    fn note_hits(&self, report: &Report, hits: &mut Vec<FaultIndex>) {
+        for reception in &report.receptions {
+            if reception.fate != Fate::Heard {
+                hits.extend(self.links.causes(report.robot, reception));
+            }
+        }
     }
 
     /// Losses that nobody asked for are inputs: a replay repeats them.
-    fn note_losses(&mut self, reports: &[Option<Report>], tick: Tick, inputs: &mut Vec<Input>) {
-        let name = |robot: RobotId| {
-            let robot = self.setup.scenario.robots.get(robot.index());
-            robot.map_or_else(String::new, |robot| robot.name.clone())
-        };
-        for report in reports.iter().flatten() {
-            let mut index = 0;
-            let mut before = None;
-            for reception in &report.receptions {
-                // Receptions come by (sender, tick, index): the index starts again with each sender and tick.
-                let from = Some((reception.sender, reception.sent));
-                index = if from == before { index + 1 } else { 0 };
-                before = from;
-                if reception.fate == Fate::Lost {
-                    self.unscripted = true;
-                    inputs.push(Input::Lost {
-                        receiver: name(report.robot),
-                        sender: name(reception.sender),
-                        sent_tick: reception.sent.0 / self.setup.scenario.step_ms,
-                        index,
-                    });
-                }
+    fn note_losses(&mut self, report: &Report, inputs: &mut Vec<Input>) {
+        let mut index = 0;
+        let mut before = None;
+        for reception in &report.receptions {
+            // Receptions come by (sender, tick, index): the index starts again with each sender and tick.
+            let from = Some((reception.sender, reception.sent));
+            index = if from == before { index + 1 } else { 0 };
+            before = from;
+            if reception.fate == Fate::Lost {
+                self.unscripted = true;
+                inputs.push(Input::Lost {
+                    receiver: self.name(report.robot).to_owned(),
+                    sender: self.name(reception.sender).to_owned(),
+                    sent_tick: reception.sent.0 / self.setup.scenario.step_ms,
+                    index,
+                });
             }
-        }
-        if !inputs.is_empty() {
-            tracing::debug!(tick, ?inputs, "inputs");
         }
     }
 

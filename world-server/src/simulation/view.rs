@@ -44,28 +44,26 @@ impl Memories {
         }
     }
 
-    /// A tick has ended with these reports, by rank.
-    pub fn remember(&mut self, now: SimTime, reports: &[Option<Report>]) {
-        for report in reports.iter().flatten() {
-            let rank = report.robot.index();
-            if self.lives[rank] != report.incarnation {
-                self.lives[rank] = report.incarnation;
-                self.since[rank].clear();
-                self.began[rank] = now;
+    /// A report that counts in a tick.
+    pub fn remember(&mut self, now: SimTime, report: &Report) {
+        let rank = report.robot.index();
+        if self.lives[rank] != report.incarnation {
+            self.lives[rank] = report.incarnation;
+            self.since[rank].clear();
+            self.began[rank] = now;
+        }
+        for change in &report.changes {
+            self.since[rank].insert(change.set, now);
+        }
+        for &reception in &report.receptions {
+            if self.messages.len() == MESSAGES_MAX {
+                self.messages.pop_front();
+                self.left_out += 1;
             }
-            for change in &report.changes {
-                self.since[rank].insert(change.set, now);
-            }
-            for &reception in &report.receptions {
-                if self.messages.len() == MESSAGES_MAX {
-                    self.messages.pop_front();
-                    self.left_out += 1;
-                }
-                self.messages.push_back(MessageView {
-                    receiver: report.robot,
-                    reception,
-                });
-            }
+            self.messages.push_back(MessageView {
+                receiver: report.robot,
+                reception,
+            });
         }
     }
 

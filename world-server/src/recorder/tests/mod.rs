@@ -14,7 +14,7 @@ use alliance_proto::team::{BroadcastKind, TaskState};
 use alliance_proto::telemetry::{
     Fate, Motivation, Note, NoteKind, Reason, Reception, Said, SetState, StateChange,
 };
-use alliance_proto::tick::{Outcome, Report, TickMessage};
+use alliance_proto::tick::{Outcome, Report};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use glam::Vec2;
@@ -40,25 +40,18 @@ struct OwnedTick {
 impl OwnedTick {
     fn record(&self, recorder: &mut impl Record) -> Result<(), RecordError> {
         let bodies: Vec<_> = self.robots.iter().map(|(body, _)| *body).collect();
-        let sent = self.robots.iter().map(|(_, counted)| TickMessage {
-            readings: counted
-                .as_ref()
-                .map(|(readings, _)| readings.clone())
-                .unwrap_or_default(),
-            ..TickMessage::default()
-        });
-        let sent: Vec<_> = sent.collect();
-        let reports = self.robots.iter();
-        let reports: Vec<_> = reports
-            .map(|(_, counted)| counted.as_ref().map(|(_, report)| report.clone()))
-            .collect();
+        let mut answers = Answers::new(self.robots.len());
+        for (readings, report) in self.robots.iter().filter_map(|(_, it)| it.as_ref()) {
+            answers.take(readings, &mut report.clone());
+        }
+        let counted: Vec<_> = self.robots.iter().map(|(_, it)| it.is_some()).collect();
+        answers.count(&counted);
         recorder.record(&TickRecord {
             tick: self.tick,
             now: self.now,
             inputs: &self.inputs,
             bodies: &bodies,
-            sent: &sent,
-            reports: &reports,
+            answers: answers.all(),
             events: &self.events,
             items: self.items,
             last_report: self.last_report,

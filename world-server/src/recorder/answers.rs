@@ -1,0 +1,118 @@
+//! What the agents did, hashed section by section as it comes.
+//!
+//! Not at the end of the tick: when a report comes its memory is at hand, and a world that waits for other robots has the time.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::Readings;
+use alliance_proto::telemetry::Motivation;
+use alliance_proto::tick::Report;
+
+use super::hash::{Section, SectionHash};
+
+/// The latest answer of each robot.
+#[derive(Clone, Default)]
+pub struct Answers {
+    by_rank: Vec<Answer>,
+    hash: SectionHash,
+}
+
+/// A robot's part in a tick.
+#[derive(Clone, Debug, Default)]
+pub struct Answer {
+    /// Whether it counts in the tick at hand.
+    pub counts: bool,
+    /// What the agent did; where that does not count, what it did last.
+    pub report: Report,
+    hashes: Option<Hashes>,
+}
+
+/// Hashes of a robot's sections.
+#[derive(Clone, Copy, Debug)]
+struct Hashes {
+    readings: u64,
+    /// In ticks with messages.
+    messages: Option<u64>,
+    motivations: u64,
+    commands: u64,
+}
+
+impl Answers {
+    /// Nobody has answered yet.
+    #[must_use]
+    pub fn new(robots: usize) -> Self {
+        Self {
+            by_rank: vec![Answer::default(); robots],
+            hash: SectionHash::default(),
+        }
+    }
+
+    /// A robot that was told these readings has answered with a report. Its report before goes where this one was, for its
+    /// memory.
+    ///
+    /// # Panics
+    /// If the report is of a robot that there is not.
+    pub fn take(&mut self, readings: &Readings, report: &mut Report) {
+        let answer = &mut self.by_rank[report.robot.index()];
+        std::mem::swap(&mut answer.report, report);
+        let (before, now) = (&*report, &answer.report);
+        let has_messages = now.broadcasts > 0 || !now.receptions.is_empty();
+        answer.hashes = Some(Hashes {
+            readings: self.hash.of(readings),
+            messages: has_messages.then(|| self.hash.of(&(now.broadcasts, &now.receptions))),
+            motivations: match answer.hashes {
+                // A robot at work has the same motivations for many ticks.
+                Some(hashes) if have_same_motivations(before, now) => hashes.motivations,
+                _ => self.hash.of(&(&now.motivations, &now.changes, &now.notes)),
+            },
+            commands: self.hash.of(&now.actuation),
+        });
+    }
+
+    /// Says whose answers count in the tick at hand, by rank.
+    pub fn count(&mut self, counted: &[bool]) {
+        for (answer, counts) in self.by_rank.iter_mut().zip(counted) {
+            answer.counts = *counts;
+        }
+    }
+
+    /// All of them, by rank.
+    #[must_use]
+    pub fn all(&self) -> &[Answer] {
+        &self.by_rank
+    }
+
+    /// The latest report of a robot; an empty one before its first.
+    ///
+    /// # Panics
+    /// If there is no such robot.
+    #[must_use]
+    pub fn report(&self, robot: RobotId) -> &Report {
+        &self.by_rank[robot.index()].report
+    }
+}
+
+impl Answer {
+    /// Calls this with each section and its hash.
+    #[inline(always)]
+    pub(super) fn for_each_section(&self, mut take: impl FnMut(Section, u64)) {
+        if let Some(hashes) = &self.hashes {
+            take(Section::Readings, hashes.readings);
+            if let Some(messages) = hashes.messages {
+                take(Section::Messages, messages);
+            }
+            take(Section::Motivations, hashes.motivations);
+            take(Section::Commands, hashes.commands);
+        }
+    }
+}
+
+/// Whether the sections of motivations have the same bits.
+fn have_same_motivations(a: &Report, b: &Report) -> bool {
+    let is_quiet = |report: &Report| report.changes.is_empty() && report.notes.is_empty();
+    let bits = |it: &Motivation| (it.motivation.to_bits(), it.impatience.to_bits());
+    let same = |(a, b): (&Motivation, &Motivation)| a == b && bits(a) == bits(b);
+    is_quiet(a)
+        && is_quiet(b)
+        && a.motivations.len() == b.motivations.len()
+        && a.motivations.iter().zip(&b.motivations).all(same)
+}
