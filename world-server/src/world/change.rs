@@ -168,7 +168,10 @@ impl World {
 
     /// Whether a robot's body fits there. It may touch what is solid, but for rounding.
     fn is_free(&self, robot: RobotId, center: Vec2) -> bool {
-        self.solids_for(robot, center, self.body.radius_m)
+        let still = self.space.solids_near(center, self.body.radius_m);
+        let others = self.solid_teammates(robot, center, self.body.radius_m);
+        still
+            .chain(others)
             .all(|solid| solid.surface(center).0 >= self.body.radius_m - ROUNDING_M)
     }
 }

@@ -24,6 +24,7 @@ impl World {
             let mut edge_m = f32::INFINITY;
             for component in self.components_for(
                 robot,
+                false,
                 body.position(),
                 f32::INFINITY,
                 Penetrability::changes_speed,
@@ -50,23 +51,23 @@ impl World {
         }
     }
 
-    /// What the ground sensor tells; beyond the border the ground is solid.
-    pub(super) fn ground(&self, robot: RobotId) -> Ground {
+    /// What the ground sensor tells; beyond the border the ground is solid. `alone`: no other body is near.
+    pub(super) fn ground(&self, robot: RobotId, alone: bool) -> Ground {
         let body = &self.robots[robot.index()];
         let ahead = body.position() + body.ahead * (2.0 * self.body.radius_m);
         Ground {
-            here: self.penetrability_at(body.position(), robot),
-            ahead: self.penetrability_at(ahead, robot),
+            here: self.penetrability_at(body.position(), robot, alone),
+            ahead: self.penetrability_at(ahead, robot, alone),
         }
     }
 
-    fn penetrability_at(&self, point: Vec2, robot: RobotId) -> f32 {
+    fn penetrability_at(&self, point: Vec2, robot: RobotId, alone: bool) -> f32 {
         if point.cmplt(Vec2::ZERO).any() || point.cmpgt(self.space.size).any() {
             return 0.0;
         }
         let changes_anything = |it: Penetrability| it != Penetrability::NEUTRAL;
         let there = self
-            .components_for(robot, point, 0.0, changes_anything)
+            .components_for(robot, alone, point, 0.0, changes_anything)
             .filter(|component| component.outline().contains(point));
         there
             .fold(None, |slowest, component| {
@@ -75,17 +76,18 @@ impl World {
             .unwrap_or(1.0)
     }
 
-    /// What of the floor and of other bodies has such a penetrability and is within reach of a point, and some that is not
-    /// within reach.
+    /// What of the floor, and of other bodies unless it is alone, has such a penetrability and is within reach of a point, and
+    /// some that is not within reach.
     fn components_for(
         &self,
         robot: RobotId,
+        alone: bool,
         point: Vec2,
         reach_m: f32,
         matters: fn(Penetrability) -> bool,
     ) -> impl Iterator<Item = &Component> + '_ {
         // All bodies are alike.
-        let bodies = matters(Penetrability(self.body.robot_penetrability));
+        let bodies = !alone && matters(Penetrability(self.body.robot_penetrability));
         let others = bodies.then(|| self.teammates(robot, point, reach_m));
         let rectangles = self.space.rectangles().iter();
         rectangles

@@ -78,6 +78,8 @@ pub struct World {
     space: Space,
     /// By rank.
     robots: Vec<Robot>,
+    /// Whether any of them has aspects.
+    has_aspects: bool,
     /// Ranks of those that are there, by their centers.
     bodies: Grid,
     /// `None` where all hear all.
@@ -179,6 +181,9 @@ impl World {
             step: SimTime(scenario.step_ms),
             body,
             sensors: scenario.sensors,
+            has_aspects: robots
+                .iter()
+                .any(|robot| !robot.component.aspects.is_empty()),
             robots,
             bodies,
             waste: Waste::new(scenario, setup.seed, &space),
@@ -201,7 +206,9 @@ impl World {
             }
             self.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
         }
-        self.evolve_aspects(&mut events);
+        if self.has_aspects {
+            self.evolve_aspects(&mut events);
+        }
         self.now = self.now + self.step;
         events
     }

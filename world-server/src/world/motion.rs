@@ -47,15 +47,17 @@ impl World {
     pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<Stop> {
         let body = &self.robots[robot.index()];
         let reach_m = max_m + self.body.radius_m + SKIN_M;
-        let stops = self.solids_for(robot, body.position(), reach_m);
-        let stops = stops.filter_map(|solid| {
+        let still = self.space.solids_near(body.position(), reach_m);
+        let others = self.solid_teammates(robot, body.position(), reach_m);
+        let stops = still.chain(others).filter_map(|solid| {
             solid.sweep(body.position(), self.body.radius_m, body.ahead, max_m)
         });
         stops.fold(None, |nearest, stop| Stop::nearer(nearest, Some(stop)))
     }
 
-    /// Everything that is solid to a robot and within reach of a point, and some that is not.
-    pub(super) fn solids_for(
+    /// The bodies of all other robots within reach of a point, and some that are not; none where robots are no obstacles to each
+    /// other.
+    pub(super) fn solid_teammates(
         &self,
         robot: RobotId,
         point: Vec2,
@@ -63,8 +65,7 @@ impl World {
     ) -> impl Iterator<Item = Outline> + '_ {
         let solid = Penetrability(self.body.robot_penetrability).is_solid();
         let others = solid.then(|| self.teammates(robot, point, reach_m));
-        let others = others.into_iter().flatten().map(Component::outline);
-        self.space.solids().chain(others)
+        others.into_iter().flatten().map(Component::outline)
     }
 
     /// The bodies of all other robots within reach of a point, and some that are not.
@@ -97,7 +98,12 @@ fn finite(value: f32) -> f32 {
 
 /// An angle as one in (-π, π].
 pub(crate) fn wrapped(angle_rad: f32) -> f32 {
-    let angle_rad = libm::remainderf(angle_rad, TAU);
+    // The remainder of such an angle is the angle itself.
+    let angle_rad = if angle_rad.abs() <= PI {
+        angle_rad
+    } else {
+        libm::remainderf(angle_rad, TAU)
+    };
     if angle_rad <= -PI { PI } else { angle_rad }
 }
 

@@ -7,42 +7,59 @@ use glam::Vec2;
 
 use super::motion::bearing;
 use super::outline::Stop;
-use super::{Robot, World};
+use super::{Robot, SKIN_M, World};
 
 impl World {
     /// What a robot senses now. All devices that it has are intact here: faults act on the readings.
     #[must_use]
     pub fn readings(&self, robot: RobotId) -> Readings {
+        let mut readings = Readings::default();
+        self.sense(robot, &mut readings);
+        readings
+    }
+
+    /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for what is small when it is written and
+    /// then copied as a whole is waited for.
+    pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
         let body = &self.robots[robot.index()];
         let position = body.position();
-        Readings {
-            pose: Some(body.component.pose),
-            front_border: Some(self.border(position, body.ahead)),
-            side_border: body
-                .side_sensor
-                .then(|| self.border(position, body.ahead.perp())),
-            proximity: Some(self.proximity(robot)),
-            waste: Some(self.waste_near(body)),
-            zone: Some(self.waste.zone(position)),
-            report_site: Some(self.waste.is_report_site(position)),
-            holding: Some(body.carrying.is_some()),
-            ground: Some(self.ground(robot)),
-            energy_j: self.energy_j(robot),
-        }
+        // The ground that is sensed ahead is nearer than that, too.
+        let near_m = self.proximity_reach_m() + SKIN_M;
+        let alone = self.teammates(robot, position, near_m).next().is_none();
+        readings.pose = Some(body.component.pose);
+        readings.front_border = Some(self.border(position, body.ahead));
+        readings.side_border = body
+            .side_sensor
+            .then(|| self.border(position, body.ahead.perp()));
+        self.proximity(
+            robot,
+            alone,
+            readings.proximity.insert(Proximity::default()),
+        );
+        self.waste_near(body, readings.waste.insert(SensedWaste::new()));
+        readings.zone = Some(self.waste.zone(position));
+        readings.report_site = Some(self.waste.is_report_site(position));
+        readings.holding = Some(body.carrying.is_some());
+        readings.ground = Some(self.ground(robot, alone));
+        readings.energy_j = self.energy_j(robot);
+    }
+
+    /// How far from a robot's center its avoidance sensor reaches, m: the beams begin at the hull.
+    fn proximity_reach_m(&self) -> f32 {
+        2.0 * self.body.radius_m + self.sensors.avoidance_range_m
     }
 
     /// Distance from the edge of a body to the border in that direction, within range.
     fn border(&self, position: Vec2, direction: Vec2) -> Option<f32> {
         let reach_m = self.body.radius_m + self.sensors.border_range_m;
-        let walls = self.space.walls().into_iter();
-        let stops = walls
-            .filter(|wall| !wall.is_beyond(position, reach_m))
-            .map(|wall| wall.cast_ray(position, direction, reach_m, 0.0));
+        let walls = self.space.walls_near(position, reach_m);
+        let stops = walls.map(|wall| wall.cast_ray(position, direction, reach_m, 0.0));
         let stop = stops.fold(None, Stop::nearer)?;
         Some((stop.way_m - self.body.radius_m).max(0.0))
     }
 
-    fn proximity(&self, robot: RobotId) -> Proximity {
+    /// `alone`: no other body is near.
+    fn proximity(&self, robot: RobotId, alone: bool, proximity: &mut Proximity) {
         let Robot {
             component, ahead, ..
         } = &self.robots[robot.index()];
@@ -56,8 +73,10 @@ impl World {
         let mut ahead_stops = [None; 2];
         let mut left_stops = [None; 3];
         let mut right_stops = [None; 3];
-        let reach_m = 2.0 * radius_m + range_m;
-        for solid in self.solids_for(robot, center, reach_m) {
+        let reach_m = self.proximity_reach_m();
+        let others = (!alone).then(|| self.solid_teammates(robot, center, reach_m));
+        let solids = self.space.solids_near(center, reach_m);
+        for solid in solids.chain(others.into_iter().flatten()) {
             if solid.is_beyond(center, reach_m) {
                 continue;
             }
@@ -83,19 +102,17 @@ impl World {
                 normal_rad: bearing(ahead, stop.normal),
             })
         };
-        Proximity {
-            ahead: [
-                hit(ahead_stops[0], radius_m),
-                hit(middle, 0.0),
-                hit(ahead_stops[1], radius_m),
-            ],
-            left: left_stops.map(|stop| hit(stop, radius_m)),
-            right: right_stops.map(|stop| hit(stop, radius_m)),
-        }
+        proximity.ahead = [
+            hit(ahead_stops[0], radius_m),
+            hit(middle, 0.0),
+            hit(ahead_stops[1], radius_m),
+        ];
+        proximity.left = left_stops.map(|stop| hit(stop, radius_m));
+        proximity.right = right_stops.map(|stop| hit(stop, radius_m));
     }
 
     /// The nearest items on the floor within range, nearest first, in the robot's frame.
-    fn waste_near(&self, body: &Robot) -> SensedWaste {
+    fn waste_near(&self, body: &Robot, sensed: &mut SensedWaste) {
         let reach_m = self.body.radius_m + self.sensors.waste_range_m;
         let mut near = ArrayVec::<(f32, ItemId, Vec2), WASTE_MOST>::new();
         // Of many, most are farther away than the farthest of those that are told.
@@ -121,8 +138,7 @@ impl World {
             }
         }
         let left = body.ahead.perp();
-        near.into_iter()
-            .map(|(_, _, offset)| Vec2::new(body.ahead.dot(offset), left.dot(offset)))
-            .collect()
+        let in_frame = |offset| Vec2::new(body.ahead.dot(offset), left.dot(offset));
+        sensed.extend(near.into_iter().map(|(_, _, offset)| in_frame(offset)));
     }
 }

@@ -73,15 +73,30 @@ impl Space {
         ]
     }
 
+    /// The sides of the border within reach of a point.
+    pub fn walls_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + use<> {
+        // Few robots are near any of them.
+        let near = point.min(self.size - point).min_element() <= reach_m;
+        let walls = near.then(|| self.walls());
+        let walls = walls.into_iter().flatten();
+        walls.filter(move |wall| !wall.is_beyond(point, reach_m))
+    }
+
     /// Everything solid: the border and the solid rectangles.
     pub fn solids(&self) -> impl Iterator<Item = Outline> + '_ {
-        let solid = self
-            .rectangles
-            .iter()
-            .filter(|rectangle| rectangle.penetrability.is_solid());
-        self.walls()
-            .into_iter()
-            .chain(solid.map(Component::outline))
+        self.walls().into_iter().chain(self.solid_rectangles())
+    }
+
+    /// Everything solid within reach of a point, and some that is not.
+    pub fn solids_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + '_ {
+        let walls = self.walls_near(point, reach_m);
+        walls.chain(self.solid_rectangles())
+    }
+
+    fn solid_rectangles(&self) -> impl Iterator<Item = Outline> + '_ {
+        let rectangles = self.rectangles.iter();
+        let solid = rectangles.filter(|rectangle| rectangle.penetrability.is_solid());
+        solid.map(Component::outline)
     }
 
     /// Whether a disc fits there with that much clearance from everything solid.

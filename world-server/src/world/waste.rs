@@ -3,7 +3,7 @@
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::readings::{Pose, Zone};
 use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::{Scenario, Spill, Spot};
+use alliance_proto::scenario::{Scenario, Spill};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use glam::Vec2;
@@ -66,14 +66,11 @@ pub(super) struct Waste {
     counts: ItemCounts,
     pub item_radius_m: f32,
     pub last_report: Option<SimTime>,
-    spills: Vec<Outline>,
-    /// The spills by their centers.
-    spill_centers: Grid,
-    spill_radius_m: f32,
-    deposits: Vec<Outline>,
-    /// The deposits by their centers.
-    deposit_centers: Grid,
-    deposit_radius_m: f32,
+    /// Deposits and spills.
+    zones: Vec<(Zone, Outline)>,
+    /// The same by their centers, and how far the largest reaches from its own, m.
+    zone_centers: Grid,
+    zone_reach_m: f32,
     report_site: Outline,
     color: SimTime,
 }
@@ -81,14 +78,20 @@ pub(super) struct Waste {
 impl Waste {
     pub fn new(scenario: &Scenario, seed: u64, space: &Space) -> Self {
         let waste = &scenario.waste;
-        let (spills, spill_centers) = discs(
-            scenario,
-            waste.spills.iter().map(Spill::spot),
-            waste.spill_radius_m,
-        );
-        let deposits: Vec<Spot> = waste.deposits().collect();
-        let (deposits, deposit_centers) =
-            discs(scenario, deposits.into_iter(), waste.deposit.radius_m);
+        let spills = waste.spills.iter().map(Spill::spot);
+        let spills = spills.map(|spot| (Zone::Spill, spot, waste.spill_radius_m));
+        let deposits = waste.deposits();
+        let deposits = deposits.map(|spot| (Zone::Deposit, spot, waste.deposit.radius_m));
+        let zone_reach_m = waste.spill_radius_m.max(waste.deposit.radius_m);
+        let discs: Vec<_> = deposits.chain(spills).collect();
+        let mut zone_centers = Grid::new(space.size, zone_reach_m, discs.len());
+        let zones = discs.into_iter().enumerate();
+        let zones = zones.map(|(index, (zone, spot, radius_m))| {
+            let center = spot.in_room(&scenario.room);
+            zone_centers.insert(index, center);
+            (zone, Outline::Disc { center, radius_m })
+        });
+        let zones = zones.collect();
         let sensed_m = scenario.body.radius_m + scenario.sensors.waste_range_m;
         let places = places_of_items(scenario, seed, space);
         let mut new = Self {
@@ -97,12 +100,9 @@ impl Waste {
             counts: ItemCounts::default(),
             item_radius_m: waste.item_radius_m,
             last_report: None,
-            spills,
-            spill_centers,
-            spill_radius_m: waste.spill_radius_m,
-            deposits,
-            deposit_centers,
-            deposit_radius_m: waste.deposit.radius_m,
+            zones,
+            zone_centers,
+            zone_reach_m,
             report_site: report_site(scenario),
             color: SimTime::from_secs_f64(waste.report_site.color_s),
         };
@@ -124,8 +124,7 @@ impl Waste {
     }
 
     pub fn is_deposit(&self, point: Vec2) -> bool {
-        let mut near = self.deposit_centers.near(point, self.deposit_radius_m);
-        near.any(|(deposit, _)| self.deposits[deposit].contains(point))
+        self.zone(point) == Zone::Deposit
     }
 
     pub fn is_report_site(&self, point: Vec2) -> bool {
@@ -134,16 +133,17 @@ impl Waste {
 
     /// Where a spill overlaps the deposit, it is the deposit.
     pub fn zone(&self, point: Vec2) -> Zone {
-        if self.is_deposit(point) {
-            Zone::Deposit
-        } else {
-            let mut near = self.spill_centers.near(point, self.spill_radius_m);
-            if near.any(|(spill, _)| self.spills[spill].contains(point)) {
-                Zone::Spill
-            } else {
-                Zone::None
+        let mut found = Zone::None;
+        for (index, _) in self.zone_centers.near(point, self.zone_reach_m) {
+            let (zone, outline) = self.zones[index];
+            if zone != found && outline.contains(point) {
+                found = zone;
+                if found == Zone::Deposit {
+                    break;
+                }
             }
         }
+        found
     }
 
     pub fn counts(&self) -> ItemCounts {
@@ -210,23 +210,6 @@ impl Waste {
         self.last_report
             .is_some_and(|report| now.since(report) < self.color)
     }
-}
-
-/// Discs of that radius, and a grid of their centers.
-fn discs(
-    scenario: &Scenario,
-    spots: impl ExactSizeIterator<Item = Spot>,
-    radius_m: f32,
-) -> (Vec<Outline>, Grid) {
-    let room = &scenario.room;
-    let size = Vec2::new(room.width_m, room.height_m);
-    let mut centers = Grid::new(size, radius_m, spots.len());
-    let discs = spots.enumerate().map(|(index, spot)| {
-        let center = spot.in_room(room);
-        centers.insert(index, center);
-        Outline::Disc { center, radius_m }
-    });
-    (discs.collect(), centers)
 }
 
 /// At the left wall, centered in y, cut off at the border.
