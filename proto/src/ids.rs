@@ -31,7 +31,9 @@ impl fmt::Display for RobotId {
 pub struct TaskId(pub u16);
 
 /// A behavior set, by its place in [`crate::scenario::Catalog::sets`]; the same for every robot that has it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub struct SetId(pub u16);
 
 impl TaskId {

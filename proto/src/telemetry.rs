@@ -34,7 +34,7 @@ impl SetState {
 }
 
 /// One row of motivations.csv: a motivational behavior at the end of a step, with the factors of eq. 2.7.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motivation {
     /// The behavior set.
     pub set: SetId,

@@ -108,6 +108,11 @@ impl Links {
     ) {
         heard.inbox.clear();
         heard.receptions.clear();
+        if tick.manifest.is_empty() && self.kept.is_empty() && self.copies.is_empty() {
+            // As in most ticks.
+            arrived.clear();
+            return;
+        }
         // Before what ripens now leaves its own copies. Of one that came while the robot took no part nothing is left to say.
         let copies = std::mem::take(&mut self.copies);
         let copies = copies.into_iter().filter(|copy| copy.at == tick.now);

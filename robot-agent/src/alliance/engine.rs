@@ -126,7 +126,6 @@ impl Engine {
             changes,
             announcements,
         } = output;
-        motivations.clear();
         changes.clear();
         announcements.clear();
         self.evaluate(input, changes, motivations);
@@ -145,7 +144,7 @@ impl Engine {
             .announce(now, &self.config, &self.behaviors, &happened, announcements);
     }
 
-    /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Gives a row per own
+    /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Writes a row per own
     /// set, but for its state.
     fn evaluate(
         &mut self,
@@ -153,15 +152,17 @@ impl Engine {
         changes: &mut Vec<StateChange>,
         rows: &mut Vec<Motivation>,
     ) {
+        rows.resize(self.behaviors.len(), Motivation::default());
         let before = self.active_index();
-        let first = before.map(|index| self.evaluate_set(index, false, input, changes));
+        if let Some(index) = before {
+            self.evaluate_set(index, false, input, changes, &mut rows[index]);
+        }
         self.arbitrate(input.now, changes);
         let suppressed = self.active_index().is_some();
-        for index in 0..self.behaviors.len() {
-            rows.push(match first {
-                Some(row) if before == Some(index) => row,
-                _ => self.evaluate_set(index, suppressed, input, changes),
-            });
+        for (index, row) in rows.iter_mut().enumerate() {
+            if before != Some(index) {
+                self.evaluate_set(index, suppressed, input, changes, row);
+            }
         }
     }
 
@@ -171,7 +172,8 @@ impl Engine {
         suppressed: bool,
         input: &StepInput<'_>,
         changes: &mut Vec<StateChange>,
-    ) -> Motivation {
+        row: &mut Motivation,
+    ) {
         let config = &self.config;
         let now = input.now;
         let params = &config.sets[index];
@@ -205,16 +207,14 @@ impl Engine {
         {
             changes.push(behavior.enter(Stance::Hibernating, reason));
         }
-        Motivation {
-            set: behavior.set,
-            motivation: behavior.motivation,
-            impatience,
-            sensory_feedback: factors.sensory_feedback,
-            activity_suppression: factors.activity_suppression,
-            impatience_reset: factors.reset_by.is_none(),
-            acquiescence: factors.acquiescence.is_none(),
-            state: behavior.stance.state(),
-        }
+        // One after the other, for what is small when it is written and then copied as a whole is waited for.
+        row.set = behavior.set;
+        row.motivation = behavior.motivation;
+        row.impatience = impatience;
+        row.sensory_feedback = factors.sensory_feedback;
+        row.activity_suppression = factors.activity_suppression;
+        row.impatience_reset = factors.reset_by.is_none();
+        row.acquiescence = factors.acquiescence.is_none();
     }
 
     /// The active set gives way if as many teammates as may execute the task have better claims; it waits, at θ.

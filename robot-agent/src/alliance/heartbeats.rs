@@ -68,7 +68,7 @@ impl Heartbeats {
         happened: &Happened<'_>,
         announcements: &mut Vec<Announcement>,
     ) {
-        if config.switches.release_message {
+        if config.switches.release_message && !happened.changes.is_empty() {
             announcements.extend(released(now, config, behaviors, happened));
         }
 

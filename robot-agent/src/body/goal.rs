@@ -1,5 +1,7 @@
 //! Where a robot wants to get.
 
+use std::ops::Range;
+
 use glam::Vec2;
 
 /// Where a robot wants to get.
@@ -68,8 +70,55 @@ impl Goal {
     }
 }
 
-/// Length of a vector, with the same bits on every platform.
+/// Length of a vector, with the same bits on every platform: those of [`libm::hypotf`].
 #[must_use]
 pub fn length(vector: Vec2) -> f32 {
-    libm::hypotf(vector.x, vector.y)
+    // Squares of such numbers neither overflow nor vanish, so that they need not be scaled.
+    const USUAL: Range<f32> = 1e-15..1e15;
+    if USUAL.contains(&vector.abs().max_element()) {
+        let (x, y) = (f64::from(vector.x), f64::from(vector.y));
+        ((x * x + y * y) as f32).sqrt()
+    } else {
+        libm::hypotf(vector.x, vector.y)
+    }
+}
+
+/// Whether a vector is shorter than that: the same as `length(vector) < limit_m`, mostly without a root.
+#[must_use]
+pub fn is_shorter(vector: Vec2, limit_m: f32) -> bool {
+    // No vector is shorter than its longer coordinate, rounded or not.
+    vector.abs().max_element() < limit_m && length(vector) < limit_m
+}
+
+/// Whether a vector is longer than that: the same as `length(vector) > limit_m`, mostly without a root.
+#[must_use]
+pub fn is_longer(vector: Vec2, limit_m: f32) -> bool {
+    vector.abs().max_element() > limit_m || length(vector) > limit_m
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_length_has_the_bits_of_hypotf(x in any::<f32>(), y in any::<f32>(), apart in -40..40_i32) {
+            let near = f32::from_bits(x.to_bits() & 0x807f_ffff | 0x3f80_0000);
+            let scaled = near * 2.0_f32.powi(apart);
+            let few = [x, y, near, scaled, 0.0, -0.0, 1.0, 3e-16, f32::MAX, f32::INFINITY, f32::NAN];
+            for x in few {
+                for y in few {
+                    let expected = libm::hypotf(x, y);
+                    let found = length(Vec2::new(x, y));
+                    prop_assert!(found == expected || (found.is_nan() && expected.is_nan()), "{x} {y}: {found} {expected}");
+                    for limit in [expected, expected.next_up(), expected.next_down(), 0.3, f32::NAN] {
+                        prop_assert_eq!(is_shorter(Vec2::new(x, y), limit), expected < limit, "{} {}", x, y);
+                        prop_assert_eq!(is_longer(Vec2::new(x, y), limit), expected > limit, "{} {}", x, y);
+                    }
+                }
+            }
+        }
+    }
 }

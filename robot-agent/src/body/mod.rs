@@ -15,12 +15,17 @@ pub use detour::Side;
 pub use goal::Goal;
 pub use navigator::{Drive, Navigator, Status, Surroundings, Teammate};
 
-use std::f32::consts::TAU;
+use std::f32::consts::{PI, TAU};
 
 /// The same angle in [-π, π], rad.
 #[must_use]
 pub fn wrap(angle: f32) -> f32 {
-    libm::remainderf(angle, TAU)
+    // The remainder of such an angle is the angle itself.
+    if angle.abs() <= PI {
+        angle
+    } else {
+        libm::remainderf(angle, TAU)
+    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use alliance_proto::scenario::BehaviorKind;
 use alliance_proto::team::Body;
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
-use glam::Vec2;
 
 use super::briefing::{Briefing, OwnSet};
 use super::extremes::Extremes;
@@ -87,7 +86,7 @@ impl WasteMission {
         action.actuation.gripper = Gripper::Drop;
         self.work = None;
         let Some(pose) = readings.pose else { return };
-        let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
+        let ahead = self.facing.ahead(pose.heading_rad);
         let at = pose.position + ahead * self.briefing.chassis.radius_m;
         action.notes.push(Note {
             kind: NoteKind::PutDown,
@@ -163,7 +162,7 @@ impl WasteMission {
         sight: &Sight,
         action: &mut Action,
     ) {
-        let Some(places) = places(&self.briefing, &self.memory) else {
+        let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
             return;
         };
         let scene = Scene {
@@ -206,8 +205,10 @@ impl WasteMission {
         readings: &Readings,
         action: &mut Action,
     ) {
-        let (Some(places), Some(pose)) = (places(&self.briefing, &self.memory), readings.pose)
-        else {
+        let (Some(places), Some(pose)) = (
+            places(&self.briefing, &self.memory, &self.realms),
+            readings.pose,
+        ) else {
             return;
         };
         match errand(

@@ -1,8 +1,12 @@
 //! Where spills and deposits are, relative to the border (thesis §4.1.1.1): the same for all robots of a run.
 
+use std::cell::Cell;
+
 use alliance_proto::scenario::{Scenario, Spill, Spot};
 use alliance_proto::team::Locations;
 use glam::Vec2;
+
+use crate::body::goal::is_shorter;
 
 /// Up to so many places are simply looked at one after the other.
 const FEW: usize = 16;
@@ -29,13 +33,15 @@ impl Map {
         }
     }
 
-    /// Where things are in a border of these extremes.
-    pub(super) fn places(&self, border: &Locations) -> Places<'_> {
+    /// Where things are in a border of these extremes. `realms` are those of the robot that asks.
+    pub(super) fn places<'a>(&'a self, border: &Locations, realms: &'a Realms) -> Places<'a> {
+        realms.keep_for(*border);
         let size = border.max - border.min;
         let left = border.min + Vec2::new(0.0, 0.5) * size;
         let half = Vec2::new(0.0, self.site_size.y / 2.0);
         Places {
             map: self,
+            realms,
             min: border.min,
             size,
             site_min: (left - half).max(border.min),
@@ -44,10 +50,41 @@ impl Map {
     }
 }
 
+/// Where a spot is known to be the nearest of its kind: a robot asks for it many times in a step, mostly near where it asked
+/// before.
+#[derive(Clone, Copy, Debug, Default)]
+struct Realm {
+    /// In a circle round this point, m.
+    center: Vec2,
+    radius_m: f32,
+    spot: u16,
+    /// Where that is, m.
+    at: Vec2,
+}
+
+/// The realms in which a robot was last, for the border that it knows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Realms {
+    border: Cell<Option<Locations>>,
+    spill: Cell<Realm>,
+    deposit: Cell<Realm>,
+}
+
+impl Realms {
+    fn keep_for(&self, border: Locations) {
+        if self.border.get() != Some(border) {
+            self.border.set(Some(border));
+            self.spill.take();
+            self.deposit.take();
+        }
+    }
+}
+
 /// Where things are, once the border is known, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Places<'a> {
     map: &'a Map,
+    realms: &'a Realms,
     min: Vec2,
     size: Vec2,
     /// Corners of the report site.
@@ -58,57 +95,94 @@ pub(super) struct Places<'a> {
 impl Places<'_> {
     /// Center of a spill.
     pub fn spill(&self, spill: u16) -> Vec2 {
-        self.place(self.map.spills.fractions[usize::from(spill)])
+        self.spot(&self.map.spills, spill)
     }
 
     /// The spill whose work it is to carry what lies there.
     pub fn nearest_spill(&self, at: Vec2) -> u16 {
-        self.nearest(&self.map.spills, at)
+        self.realm(&self.map.spills, &self.realms.spill, at).spot
     }
 
     /// Center of the deposit that is nearest to a place.
     pub fn nearest_deposit(&self, at: Vec2) -> Vec2 {
-        let deposits = &self.map.deposits;
-        let nearest = self.nearest(deposits, at);
-        self.place(deposits.fractions[usize::from(nearest)])
+        self.realm(&self.map.deposits, &self.realms.deposit, at).at
     }
 
     fn place(&self, fraction: Vec2) -> Vec2 {
         self.min + fraction * self.size
     }
 
-    /// Of two that are equally near, the first.
-    fn nearest(&self, spots: &Spots, at: Vec2) -> u16 {
+    fn realm(&self, spots: &Spots, last: &Cell<Realm>, at: Vec2) -> Realm {
+        let realm = last.get();
+        if is_shorter(at - realm.center, realm.radius_m) {
+            return realm;
+        }
+        let realm = self.search(spots, at);
+        last.set(realm);
+        realm
+    }
+
+    /// The spot that is nearest to a place, of two that are equally near the first; and how far round it is.
+    fn search(&self, spots: &Spots, at: Vec2) -> Realm {
+        const ROUNDING_M: f32 = 0.01;
         let fraction = (at - self.min) / self.size;
-        let mut around = 0;
+        let mut around = 1.0;
         loop {
-            let block = spots.block(fraction, Vec2::splat(around as f32));
-            let (squared, nearest) = self.nearest_within(spots, &block, at);
+            let block = spots.block(fraction, around);
+            let [nearest, next] = self.two_nearest(spots, &block, at);
             // Nothing outside the block can be nearer than its edge.
-            let sure_m = spots.to_edge(&block, fraction, self.size);
-            if block.is_all(spots.side) || (sure_m > 0.0 && squared <= sure_m * sure_m) {
-                return nearest;
+            let sure_m = if block.is_all(spots.side) {
+                f32::INFINITY
+            } else {
+                spots.to_edge(&block, fraction, self.size).max(0.0)
+            };
+            if nearest.squared <= sure_m * sure_m {
+                let next_m = next.squared.sqrt().min(sure_m);
+                return Realm {
+                    center: at,
+                    radius_m: (next_m - nearest.squared.sqrt()) / 2.0 - ROUNDING_M,
+                    spot: nearest.spot,
+                    at: self.spot(spots, nearest.spot),
+                };
             }
-            if squared.is_finite() {
-                // Nor is anything nearer than this outside the cells that it reaches into; a little more, for rounding.
-                let reach = squared.sqrt() * 1.001 / self.size * spots.side as f32;
-                let block = spots.block(fraction, reach);
-                return self.nearest_within(spots, &block, at).1;
-            }
-            around += 1;
+            around *= 2.0;
         }
     }
 
-    /// The nearest one of a block, and the square of its distance, m²; infinite where there is none.
-    fn nearest_within(&self, spots: &Spots, block: &Block, at: Vec2) -> (f32, u16) {
-        let mut nearest = (f32::INFINITY, 0);
+    fn spot(&self, spots: &Spots, spot: u16) -> Vec2 {
+        self.place(spots.fractions[usize::from(spot)])
+    }
+
+    /// The two nearest ones of a block; infinitely far where there is none.
+    fn two_nearest(&self, spots: &Spots, block: &Block, at: Vec2) -> [Candidate; 2] {
+        let nobody = Candidate {
+            squared: f32::INFINITY,
+            spot: 0,
+        };
+        let mut two = [nobody; 2];
         for &(fraction, spot) in spots.within(block) {
             let squared = (self.place(fraction) - at).length_squared();
-            if squared < nearest.0 || (squared == nearest.0 && spot < nearest.1) {
-                nearest = (squared, spot);
+            let candidate = Candidate { squared, spot };
+            if candidate.is_before(&two[0]) {
+                two = [candidate, two[0]];
+            } else if candidate.is_before(&two[1]) {
+                two[1] = candidate;
             }
         }
-        nearest
+        two
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Candidate {
+    /// Of its distance, m².
+    squared: f32,
+    spot: u16,
+}
+
+impl Candidate {
+    fn is_before(&self, other: &Self) -> bool {
+        self.squared < other.squared || (self.squared == other.squared && self.spot < other.spot)
     }
 }
 
@@ -162,12 +236,10 @@ impl Spots {
         }
     }
 
-    /// The cells up to so many away, in x and y.
-    fn block(&self, fraction: Vec2, around: Vec2) -> Block {
-        let (low, high) = (
-            fraction - around / self.side as f32,
-            fraction + around / self.side as f32,
-        );
+    /// The cells up to so many away.
+    fn block(&self, fraction: Vec2, around: f32) -> Block {
+        let around = Vec2::splat(around / self.side as f32);
+        let (low, high) = (fraction - around, fraction + around);
         Block {
             low: (along(low.x, self.side), along(low.y, self.side)),
             high: (along(high.x, self.side), along(high.y, self.side)),
@@ -238,20 +310,22 @@ mod tests {
             min: Vec2::ZERO,
             max: Vec2::new(12.0, 9.0),
         };
-        let places = map.places(&border);
+        let realms = Realms::default();
+        let places = map.places(&border, &realms);
         assert_eq!(places.nearest_spill(Vec2::new(6.0, 1.0)), 0);
         assert_eq!(places.nearest_spill(Vec2::new(5.9, 1.0)), 1);
         assert_eq!(places.spill(1), Vec2::new(3.0, 4.5));
     }
 
     proptest! {
-        /// Against a look at all of them, also from outside the border and where they crowd.
+        /// Against a look at all of them, also from outside the border and where they crowd; one question after the other,
+        /// also near where the one before was asked.
         #[test]
         fn the_nearest_is_the_nearest(
             spots in prop::collection::vec((0.0..1.0_f32, 0.0..1.0_f32), 1..200),
             crowd in 0.05..1.0_f32,
             size in (1.0..900.0_f32, 1.0..900.0_f32),
-            at in (-0.2..1.2_f32, -0.2..1.2_f32),
+            questions in prop::collection::vec((-0.2..1.2_f32, -0.2..1.2_f32, -9.0..9.0_f32, -9.0..9.0_f32), 1..8),
         ) {
             let spots: Vec<_> = spots.iter().map(|(x, y)| (x * crowd, y)).map(|(x, y)| (x, *y)).collect();
             let map = map(&spots);
@@ -259,13 +333,35 @@ mod tests {
                 min: Vec2::new(3.0, -2.0),
                 max: Vec2::new(3.0 + size.0, size.1 - 2.0),
             };
-            let places = map.places(&border);
-            let at = border.min + Vec2::new(at.0, at.1) * Vec2::new(size.0, size.1);
-            let found = length(places.spill(places.nearest_spill(at)) - at);
-            for spill in 0..spots.len() as u16 {
-                // Of two that are as good as equally near it is either.
-                prop_assert!(found <= length(places.spill(spill) - at) * (1.0 + 1e-6));
+            let realms = Realms::default();
+            let places = map.places(&border, &realms);
+            for (x, y, x_m, y_m) in questions {
+                let at = border.min + Vec2::new(x, y) * Vec2::new(size.0, size.1);
+                for at in [at, at + Vec2::new(x_m, y_m) / 10.0, at + Vec2::new(x_m, y_m)] {
+                    let found = places.nearest_spill(at);
+                    let anew = map.places(&border, &Realms::default()).nearest_spill(at);
+                    prop_assert_eq!(found, anew, "whatever was asked before");
+                    let found = length(places.spill(found) - at);
+                    for spill in 0..spots.len() as u16 {
+                        // Of two that are as good as equally near it is either.
+                        prop_assert!(found <= length(places.spill(spill) - at) * (1.0 + 1e-6));
+                    }
+                }
             }
+        }
+    }
+
+    #[test]
+    fn with_another_border_other_spots_are_near() {
+        let map = map(&[(0.25, 0.5), (0.75, 0.5)]);
+        let realms = Realms::default();
+        for (width, nearest) in [(12.0, 1), (24.0, 0), (12.0, 1)] {
+            let border = Locations {
+                min: Vec2::ZERO,
+                max: Vec2::new(width, 9.0),
+            };
+            let places = map.places(&border, &realms);
+            assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.5)), nearest);
         }
     }
 }

@@ -6,7 +6,7 @@ use alliance_proto::team::{Fact, Knowledge, Locations, LooseWaste, Withdrawal};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
-use crate::body::goal::length;
+use crate::body::goal::{is_shorter, length};
 
 /// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
 const EMPTY_EXPIRES: SimTime = SimTime(180_000);
@@ -245,9 +245,10 @@ impl Memory {
     /// as near as one, and a search in vain has to take back the one that was searched.
     fn loose_at(&self, at: Vec2) -> Option<usize> {
         let loose = self.knowledge.loose.iter();
-        let distances = loose.map(|known| length(known.value.at - at)).enumerate();
-        distances
-            .filter(|&(_, distance)| distance < SAME_PLACE_M)
+        let offsets = loose.map(|known| known.value.at - at).enumerate();
+        offsets
+            .filter(|&(_, offset)| is_shorter(offset, SAME_PLACE_M))
+            .map(|(index, offset)| (index, length(offset)))
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(index, _)| index)
     }

@@ -48,7 +48,7 @@ use crate::roster::Roster;
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
-use map::Places;
+use map::{Places, Realms};
 use memory::Memory;
 use report::Ways;
 use spill::SpillWork;
@@ -72,6 +72,8 @@ pub struct WasteMission {
     navigator: Navigator,
     status: Status,
     position: Option<Vec2>,
+    facing: Facing,
+    realms: Realms,
     holding: bool,
     /// The set that picked up what the robot holds.
     load_of: Option<SetId>,
@@ -112,6 +114,8 @@ impl WasteMission {
             navigator: Navigator::default(),
             status: Status::Going,
             position: None,
+            facing: Facing::default(),
+            realms: Realms::default(),
             holding: false,
             load_of: None,
             pending: None,
@@ -140,7 +144,33 @@ impl WasteMission {
 }
 
 /// Where things are, as far as a robot knows.
-fn places<'a>(briefing: &'a Briefing, memory: &Memory) -> Option<Places<'a>> {
+fn places<'a>(briefing: &'a Briefing, memory: &Memory, realms: &'a Realms) -> Option<Places<'a>> {
     let locations = memory.locations()?;
-    Some(briefing.map.places(&locations.value))
+    Some(briefing.map.places(&locations.value, realms))
+}
+
+/// Unit vector of a heading, kept for the next step: a robot mostly goes straight on.
+#[derive(Clone, Copy, Debug)]
+struct Facing {
+    heading_rad: f32,
+    ahead: Vec2,
+}
+
+impl Default for Facing {
+    fn default() -> Self {
+        Self {
+            heading_rad: 0.0,
+            ahead: Vec2::X,
+        }
+    }
+}
+
+impl Facing {
+    fn ahead(&mut self, heading_rad: f32) -> Vec2 {
+        if self.heading_rad.to_bits() != heading_rad.to_bits() {
+            self.heading_rad = heading_rad;
+            self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
+        }
+        self.ahead
+    }
 }

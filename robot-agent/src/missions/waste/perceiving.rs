@@ -135,7 +135,7 @@ impl WasteMission {
 
     /// Joins what a teammate knows; true if it tells new locations.
     fn learn(&mut self, told: &Knowledge, now: SimTime) -> bool {
-        let places = places(&self.briefing, &self.memory);
+        let places = places(&self.briefing, &self.memory, &self.realms);
         let concern = |at| {
             let spill = places.as_ref().map(|places| places.nearest_spill(at));
             spill.is_none_or(|spill| self.briefing.own_spills.binary_search(&spill).is_ok())
@@ -156,7 +156,7 @@ impl WasteMission {
 
     /// A teammate lost its load somewhere on the way from here to the deposit, since its last heartbeat.
     fn search_later(&mut self, last_place: Vec2, now: SimTime) {
-        let Some(places) = places(&self.briefing, &self.memory) else {
+        let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
             return;
         };
         let way = self.briefing.chassis.speed_m_s * self.briefing.heartbeat.as_secs_f64() as f32;
@@ -169,7 +169,9 @@ impl WasteMission {
 
     /// Own sight of the spills and of what lies loose.
     fn see_waste(&mut self, now: SimTime, readings: &Readings) -> Option<Sight> {
-        let (pose, places) = (readings.pose?, places(&self.briefing, &self.memory)?);
+        let pose = readings.pose?;
+        let ahead = self.facing.ahead(pose.heading_rad);
+        let places = places(&self.briefing, &self.memory, &self.realms)?;
         let own_spill = |at: Vec2, slack: f32| {
             let nearest = places.nearest_spill(at);
             let distance = length(places.spill(nearest) - at);
@@ -180,10 +182,15 @@ impl WasteMission {
         {
             self.memory.confirm();
         }
-        let sight = Sight::of(readings, &self.briefing, &places)?;
+        let sight = Sight::of(readings, ahead, &self.briefing, &places)?;
+        let mut seen = None;
         for &item in &sight.waste {
             match own_spill(item, 0.0) {
-                Some(spill) => self.memory.see_spill(spill, false, now),
+                Some(spill) if seen == Some(spill) => {}
+                Some(spill) => {
+                    self.memory.see_spill(spill, false, now);
+                    seen = Some(spill);
+                }
                 None => self.memory.see_loose(item, true, now),
             }
         }
@@ -200,7 +207,7 @@ impl WasteMission {
 
     /// Whether something is taken to lie loose that is this spill's work.
     fn knows_loose(&self, spill: u16) -> bool {
-        let places = places(&self.briefing, &self.memory);
+        let places = places(&self.briefing, &self.memory, &self.realms);
         places.is_some_and(|places| {
             let mut loose = self.memory.loose();
             loose.any(|place| places.nearest_spill(place) == spill)

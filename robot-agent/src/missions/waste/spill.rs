@@ -10,7 +10,7 @@ use super::map::Places;
 use super::memory::{Memory, SAME_PLACE_M};
 use super::sight::Sight;
 use super::views::{AT_POINT_M, Views};
-use crate::body::goal::length;
+use crate::body::goal::{is_longer, is_shorter, length};
 use crate::body::{Goal, Status};
 
 /// How far inside the deposit's edge the robot lets go when it faces inward, m.
@@ -161,7 +161,8 @@ impl SpillWork {
         self.from_deposit = false;
         // Whatever is in reach will do.
         let nearest = self.seen.iter().chain([&at]).copied();
-        let mut in_reach = nearest.filter(|&item| length(item - scene.sight.position) <= within);
+        let is_near = |item: Vec2| !is_longer(item - scene.sight.position, within);
+        let mut in_reach = nearest.filter(|&item| is_near(item));
         if let Some(item) = in_reach.find(|&item| self.is_mine(scene, item)) {
             self.gripped_at = Some(item);
             return Work::Grip(Gripper::Pick);
@@ -248,7 +249,7 @@ impl SpillWork {
             let known = self
                 .seen
                 .iter()
-                .any(|&seen| length(seen - item) < SAME_ITEM_M);
+                .any(|&seen| is_shorter(seen - item, SAME_ITEM_M));
             if !known && scene.places.nearest_spill(item) == self.spill {
                 self.seen.push(item);
             }
@@ -276,6 +277,6 @@ impl SpillWork {
     fn is_mine(&self, scene: &Scene, item: Vec2) -> bool {
         let mut unreachable = self.unreachable.iter();
         scene.places.nearest_spill(item) == self.spill
-            && !unreachable.any(|&(place, _)| length(place - item) < SAME_PLACE_M / 2.0)
+            && !unreachable.any(|&(place, _)| is_shorter(place - item, SAME_PLACE_M / 2.0))
     }
 }

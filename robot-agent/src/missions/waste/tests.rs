@@ -420,10 +420,12 @@ fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
 #[test]
 fn a_loose_item_is_the_work_of_the_nearer_spill() {
     let robot = robot();
-    let places = robot.mission.briefing.map.places(&Locations {
+    let border = Locations {
         min: Vec2::ZERO,
         max: Vec2::new(12.0, 9.0),
-    });
+    };
+    let realms = Realms::default();
+    let places = robot.mission.briefing.map.places(&border, &realms);
     assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.6)), 0);
     assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.4)), 1);
 }

@@ -52,9 +52,9 @@ impl Views {
 
     /// Joins what is in sight.
     pub fn look(&mut self, sight: &Sight) {
-        for point in &mut self.points {
-            let at_it = length(point.at - sight.position) <= AT_POINT_M;
-            point.seen |= at_it || sight.covers(point.at, self.around_m);
+        for point in self.points.iter_mut().filter(|point| !point.seen) {
+            let at_it = || length(point.at - sight.position) <= AT_POINT_M;
+            point.seen = sight.covers(point.at, self.around_m) || at_it();
         }
     }
 
