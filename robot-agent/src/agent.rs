@@ -9,7 +9,7 @@ use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge};
 use alliance_proto::tick::{Report, TickMessage};
 
-use crate::alliance::{Announcement, Engine, StepInput, StepOutput};
+use crate::alliance::{Announcement, Engine, Parameters, StepInput, StepOutput};
 use crate::links::{Heard, Links};
 use crate::missions::waste::{Action, Map, Perception, WasteMission};
 use crate::roster::Roster;
@@ -31,6 +31,7 @@ pub struct Agent {
 #[derive(Clone, Debug)]
 pub struct Common {
     roster: Arc<Roster>,
+    parameters: Arc<Parameters>,
     map: Arc<Map>,
 }
 
@@ -38,8 +39,10 @@ impl Common {
     /// What the robots of that run know.
     #[must_use]
     pub fn of(setup: &Setup) -> Self {
+        let roster = Roster::of(&setup.scenario);
         Self {
-            roster: Arc::new(Roster::of(&setup.scenario)),
+            parameters: Arc::new(Parameters::of(setup, &roster)),
+            roster: Arc::new(roster),
             map: Arc::new(Map::of(&setup.scenario)),
         }
     }
@@ -83,7 +86,7 @@ impl Agent {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            engine: Engine::new(robot, setup, &common.roster),
+            engine: Engine::new(robot, setup, &common.roster, &common.parameters),
             mission: WasteMission::new(robot, setup, &common.roster, &common.map),
             next_seq: 0,
         }

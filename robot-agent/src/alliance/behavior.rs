@@ -101,9 +101,34 @@ impl Behavior {
             reason,
         }
     }
+}
 
-    /// Whether the set is active.
-    pub fn is_active(&self) -> bool {
-        matches!(self.stance, Stance::Active { .. })
+/// Those sets of a robot that do not hibernate.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Awake {
+    /// The active one, by its place.
+    pub active: Option<usize>,
+    /// How many wait.
+    pub waiting: usize,
+}
+
+impl Awake {
+    /// A set has changed its state.
+    pub fn note(&mut self, place: usize, from: Stance, to: Stance) {
+        match from {
+            Stance::Hibernating => {}
+            Stance::Waiting { .. } => self.waiting -= 1,
+            Stance::Active { .. } => self.active = None,
+        }
+        match to {
+            Stance::Hibernating => {}
+            Stance::Waiting { .. } => self.waiting += 1,
+            Stance::Active { .. } => self.active = Some(place),
+        }
+    }
+
+    /// Whether all sets hibernate.
+    pub fn is_none(&self) -> bool {
+        self.active.is_none() && self.waiting == 0
     }
 }

@@ -8,12 +8,13 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::team::Broadcast;
 use alliance_proto::telemetry::{Motivation, Reason, StateChange};
 use alliance_proto::time::SimTime;
+use smallvec::SmallVec;
 
-use super::behavior::{Behavior, Stance};
+use super::behavior::{Awake, Behavior, Stance};
 use super::heartbeats::{Announcement, Happened, Heartbeats};
 use super::history::History;
 use super::motivation::{self, Factors};
-use super::params::Config;
+use super::params::{Config, Parameters, USUAL_SETS};
 use super::teammates::{Claim, Teammates};
 use crate::roster::Roster;
 
@@ -24,7 +25,8 @@ use crate::roster::Roster;
 #[derive(Clone, Debug)]
 pub struct Engine {
     config: Arc<Config>,
-    behaviors: Vec<Behavior>,
+    behaviors: SmallVec<[Behavior; USUAL_SETS]>,
+    awake: Awake,
     history: History,
     teammates: Teammates,
     heartbeats: Heartbeats,
@@ -66,10 +68,12 @@ impl Engine {
     /// # Panics
     /// If `setup` is not resolved: it must name the robot and hold values for each of its sets and teammates.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster) -> Self {
-        let config = Config::new(robot, setup, roster);
+    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster, parameters: &Parameters) -> Self {
+        let config = Config::new(robot, setup, roster, parameters);
+        let ids = config.sets.iter().map(|set| set.id);
         Self {
-            behaviors: config.set_ids.iter().copied().map(Behavior::new).collect(),
+            behaviors: ids.map(Behavior::new).collect(),
+            awake: Awake::default(),
             history: History::new(config.tasks.len()),
             teammates: Teammates::default(),
             heartbeats: Heartbeats::new(config.sets.len()),
@@ -81,15 +85,14 @@ impl Engine {
     }
 
     /// The robot's own behavior sets, in the catalog's order.
-    #[must_use]
-    pub fn sets(&self) -> &[SetId] {
-        &self.config.set_ids
+    pub fn sets(&self) -> impl Iterator<Item = SetId> + '_ {
+        self.config.sets.iter().map(|set| set.id)
     }
 
     /// The active behavior set: what the robot shall execute.
     #[must_use]
     pub fn active(&self) -> Option<SetId> {
-        self.active_index().map(|index| self.behaviors[index].set)
+        self.awake.active.map(|index| self.behaviors[index].set)
     }
 
     /// How many effects the robot has achieved on a task in this life.
@@ -130,8 +133,10 @@ impl Engine {
         announcements.clear();
         self.evaluate(input, changes, motivations);
         self.choose(now, changes);
-        for (row, behavior) in motivations.iter_mut().zip(&self.behaviors) {
-            row.state = behavior.stance.state();
+        for change in changes.iter() {
+            // The last one of a set tells.
+            let changed = motivations.iter_mut().find(|row| row.set == change.set);
+            changed.into_iter().for_each(|row| row.state = change.to);
         }
         self.started = true;
 
@@ -140,12 +145,18 @@ impl Engine {
             progressed: input.progressed,
             progress: &self.progress,
         };
-        self.heartbeats
-            .announce(now, &self.config, &self.behaviors, &happened, announcements);
+        self.heartbeats.announce(
+            now,
+            &self.config,
+            &self.behaviors,
+            self.awake,
+            &happened,
+            announcements,
+        );
     }
 
     /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Writes a row per own
-    /// set, but for its state.
+    /// set, with its state before the choice.
     fn evaluate(
         &mut self,
         input: &StepInput<'_>,
@@ -153,12 +164,12 @@ impl Engine {
         rows: &mut Vec<Motivation>,
     ) {
         rows.resize(self.behaviors.len(), Motivation::default());
-        let before = self.active_index();
+        let before = self.awake.active;
         if let Some(index) = before {
             self.evaluate_set(index, false, input, changes, &mut rows[index]);
         }
         self.arbitrate(input.now, changes);
-        let suppressed = self.active_index().is_some();
+        let suppressed = self.awake.active.is_some();
         for (index, row) in rows.iter_mut().enumerate() {
             if before != Some(index) {
                 self.evaluate_set(index, suppressed, input, changes, row);
@@ -176,9 +187,9 @@ impl Engine {
     ) {
         let config = &self.config;
         let now = input.now;
-        let params = &config.sets[index];
+        let set = &config.sets[index];
         let behavior = &mut self.behaviors[index];
-        let heard = self.history.about(params.own_task);
+        let heard = self.history.about(set.own_task);
 
         let active_since = match behavior.stance {
             Stance::Active { since, .. } => Some(since),
@@ -190,9 +201,9 @@ impl Engine {
             activity_suppression: !suppressed,
             reset_by: motivation::impatience_reset(heard, now).filter(|_| may_be_reset),
             acquiescence: active_since
-                .and_then(|since| motivation::acquiescence(params, since, heard, now)),
+                .and_then(|since| motivation::acquiescence(&set.params, since, heard, now)),
         };
-        let impatience = motivation::impatience(params, heard, now);
+        let impatience = motivation::impatience(&set.params, heard, now);
         let gain = if self.started {
             impatience * config.step_s
         } else {
@@ -200,13 +211,6 @@ impl Engine {
         };
         let level = motivation::motivation(behavior.motivation, gain, &factors, config.threshold);
         behavior.set_motivation(level, config.threshold, now);
-
-        // An active or waiting set is at θ, so that it falls below by a factor alone.
-        if let Some(reason) = factors.zero()
-            && behavior.stance != Stance::Hibernating
-        {
-            changes.push(behavior.enter(Stance::Hibernating, reason));
-        }
         // One after the other, for what is small when it is written and then copied as a whole is waited for.
         row.set = behavior.set;
         row.motivation = behavior.motivation;
@@ -215,31 +219,51 @@ impl Engine {
         row.activity_suppression = factors.activity_suppression;
         row.impatience_reset = factors.reset_by.is_none();
         row.acquiescence = factors.acquiescence.is_none();
+        row.state = behavior.stance.state();
+
+        // An active or waiting set is at θ, so that it falls below by a factor alone.
+        if behavior.stance != Stance::Hibernating
+            && let Some(reason) = factors.zero()
+        {
+            self.enter(index, Stance::Hibernating, reason, changes);
+        }
+    }
+
+    fn enter(
+        &mut self,
+        index: usize,
+        stance: Stance,
+        reason: Reason,
+        changes: &mut Vec<StateChange>,
+    ) {
+        let behavior = &mut self.behaviors[index];
+        self.awake.note(index, behavior.stance, stance);
+        changes.push(behavior.enter(stance, reason));
     }
 
     /// The active set gives way if as many teammates as may execute the task have better claims; it waits, at θ.
     fn arbitrate(&mut self, now: SimTime, changes: &mut Vec<StateChange>) {
         let config = &self.config;
-        if !config.switches.arbitration {
+        let Some(index) = self.awake.active.filter(|_| config.switches.arbitration) else {
             return;
-        }
-        for (index, behavior) in self.behaviors.iter_mut().enumerate() {
-            let Stance::Active { since, waited_out } = behavior.stance else {
-                continue;
-            };
-            let params = &config.sets[index];
-            let waited = &behavior.waited;
-            let beats = |&claim: &Claim| {
-                claim < (since, config.robot) && !(waited_out && waited.on.contains(&claim.1))
-            };
-            let claims = self.teammates.executing(params.task, params.tau, now);
-            if claims.filter(beats).count() >= params.max_robots {
-                if waited_out {
-                    // It gives way to somebody whom it has not waited for yet.
-                    behavior.waited.spent = SimTime::ZERO;
-                }
-                changes.push(behavior.enter(Stance::Waiting { since: now }, Reason::Arbitration));
+        };
+        let behavior = &mut self.behaviors[index];
+        let Stance::Active { since, waited_out } = behavior.stance else {
+            return;
+        };
+        let set = &config.sets[index];
+        let waited = &behavior.waited;
+        let beats = |&claim: &Claim| {
+            claim < (since, config.robot) && !(waited_out && waited.on.contains(&claim.1))
+        };
+        let claims = self.teammates.executing(set.task, set.params.tau, now);
+        if claims.filter(beats).count() >= set.max_robots {
+            if waited_out {
+                // It gives way to somebody whom it has not waited for yet.
+                behavior.waited.spent = SimTime::ZERO;
             }
+            let stance = Stance::Waiting { since: now };
+            self.enter(index, stance, Reason::Arbitration, changes);
         }
     }
 
@@ -265,7 +289,7 @@ impl Engine {
             for &(index, next) in &options {
                 if next == Next::Wait {
                     let stance = Stance::Waiting { since: now };
-                    changes.push(self.behaviors[index].enter(stance, Reason::Threshold));
+                    self.enter(index, stance, Reason::Threshold, changes);
                 }
             }
         }
@@ -274,16 +298,19 @@ impl Engine {
                 since: now,
                 waited_out: reason == Reason::WaitBound,
             };
-            changes.push(self.behaviors[index].enter(stance, reason));
+            self.enter(index, stance, reason, changes);
         }
         self.note_whom_sets_wait_for(now);
         self.options = options;
     }
 
     fn note_whom_sets_wait_for(&mut self, now: SimTime) {
-        for (behavior, params) in self.behaviors.iter_mut().zip(&self.config.sets) {
+        if self.awake.waiting == 0 {
+            return;
+        }
+        for (behavior, set) in self.behaviors.iter_mut().zip(&self.config.sets) {
             if let Stance::Waiting { .. } = behavior.stance {
-                let executing = self.teammates.executing(params.task, params.tau, now);
+                let executing = self.teammates.executing(set.task, set.params.tau, now);
                 behavior.waited.on.extend(executing.map(|(_, rank)| rank));
             }
         }
@@ -293,9 +320,9 @@ impl Engine {
     fn next(&self, index: usize, now: SimTime) -> Option<Next> {
         let behavior = &self.behaviors[index];
         behavior.at_threshold_since?;
-        let params = &self.config.sets[index];
-        let (task, tau) = (params.task, params.tau);
-        let max_robots = params.max_robots;
+        let set = &self.config.sets[index];
+        let (task, tau) = (set.task, set.params.tau);
+        let max_robots = set.max_robots;
         match behavior.stance {
             Stance::Active { .. } => None,
             Stance::Hibernating => {
@@ -310,17 +337,13 @@ impl Engine {
                 let wish = (since, self.config.robot);
                 if self.teammates.leave_to(wish, task, max_robots, tau, now) {
                     Some(Next::Activate(Reason::WaitOver))
-                } else if behavior.waited.spent + now.since(since) > params.waiting_bound() {
+                } else if behavior.waited.spent + now.since(since) > set.params.waiting_bound() {
                     Some(Next::Activate(Reason::WaitBound))
                 } else {
                     None
                 }
             }
         }
-    }
-
-    fn active_index(&self) -> Option<usize> {
-        self.behaviors.iter().position(Behavior::is_active)
     }
 }
 

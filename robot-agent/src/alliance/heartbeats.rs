@@ -5,9 +5,10 @@ use alliance_proto::ids::{SetId, TaskId};
 use alliance_proto::team::TaskState;
 use alliance_proto::telemetry::{SetState, StateChange};
 use alliance_proto::time::SimTime;
+use smallvec::{SmallVec, smallvec};
 
-use super::behavior::{Behavior, Stance};
-use super::params::Config;
+use super::behavior::{Awake, Behavior, Stance};
+use super::params::{Config, OwnSet, USUAL_SETS};
 
 /// The ALLIANCE part of a heartbeat that is to be broadcast in this step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +29,7 @@ pub struct Announcement {
 #[derive(Clone, Debug)]
 pub(super) struct Heartbeats {
     /// Last announcement per own set; of no account while the set hibernates.
-    sent: Vec<SimTime>,
+    sent: SmallVec<[SimTime; USUAL_SETS]>,
     /// While the robot is idle.
     idle: Option<Idle>,
 }
@@ -53,7 +54,7 @@ impl Heartbeats {
     /// Nothing announced yet.
     pub fn new(sets: usize) -> Self {
         Self {
-            sent: vec![SimTime::ZERO; sets],
+            sent: smallvec![SimTime::ZERO; sets],
             idle: None,
         }
     }
@@ -65,6 +66,7 @@ impl Heartbeats {
         now: SimTime,
         config: &Config,
         behaviors: &[Behavior],
+        awake: Awake,
         happened: &Happened<'_>,
         announcements: &mut Vec<Announcement>,
     ) {
@@ -72,34 +74,47 @@ impl Heartbeats {
             announcements.extend(released(now, config, behaviors, happened));
         }
 
-        let any_active = behaviors.iter().any(Behavior::is_active);
-        let wishes = !any_active || config.switches.wish_when_suppressed;
-        let mut executing = None;
-        for (index, behavior) in behaviors.iter().enumerate() {
-            let (state, since) = match behavior.stance {
-                Stance::Active { since, .. } => (TaskState::Executing, since),
-                Stance::Waiting { since } if wishes => (TaskState::Waiting, since),
-                _ => continue,
-            };
-            let params = &config.sets[index];
-            let at_once = happened.changes.iter().any(|it| it.set == behavior.set)
-                || happened.progressed.contains(&params.task);
-            if !at_once && now.since(self.sent[index]) < params.period {
-                continue;
-            }
-            self.sent[index] = now;
-            let announcement = about(state, since, behavior.set, params.task, config, happened);
-            match state {
-                TaskState::Executing => executing = Some(announcement),
-                _ => announcements.push(announcement),
+        let wishes = awake.active.is_none() || config.switches.wish_when_suppressed;
+        if wishes && awake.waiting > 0 {
+            for (index, behavior) in behaviors.iter().enumerate() {
+                if let Stance::Waiting { since } = behavior.stance {
+                    let set = &config.sets[index];
+                    let said = self.say(now, index, set, TaskState::Waiting, since, happened);
+                    announcements.extend(said);
+                }
             }
         }
-        announcements.extend(executing);
-
-        let idle = behaviors.iter().all(|it| it.stance == Stance::Hibernating);
+        if let Some(index) = awake.active
+            && let Stance::Active { since, .. } = behaviors[index].stance
+        {
+            let set = &config.sets[index];
+            let said = self.say(now, index, set, TaskState::Executing, since, happened);
+            announcements.extend(said);
+        }
         if config.switches.idle_heartbeat {
-            announcements.extend(self.idle(idle, now, config.idle_period));
+            announcements.extend(self.idle(awake.is_none(), now, config.idle_period));
         }
+    }
+
+    /// What a set is, if it is time to say so.
+    fn say(
+        &mut self,
+        now: SimTime,
+        index: usize,
+        set: &OwnSet,
+        state: TaskState,
+        since: SimTime,
+        happened: &Happened<'_>,
+    ) -> Option<Announcement> {
+        let at_once = || {
+            happened.changes.iter().any(|change| change.set == set.id)
+                || happened.progressed.contains(&set.task)
+        };
+        if now.since(self.sent[index]) < set.params.period && !at_once() {
+            return None;
+        }
+        self.sent[index] = now;
+        Some(about(state, since, set, happened))
     }
 
     fn idle(&mut self, is_idle: bool, now: SimTime, period: SimTime) -> Option<Announcement> {
@@ -134,38 +149,23 @@ fn released<'a>(
 ) -> impl Iterator<Item = Announcement> + 'a {
     let goes_on = |task| {
         let mut own = behaviors.iter().zip(&config.sets);
-        own.any(|(it, params)| params.task == task && it.stance != Stance::Hibernating)
+        own.any(|(it, set)| set.task == task && it.stance != Stance::Hibernating)
     };
     let hibernates = |set| {
         let mut changes = happened.changes.iter();
         changes.any(|change| change.set == set && change.to == SetState::Hibernating)
     };
-    behaviors
-        .iter()
-        .zip(&config.sets)
-        .filter(move |(it, params)| hibernates(it.set) && !goes_on(params.task))
-        .map(move |(it, params)| {
-            let state = TaskState::Released;
-            about(state, now, it.set, params.task, config, happened)
-        })
+    let sets = config.sets.iter();
+    sets.filter(move |set| hibernates(set.id) && !goes_on(set.task))
+        .map(move |set| about(TaskState::Released, now, set, happened))
 }
 
-fn about(
-    state: TaskState,
-    since: SimTime,
-    set: SetId,
-    task: TaskId,
-    config: &Config,
-    happened: &Happened<'_>,
-) -> Announcement {
-    let progress = config
-        .own_task(task)
-        .map_or(0, |own| happened.progress[own]);
+fn about(state: TaskState, since: SimTime, set: &OwnSet, happened: &Happened<'_>) -> Announcement {
     Announcement {
         state,
         since,
-        set: Some(set),
-        task: Some(task),
-        progress,
+        set: Some(set.id),
+        task: Some(set.task),
+        progress: happened.progress[set.own_task],
     }
 }

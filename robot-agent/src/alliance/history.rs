@@ -3,18 +3,23 @@
 //! The equations ask only for windows that end now and for intervals that start at the origin of the history, so the last
 //! and the first receive time are all that is needed.
 
-use alliance_proto::ids::{Incarnation, TaskId};
+use std::ops::Range;
+
+use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::scenario::{HistoryOrigin, Switches};
 use alliance_proto::team::{Body, Broadcast, TaskState};
 use alliance_proto::time::SimTime;
+use smallvec::{SmallVec, smallvec};
 
-use crate::by_rank::ByRank;
+use super::params::USUAL_SETS;
 
 /// What was heard, by own task and teammate; only of pairs that spoke.
 #[derive(Clone, Debug)]
 pub(super) struct History {
-    /// By own task.
-    records: Vec<ByRank<Record>>,
+    /// By own task, and then by rank: all are looked at in every step.
+    records: Vec<(RobotId, Record)>,
+    /// Where those of each own task end.
+    ends: SmallVec<[u16; USUAL_SETS]>,
 }
 
 /// What was heard from one teammate about one task.
@@ -48,7 +53,8 @@ impl History {
     /// Nothing heard about any of so many own tasks.
     pub fn new(own_tasks: usize) -> Self {
         Self {
-            records: vec![ByRank::default(); own_tasks],
+            records: Vec::new(),
+            ends: smallvec![0; own_tasks],
         }
     }
 
@@ -76,7 +82,7 @@ impl History {
         };
         // What others do about tasks that the robot has no set for changes nothing for it.
         let Some(own) = own_task(task) else { return };
-        let record = self.records[own].get_or_insert_with(broadcast.sender, Record::default);
+        let record = self.record(own, broadcast.sender);
         let stamp = (broadcast.incarnation, broadcast.seq);
         if record.latest < stamp {
             record.take(stamp, progress, now, switches);
@@ -84,9 +90,35 @@ impl History {
         }
     }
 
-    /// The records on an own task.
-    pub fn about(&self, own_task: usize) -> &ByRank<Record> {
-        &self.records[own_task]
+    /// The records on an own task, by rank.
+    pub fn about(&self, own_task: usize) -> &[(RobotId, Record)] {
+        &self.records[self.place(own_task)]
+    }
+
+    fn place(&self, own_task: usize) -> Range<usize> {
+        let begin = match own_task.checked_sub(1) {
+            Some(before) => self.ends[before],
+            None => 0,
+        };
+        usize::from(begin)..usize::from(self.ends[own_task])
+    }
+
+    /// The record of a teammate, new where there is none yet.
+    fn record(&mut self, own_task: usize, teammate: RobotId) -> &mut Record {
+        let place = self.place(own_task);
+        let known = self.records[place.clone()].binary_search_by_key(&teammate, |&(rank, _)| rank);
+        let index = match known {
+            Ok(index) => place.start + index,
+            Err(index) => {
+                let index = place.start + index;
+                self.records.insert(index, (teammate, Record::default()));
+                for end in &mut self.ends[own_task..] {
+                    *end += 1;
+                }
+                index
+            }
+        };
+        &mut self.records[index].1
     }
 }
 

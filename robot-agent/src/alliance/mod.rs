@@ -48,3 +48,4 @@ mod tests;
 
 pub use engine::{Engine, StepInput, StepOutput};
 pub use heartbeats::Announcement;
+pub use params::Parameters;

@@ -6,7 +6,6 @@ use alliance_proto::time::SimTime;
 
 use super::history::Record;
 use super::params::Params;
-use crate::by_rank::ByRank;
 
 /// The four factors of eq. 2.7, each with the cause that makes it 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,12 +35,12 @@ impl Factors {
 
 /// Eq. 2.4, with the corrected "= 0": motivation/s. The slowest rate toward those who were heard within τ and not yet
 /// before φ; δ_fast if there is none.
-pub(super) fn impatience(params: &Params, heard: &ByRank<Record>, now: SimTime) -> f64 {
+pub(super) fn impatience(params: &Params, heard: &[(RobotId, Record)], now: SimTime) -> f64 {
     let within = heard
         .iter()
         .filter(|(_, record)| record.within(params.tau, now));
     within
-        .filter_map(|(teammate, record)| {
+        .filter_map(|&(teammate, ref record)| {
             let toward = params.toward(teammate)?;
             (!record.until(toward.phi, now)).then_some(toward.slow)
         })
@@ -50,18 +49,18 @@ pub(super) fn impatience(params: &Params, heard: &ByRank<Record>, now: SimTime) 
 }
 
 /// Eq. 2.5: the teammate of the lowest rank whose history on the task begins in this step.
-pub(super) fn impatience_reset(heard: &ByRank<Record>, now: SimTime) -> Option<RobotId> {
+pub(super) fn impatience_reset(heard: &[(RobotId, Record)], now: SimTime) -> Option<RobotId> {
     heard
         .iter()
         .find(|(_, record)| record.begins(now))
-        .map(|(teammate, _)| teammate)
+        .map(|&(teammate, _)| teammate)
 }
 
 /// Eq. 2.6: why a set that has been active since `active_since` yields or gives up, if it does.
 pub(super) fn acquiescence(
     params: &Params,
     active_since: SimTime,
-    heard: &ByRank<Record>,
+    heard: &[(RobotId, Record)],
     now: SimTime,
 ) -> Option<Reason> {
     let active_for = now.since(active_since);

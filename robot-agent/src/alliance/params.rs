@@ -1,11 +1,13 @@
 //! The values in force for one robot, by rank instead of by name and in simulated time instead of seconds.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{SetParams, Setup, Switches};
 use alliance_proto::team::{Body, Broadcast};
 use alliance_proto::time::SimTime;
+use smallvec::SmallVec;
 
 use crate::roster::Roster;
 
@@ -25,17 +27,19 @@ pub(super) struct Config {
     pub switches: Switches,
     /// The tasks of the robot's own sets, by id.
     pub tasks: Vec<TaskId>,
-    /// Ids of the robot's own sets, in the catalog's order.
-    pub set_ids: Vec<SetId>,
-    /// Parameters of the own sets, in the same order.
-    pub sets: Vec<Params>,
+    /// The own sets, in the catalog's order.
+    pub sets: SmallVec<[OwnSet; USUAL_SETS]>,
     /// Time between two idle heartbeats.
     pub idle_period: SimTime,
 }
 
-/// Parameters of one own behavior set (ALLIANCE.md §1).
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Params {
+/// So many sets of a robot are kept in place: a step of a large team waits for memory that lies elsewhere.
+pub(super) const USUAL_SETS: usize = 6;
+
+/// One own behavior set.
+#[derive(Clone, Debug)]
+pub(super) struct OwnSet {
+    pub id: SetId,
     /// The task that the set performs.
     pub task: TaskId,
     /// Its place among the robot's own tasks.
@@ -44,6 +48,12 @@ pub(super) struct Params {
     pub max_robots: usize,
     /// Of the task; higher goes first.
     pub priority: i32,
+    pub params: Arc<Params>,
+}
+
+/// Parameters of a behavior set (ALLIANCE.md §1).
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Params {
     /// 1/ρ.
     pub period: SimTime,
     /// τ.
@@ -69,26 +79,61 @@ pub(super) struct Toward {
     pub phi: SimTime,
 }
 
+/// The parameters of a run, each there once: most robots of a team have the same ones.
+#[derive(Clone, Debug)]
+pub struct Parameters {
+    /// By how they read.
+    distinct: BTreeMap<String, Arc<Params>>,
+}
+
+impl Parameters {
+    /// Those of all robots of a resolved setup.
+    #[must_use]
+    pub fn of(setup: &Setup, roster: &Roster) -> Self {
+        let robots = setup.alliance.robots.values();
+        let all = robots.flat_map(|robot| robot.sets.values());
+        let all = all.map(|values| Params::new(values, roster));
+        let distinct = all.map(|params| (format!("{params:?}"), Arc::new(params)));
+        Self {
+            distinct: distinct.collect(),
+        }
+    }
+
+    fn shared(&self, params: Params) -> Arc<Params> {
+        let known = self.distinct.get(&format!("{params:?}"));
+        known.map_or_else(|| Arc::new(params), Arc::clone)
+    }
+}
+
 impl Config {
     /// The values of that robot.
     ///
     /// # Panics
     /// If `setup.alliance` lacks a value for one of the robot's sets or teammates: resolving a scenario fills in all.
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster) -> Self {
+    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster, parameters: &Parameters) -> Self {
         let own = &setup.scenario.robots[robot.index()];
         let catalog = &roster.catalog;
-        let set_ids: Vec<SetId> = catalog.sets_of(own).collect();
         let named = &setup.alliance.robots[&own.name].sets;
-        let specs = || set_ids.iter().map(|id| &catalog.sets[id.index()]);
-        let tasks: BTreeSet<TaskId> = specs().map(|spec| spec.task).collect();
-        let sets: Vec<Params> = specs()
-            .map(|spec| {
-                let own_task = tasks.iter().position(|task| *task == spec.task);
+        let specs = || {
+            let ids = catalog.sets_of(own);
+            ids.map(|id| (id, &catalog.sets[id.index()]))
+        };
+        let tasks: BTreeSet<TaskId> = specs().map(|(_, spec)| spec.task).collect();
+        let sets = specs().map(|(id, spec)| {
+            let own_task = tasks.iter().position(|task| *task == spec.task);
+            let task = &catalog.tasks[spec.task.index()];
+            OwnSet {
+                id,
+                task: spec.task,
                 // It was collected from these.
-                let own_task = own_task.expect("the tasks of all sets are known");
-                Params::new(spec.task, own_task, &named[&spec.name], roster)
-            })
-            .collect();
+                own_task: own_task.expect("the tasks of all sets are known"),
+                max_robots: task.max_robots as usize,
+                priority: task.priority,
+                params: parameters.shared(Params::new(&named[&spec.name], roster)),
+            }
+        });
+        let sets: SmallVec<[OwnSet; USUAL_SETS]> = sets.collect();
+        let periods = sets.iter().map(|set| set.params.period);
         Self {
             robot,
             team: setup.scenario.robots.len(),
@@ -96,9 +141,8 @@ impl Config {
             threshold: setup.alliance.threshold,
             step_s: SimTime(setup.alliance.step_ms).as_secs_f64(),
             switches: setup.alliance.switches,
+            idle_period: periods.max().unwrap_or_default(),
             tasks: tasks.into_iter().collect(),
-            set_ids,
-            idle_period: sets.iter().map(|set| set.period).max().unwrap_or_default(),
             sets,
         }
     }
@@ -122,8 +166,7 @@ impl Config {
 }
 
 impl Params {
-    fn new(task: TaskId, own_task: usize, values: &SetParams, roster: &Roster) -> Self {
-        let spec = &roster.catalog.tasks[task.index()];
+    fn new(values: &SetParams, roster: &Roster) -> Self {
         let toward = |name: &str| Toward {
             slow: values.slow_toward(name),
             phi: SimTime::from_secs_f64(values.phi_toward(name)),
@@ -141,10 +184,6 @@ impl Params {
         };
         listed.retain(|&(_, toward)| Some(toward) != toward_most);
         Self {
-            task,
-            own_task,
-            max_robots: spec.max_robots as usize,
-            priority: spec.priority,
             period: SimTime::from_secs_f64(1.0 / values.broadcast_rate_hz),
             tau: SimTime::from_secs_f64(values.ceased_after_s),
             fast: values.fast_impatience,

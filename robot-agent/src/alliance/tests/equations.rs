@@ -11,10 +11,6 @@ use crate::alliance::params::{Params, Toward};
 fn params() -> Params {
     let toward = |slow, phi| Toward { slow, phi: ms(phi) };
     Params {
-        task: task(TOP),
-        own_task: 0,
-        max_robots: 1,
-        priority: 0,
         period: ms(1000),
         tau: ms(5000),
         fast: 5.0,

@@ -8,6 +8,12 @@ use crate::alliance::history::{History, Record};
 use TaskState::{Executing, Released, Waiting};
 
 /// Messages of gold about move-spill(top), with everything that the history looks at.
+fn gold(history: &History) -> &Record {
+    let mut about = history.about(task(TOP).index()).iter();
+    let (_, record) = about.find(|(teammate, _)| *teammate == GOLD).unwrap();
+    record
+}
+
 struct Gold {
     history: History,
     switches: Switches,
@@ -43,7 +49,7 @@ impl Gold {
     }
 
     fn record(&self) -> &Record {
-        self.history.about(task(TOP).index()).get(GOLD).unwrap()
+        gold(&self.history)
     }
 
     fn begins(&self, at: u64) -> bool {
@@ -198,7 +204,7 @@ fn idle_and_overtaken_messages_do_not_count() {
     let released = heartbeat(GOLD, 3, ms(0), Released, ms(0), TOP);
     history.hear(ms(500), &released, &switches, |task| Some(task.index()));
     history.hear(ms(1000), &executing, &switches, |task| Some(task.index()));
-    let record = history.about(task(TOP).index()).get(GOLD).unwrap();
+    let record = gold(&history);
     assert!(!record.within(ms(5000), ms(1000)));
 }
 

@@ -87,7 +87,8 @@ fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
 }
 
 fn engine(robot: RobotId, setup: &Setup) -> Engine {
-    Engine::new(robot, setup, &Roster::of(&setup.scenario))
+    let roster = Roster::of(&setup.scenario);
+    Engine::new(robot, setup, &roster, &Parameters::of(setup, &roster))
 }
 
 fn every_set(setup: &mut Setup, edit: impl FnMut(&mut SetParams)) {

@@ -103,12 +103,12 @@ impl WasteMission {
             return;
         };
         let near = 2.0 * self.briefing.chassis.radius_m + ROOM_M;
-        let Some(at_work) = self.teammates.nearest_at_work(position, now) else {
+        let Some(at_work) = self.teammates.nearest_at_work(position, near, now) else {
             return;
         };
         let away = position - at_work;
         let distance = length(away);
-        if distance < near && distance > 0.0 {
+        if distance > 0.0 {
             let goal = Goal::Direction(away / distance);
             let drive = drive(&mut self.navigator, &self.briefing, goal, [], readings, now);
             self.obey(drive, action);

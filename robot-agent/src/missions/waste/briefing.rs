@@ -8,6 +8,7 @@ use alliance_proto::scenario::{BehaviorKind, Setup};
 use alliance_proto::team::Locations;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
+use smallvec::SmallVec;
 
 use super::map::Map;
 use crate::body::Chassis;
@@ -21,7 +22,7 @@ pub(super) struct Briefing {
     pub roster: Arc<Roster>,
     pub map: Arc<Map>,
     /// Its behavior sets, in the order of `Catalog::sets_of`.
-    pub own_sets: Vec<OwnSet>,
+    pub own_sets: SmallVec<[OwnSet; 6]>,
     /// The spills that it has behavior sets for, in ascending order.
     pub own_spills: Vec<u16>,
     /// The border, where it is known beforehand.
@@ -62,7 +63,7 @@ impl Briefing {
             let (task, kind) = (spec.task, spec.kind);
             OwnSet { id, task, kind }
         });
-        let own_sets: Vec<OwnSet> = own_sets.collect();
+        let own_sets: SmallVec<[OwnSet; 6]> = own_sets.collect();
         let own_spill = |set: &OwnSet| match set.kind {
             BehaviorKind::MoveSpill(spill) => Some(spill),
             _ => None,

@@ -5,6 +5,7 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::team::{Fact, Knowledge, Locations, LooseWaste, Withdrawal};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
+use smallvec::SmallVec;
 
 use crate::body::goal::{is_shorter, length};
 
@@ -27,9 +28,14 @@ pub(super) struct Memory {
     /// Whether the robot has itself sensed a spill where the locations say that one is.
     confirmed: bool,
     /// The spills that the robot has behavior sets for, in ascending order: of others it remembers nothing.
-    spills: Vec<u16>,
-    /// When it last found no way to each of them. It tells nobody: it may be shut in itself.
-    out_of_reach: Vec<Option<SimTime>>,
+    spills: SmallVec<[OwnSpill; 4]>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct OwnSpill {
+    number: u16,
+    /// When the robot last found no way to it. It tells nobody: it may be shut in itself.
+    out_of_reach: Option<SimTime>,
 }
 
 impl Memory {
@@ -46,8 +52,13 @@ impl Memory {
                 ..Knowledge::default()
             },
             confirmed: false,
-            spills: spills.to_vec(),
-            out_of_reach: vec![None; spills.len()],
+            spills: spills
+                .iter()
+                .map(|&number| OwnSpill {
+                    number,
+                    out_of_reach: None,
+                })
+                .collect(),
         }
     }
 
@@ -95,17 +106,22 @@ impl Memory {
         self.join_empty(spill, |_| fact);
     }
 
+    fn own_spill(&self, spill: u16) -> Option<usize> {
+        // They are few.
+        self.spills.iter().position(|own| own.number == spill)
+    }
+
     /// The robot has found no way to a spill, and leaves it alone for a while.
     pub fn set_aside(&mut self, spill: u16, now: SimTime) {
-        if let Ok(own) = self.spills.binary_search(&spill) {
-            self.out_of_reach[own] = Some(now);
+        if let Some(own) = self.own_spill(spill) {
+            self.spills[own].out_of_reach = Some(now);
         }
     }
 
     /// Whether the robot leaves the spill alone.
     pub fn is_set_aside(&self, spill: u16, now: SimTime) -> bool {
-        let own = self.spills.binary_search(&spill).ok();
-        let since = own.and_then(|own| self.out_of_reach[own]);
+        let own = self.own_spill(spill);
+        let since = own.and_then(|own| self.spills[own].out_of_reach);
         since.is_some_and(|since| now.since(since) < SET_ASIDE)
     }
 
@@ -231,7 +247,7 @@ impl Memory {
 
     /// What is known of one of its own spills is what `join` makes of it.
     fn join_empty(&mut self, spill: u16, join: impl Fn(Option<Fact<bool>>) -> Fact<bool>) {
-        if self.spills.binary_search(&spill).is_err() {
+        if self.own_spill(spill).is_none() {
             return;
         }
         let empty = &mut self.knowledge.empty;

@@ -4,6 +4,7 @@
 use alliance_proto::readings::Gripper;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
+use smallvec::SmallVec;
 
 use super::briefing::Briefing;
 use super::map::Places;
@@ -66,7 +67,7 @@ pub(super) struct SpillWork {
     /// between has been swept.
     from_deposit: bool,
     /// Items of this spill that the robot has seen.
-    seen: Vec<Vec2>,
+    seen: SmallVec<[Vec2; 12]>,
     /// What could not be reached or gripped, and until when it is left alone.
     unreachable: Vec<(Vec2, SimTime)>,
     target: Target,
@@ -93,7 +94,7 @@ impl SpillWork {
             views: Views::new(center, briefing.spill_radius_m),
             entered: false,
             from_deposit: false,
-            seen: Vec::new(),
+            seen: SmallVec::new(),
             unreachable: Vec::new(),
             target: Target::Deposit,
             closed: 0,
@@ -244,7 +245,7 @@ impl SpillWork {
             scene.in_spill == Some(false) && off_center <= briefing.spill_radius_m.max(AT_POINT_M);
         self.views.look(sight);
         self.seen
-            .retain(|&item| !sight.shows_nothing_at(item, SAME_ITEM_M));
+            .retain(|item| !sight.shows_nothing_at(*item, SAME_ITEM_M));
         for &item in &sight.waste {
             let known = self
                 .seen
@@ -269,7 +270,7 @@ impl SpillWork {
     /// Forgets that something lies there; where it is seen again, it is left alone for a while.
     fn leave_alone(&mut self, place: Vec2, scene: &Scene) {
         self.seen
-            .retain(|&item| length(item - place) >= SAME_ITEM_M);
+            .retain(|item| length(*item - place) >= SAME_ITEM_M);
         self.unreachable.push((place, scene.now + UNREACHABLE));
     }
 

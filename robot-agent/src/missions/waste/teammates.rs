@@ -6,7 +6,7 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::body::Teammate;
-use crate::body::goal::length;
+use crate::body::goal::{is_shorter, length};
 use crate::by_rank::ByRank;
 
 /// After this a teammate's position says nothing about what is in the way now.
@@ -99,12 +99,13 @@ impl Teammates {
         lower.filter_map(move |(_, last)| last.at_work(now))
     }
 
-    /// Where the nearest teammate at work was when it last said so.
-    pub fn nearest_at_work(&self, position: Vec2, now: SimTime) -> Option<Vec2> {
+    /// Where the nearest teammate at work within a range was when it last said so.
+    pub fn nearest_at_work(&self, position: Vec2, range_m: f32, now: SimTime) -> Option<Vec2> {
         let distance = |place: &Vec2| length(*place - position);
         let at_work = self.last.iter().filter_map(|(_, last)| last.at_work(now));
         at_work
             .map(|teammate| teammate.position)
+            .filter(|&place| is_shorter(place - position, range_m))
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }
@@ -237,7 +238,11 @@ mod tests {
             body: Body::Heartbeat(heartbeat.clone()),
         };
         teammates.hear(SimTime(12_000), &late, &heartbeat, true);
-        assert!(teammates.nearest_at_work(HERE, SimTime(13_000)).is_none());
+        assert!(
+            teammates
+                .nearest_at_work(HERE, 1.0, SimTime(13_000))
+                .is_none()
+        );
         let silence = SimTime(5_000);
         assert!(teammates.fallen_silent(SimTime(17_000), silence).is_empty());
         assert_eq!(teammates.fallen_silent(SimTime(17_001), silence), [HERE]);
@@ -256,7 +261,10 @@ mod tests {
         assert_eq!(heard(2, 10_000), 1);
         assert_eq!(heard(3, 10_000), 2);
         assert_eq!(heard(3, 13_000), 0);
-        assert_eq!(teammates.nearest_at_work(HERE, SimTime(10_000)), Some(HERE));
-        assert_eq!(teammates.nearest_at_work(HERE, SimTime(13_000)), None);
+        assert_eq!(
+            teammates.nearest_at_work(HERE, 1.0, SimTime(10_000)),
+            Some(HERE)
+        );
+        assert_eq!(teammates.nearest_at_work(HERE, 1.0, SimTime(13_000)), None);
     }
 }

@@ -19,7 +19,8 @@ pub(super) const AT_POINT_M: f32 = 0.15;
 /// What a robot has seen of a spill, point by point.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Views {
-    points: Vec<Point>,
+    /// The center first.
+    points: [Point; 1 + RING],
     around_m: f32,
 }
 
@@ -33,19 +34,19 @@ struct Point {
 
 impl Views {
     pub fn new(center: Vec2, radius_m: f32) -> Self {
-        let ring = (0..RING).map(|index| {
+        let at = |index: usize| {
+            let Some(index) = index.checked_sub(1) else {
+                return center;
+            };
             let angle = TAU * index as f32 / RING as f32;
             center + Vec2::new(libm::cosf(angle), libm::sinf(angle)) * (radius_m * RING_RADII)
-        });
+        };
         Self {
-            points: std::iter::once(center)
-                .chain(ring)
-                .map(|at| Point {
-                    at,
-                    seen: false,
-                    blocked: false,
-                })
-                .collect(),
+            points: std::array::from_fn(|index| Point {
+                at: at(index),
+                seen: false,
+                blocked: false,
+            }),
             around_m: radius_m * AROUND_RADII,
         }
     }
