@@ -58,6 +58,9 @@ impl Actuators {
     /// done, in the order of arming.
     pub fn disobey(&self, robot: RobotId, command: &mut Option<Actuation>) -> Vec<FaultIndex> {
         let mut hits = Vec::new();
+        if self.broken.is_empty() {
+            return hits;
+        }
         let Some(command) = command else {
             return hits;
         };

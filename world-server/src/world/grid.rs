@@ -26,6 +26,7 @@ pub(super) struct Grid {
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     at: Vec2,
+    cell: u32,
     /// The id that follows in its cell's list.
     next: u32,
 }
@@ -49,34 +50,37 @@ impl Grid {
     /// Puts in an id that is not there.
     pub fn insert(&mut self, id: usize, at: Vec2) {
         if self.entries.len() <= id {
-            let nowhere = Entry { at, next: NONE };
+            let nowhere = Entry {
+                at,
+                cell: NONE,
+                next: NONE,
+            };
             self.entries.resize(id + 1, nowhere);
         }
         let cell = self.cell(at);
         let id = id as u32;
-        let after = self.first[cell];
-        if after > id {
-            self.entries[id as usize] = Entry { at, next: after };
-            self.first[cell] = id;
-            return;
-        }
-        let mut before = after as usize;
-        while self.entries[before].next < id {
-            before = self.entries[before].next as usize;
-        }
-        let next = self.entries[before].next;
-        self.entries[id as usize] = Entry { at, next };
-        self.entries[before].next = id;
+        let first = &mut self.first[cell as usize];
+        let next = if *first > id {
+            std::mem::replace(first, id)
+        } else {
+            let mut before = *first as usize;
+            while self.entries[before].next < id {
+                before = self.entries[before].next as usize;
+            }
+            std::mem::replace(&mut self.entries[before].next, id)
+        };
+        self.entries[id as usize] = Entry { at, cell, next };
     }
 
     /// Takes out an id that is there.
     pub fn remove(&mut self, id: usize) {
-        let Entry { at, next: after } = self.entries[id];
-        let cell = self.cell(at);
+        let Entry {
+            cell, next: after, ..
+        } = self.entries[id];
         let id = id as u32;
-        let mut before = self.first[cell];
+        let mut before = self.first[cell as usize];
         if before == id {
-            self.first[cell] = after;
+            self.first[cell as usize] = after;
             return;
         }
         while before != NONE {
@@ -91,7 +95,7 @@ impl Grid {
 
     /// What is there is elsewhere now.
     pub fn relocate(&mut self, id: usize, to: Vec2) {
-        if self.cell(self.entries[id].at) == self.cell(to) {
+        if self.entries[id].cell == self.cell(to) {
             self.entries[id].at = to;
         } else {
             self.remove(id);
@@ -116,9 +120,9 @@ impl Grid {
         }
     }
 
-    fn cell(&self, at: Vec2) -> usize {
+    fn cell(&self, at: Vec2) -> u32 {
         let cell = self.coordinates(at);
-        (cell.y * self.cells.x + cell.x) as usize
+        cell.y * self.cells.x + cell.x
     }
 
     /// Outside the room, those of the nearest cell.

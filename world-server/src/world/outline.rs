@@ -118,6 +118,11 @@ impl Outline {
         max_m: f32,
         margin_m: f32,
     ) -> Option<Stop> {
+        if let Self::Disc { center, radius_m } = *self
+            && is_clear_of(center - origin, direction, radius_m + margin_m, max_m)
+        {
+            return None;
+        }
         let (distance, normal) = self.surface(origin);
         if distance <= margin_m {
             return Some(Stop { way_m: 0.0, normal });
@@ -199,6 +204,14 @@ fn disc_chord(center: Vec2, radius_m: f32, origin: Vec2, direction: Vec2) -> Opt
     let middle = offset.dot(direction);
     let half_squared = radius_m * radius_m - (offset - direction * middle).length_squared();
     (half_squared > 0.0).then(|| (middle - half_squared.sqrt(), middle + half_squared.sqrt()))
+}
+
+/// Cheap rejection, without a root: `true` only when a ray clearly passes by a disc at that offset, or ends before it.
+fn is_clear_of(offset: Vec2, direction: Vec2, radius_m: f32, max_m: f32) -> bool {
+    const ROUNDING_M: f32 = 1e-2;
+    let apart_m = radius_m + ROUNDING_M;
+    let middle_m = offset.dot(direction);
+    offset.perp_dot(direction).abs() > apart_m || middle_m < -apart_m || middle_m > max_m + apart_m
 }
 
 /// Where a ray from outside enters a disc; at once if it is already in it by rounding.

@@ -58,13 +58,22 @@ impl World {
         Some((stop.way_m - self.body.radius_m).max(0.0))
     }
 
-    /// `alone`: no other body is near.
+    /// Writes what is near to `proximity`, where all beams are free. `alone`: no other body is near.
     fn proximity(&self, robot: RobotId, alone: bool, proximity: &mut Proximity) {
         let Robot {
             component, ahead, ..
         } = &self.robots[robot.index()];
         let (center, ahead, left) = (component.pose.position, *ahead, ahead.perp());
         let (radius_m, range_m) = (self.body.radius_m, self.sensors.avoidance_range_m);
+
+        let reach_m = self.proximity_reach_m();
+        let others = (!alone).then(|| self.solid_teammates(robot, center, reach_m));
+        let solids = self.space.solids_near(center, reach_m);
+        let solids = solids.chain(others.into_iter().flatten());
+        let mut solids = solids.filter(|solid| !solid.is_beyond(center, reach_m));
+        let Some(first) = solids.next() else {
+            return;
+        };
 
         let mut middle = None;
         // The other beams are rays from the hull: of the two ahead from its sides, of the rest from its front, center and rear.
@@ -73,13 +82,7 @@ impl World {
         let mut ahead_stops = [None; 2];
         let mut left_stops = [None; 3];
         let mut right_stops = [None; 3];
-        let reach_m = self.proximity_reach_m();
-        let others = (!alone).then(|| self.solid_teammates(robot, center, reach_m));
-        let solids = self.space.solids_near(center, reach_m);
-        for solid in solids.chain(others.into_iter().flatten()) {
-            if solid.is_beyond(center, reach_m) {
-                continue;
-            }
+        for solid in std::iter::once(first).chain(solids) {
             middle = Stop::nearer(middle, solid.sweep(center, radius_m, ahead, range_m));
             let cast = |stop: &mut Option<Stop>, from: Vec2, direction: Vec2| {
                 *stop = Stop::nearer(
