@@ -1,4 +1,5 @@
-//! The wire codec: the only file that calls bincode (unmaintained, pinned; DESIGN §3). `inline` makes the same bytes, for hashes.
+//! The wire codec: the only file that calls bincode (unmaintained, pinned; DESIGN §3). What bincode would write is written by
+//! `inline`, with the same bytes.
 
 mod inline;
 
@@ -37,8 +38,7 @@ fn configuration() -> impl bincode::config::Config {
 /// [`CodecError::TooLarge`] above the size limit.
 pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
     let mut bytes = Vec::with_capacity(USUAL_BYTES);
-    bincode::serde::encode_into_writer(message, Memory(&mut bytes), configuration())
-        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    append(message, &mut bytes)?;
     if bytes.len() > LIMIT_BYTES {
         return Err(CodecError::TooLarge(bytes.len()));
     }
@@ -77,17 +77,6 @@ impl bincode::enc::write::Writer for &mut Count {
     #[inline(always)]
     fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
         self.0 += bytes.len();
-        Ok(())
-    }
-}
-
-/// Takes bytes without the detour over `std::io::Write`. Inlined, for most writes are of one to eight bytes.
-struct Memory<'a>(&'a mut Vec<u8>);
-
-impl bincode::enc::write::Writer for Memory<'_> {
-    #[inline(always)]
-    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
-        self.0.extend_from_slice(bytes);
         Ok(())
     }
 }

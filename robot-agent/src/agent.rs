@@ -86,7 +86,7 @@ impl Agent {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            engine: Engine::new(robot, setup, &common.roster, &common.parameters),
+            engine: Engine::one_of(robot, setup, &common.roster, &common.parameters),
             mission: WasteMission::new(robot, setup, &common.roster, &common.map),
             next_seq: 0,
         }

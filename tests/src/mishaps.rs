@@ -125,7 +125,8 @@ impl Team {
             }
         }
         self.operate();
-        self.simulation.finish(recorder)
+        self.simulation.finish();
+        self.simulation.record(recorder).map(drop)
     }
 
     /// An operator may say something now. What does not fit is refused, as it would be by the world.

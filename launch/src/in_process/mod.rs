@@ -139,7 +139,8 @@ impl<S: Sink> Team<S> {
         }
         if self.simulation.is_complete() {
             self.admit(tick + 1);
-            self.simulation.finish(&mut self.recorder)?;
+            self.simulation.finish();
+            self.simulation.record(&mut self.recorder)?;
         }
         Ok(self.simulation.outcome())
     }

@@ -1,4 +1,4 @@
-//! The encoding of [`super::encode`], made inline: a run hashes all that its robots sense and do in every tick, and bincode's own
+//! bincode's format, written inline: a run sends and hashes all that its robots sense and do in every tick, and bincode's own
 //! serializer, which is called for every field, took a tenth of a whole run in one process. The tests compare the two byte by
 //! byte.
 //!

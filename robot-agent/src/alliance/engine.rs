@@ -34,6 +34,9 @@ pub struct Engine {
     progress: Vec<u32>,
     /// Whether a step has been made: the first one is m(0) = 0.
     started: bool,
+    /// The rows of the latest step, and until when they stay as they are.
+    rows: SmallVec<[Motivation; USUAL_SETS]>,
+    steady_until: SimTime,
     /// What the sets at θ are to do in this step; kept for its memory.
     options: Vec<(usize, Next)>,
 }
@@ -68,7 +71,16 @@ impl Engine {
     /// # Panics
     /// If `setup` is not resolved: it must name the robot and hold values for each of its sets and teammates.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster, parameters: &Parameters) -> Self {
+    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster) -> Self {
+        Self::one_of(robot, setup, roster, &Parameters::of(setup, roster))
+    }
+
+    /// One of many robots in the same process.
+    ///
+    /// # Panics
+    /// See [`Engine::new`].
+    #[must_use]
+    pub fn one_of(robot: RobotId, setup: &Setup, roster: &Roster, parameters: &Parameters) -> Self {
         let config = Config::new(robot, setup, roster, parameters);
         let ids = config.sets.iter().map(|set| set.id);
         Self {
@@ -79,6 +91,8 @@ impl Engine {
             heartbeats: Heartbeats::new(config.sets.len()),
             progress: vec![0; config.tasks.len()],
             started: false,
+            rows: SmallVec::new(),
+            steady_until: SimTime::ZERO,
             options: Vec::new(),
             config: Arc::new(config),
         }
@@ -110,10 +124,11 @@ impl Engine {
     pub fn step(&mut self, input: &StepInput<'_>, output: &mut StepOutput) {
         let now = input.now;
         let own_task = |task| self.config.own_task(task);
+        let mut news = false;
         for broadcast in input.heard {
             if self.config.admits(broadcast) {
-                self.history
-                    .hear(now, broadcast, &self.config.switches, own_task);
+                let switches = &self.config.switches;
+                news |= self.history.hear(now, broadcast, switches, own_task);
                 self.teammates
                     .hear(now, broadcast, |task| own_task(task).is_some());
             }
@@ -131,6 +146,11 @@ impl Engine {
         } = output;
         changes.clear();
         announcements.clear();
+        if !news && self.is_steady(input) {
+            motivations.clear();
+            motivations.extend_from_slice(&self.rows);
+            return;
+        }
         self.evaluate(input, changes, motivations);
         self.choose(now, changes);
         for change in changes.iter() {
@@ -153,6 +173,57 @@ impl Engine {
             &happened,
             announcements,
         );
+        self.steady_until = SimTime::ZERO;
+        if !news && changes.is_empty() {
+            self.rows.clear();
+            self.rows.extend_from_slice(motivations);
+            self.steady_until = self.next_turn(now).unwrap_or_default();
+        }
+    }
+
+    /// Makes the next step whole, whether or not anything can have changed.
+    #[cfg(test)]
+    pub(super) fn weigh_anew(&mut self) {
+        self.steady_until = SimTime::ZERO;
+    }
+
+    /// Whether a step in which nothing new is heard would give the same as the latest one: a robot at work, whose active set
+    /// stays at θ and whose other sets stay at 0, so that only time can change anything, and has not yet.
+    fn is_steady(&self, input: &StepInput<'_>) -> bool {
+        let applicable = || self.rows.iter().map(|row| row.sensory_feedback);
+        input.now < self.steady_until
+            && input.progressed.is_empty()
+            && applicable().eq(input.applicable.iter().copied())
+    }
+
+    /// When time alone changes the outcome of a step next: a heartbeat is due, a window of a teammate opens or ends (eq. 2.4), or
+    /// the active set has been active for ψ or λ (eq. 2.6). `None` where every step changes it, for a set is getting impatient or
+    /// waits. What teammates claim only ages, which makes nobody give way.
+    fn next_turn(&self, now: SimTime) -> Option<SimTime> {
+        let active = self.awake.active.filter(|_| self.awake.waiting == 0)?;
+        let Stance::Active { since, .. } = self.behaviors[active].stance else {
+            return None;
+        };
+        let set = &self.config.sets[active];
+        let mut next = self.heartbeats.next(active, set);
+        for span in [set.params.psi, set.params.lambda] {
+            if since + span >= now {
+                next = next.min(since + span);
+            }
+        }
+        for set in &self.config.sets {
+            for (teammate, record) in self.history.about(set.own_task) {
+                // Toward a robot that is none of the team there is no rate, and no turn.
+                let phi = set
+                    .params
+                    .toward(*teammate)
+                    .map_or(SimTime::ZERO, |it| it.phi);
+                next = record
+                    .turns(set.params.tau, phi, now)
+                    .fold(next, SimTime::min);
+            }
+        }
+        Some(next)
     }
 
     /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Writes a row per own

@@ -117,6 +117,11 @@ impl Heartbeats {
         Some(about(state, since, set, happened))
     }
 
+    /// When a set at work speaks next, if nothing happens before.
+    pub fn next(&self, index: usize, set: &OwnSet) -> SimTime {
+        self.sent[index] + set.params.period
+    }
+
     fn idle(&mut self, is_idle: bool, now: SimTime, period: SimTime) -> Option<Announcement> {
         let (since, due) = match self.idle {
             _ if !is_idle => {

@@ -58,36 +58,42 @@ impl History {
         }
     }
 
-    /// Takes in a broadcast that is heard at `now`, unless it is about another's task.
+    /// Takes in a broadcast that is heard at `now`, unless it is about another's task; says whether it was news.
     pub fn hear(
         &mut self,
         now: SimTime,
         broadcast: &Broadcast,
         switches: &Switches,
         own_task: impl Fn(TaskId) -> Option<usize>,
-    ) {
+    ) -> bool {
         let (task, weight, progress) = match &broadcast.body {
             Body::Heartbeat(heartbeat) => {
                 let weight = match heartbeat.state {
                     TaskState::Executing => Weight::Full,
                     TaskState::Waiting => Weight::Wish,
                     TaskState::Released => Weight::Release,
-                    TaskState::Idle => return,
+                    TaskState::Idle => return false,
                 };
-                let Some(task) = heartbeat.task else { return };
+                let Some(task) = heartbeat.task else {
+                    return false;
+                };
                 (task, weight, heartbeat.progress)
             }
             Body::PositionUpdate { task, progress, .. } => (*task, Weight::Full, *progress),
-            Body::Withdrawal(_) => return,
+            Body::Withdrawal(_) => return false,
         };
         // What others do about tasks that the robot has no set for changes nothing for it.
-        let Some(own) = own_task(task) else { return };
+        let Some(own) = own_task(task) else {
+            return false;
+        };
         let record = self.record(own, broadcast.sender);
         let stamp = (broadcast.incarnation, broadcast.seq);
-        if record.latest < stamp {
+        let is_news = record.latest < stamp;
+        if is_news {
             record.take(stamp, progress, now, switches);
             record.count(weight, now, switches);
         }
+        is_news
     }
 
     /// The records on an own task, by rank.
@@ -137,6 +143,13 @@ impl Record {
     /// comm_received(0, t-span), with 0 standing for the origin.
     pub fn until(&self, span: SimTime, now: SimTime) -> bool {
         self.first.is_some_and(|first| now.since(first) >= span)
+    }
+
+    /// When, after `now`, what [`Record::within`] and [`Record::until`] say changes, if nothing more is heard.
+    pub fn turns(&self, tau: SimTime, phi: SimTime, now: SimTime) -> impl Iterator<Item = SimTime> {
+        let ends = self.last.map(|last| last + tau);
+        let counts = self.first.map(|first| first + phi);
+        ends.into_iter().chain(counts).filter(move |&at| at > now)
     }
 
     /// comm_received(t-δt, t) and not comm_received(0, t-δt): the history begins in this step.

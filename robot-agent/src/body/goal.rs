@@ -90,10 +90,10 @@ pub fn is_shorter(vector: Vec2, limit_m: f32) -> bool {
     vector.abs().max_element() < limit_m && length(vector) < limit_m
 }
 
-/// Whether a vector is longer than that: the same as `length(vector) > limit_m`, mostly without a root.
+/// Whether a vector is no longer than that: the same as `length(vector) <= limit_m`, mostly without a root.
 #[must_use]
-pub fn is_longer(vector: Vec2, limit_m: f32) -> bool {
-    vector.abs().max_element() > limit_m || length(vector) > limit_m
+pub fn is_within(vector: Vec2, limit_m: f32) -> bool {
+    vector.abs().max_element() <= limit_m && length(vector) <= limit_m
 }
 
 #[cfg(test)]
@@ -115,7 +115,7 @@ mod tests {
                     prop_assert!(found == expected || (found.is_nan() && expected.is_nan()), "{x} {y}: {found} {expected}");
                     for limit in [expected, expected.next_up(), expected.next_down(), 0.3, f32::NAN] {
                         prop_assert_eq!(is_shorter(Vec2::new(x, y), limit), expected < limit, "{} {}", x, y);
-                        prop_assert_eq!(is_longer(Vec2::new(x, y), limit), expected > limit, "{} {}", x, y);
+                        prop_assert_eq!(is_within(Vec2::new(x, y), limit), expected <= limit, "{} {}", x, y);
                     }
                 }
             }

@@ -74,7 +74,8 @@ impl Traffic {
                 simulation.report(&mut space.report);
             }
             if simulation.is_complete() {
-                simulation.finish(&mut recorder).unwrap();
+                simulation.finish();
+                simulation.record(&mut recorder).unwrap();
             }
         }
         Self {

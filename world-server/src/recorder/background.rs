@@ -1,4 +1,5 @@
-//! A recorder on a thread of its own: the run goes on to its next tick while rows of the last ones are made and written.
+//! A recorder on a thread of its own: the run goes on to its next tick while rows of the last ones are made and written. That is
+//! for a full log; of others there is so little to make that to hand it over would cost more.
 //!
 //! Ticks go over in batches, for a thread that is woken for every tick would cost more than it saves, and what makes rows runs
 //! fastest many times in a row. The queue is bounded: where the disk does not keep up, the run waits for it. Nothing is lost but by
@@ -14,7 +15,7 @@ use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 
 use super::encode::{self, Names};
-use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
+use super::{Answer, BodyRecord, Event, LogLevel, Record, RecordError, Recorder, Sink, TickRecord};
 use crate::input::Input;
 
 /// Most ticks that go over together.
@@ -26,7 +27,7 @@ const BATCH_STEPS: usize = 1024;
 /// Batches that may wait.
 const WAITING: usize = 8;
 
-/// Writes the log of one run from its own thread.
+/// Writes the log of one run, from its own thread where that pays.
 pub struct Background<S> {
     names: Names,
     /// Events of the latest tick.
@@ -34,12 +35,17 @@ pub struct Background<S> {
     /// Ticks that have not gone over yet, and how many go over together.
     waiting: Vec<Kept>,
     batch: usize,
-    thread: Option<Thread<S>>,
+    /// `None` once it has failed or been given back.
+    work: Option<Work<S>>,
 }
 
-struct Thread<S> {
-    queue: SyncSender<Batch>,
-    handle: JoinHandle<Result<Recorder<S>, RecordError>>,
+/// Where rows are made.
+enum Work<S> {
+    Here(Box<Recorder<S>>),
+    Thread {
+        queue: SyncSender<Batch>,
+        handle: JoinHandle<Result<Recorder<S>, RecordError>>,
+    },
 }
 
 /// What goes over at once.
@@ -57,17 +63,22 @@ impl<S: Sink + Send + 'static> Background<S> {
     pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
         let names = Names::of(&recorder.setup);
         let robots = recorder.setup.scenario.robots.len();
-        let (queue, batches) = sync_channel(WAITING);
-        let handle = thread::Builder::new()
-            .name("recorder".to_owned())
-            .spawn(move || write(recorder, &batches))
-            .map_err(RecordError::Thread)?;
+        let work = if recorder.level == LogLevel::Full {
+            let (queue, batches) = sync_channel(WAITING);
+            let handle = thread::Builder::new()
+                .name("recorder".to_owned())
+                .spawn(move || write(recorder, &batches))
+                .map_err(RecordError::Thread)?;
+            Work::Thread { queue, handle }
+        } else {
+            Work::Here(Box::new(recorder))
+        };
         Ok(Self {
             names,
             news: Vec::new(),
             waiting: Vec::new(),
             batch: (BATCH_STEPS / robots.max(1)).clamp(1, BATCH_TICKS),
-            thread: Some(Thread { queue, handle }),
+            work: Some(work),
         })
     }
 
@@ -81,15 +92,19 @@ impl<S: Sink + Send + 'static> Background<S> {
     /// # Errors
     /// Those of the recorder, for what was recorded before; and [`RecordError::Broken`] ever after.
     pub fn flush(&mut self) -> Result<(), RecordError> {
-        self.hand_over(true)
+        match &mut self.work {
+            Some(Work::Here(recorder)) => recorder.flush(),
+            Some(Work::Thread { .. }) => self.hand_over(true),
+            None => Err(RecordError::Broken),
+        }
     }
 
     fn hand_over(&mut self, then_flush: bool) -> Result<(), RecordError> {
-        let Some(thread) = &self.thread else {
+        let Some(Work::Thread { queue, .. }) = &self.work else {
             return Err(RecordError::Broken);
         };
         let ticks = mem::replace(&mut self.waiting, Vec::with_capacity(self.batch));
-        match thread.queue.send(Batch { ticks, then_flush }) {
+        match queue.send(Batch { ticks, then_flush }) {
             Ok(()) => Ok(()),
             // The thread has ended: it says why.
             Err(_) => self.finish().and(Err(RecordError::Broken)),
@@ -101,26 +116,36 @@ impl<S: Sink + Send + 'static> Background<S> {
     /// # Errors
     /// Those of the recorder, unless [`Background::flush`] has told them; then [`RecordError::Broken`].
     pub fn finish(&mut self) -> Result<Recorder<S>, RecordError> {
-        let thread = self.thread.take().ok_or(RecordError::Broken)?;
-        // If the thread has ended, there is a reason, which comes next.
-        let _ = thread.queue.send(Batch {
-            ticks: mem::take(&mut self.waiting),
-            then_flush: false,
-        });
-        drop(thread.queue);
-        // A panic in it has ended the process.
-        thread.handle.join().unwrap_or(Err(RecordError::Broken))
+        match self.work.take().ok_or(RecordError::Broken)? {
+            Work::Here(recorder) => Ok(*recorder),
+            Work::Thread { queue, handle } => {
+                // If the thread has ended, there is a reason, which comes next.
+                let _ = queue.send(Batch {
+                    ticks: mem::take(&mut self.waiting),
+                    then_flush: false,
+                });
+                drop(queue);
+                // A panic in it has ended the process.
+                handle.join().unwrap_or(Err(RecordError::Broken))
+            }
+        }
     }
 }
 
 impl<S: Sink + Send + 'static> Record for Background<S> {
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
         self.news = encode::events(&self.names, record);
-        self.waiting.push(Kept::of(record));
-        if self.waiting.len() < self.batch {
-            return Ok(());
+        match &mut self.work {
+            Some(Work::Here(recorder)) => recorder.record(record),
+            Some(Work::Thread { .. }) => {
+                self.waiting.push(Kept::of(record));
+                if self.waiting.len() < self.batch {
+                    return Ok(());
+                }
+                self.hand_over(false)
+            }
+            None => Err(RecordError::Broken),
         }
-        self.hand_over(false)
     }
 }
 

@@ -442,51 +442,70 @@ impl Server {
     pub fn pump(&mut self) {
         while self.ended.is_some() {
             if self.simulation.is_complete() {
-                if let Err(error) = self.simulation.finish(&mut self.recorder) {
-                    return self.fail(error);
-                }
-                self.announce_events();
-                if self.shown.elapsed() >= VIEW_INTERVAL {
-                    self.show();
-                }
+                self.simulation.finish();
+            }
+            let goes_on = self.ask();
+            // The agents are at work meanwhile.
+            if let Err(error) = self.record() {
+                return self.fail(error);
             }
             if let Some(outcome) = self.simulation.outcome() {
                 return self.end(Ok(outcome));
             }
-            self.carry_out();
-            let now = Instant::now();
-            let tick = self.simulation.tick();
-            if self.begun != Some(tick) && !self.pace.is_due(now) {
+            if !goes_on {
                 return;
-            }
-            self.simulation.begin();
-            self.carry_out();
-            let mut question = self.simulation.next_question();
-            if question.is_none() && !self.simulation.is_complete() {
-                return;
-            }
-            if self.begun != Some(tick) {
-                self.begun = Some(tick);
-                self.pace.begun(now);
-                self.first_tick.get_or_insert(now);
-            }
-            let mut stopped = Vec::new();
-            while let Some(robot) = question {
-                self.send(robot, &ToAgent::Tick(self.simulation.message(robot)));
-                let peer = &mut self.peers[robot.index()];
-                peer.asked = Some(now);
-                if peer.stopped {
-                    stopped.push(robot);
-                }
-                question = self.simulation.next_question();
-            }
-            if stopped.is_empty() && !self.simulation.is_complete() {
-                return;
-            }
-            for robot in stopped {
-                self.stall(robot);
             }
         }
+    }
+
+    /// Sends the tick to whoever is to be asked now, if it is time. Says whether the run may go on at once.
+    fn ask(&mut self) -> bool {
+        if self.simulation.outcome().is_some() {
+            return false;
+        }
+        self.carry_out();
+        let now = Instant::now();
+        let tick = self.simulation.tick();
+        if self.begun != Some(tick) && !self.pace.is_due(now) {
+            return false;
+        }
+        self.simulation.begin();
+        self.carry_out();
+        let mut question = self.simulation.next_question();
+        if question.is_none() && !self.simulation.is_complete() {
+            return false;
+        }
+        if self.begun != Some(tick) {
+            self.begun = Some(tick);
+            self.pace.begun(now);
+            self.first_tick.get_or_insert(now);
+        }
+        let mut stopped = Vec::new();
+        while let Some(robot) = question {
+            self.send(robot, &ToAgent::Tick(self.simulation.message(robot)));
+            let peer = &mut self.peers[robot.index()];
+            peer.asked = Some(now);
+            if peer.stopped {
+                stopped.push(robot);
+            }
+            question = self.simulation.next_question();
+        }
+        let any_stopped = !stopped.is_empty();
+        for robot in stopped {
+            self.stall(robot);
+        }
+        any_stopped || self.simulation.is_complete()
+    }
+
+    /// Takes down the tick that has ended, if one has, and shows it to observers.
+    fn record(&mut self) -> Result<(), RecordError> {
+        if self.simulation.record(&mut self.recorder)? {
+            self.announce_events();
+            if self.shown.elapsed() >= VIEW_INTERVAL {
+                self.show();
+            }
+        }
+        Ok(())
     }
 
     /// What an agent is told of the run: everything but the parameters of its teammates, which would grow with the square

@@ -2,7 +2,7 @@
 //!
 //! The shell over zenoh and the run within one process drive it alike: [`Simulation::begin`] the tick, do to processes what
 //! [`Simulation::next_act`] asks for, send each [`Simulation::next_question`] its [`Simulation::message`], hand every answer to
-//! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`].
+//! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`] and [`Simulation::record`].
 //!
 //! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
 //! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.
@@ -24,6 +24,7 @@ use alliance_proto::scenario::{Catalog, Setup, StepOrder};
 use alliance_proto::telemetry::{Fate, Motivation, SetState};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
+use alliance_proto::view::ItemCounts;
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
 use crate::faults::actuators::Actuators;
@@ -82,15 +83,21 @@ pub struct Simulation {
     memories: Memories,
     unscripted: bool,
     outcome: Option<Outcome>,
-    buffers: Buffers,
+    ended: Ended,
 }
 
-/// What the end of a tick works in; kept for its memory.
+/// The tick that has ended last; kept for its memory.
 #[derive(Default)]
-struct Buffers {
+struct Ended {
+    /// Its number and time, until it is recorded.
+    at: Option<(Tick, SimTime)>,
     gathered: Gathered,
+    inputs: Vec<Input>,
     bodies: Vec<BodyRecord>,
     commands: Vec<Option<Actuation>>,
+    events: Vec<Event>,
+    items: ItemCounts,
+    last_report: Option<SimTime>,
 }
 
 impl Simulation {
@@ -128,7 +135,7 @@ impl Simulation {
             memories: Memories::new(robots),
             unscripted: false,
             outcome: None,
-            buffers: Buffers::default(),
+            ended: Ended::default(),
             setup,
         };
         simulation.arm_scenario();
@@ -345,6 +352,7 @@ impl Simulation {
         }
         let verdict = self.barrier.report(report);
         if verdict == Verdict::Counted {
+            debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
             let robot = report.robot;
             let told = &self.messages[robot.index()];
             self.answers.take(&told.readings, report);
@@ -387,30 +395,28 @@ impl Simulation {
         self.outcome.is_none() && self.settled && self.barrier.is_complete() && self.acts.is_empty()
     }
 
-    /// Ends the tick: the reports that count move the world, and everything is recorded.
-    ///
-    /// # Errors
-    /// When the log cannot be written.
-    pub fn finish(&mut self, recorder: &mut impl Record) -> Result<(), RecordError> {
+    /// Ends the tick: the reports that count move the world. What it was is to be recorded before the next report comes, see
+    /// [`Simulation::record`]; there is time for that once the next tick has been asked for.
+    pub fn finish(&mut self) {
         let (tick, now) = (self.barrier.tick(), self.world.now());
-        let mut buffers = std::mem::take(&mut self.buffers);
-        let gathered = &mut buffers.gathered;
+        let mut ended = std::mem::take(&mut self.ended);
+        let gathered = &mut ended.gathered;
         self.barrier.finish(&self.world, gathered);
-        let dead = &gathered.dead;
         (self.interrupted, self.opened, self.settled) = (false, false, false);
         let mut answers = std::mem::take(&mut self.answers);
         answers.count(&gathered.counted);
-        let mut inputs = std::mem::take(&mut self.inputs);
-        inputs.append(&mut gathered.inputs);
-        inputs.append(&mut self.failures);
-        self.take_note(now, answers.all(), &mut inputs);
-        for robot in dead {
+        ended.inputs.clear();
+        ended.inputs.append(&mut self.inputs);
+        ended.inputs.append(&mut gathered.inputs);
+        ended.inputs.append(&mut self.failures);
+        self.take_note(now, answers.all(), &mut ended.inputs);
+        for robot in &gathered.dead {
             self.active[robot.index()] = None;
         }
-        buffers.bodies.clear();
-        buffers.bodies.extend(self.bodies());
+        ended.bodies.clear();
+        ended.bodies.extend(self.bodies());
 
-        let commands = &mut buffers.commands;
+        let commands = &mut ended.commands;
         commands.clear();
         for (robot, answer) in self.barrier.robots().zip(answers.all()) {
             let mut command = answer.counts.then_some(answer.report.actuation);
@@ -420,28 +426,42 @@ impl Simulation {
             commands.push(command);
         }
         let mut happened = self.world.step(commands);
-        happened.extend(
-            dead.iter()
-                .filter_map(|robot| self.world.drop_carried(*robot)),
-        );
-        self.trigger_by_world(&happened, &inputs);
-        let mut events = std::mem::take(&mut self.events);
-        events.extend(happened.iter().map(|event| self.event(event)));
+        let dead = gathered.dead.iter();
+        happened.extend(dead.filter_map(|robot| self.world.drop_carried(*robot)));
+        self.trigger_by_world(&happened, &ended.inputs);
+        ended.events.clear();
+        ended.events.append(&mut self.events);
+        let in_world = happened.iter().map(|event| self.event(event));
+        ended.events.extend(in_world);
 
+        ended.at = Some((tick, now));
+        ended.items = self.world.item_counts();
+        ended.last_report = self.world.last_report();
+        self.answers = answers;
+        self.ended = ended;
+        self.outcome = self.decide_outcome();
+    }
+
+    /// Hands over what the tick was that has ended, once. Says whether there was one.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn record(&mut self, recorder: &mut impl Record) -> Result<bool, RecordError> {
+        let ended = &mut self.ended;
+        let Some((tick, now)) = ended.at.take() else {
+            return Ok(false);
+        };
         recorder.record(&TickRecord {
             tick,
             now,
-            inputs: &inputs,
-            bodies: &buffers.bodies,
-            answers: answers.all(),
-            events: &events,
-            items: self.world.item_counts(),
-            last_report: self.world.last_report(),
+            inputs: &ended.inputs,
+            bodies: &ended.bodies,
+            answers: self.answers.all(),
+            events: &ended.events,
+            items: ended.items,
+            last_report: ended.last_report,
         })?;
-        self.answers = answers;
-        self.buffers = buffers;
-        self.outcome = self.decide_outcome();
-        Ok(())
+        Ok(true)
     }
 
     /// The motivations that a robot last reported, in the order of the catalog.

@@ -54,7 +54,14 @@ impl World {
     /// What the ground sensor tells; beyond the border the ground is solid. `alone`: no other body is near.
     pub(super) fn ground(&self, robot: RobotId, alone: bool) -> Ground {
         let body = &self.robots[robot.index()];
-        let ahead = body.position() + body.ahead * (2.0 * self.body.radius_m);
+        let ahead_m = 2.0 * self.body.radius_m;
+        if alone && self.space.is_open(body.position(), ahead_m) {
+            return Ground {
+                here: Penetrability::NEUTRAL.0,
+                ahead: Penetrability::NEUTRAL.0,
+            };
+        }
+        let ahead = body.position() + body.ahead * ahead_m;
         Ground {
             here: self.penetrability_at(body.position(), robot, alone),
             ahead: self.penetrability_at(ahead, robot, alone),

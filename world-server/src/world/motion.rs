@@ -23,6 +23,10 @@ impl World {
 
         let (center, ahead) = (body.position(), body.ahead);
         let wanted_m = self.way_on_ground(robot, speed_m_s, step_s);
+        if wanted_m <= 0.0 {
+            self.robots[robot.index()].speed_m_s = 0.0;
+            return;
+        }
         let way_m = self
             .free_way(robot, wanted_m)
             .map_or(wanted_m, |stop| stop.way_m);
@@ -47,12 +51,18 @@ impl World {
     pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<Stop> {
         let body = &self.robots[robot.index()];
         let reach_m = max_m + self.body.radius_m + SKIN_M;
-        let still = self.space.solids_near(body.position(), reach_m);
+        let sweep = |nearest: Option<Stop>, solid: Outline| {
+            let stop = solid.sweep(body.position(), self.body.radius_m, body.ahead, max_m);
+            Stop::nearer(nearest, stop)
+        };
+        let still = if self.space.is_open(body.position(), reach_m) {
+            None
+        } else {
+            let solids = self.space.solids_near(body.position(), reach_m);
+            solids.fold(None, sweep)
+        };
         let others = self.solid_teammates(robot, body.position(), reach_m);
-        let stops = still.chain(others).filter_map(|solid| {
-            solid.sweep(body.position(), self.body.radius_m, body.ahead, max_m)
-        });
-        stops.fold(None, |nearest, stop| Stop::nearer(nearest, Some(stop)))
+        others.fold(still, sweep)
     }
 
     /// The bodies of all other robots within reach of a point, and some that are not; none where robots are no obstacles to each

@@ -52,6 +52,9 @@ impl World {
     /// Distance from the edge of a body to the border in that direction, within range.
     fn border(&self, position: Vec2, direction: Vec2) -> Option<f32> {
         let reach_m = self.body.radius_m + self.sensors.border_range_m;
+        if !self.space.is_near_border(position, reach_m) {
+            return None;
+        }
         let walls = self.space.walls_near(position, reach_m);
         let stops = walls.map(|wall| wall.cast_ray(position, direction, reach_m, 0.0));
         let stop = stops.fold(None, Stop::nearer)?;
@@ -67,13 +70,13 @@ impl World {
         let (radius_m, range_m) = (self.body.radius_m, self.sensors.avoidance_range_m);
 
         let reach_m = self.proximity_reach_m();
+        if alone && self.space.is_open(center, reach_m) {
+            return;
+        }
         let others = (!alone).then(|| self.solid_teammates(robot, center, reach_m));
         let solids = self.space.solids_near(center, reach_m);
         let solids = solids.chain(others.into_iter().flatten());
-        let mut solids = solids.filter(|solid| !solid.is_beyond(center, reach_m));
-        let Some(first) = solids.next() else {
-            return;
-        };
+        let solids = solids.filter(|solid| !solid.is_beyond(center, reach_m));
 
         let mut middle = None;
         // The other beams are rays from the hull: of the two ahead from its sides, of the rest from its front, center and rear.
@@ -82,7 +85,7 @@ impl World {
         let mut ahead_stops = [None; 2];
         let mut left_stops = [None; 3];
         let mut right_stops = [None; 3];
-        for solid in std::iter::once(first).chain(solids) {
+        for solid in solids {
             middle = Stop::nearer(middle, solid.sweep(center, radius_m, ahead, range_m));
             let cast = |stop: &mut Option<Stop>, from: Vec2, direction: Vec2| {
                 *stop = Stop::nearer(

@@ -73,12 +73,19 @@ impl Space {
         ]
     }
 
+    /// Whether any side of the border is within reach of a point: for most robots none is.
+    pub fn is_near_border(&self, point: Vec2, reach_m: f32) -> bool {
+        point.min(self.size - point).min_element() <= reach_m
+    }
+
+    /// Whether for certain nothing of it is within reach of a point.
+    pub fn is_open(&self, point: Vec2, reach_m: f32) -> bool {
+        self.rectangles.is_empty() && !self.is_near_border(point, reach_m)
+    }
+
     /// The sides of the border within reach of a point.
     pub fn walls_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + use<> {
-        // Few robots are near any of them.
-        let near = point.min(self.size - point).min_element() <= reach_m;
-        let walls = near.then(|| self.walls());
-        let walls = walls.into_iter().flatten();
+        let walls = self.walls().into_iter();
         walls.filter(move |wall| !wall.is_beyond(point, reach_m))
     }
 

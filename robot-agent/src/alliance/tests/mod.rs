@@ -87,8 +87,7 @@ fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
 }
 
 fn engine(robot: RobotId, setup: &Setup) -> Engine {
-    let roster = Roster::of(&setup.scenario);
-    Engine::new(robot, setup, &roster, &Parameters::of(setup, &roster))
+    Engine::new(robot, setup, &Roster::of(&setup.scenario))
 }
 
 fn every_set(setup: &mut Setup, edit: impl FnMut(&mut SetParams)) {

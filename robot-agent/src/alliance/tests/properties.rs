@@ -93,6 +93,22 @@ prop_compose! {
     }
 }
 
+prop_compose! {
+    /// In most steps nothing happens.
+    fn calm_step()(
+        step in step(),
+        heard in prop::bool::weighted(0.15),
+        applicable in prop::bool::weighted(0.05),
+        progressed in prop::bool::weighted(0.05),
+    ) -> Step {
+        Step {
+            heard: if heard { step.heard } else { Vec::new() },
+            applicable: if applicable { step.applicable } else { [true; 4] },
+            progressed: if progressed { step.progressed } else { Vec::new() },
+        }
+    }
+}
+
 /// Whether that reason is one of the factors that are 0 in the row.
 fn is_named(reason: Reason, row: &alliance_proto::telemetry::Motivation) -> bool {
     match reason {
@@ -160,6 +176,27 @@ proptest! {
                 states[index] = state;
             }
             check_announcements(&switches, &output, &states);
+        }
+    }
+
+    /// An engine that makes every step anew gives the same as one that repeats its rows while nothing can have changed.
+    #[test]
+    fn a_step_that_is_left_out_would_have_changed_nothing(
+        switches in switches(),
+        steps in prop::collection::vec(calm_step(), 50..400),
+    ) {
+        let mut setup = brisk(Preset::Team, 3);
+        setup.alliance.switches = switches;
+        let mut engines = [engine(GOLD, &setup), engine(GOLD, &setup)];
+        for (number, step) in (0..).zip(&steps) {
+            engines[0].weigh_anew();
+            let [anew, rested] = engines.each_mut().map(|engine| super::step_of(engine, &StepInput {
+                now: ms(200 * number),
+                heard: &shared(&step.heard),
+                applicable: &step.applicable,
+                progressed: &step.progressed,
+            }));
+            prop_assert_eq!(anew, rested, "at step {}", number);
         }
     }
 

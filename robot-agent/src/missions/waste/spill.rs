@@ -11,7 +11,7 @@ use super::map::Places;
 use super::memory::{Memory, SAME_PLACE_M};
 use super::sight::Sight;
 use super::views::{AT_POINT_M, Views};
-use crate::body::goal::{is_longer, is_shorter, length};
+use crate::body::goal::{is_shorter, is_within, length};
 use crate::body::{Goal, Status};
 
 /// How far inside the deposit's edge the robot lets go when it faces inward, m.
@@ -162,7 +162,7 @@ impl SpillWork {
         self.from_deposit = false;
         // Whatever is in reach will do.
         let nearest = self.seen.iter().chain([&at]).copied();
-        let is_near = |item: Vec2| !is_longer(item - scene.sight.position, within);
+        let is_near = |item: Vec2| is_within(item - scene.sight.position, within);
         let mut in_reach = nearest.filter(|&item| is_near(item));
         if let Some(item) = in_reach.find(|&item| self.is_mine(scene, item)) {
             self.gripped_at = Some(item);

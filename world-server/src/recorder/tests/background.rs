@@ -7,11 +7,15 @@ use super::*;
 
 proptest! {
     #[test]
-    fn has_the_same_bytes_and_hash_whenever_it_is_flushed(ticks in 0..100_usize, flush_every in 1..60_u64) {
+    fn has_the_same_bytes_and_hash_whenever_it_is_flushed(
+        ticks in 0..100_usize,
+        flush_every in 1..60_u64,
+        level in prop::sample::select(vec![LogLevel::Full, LogLevel::Summary]),
+    ) {
         let setup = Setup::default_for(7);
         let ticks = run_of(ticks);
-        let (run, expected) = log(LogLevel::Full, &ticks);
-        let recorder = Recorder::new(&setup, LogLevel::Full, Memory::default()).unwrap();
+        let (run, expected) = log(level, &ticks);
+        let recorder = Recorder::new(&setup, level, Memory::default()).unwrap();
         let mut background = Background::new(recorder).unwrap();
         let mut news = Vec::new();
         for tick in &ticks {
