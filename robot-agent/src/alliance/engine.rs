@@ -24,7 +24,7 @@ use crate::roster::Roster;
 /// long the mission lasts.
 #[derive(Clone, Debug)]
 pub struct Engine {
-    config: Arc<Config>,
+    config: Config,
     behaviors: SmallVec<[Behavior; USUAL_SETS]>,
     awake: Awake,
     history: History,
@@ -94,7 +94,7 @@ impl Engine {
             rows: SmallVec::new(),
             steady_until: SimTime::ZERO,
             options: Vec::new(),
-            config: Arc::new(config),
+            config,
         }
     }
 

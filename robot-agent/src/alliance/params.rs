@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 use crate::roster::Roster;
 
 /// Everything of a robot's ALLIANCE that does not change during a run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Config {
     /// The robot itself.
     pub robot: RobotId,

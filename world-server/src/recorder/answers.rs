@@ -2,9 +2,9 @@
 //!
 //! Not at the end of the tick: when a report comes its memory is at hand, and a world that waits for other robots has the time.
 
-use alliance_proto::ids::RobotId;
+use alliance_proto::ids::{RobotId, SetId};
 use alliance_proto::readings::Readings;
-use alliance_proto::telemetry::Motivation;
+use alliance_proto::telemetry::{Motivation, SetState};
 use alliance_proto::tick::Report;
 
 use super::hash::{Section, SectionHash};
@@ -23,6 +23,8 @@ pub struct Answer {
     pub counts: bool,
     /// What the agent did; where that does not count, what it did last.
     pub report: Report,
+    /// The behavior set that is active according to that.
+    pub active: Option<SetId>,
     hashes: Option<Hashes>,
 }
 
@@ -55,6 +57,9 @@ impl Answers {
         let answer = &mut self.by_rank[report.robot.index()];
         std::mem::swap(&mut answer.report, report);
         let (before, now) = (&*report, &answer.report);
+        let mut motivations = now.motivations.iter();
+        let active = motivations.find(|motivation| motivation.state == SetState::Active);
+        answer.active = active.map(|motivation| motivation.set);
         let has_messages = now.broadcasts > 0 || !now.receptions.is_empty();
         answer.hashes = Some(Hashes {
             readings: self.hash.of(readings),

@@ -21,7 +21,7 @@ use alliance_proto::join::Refusal;
 use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
-use alliance_proto::telemetry::{Fate, Motivation, SetState};
+use alliance_proto::telemetry::{Fate, Motivation};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
@@ -506,7 +506,7 @@ impl Simulation {
         let mut hits: Vec<FaultIndex> = Vec::new();
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;
-            self.active[report.robot.index()] = active_set(report);
+            self.active[report.robot.index()] = answer.active;
             self.memories.remember(now, report);
             if !report.receptions.is_empty() {
                 self.note_losses(report, inputs);
@@ -616,12 +616,4 @@ impl Simulation {
             WorldEvent::EnergyOut { robot } => Event::new(EventKind::EnergyOut, Some(robot)),
         }
     }
-}
-
-fn active_set(report: &Report) -> Option<SetId> {
-    let active = report
-        .motivations
-        .iter()
-        .find(|motivation| motivation.state == SetState::Active)?;
-    Some(active.set)
 }

@@ -61,7 +61,7 @@ pub use perceiving::Perception;
 /// One robot's mind for the waste clean-up.
 #[derive(Clone, Debug)]
 pub struct WasteMission {
-    briefing: Arc<Briefing>,
+    briefing: Briefing,
     memory: Memory,
     teammates: Teammates,
     extremes: Extremes,
@@ -104,7 +104,7 @@ impl WasteMission {
         Self {
             memory: Memory::new(robot, &briefing.own_spills, briefing.border),
             search_progress: 0,
-            briefing: Arc::new(briefing),
+            briefing,
             teammates: Teammates::default(),
             extremes: Extremes::default(),
             methodical: Methodical::default(),

@@ -1,6 +1,6 @@
 //! What the robot last heard of each teammate.
 
-use alliance_proto::ids::{Incarnation, RobotId, TaskId};
+use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::team::{Broadcast, Heartbeat, TaskState};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -17,18 +17,18 @@ const POSITION_EXPIRES: SimTime = SimTime(3_000);
 struct Last {
     /// Incarnation and sequence number.
     stamp: (Incarnation, u64),
-    sent: SimTime,
     heard: SimTime,
     position: Option<Vec2>,
     /// Whether it carries something that this robot would have to search for.
     carrying: bool,
-    executes: Option<TaskId>,
 }
 
 /// What the robot last heard of each teammate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Teammates {
     last: ByRank<Last>,
+    /// Those that said they were at work, by rank, and where: apart from the rest, for an idle robot looks at them in every step.
+    at_work: Vec<(RobotId, Teammate)>,
     /// No carrier has been silent since before this; `None`: none carries anything.
     carriers_since: Option<SimTime>,
 }
@@ -56,12 +56,13 @@ impl Teammates {
         }
         let last = Last {
             stamp: stamp(broadcast),
-            sent: broadcast.sent,
             heard: now,
             position: heartbeat.position,
             carrying,
-            executes: heartbeat.task.filter(|_| executing),
         };
+        let works = executing && heartbeat.task.is_some();
+        let place = heartbeat.position.filter(|_| works);
+        self.note_work(broadcast.sender, place, broadcast.sent);
         let known = self
             .last
             .get_or_insert_with(broadcast.sender, || last.clone());
@@ -93,32 +94,48 @@ impl Teammates {
         places
     }
 
+    /// Where a teammate is at work, if it is.
+    fn note_work(&mut self, teammate: RobotId, position: Option<Vec2>, sent: SimTime) {
+        let known = self
+            .at_work
+            .binary_search_by_key(&teammate, |&(rank, _)| rank);
+        let work = position.map(|position| Teammate {
+            position,
+            heard: sent,
+        });
+        match (known, work) {
+            (Ok(place), Some(work)) => self.at_work[place].1 = work,
+            (Err(place), Some(work)) => self.at_work.insert(place, (teammate, work)),
+            (Ok(place), None) => drop(self.at_work.remove(place)),
+            (Err(_), None) => {}
+        }
+    }
+
     /// The teammates that `robot` gives way to: those of lower rank that are at work.
     pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> impl Iterator<Item = Teammate> {
-        let lower = self.last.iter().take_while(move |(rank, _)| *rank < robot);
-        lower.filter_map(move |(_, last)| last.at_work(now))
+        let lower = self
+            .at_work
+            .iter()
+            .take_while(move |(rank, _)| *rank < robot);
+        lower
+            .map(|&(_, teammate)| teammate)
+            .filter(move |it| is_fresh(it, now))
     }
 
     /// Where the nearest teammate at work within a range was when it last said so.
     pub fn nearest_at_work(&self, position: Vec2, range_m: f32, now: SimTime) -> Option<Vec2> {
         let distance = |place: &Vec2| length(*place - position);
-        let at_work = self.last.iter().filter_map(|(_, last)| last.at_work(now));
+        let at_work = self.at_work.iter().map(|(_, teammate)| teammate);
         at_work
+            .filter(|it| is_shorter(it.position - position, range_m) && is_fresh(it, now))
             .map(|teammate| teammate.position)
-            .filter(|&place| is_shorter(place - position, range_m))
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }
 
-impl Last {
-    fn at_work(&self, now: SimTime) -> Option<Teammate> {
-        let fresh = now.since(self.sent) < POSITION_EXPIRES;
-        self.executes.filter(|_| fresh)?;
-        Some(Teammate {
-            position: self.position?,
-            heard: self.sent,
-        })
-    }
+/// Whether its place still says something.
+fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
+    now.since(teammate.heard) < POSITION_EXPIRES
 }
 
 fn stamp(broadcast: &Broadcast) -> (Incarnation, u64) {
@@ -127,6 +144,7 @@ fn stamp(broadcast: &Broadcast) -> (Incarnation, u64) {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::ids::TaskId;
     use alliance_proto::team::{Body, Knowledge};
 
     use super::*;
