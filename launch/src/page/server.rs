@@ -92,7 +92,8 @@ pub async fn serve(
     });
     let mut server = tokio::spawn(server.into_future());
     tokio::select! {
-        ended = &mut server => ended.context("the page's server")?.context("the page's server"),
+        // A server that nobody asks anything just then ends in the same moment.
+        biased;
         Ok(patience) = gone => {
             // Who has not been told by then is cut off with this process.
             let told = async {
@@ -105,6 +106,7 @@ pub async fn serve(
             let _ = timeout(patience, told).await;
             Ok(())
         }
+        ended = &mut server => ended.context("the page's server")?.context("the page's server"),
     }
 }
 

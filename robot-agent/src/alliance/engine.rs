@@ -86,10 +86,10 @@ impl Engine {
         Self {
             behaviors: ids.map(Behavior::new).collect(),
             awake: Awake::default(),
-            history: History::new(config.tasks.len()),
+            history: History::new(config.own_tasks),
             teammates: Teammates::default(),
             heartbeats: Heartbeats::new(config.sets.len()),
-            progress: vec![0; config.tasks.len()],
+            progress: vec![0; config.own_tasks],
             started: false,
             rows: SmallVec::new(),
             steady_until: SimTime::ZERO,

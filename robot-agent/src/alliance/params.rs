@@ -25,8 +25,8 @@ pub(super) struct Config {
     pub step_s: f64,
     /// Answers to what the formulas leave open.
     pub switches: Switches,
-    /// The tasks of the robot's own sets, by id.
-    pub tasks: Vec<TaskId>,
+    /// Number of tasks that the robot has sets for.
+    pub own_tasks: usize,
     /// The own sets, in the catalog's order.
     pub sets: SmallVec<[OwnSet; USUAL_SETS]>,
     /// Time between two idle heartbeats.
@@ -142,7 +142,7 @@ impl Config {
             step_s: SimTime(setup.alliance.step_ms).as_secs_f64(),
             switches: setup.alliance.switches,
             idle_period: periods.max().unwrap_or_default(),
-            tasks: tasks.into_iter().collect(),
+            own_tasks: tasks.len(),
             sets,
         }
     }
@@ -161,7 +161,9 @@ impl Config {
 
     /// The place of a task among those of the robot's own sets.
     pub fn own_task(&self, task: TaskId) -> Option<usize> {
-        self.tasks.binary_search(&task).ok()
+        // They are few, and near.
+        let set = self.sets.iter().find(|set| set.task == task);
+        set.map(|set| set.own_task)
     }
 }
 

@@ -1,8 +1,9 @@
 //! The log of a run (DESIGN §8): encoding here, files in [`Folder`] alone.
 //!
-//! What a robot senses and does is hashed section by section when its report comes ([`Answers`]). After every tick the simulation hands
-//! a [`TickRecord`] to the [`Recorder`]. It adds the tick to the hash of the run, adds rows to the tables that the [`LogLevel`] keeps, and writes them out in large pieces; in a run by processes it does so in the
-//! [`Background`]. [`RunLog`] reads a folder back.
+//! What a robot senses and does is hashed section by section when its report comes ([`Answers`]). After every tick the
+//! simulation hands a [`TickRecord`] to the [`Recorder`]. It adds the tick to the hash of the run and rows to the tables that the
+//! [`LogLevel`] keeps, and writes them out in large pieces; a full log of a run by processes is made in the [`Background`].
+//! [`RunLog`] reads a folder back.
 //!
 //! **Seals.** ticks.csv is written last and tells what counts. Beside the hash of each [`Section`] it holds, of the robot
 //! `world`, for each table that has grown a row with the table's file name as its section and the hash of the table's bytes

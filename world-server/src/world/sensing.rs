@@ -2,7 +2,6 @@
 
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::readings::{Hit, Proximity, Readings, SensedWaste, WASTE_MOST};
-use arrayvec::ArrayVec;
 use glam::Vec2;
 
 use super::motion::bearing;
@@ -120,31 +119,77 @@ impl World {
     /// The nearest items on the floor within range, nearest first, in the robot's frame.
     fn waste_near(&self, body: &Robot, sensed: &mut SensedWaste) {
         let reach_m = self.body.radius_m + self.sensors.waste_range_m;
-        let mut near = ArrayVec::<(f32, ItemId, Vec2), WASTE_MOST>::new();
-        // Of many, most are farther away than the farthest of those that are told.
-        let mut most = reach_m * reach_m;
+        let mut nearest = Nearest::default();
         for (item, at) in self.waste.near(body.position(), reach_m) {
             let offset = at - body.position();
-            let squared = offset.length_squared();
-            if squared > most {
-                continue;
-            }
-            let is_nearer = |&(other, id, _): &(f32, ItemId, Vec2)| {
-                other.total_cmp(&squared).then(id.cmp(&item)).is_lt()
-            };
-            let place = near.partition_point(is_nearer);
-            if place < WASTE_MOST {
-                if near.is_full() {
-                    near.pop();
-                }
-                near.insert(place, (squared, item, offset));
-                if let Some((farthest, ..)) = near.get(WASTE_MOST - 1) {
-                    most = *farthest;
-                }
+            if offset.length_squared() <= reach_m * reach_m {
+                nearest.take(item, offset);
             }
         }
         let left = body.ahead.perp();
-        let in_frame = |offset| Vec2::new(body.ahead.dot(offset), left.dot(offset));
-        sensed.extend(near.into_iter().map(|(_, _, offset)| in_frame(offset)));
+        let in_frame = |offset: &Vec2| Vec2::new(body.ahead.dot(*offset), left.dot(*offset));
+        sensed.extend(nearest.offsets().iter().map(in_frame));
+    }
+}
+
+/// The nearest of some items, nearest first; of two at the same distance, the lower id.
+#[derive(Default)]
+struct Nearest {
+    count: usize,
+    /// Square of the distance and id, as one number in the same order.
+    keys: [u64; WASTE_MOST],
+    offsets: [Vec2; WASTE_MOST],
+}
+
+impl Nearest {
+    fn take(&mut self, item: ItemId, offset: Vec2) {
+        // Bits of numbers that are not negative are in the order of the numbers.
+        let squared = offset.length_squared().to_bits();
+        let key = u64::from(squared) << 32 | u64::from(item.0);
+        let mut place = self.count;
+        if place == WASTE_MOST {
+            place -= 1;
+            if key > self.keys[place] {
+                return;
+            }
+        } else {
+            self.count += 1;
+        }
+        // They are few: from the end on, each that is farther makes room.
+        while place > 0 && self.keys[place - 1] > key {
+            self.keys[place] = self.keys[place - 1];
+            self.offsets[place] = self.offsets[place - 1];
+            place -= 1;
+        }
+        self.keys[place] = key;
+        self.offsets[place] = offset;
+    }
+
+    fn offsets(&self) -> &[Vec2] {
+        &self.offsets[..self.count]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Against sorting them all.
+        #[test]
+        fn the_nearest_come_first(places in prop::collection::vec((-3..4_i8, -3..4_i8), 0..40)) {
+            let mut nearest = Nearest::default();
+            let mut all = Vec::new();
+            for (id, (x, y)) in (0..).zip(&places) {
+                let offset = Vec2::new(f32::from(*x), f32::from(*y)) / 3.0;
+                nearest.take(ItemId(id), offset);
+                all.push((offset.length_squared(), id, offset));
+            }
+            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let expected: Vec<Vec2> = all.iter().take(WASTE_MOST).map(|it| it.2).collect();
+            prop_assert_eq!(nearest.offsets(), expected);
+        }
     }
 }
