@@ -113,6 +113,9 @@ mod tests {
                     let expected = libm::hypotf(x, y);
                     let found = length(Vec2::new(x, y));
                     prop_assert!(found == expected || (found.is_nan() && expected.is_nan()), "{x} {y}: {found} {expected}");
+                    if x.is_nan() || y.is_nan() {
+                        continue;
+                    }
                     for limit in [expected, expected.next_up(), expected.next_down(), 0.3, f32::NAN] {
                         prop_assert_eq!(is_shorter(Vec2::new(x, y), limit), expected < limit, "{} {}", x, y);
                         prop_assert_eq!(is_within(Vec2::new(x, y), limit), expected <= limit, "{} {}", x, y);
