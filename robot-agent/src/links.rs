@@ -60,7 +60,7 @@ pub struct Links {
 /// A message on its way.
 #[derive(Clone, Debug)]
 struct Kept {
-    /// Shared, for an agent is copied in every step.
+    /// Shared with whoever else hears it in the same process.
     broadcast: Arc<Broadcast>,
     until: Until,
     /// Whether a second copy follows.
