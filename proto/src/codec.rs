@@ -37,23 +37,28 @@ fn configuration() -> impl bincode::config::Config {
 /// # Errors
 /// [`CodecError::TooLarge`] above the size limit.
 pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
-    let mut bytes = Vec::with_capacity(USUAL_BYTES);
-    append(message, &mut bytes)?;
-    if bytes.len() > LIMIT_BYTES {
-        return Err(CodecError::TooLarge(bytes.len()));
+    let mut bytes = vec![0; USUAL_BYTES];
+    let length = encode_into(message, &mut bytes)?;
+    if length > LIMIT_BYTES {
+        return Err(CodecError::TooLarge(length));
     }
+    bytes.truncate(length);
     Ok(bytes)
 }
 
-/// Appends the encoding of a value of any size to `bytes`, for hashing.
+/// Writes the encoding of a value of any size to where `room` begins, and tells its length. The room grows if that takes more;
+/// whoever encodes much keeps it for the next value.
 ///
 /// # Errors
 /// [`CodecError::Malformed`] for a value that bincode cannot represent; plain data always can.
 #[inline]
-pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) -> Result<(), CodecError> {
-    value
-        .serialize(&mut Encoder(bytes))
-        .map_err(|error| CodecError::Malformed(error.to_string()))
+pub fn encode_into<T: Serialize>(value: &T, room: &mut Vec<u8>) -> Result<usize, CodecError> {
+    let length = write(value, room)?;
+    if length > room.len() {
+        room.resize(length + USUAL_BYTES, 0);
+        write(value, room)?;
+    }
+    Ok(length)
 }
 
 /// How many bytes the encoding of a message takes.
@@ -61,24 +66,20 @@ pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) -> Result<(), CodecE
 /// # Errors
 /// [`CodecError::TooLarge`] above the size limit.
 pub fn encoded_len<T: Serialize>(message: &T) -> Result<usize, CodecError> {
-    let mut count = Count(0);
-    bincode::serde::encode_into_writer(message, &mut count, configuration())
-        .map_err(|error| CodecError::Malformed(error.to_string()))?;
-    if count.0 > LIMIT_BYTES {
-        return Err(CodecError::TooLarge(count.0));
+    match write(message, &mut [])? {
+        length if length > LIMIT_BYTES => Err(CodecError::TooLarge(length)),
+        length => Ok(length),
     }
-    Ok(count.0)
 }
 
-/// Counts bytes.
-struct Count(usize);
-
-impl bincode::enc::write::Writer for &mut Count {
-    #[inline(always)]
-    fn write(&mut self, bytes: &[u8]) -> Result<(), bincode::error::EncodeError> {
-        self.0 += bytes.len();
-        Ok(())
-    }
+/// The length of the encoding, of which as much is written as fits.
+#[inline]
+fn write<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError> {
+    let mut encoder = Encoder::new(place);
+    value
+        .serialize(&mut encoder)
+        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    Ok(encoder.length())
 }
 
 /// Decodes a message that takes up all of `bytes`.

@@ -27,16 +27,44 @@ impl ser::Error for Refused {
     }
 }
 
-/// Appends to some bytes.
-pub(super) struct Encoder<'a>(pub &'a mut Vec<u8>);
+/// Writes to a place of given size. What does not fit is counted only: whoever wants it provides more room and writes again. So
+/// a field costs a comparison and no call.
+pub(super) struct Encoder<'a> {
+    place: &'a mut [u8],
+    /// Length of the encoding so far.
+    length: usize,
+}
 
 /// The largest number that is one byte.
 const ONE_BYTE_MAX: u8 = 250;
 
-impl Encoder<'_> {
+impl<'a> Encoder<'a> {
+    #[inline(always)]
+    pub fn new(place: &'a mut [u8]) -> Self {
+        Self { place, length: 0 }
+    }
+
+    /// How many bytes the encoding takes, written or not.
+    #[inline(always)]
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
     #[inline(always)]
     fn put<const N: usize>(&mut self, bytes: [u8; N]) {
-        self.0.extend_from_slice(&bytes);
+        let end = self.length + N;
+        if let Some(place) = self.place.get_mut(self.length..end) {
+            place.copy_from_slice(&bytes);
+        }
+        self.length = end;
+    }
+
+    fn put_all(&mut self, bytes: &[u8]) {
+        let end = self.length + bytes.len();
+        if let Some(place) = self.place.get_mut(self.length..end) {
+            place.copy_from_slice(bytes);
+        }
+        self.length = end;
     }
 
     #[inline(always)]
@@ -66,7 +94,7 @@ impl Encoder<'_> {
         self.unsigned(((value << 1) ^ (value >> 63)) as u64);
     }
 
-    fn length(&mut self, length: Option<usize>) -> Result<(), Refused> {
+    fn count(&mut self, length: Option<usize>) -> Result<(), Refused> {
         self.unsigned(length.ok_or(Refused::UnknownLength)? as u64);
         Ok(())
     }
@@ -165,8 +193,7 @@ impl ser::Serializer for &mut Encoder<'_> {
 
     fn serialize_char(self, value: char) -> Done {
         let mut utf8 = [0; 4];
-        self.0
-            .extend_from_slice(value.encode_utf8(&mut utf8).as_bytes());
+        self.put_all(value.encode_utf8(&mut utf8).as_bytes());
         Ok(())
     }
 
@@ -176,7 +203,7 @@ impl ser::Serializer for &mut Encoder<'_> {
 
     fn serialize_bytes(self, value: &[u8]) -> Done {
         self.unsigned(value.len() as u64);
-        self.0.extend_from_slice(value);
+        self.put_all(value);
         Ok(())
     }
 
@@ -236,7 +263,7 @@ impl ser::Serializer for &mut Encoder<'_> {
 
     #[inline(always)]
     fn serialize_seq(self, length: Option<usize>) -> Result<Self, Refused> {
-        self.length(length)?;
+        self.count(length)?;
         Ok(self)
     }
 
@@ -263,7 +290,7 @@ impl ser::Serializer for &mut Encoder<'_> {
     }
 
     fn serialize_map(self, length: Option<usize>) -> Result<Self, Refused> {
-        self.length(length)?;
+        self.count(length)?;
         Ok(self)
     }
 

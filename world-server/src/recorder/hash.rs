@@ -44,17 +44,16 @@ impl Section {
 /// Hashes a section.
 #[derive(Clone, Default)]
 pub(super) struct SectionHash {
-    /// Encoding of the section at hand; kept for its memory.
-    encoded: Vec<u8>,
+    /// Begins with the encoding of the section at hand; kept for its memory.
+    room: Vec<u8>,
 }
 
 impl SectionHash {
     pub fn of(&mut self, content: &impl Serialize) -> u64 {
-        self.encoded.clear();
-        codec::append(content, &mut self.encoded)
+        let length = codec::encode_into(content, &mut self.room)
             // Sections are plain data of known length and the destination is memory, so nothing is left to fail.
             .expect("a section can be encoded");
-        xxh3_64(&self.encoded)
+        xxh3_64(&self.room[..length])
     }
 }
 
