@@ -11,6 +11,7 @@ use glam::Vec2;
 use super::motion::wrapped;
 use super::space::nearest_place;
 use super::start::ROUNDING_M;
+use super::vicinity::Vicinity;
 use super::{ObstacleId, World, WorldEvent};
 
 /// Why the world cannot be changed like that.
@@ -61,7 +62,9 @@ impl World {
     /// [`ChangeError::NoPlaceForItem`].
     pub fn add_item(&mut self, near: Vec2) -> Result<ItemId, ChangeError> {
         let place = self.place_for_item(near, None)?;
-        Ok(self.waste.add(place))
+        let item = self.waste.add(place);
+        self.laid(place);
+        Ok(item)
     }
 
     /// Puts an item that lies on the floor elsewhere, placed like a new one. Tells where it lies now, m.
@@ -79,6 +82,7 @@ impl World {
         }
         let place = self.place_for_item(near, Some(item))?;
         self.waste.relocate(item, place);
+        self.laid(place);
         Ok(place)
     }
 
@@ -122,7 +126,7 @@ impl World {
         if let Some(heading_rad) = heading_rad {
             body.face(wrapped(heading_rad));
         }
-        self.relocated(robot, to);
+        self.jumped(robot, to);
         Ok(())
     }
 
@@ -145,8 +149,15 @@ impl World {
         body.present = true;
         let pose = body.component.pose;
         self.bodies.insert(robot.index(), place);
-        self.relocated(robot, place);
+        self.jumped(robot, place);
         Ok(pose)
+    }
+
+    /// Keeps track of a body that has been put somewhere.
+    fn jumped(&mut self, robot: RobotId, to: Vec2) {
+        self.robots[robot.index()].vicinity = Vicinity::default();
+        self.drift.jumps(self.space.size);
+        self.relocated(robot, to);
     }
 
     /// Takes a robot's body away: nothing touches or senses it, and it obeys nothing. What it carries falls first, as with

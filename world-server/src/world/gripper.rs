@@ -13,6 +13,7 @@ impl World {
         let item = self.robots[robot.index()].carrying.take()?;
         let at = self.drop_place(robot);
         let delivered = self.waste.put_down(item, at);
+        self.laid(at);
         Some(if delivered {
             WorldEvent::Delivered { robot, item }
         } else {

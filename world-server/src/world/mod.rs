@@ -8,6 +8,7 @@
 //!   properties that evolve each step, such as [`Energy`](Battery).
 //! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
 //! - `grid`: what is near a place. `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
+//! - `vicinity`: what is known of a robot's surroundings from steps before.
 //! - `radio`: who is in range of whom. `waste`: spills, deposit, items, report site. `gripper`: pick up and put down. `sensing`: what a robot reads.
 //! - `change`: what interruption handlers do to all of it between steps.
 //!
@@ -41,6 +42,7 @@ mod radio;
 mod sensing;
 mod space;
 mod start;
+mod vicinity;
 mod waste;
 
 #[cfg(test)]
@@ -66,6 +68,7 @@ pub use waste::Item;
 use grid::Grid;
 use radio::Range;
 use space::Space;
+use vicinity::{Drift, Vicinity};
 use waste::Waste;
 
 /// The state of the simulated world.
@@ -82,6 +85,7 @@ pub struct World {
     has_aspects: bool,
     /// Ranks of those that are there, by their centers.
     bodies: Grid,
+    drift: Drift,
     /// `None` where all hear all.
     range: Option<Range>,
     waste: Waste,
@@ -103,6 +107,7 @@ struct Robot {
     speed_m_s: f32,
     carrying: Option<ItemId>,
     side_sensor: bool,
+    vicinity: Vicinity,
 }
 
 impl Robot {
@@ -158,6 +163,7 @@ impl World {
                 speed_m_s: 0.0,
                 carrying: None,
                 side_sensor: robot.side_sensor,
+                vicinity: Vicinity::default(),
             };
             robot.face(pose.heading_rad);
             robot
@@ -186,6 +192,7 @@ impl World {
                 .any(|robot| !robot.component.aspects.is_empty()),
             robots,
             bodies,
+            drift: Drift::new(space.size),
             waste: Waste::new(scenario, setup.seed, &space),
             space,
         }
@@ -194,6 +201,7 @@ impl World {
     /// Advances the world by one step. Commands by rank; without one, or without power, a body stays as it is.
     pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<WorldEvent> {
         let mut events = Vec::new();
+        self.drift.begin_step();
         for rank in 0..self.robots.len() {
             let can_act = self.robots[rank].can_act();
             let command = commands.get(rank).copied().flatten().filter(|_| can_act);

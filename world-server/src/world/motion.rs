@@ -35,6 +35,7 @@ impl World {
         body.component.pose.position = to;
         body.speed_m_s = way_m / step_s;
         if way_m > 0.0 {
+            self.drift.moves(way_m);
             self.relocated(robot, to);
         }
     }
@@ -61,6 +62,9 @@ impl World {
             let solids = self.space.solids_near(body.position(), reach_m);
             solids.fold(None, sweep)
         };
+        if self.is_alone(robot, reach_m) {
+            return still;
+        }
         let others = self.solid_teammates(robot, body.position(), reach_m);
         others.fold(still, sweep)
     }

@@ -70,9 +70,12 @@ impl Outline {
         }
     }
 
-    /// Whether the point is in it.
+    /// Whether the point is in it, or on its edge.
     pub(super) fn contains(&self, point: Vec2) -> bool {
-        self.surface(point).0 <= 0.0
+        match *self {
+            Self::Rectangle { min, max } => point.cmpge(min).all() && point.cmple(max).all(),
+            Self::Disc { .. } | Self::Wall { .. } => self.surface(point).0 <= 0.0,
+        }
     }
 
     /// Distance of a point from the surface, m, negative inside, and the outward normal there.

@@ -1,11 +1,12 @@
 //! What a robot's sensors read (DESIGN §7; each device is defined in [`alliance_proto::readings`]).
 
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::readings::{Hit, Proximity, Readings, SensedWaste, WASTE_MOST};
+use alliance_proto::readings::{Hit, Proximity, Readings, SensedWaste, WASTE_MOST, Zone};
 use glam::Vec2;
 
 use super::motion::bearing;
 use super::outline::Stop;
+use super::vicinity::{Circle, SKIRT_M};
 use super::{Robot, SKIN_M, World};
 
 impl World {
@@ -23,8 +24,7 @@ impl World {
         let body = &self.robots[robot.index()];
         let position = body.position();
         // The ground that is sensed ahead is nearer than that, too.
-        let near_m = self.proximity_reach_m() + SKIN_M;
-        let alone = self.teammates(robot, position, near_m).next().is_none();
+        let alone = !self.may_meet(robot, self.proximity_reach_m() + SKIN_M);
         readings.pose = Some(body.component.pose);
         readings.front_border = Some(self.border(position, body.ahead));
         readings.side_border = body
@@ -36,7 +36,7 @@ impl World {
             readings.proximity.insert(Proximity::default()),
         );
         self.waste_near(body, readings.waste.insert(SensedWaste::new()));
-        readings.zone = Some(self.waste.zone(position));
+        readings.zone = Some(self.zone(body));
         readings.report_site = Some(self.waste.is_report_site(position));
         readings.holding = Some(body.carrying.is_some());
         readings.ground = Some(self.ground(robot, alone));
@@ -116,16 +116,44 @@ impl World {
         proximity.right = right_stops.map(|stop| hit(stop, radius_m));
     }
 
+    /// What is under a robot's center.
+    fn zone(&self, body: &Robot) -> Zone {
+        let position = body.position();
+        let (circle, zone) = body.vicinity.zone.get();
+        if circle.contains(position) {
+            return zone;
+        }
+        let (zone, edge_m) = self.waste.zone_within(position, SKIRT_M);
+        let circle = Circle::new(position, edge_m);
+        body.vicinity.zone.set((circle, zone));
+        zone
+    }
+
+    /// How far from a robot's center its waste sensor reaches, m.
+    pub(super) fn waste_reach_m(&self) -> f32 {
+        self.body.radius_m + self.sensors.waste_range_m
+    }
+
     /// The nearest items on the floor within range, nearest first, in the robot's frame.
     fn waste_near(&self, body: &Robot, sensed: &mut SensedWaste) {
-        let reach_m = self.body.radius_m + self.sensors.waste_range_m;
+        let position = body.position();
+        if body.vicinity.wasteless.get().contains(position) {
+            return;
+        }
+        let reach_m = self.waste_reach_m();
+        let far_m = reach_m + SKIRT_M;
         let mut nearest = Nearest::default();
-        for (item, at) in self.waste.near(body.position(), reach_m) {
-            let offset = at - body.position();
-            if offset.length_squared() <= reach_m * reach_m {
+        let mut least = far_m * far_m;
+        for (item, at) in self.waste.near(position, far_m) {
+            let offset = at - position;
+            let squared = offset.length_squared();
+            least = least.min(squared);
+            if squared <= reach_m * reach_m {
                 nearest.take(item, offset);
             }
         }
+        let wasteless = Circle::new(position, least.sqrt() - reach_m);
+        body.vicinity.wasteless.set(wasteless);
         let left = body.ahead.perp();
         let in_frame = |offset: &Vec2| Vec2::new(body.ahead.dot(*offset), left.dot(*offset));
         sensed.extend(nearest.offsets().iter().map(in_frame));

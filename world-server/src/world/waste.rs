@@ -133,17 +133,21 @@ impl Waste {
 
     /// Where a spill overlaps the deposit, it is the deposit.
     pub fn zone(&self, point: Vec2) -> Zone {
-        let mut found = Zone::None;
-        for (index, _) in self.zone_centers.near(point, self.zone_reach_m) {
+        self.zone_within(point, 0.0).0
+    }
+
+    /// The zone at a point, and how far from there no edge of a zone is, m, of those up to that far.
+    pub fn zone_within(&self, point: Vec2, far_m: f32) -> (Zone, f32) {
+        let (mut found, mut edge_m) = (Zone::None, far_m);
+        for (index, _) in self.zone_centers.near(point, self.zone_reach_m + far_m) {
             let (zone, outline) = self.zones[index];
-            if zone != found && outline.contains(point) {
+            let (distance_m, _) = outline.surface(point);
+            edge_m = edge_m.min(distance_m.abs());
+            if distance_m <= 0.0 && found != Zone::Deposit {
                 found = zone;
-                if found == Zone::Deposit {
-                    break;
-                }
             }
         }
-        found
+        (found, edge_m)
     }
 
     pub fn counts(&self) -> ItemCounts {

@@ -1,9 +1,11 @@
 //! Random rooms and commands at every length of step: nothing overlaps or tunnels, nothing is lost, and the same again.
 
+use alliance_proto::ids::ItemId;
 use alliance_proto::scenario::Room;
 use proptest::prelude::*;
 
 use super::*;
+use crate::world::vicinity::Vicinity;
 use crate::world::{Outline, SKIN_M, start_poses};
 
 const STEPS: usize = 40;
@@ -177,6 +179,49 @@ proptest! {
                 if events.iter().any(|event| matches!(event, WorldEvent::Dropped { item: id, .. } if *id == item.id())) {
                     prop_assert!(solids(&world).iter().all(|solid| solid.surface(item.position()).0 > 0.0));
                 }
+            }
+        }
+    }
+
+    /// What a robot senses and how far it gets does not depend on what is known of its surroundings from steps before,
+    /// whatever is put elsewhere meanwhile, and however long it was not asked.
+    #[test]
+    fn what_is_known_of_the_surroundings_is_true(
+        setup in setups(),
+        commands in commands(),
+        changes in prop::collection::vec((0_u16..24, 0_u16..6, 0.0_f32..1.0, 0.0_f32..1.0), STEPS),
+        wider in 1.0_f32..5.0,
+    ) {
+        let mut setup = setup;
+        setup.scenario.room.width_m *= wider;
+        setup.scenario.waste.spill_radius_m = 2.0;
+        let mut world = World::new(&setup);
+        let robots = setup.scenario.robots.len() as u16;
+        let anew = |world: &World| {
+            let mut anew = world.clone();
+            anew.robots.iter_mut().for_each(|robot| robot.vicinity = Vicinity::default());
+            anew
+        };
+        for (step, (change, whom, x, y)) in commands.iter().zip(changes) {
+            let (robot, at) = (RobotId(whom % robots), Vec2::new(x, y) * world.space.size);
+            match change {
+                0 => { let _ = world.move_robot(robot, at, None); }
+                1 => { world.remove_robot(robot); }
+                2 => { let _ = world.add_robot(robot); }
+                3 => { let _ = world.add_item(at); }
+                4 => { let _ = world.move_item(ItemId(whom.into()), at); }
+                5 => { world.drop_carried(robot); }
+                _ => {}
+            }
+            let fresh = anew(&world);
+            let asked = (0..robots).filter(|rank| (rank + change) % 3 > 0).map(RobotId);
+            for robot in asked.filter(|robot| world.is_present(*robot)) {
+                prop_assert_eq!(world.readings(robot), fresh.readings(robot));
+            }
+            let mut fresh = anew(&world);
+            prop_assert_eq!(world.step(&actuations(step)), fresh.step(&actuations(step)));
+            for robot in (0..robots).map(RobotId) {
+                prop_assert_eq!(world.pose(robot), fresh.pose(robot));
             }
         }
     }
