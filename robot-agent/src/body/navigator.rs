@@ -264,13 +264,6 @@ impl Navigator {
         right_of_way: impl IntoIterator<Item = Teammate>,
         now: SimTime,
     ) -> bool {
-        let faces = match &self.detour {
-            Some(detour) => detour.faces_along(around),
-            None => {
-                let direction = goal.direction(around.pose.position);
-                wrap(direction - around.pose.heading_rad).abs() <= FACING_RAD
-            }
-        };
         let met = around.blocked_by().is_some_and(|hit| {
             let reach = chassis.radius_m + hit.distance_m;
             let heading = around.pose.heading_rad;
@@ -282,10 +275,18 @@ impl Navigator {
                         < 2.0 * chassis.radius_m + moved
                 })
         });
-        if !(faces && met) {
-            if !met {
-                self.yielding = None;
+        if !met {
+            self.yielding = None;
+            return false;
+        }
+        let faces = match &self.detour {
+            Some(detour) => detour.faces_along(around),
+            None => {
+                let direction = goal.direction(around.pose.position);
+                wrap(direction - around.pose.heading_rad).abs() <= FACING_RAD
             }
+        };
+        if !faces {
             return false;
         }
         let since = *self.yielding.get_or_insert(now);

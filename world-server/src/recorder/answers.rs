@@ -114,10 +114,36 @@ impl Answer {
 /// Whether the sections of motivations have the same bits.
 fn have_same_motivations(a: &Report, b: &Report) -> bool {
     let is_quiet = |report: &Report| report.changes.is_empty() && report.notes.is_empty();
-    let bits = |it: &Motivation| (it.motivation.to_bits(), it.impatience.to_bits());
-    let same = |(a, b): (&Motivation, &Motivation)| a == b && bits(a) == bits(b);
     is_quiet(a)
         && is_quiet(b)
         && a.motivations.len() == b.motivations.len()
-        && a.motivations.iter().zip(&b.motivations).all(same)
+        && a.motivations
+            .iter()
+            .zip(&b.motivations)
+            .all(|(a, b)| bits(a) == bits(b))
+}
+
+/// All of a motivation, in comparable form.
+#[inline(always)]
+fn bits(it: &Motivation) -> impl PartialEq + use<> {
+    let Motivation {
+        set,
+        motivation,
+        impatience,
+        sensory_feedback,
+        activity_suppression,
+        impatience_reset,
+        acquiescence,
+        state,
+    } = *it;
+    (
+        motivation.to_bits(),
+        impatience.to_bits(),
+        set,
+        sensory_feedback,
+        activity_suppression,
+        impatience_reset,
+        acquiescence,
+        state,
+    )
 }

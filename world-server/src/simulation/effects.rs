@@ -17,10 +17,15 @@ impl Simulation {
     /// One thing after the other, each with what it asks of processes: what time brings, the handlers, the commands. So it
     /// means nothing at which moment before the tick a command has come, and a replay, in which all are there from the
     /// beginning, does the same.
+    #[inline]
     pub fn begin(&mut self) {
-        if self.opened || self.outcome.is_some() || !self.barrier.started() {
-            return;
+        // As for each robot that is asked after the first.
+        if !self.opened && self.outcome.is_none() && self.barrier.started() {
+            self.bring_about();
         }
+    }
+
+    fn bring_about(&mut self) {
         while self.acts.is_empty() {
             if let Some(turn) = self.schedule.next(self.world.now()) {
                 match turn {
