@@ -125,9 +125,11 @@ impl Agent {
             let body = self.heartbeat(announcement, spent.pop());
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
-        for body in action.bodies.drain(..) {
-            spent.pop();
-            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+        if !action.bodies.is_empty() {
+            for body in action.bodies.drain(..) {
+                spent.pop();
+                broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+            }
         }
 
         report.robot = self.robot;

@@ -30,6 +30,7 @@ impl Air {
 
     /// Takes what a robot says in a tick, and gives back to `spent` what nobody can hear any more. A manifest lists what was
     /// said in its tick or in the one before, and never later.
+    #[inline]
     pub fn send(
         &mut self,
         tick: Tick,
@@ -58,6 +59,7 @@ impl Air {
 
     /// Writes to `collected` the broadcasts of a manifest, one place for each in its order; `None` is one that is lost, or was
     /// never sent.
+    #[inline]
     pub fn collect(
         &self,
         manifest: &[ManifestEntry],

@@ -28,7 +28,7 @@ impl Section {
     /// The `section` column of ticks.csv.
     #[must_use]
     #[inline(always)]
-    pub fn as_str(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Inputs => "inputs",
             Self::Readings => "readings",
@@ -40,6 +40,9 @@ impl Section {
         }
     }
 }
+
+/// Length of the longest section's name.
+const NAME_MOST: usize = Section::Motivations.as_str().len();
 
 /// Hashes a section.
 #[derive(Clone, Default)]
@@ -75,10 +78,14 @@ impl RunHash {
     /// Adds the hash of a section of a robot, or of the world.
     #[inline(always)]
     pub fn section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
-        let rank = robot.map_or(u16::MAX, |robot| robot.0);
-        self.tick.extend_from_slice(&rank.to_le_bytes());
-        self.tick.extend_from_slice(section.as_str().as_bytes());
-        self.tick.extend_from_slice(&hash.to_le_bytes());
+        let rank = robot.map_or(u16::MAX, |robot| robot.0).to_le_bytes();
+        let name = section.as_str().as_bytes();
+        // In one piece: memory may have to grow for each.
+        let mut piece = [0; 2 + NAME_MOST + 8];
+        piece[..2].copy_from_slice(&rank);
+        piece[2..][..name.len()].copy_from_slice(name);
+        piece[2 + name.len()..][..8].copy_from_slice(&hash.to_le_bytes());
+        self.tick.extend_from_slice(&piece[..2 + name.len() + 8]);
     }
 
     /// Ends the tick.

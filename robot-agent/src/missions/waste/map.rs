@@ -6,8 +6,6 @@ use alliance_proto::scenario::{Scenario, Spill, Spot};
 use alliance_proto::team::Locations;
 use glam::Vec2;
 
-use crate::body::goal::is_shorter;
-
 /// Up to so many places are simply looked at one after the other.
 const FEW: usize = 16;
 /// Places to a cell, on average.
@@ -54,9 +52,9 @@ impl Map {
 /// before.
 #[derive(Clone, Copy, Debug, Default)]
 struct Realm {
-    /// In a circle round this point, m.
+    /// In a circle round this point, m, of a radius of which this is the square.
     center: Vec2,
-    radius_m: f32,
+    squared: f32,
     spot: u16,
     /// Where that is, m.
     at: Vec2,
@@ -114,7 +112,7 @@ impl Places<'_> {
 
     fn realm(&self, spots: &Spots, last: &Cell<Realm>, at: Vec2) -> Realm {
         let realm = last.get();
-        if is_shorter(at - realm.center, realm.radius_m) {
+        if (at - realm.center).length_squared() < realm.squared {
             return realm;
         }
         let realm = self.search(spots, at);
@@ -138,9 +136,10 @@ impl Places<'_> {
             };
             if nearest.squared <= sure_m * sure_m {
                 let next_m = next.squared.sqrt().min(sure_m);
+                let radius_m = (next_m - nearest.squared.sqrt()) / 2.0 - ROUNDING_M;
                 return Realm {
                     center: at,
-                    radius_m: (next_m - nearest.squared.sqrt()) / 2.0 - ROUNDING_M,
+                    squared: radius_m.max(0.0) * radius_m.max(0.0),
                     spot: nearest.spot,
                     at: self.spot(spots, nearest.spot),
                 };

@@ -57,6 +57,7 @@ impl Sight {
     }
 
     /// Whether all waste within `around` of that place is seen.
+    #[inline]
     pub fn covers(&self, place: Vec2, around: f32) -> bool {
         let offset = place - self.position;
         // The same as the second condition alone, mostly without a root: nothing is shorter than its longer coordinate.
@@ -64,6 +65,7 @@ impl Sight {
     }
 
     /// Whether nothing lies within `slack` of that place, for certain.
+    #[inline]
     pub fn shows_nothing_at(&self, place: Vec2, slack: f32) -> bool {
         self.covers(place, slack) && self.item_at(place, slack).is_none()
     }
