@@ -21,6 +21,10 @@ use air::Air;
 /// What comes from outside, by the tick that it changes.
 type Outside = BTreeMap<Tick, Vec<Input>>;
 
+/// So many robots sense, then step, then report: each of the three runs through much code, which is at hand if several do the same
+/// one after the other.
+const TOGETHER: usize = 16;
+
 /// A team and its world, stepped by hand.
 pub struct Team<S> {
     simulation: Simulation,
@@ -30,8 +34,9 @@ pub struct Team<S> {
     /// By rank; `None` where no agent lives.
     agents: Vec<Option<Agent>>,
     air: Air,
-    /// Of all agents.
-    space: Workspace,
+    /// Those who are asked at the moment, and the workspace of each.
+    asked: Vec<RobotId>,
+    spaces: Vec<Workspace>,
     outside: Outside,
     /// Which lives faults have begun: one that ended before it took part has a number, too.
     lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
@@ -88,7 +93,8 @@ impl<S: Sink> Team<S> {
             common: Common::of(&setup),
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
-            space: Workspace::default(),
+            asked: Vec::new(),
+            spaces: Vec::new(),
             simulation: Simulation::new(setup, true),
             recorder,
             outside,
@@ -127,8 +133,7 @@ impl<S: Sink> Team<S> {
                 idle = false;
             }
             self.bury_unasked(&outside);
-            while let Some(robot) = self.simulation.next_question() {
-                self.ask(robot, &outside);
+            while self.ask_some(&outside) {
                 idle = false;
             }
             if idle && !self.simulation.is_complete() {
@@ -314,6 +319,24 @@ impl<S: Sink> Team<S> {
         })
     }
 
+    /// Asks those who are next, and does what comes of it; says whether there was anybody.
+    fn ask_some(&mut self, outside: &[Input]) -> bool {
+        // What comes from outside may happen to one before the next is asked.
+        let most = if outside.is_empty() { TOGETHER } else { 1 };
+        self.asked.clear();
+        while self.asked.len() < most
+            && let Some(robot) = self.simulation.next_question()
+        {
+            self.asked.push(robot);
+        }
+        match self.asked[..] {
+            [] => return false,
+            [robot] if !outside.is_empty() => self.ask(robot, outside),
+            _ => self.answer(outside),
+        }
+        true
+    }
+
     fn ask(&mut self, robot: RobotId, outside: &[Input]) {
         let death = self.death(robot, outside);
         let stalls = outside.iter().any(
@@ -322,42 +345,50 @@ impl<S: Sink> Team<S> {
         if stalls {
             self.simulation.stall(robot);
         } else if death.is_none_or(|counted| counted == Some(self.simulation.tick())) {
-            self.answer(robot, outside);
+            self.answer(outside);
         }
         if death.is_some() {
             self.die(robot);
         }
     }
 
-    fn answer(&mut self, robot: RobotId, outside: &[Input]) {
-        let message = self.simulation.message(robot);
+    /// Steps the agents that were asked, and then hands over their reports.
+    fn answer(&mut self, outside: &[Input]) {
+        let most = self.spaces.len().max(self.asked.len());
+        self.spaces.resize_with(most, Workspace::default);
         let robots = &self.simulation.setup().scenario.robots;
         let name = |robot: RobotId| &robots[robot.index()].name;
-        let is_lost = |sender, tick, index| {
-            outside.iter().any(|input| match input {
-                Input::Lost {
-                    receiver,
-                    sender: of,
-                    sent_tick,
-                    index: lost,
-                } => {
-                    receiver == name(robot)
-                        && (*sent_tick, *lost) == (tick, index)
-                        && of == name(sender)
-                }
-                _ => false,
-            })
-        };
-        let space = &mut self.space;
-        self.air
-            .collect(&message.manifest, is_lost, &mut space.arrived);
-        let Some(agent) = &mut self.agents[robot.index()] else {
-            return;
-        };
-        agent.step(message, space);
-        self.air
-            .send(message.tick, robot, &mut space.broadcasts, &mut space.spent);
-        self.simulation.report(&mut space.report);
+        for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+            let message = self.simulation.message(robot);
+            let is_lost = |sender, tick, index| {
+                outside.iter().any(|input| match input {
+                    Input::Lost {
+                        receiver,
+                        sender: of,
+                        sent_tick,
+                        index: lost,
+                    } => {
+                        receiver == name(robot)
+                            && (*sent_tick, *lost) == (tick, index)
+                            && of == name(sender)
+                    }
+                    _ => false,
+                })
+            };
+            self.air
+                .collect(&message.manifest, is_lost, &mut space.arrived);
+            if let Some(agent) = &mut self.agents[robot.index()] {
+                agent.step(message, space);
+            }
+        }
+        let tick = self.simulation.tick();
+        for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+            if self.agents[robot.index()].is_some() {
+                self.air
+                    .send(tick, robot, &mut space.broadcasts, &mut space.spent);
+                self.simulation.report(&mut space.report);
+            }
+        }
     }
 
     fn name(&self, robot: RobotId) -> &str {
