@@ -28,7 +28,7 @@ pub struct TickMessage {
 }
 
 /// "These broadcasts of that sender and tick count: wait for them."
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ManifestEntry {
     /// Who sent them.
     pub sender: RobotId,
@@ -38,8 +38,9 @@ pub struct ManifestEntry {
     pub incarnation: Incarnation,
     /// How many: their indices run from 0 to `count - 1`.
     pub count: u16,
-    /// State of the link from the sender to this receiver; `None` is an undisturbed one.
-    pub link: Option<LinkState>,
+    /// State of the link from the sender to this receiver; `None` is an undisturbed one, as most are: the others lie elsewhere, so
+    /// that entries are small.
+    pub link: Option<Box<LinkState>>,
 }
 
 /// What the world publishes on an agent's tick key. Who sends it may keep the tick and lend it.

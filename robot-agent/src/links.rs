@@ -165,7 +165,7 @@ impl Links {
         let now = tick.now;
         let mut arrived = arrived.drain(..);
         for entry in &tick.manifest {
-            let link = entry.link.filter(|link| !link.is_clear());
+            let link = entry.link.as_deref().filter(|link| !link.is_clear());
             let mut indices = [0; BroadcastKind::ALL.len()];
             for _ in 0..entry.count {
                 let Some(broadcast) = arrived.next().flatten() else {
@@ -181,7 +181,7 @@ impl Links {
                 };
                 let index = &mut indices[broadcast.body.kind() as usize];
                 let (passage, twice) = match link {
-                    Some(link) => self.pass(link, &broadcast, *index, now),
+                    Some(link) => self.pass(*link, &broadcast, *index, now),
                     None => (Passage::Audible, false),
                 };
                 *index += 1;

@@ -575,7 +575,7 @@ impl Barrier {
             air.for_each_hearer(entry.sender, |hearer| {
                 let place = &mut self.places[hearer.index()];
                 if hearer != entry.sender && place.presence == Presence::Present && !place.gone {
-                    place.manifest.push(entry);
+                    place.manifest.push(entry.clone());
                 }
             });
         }

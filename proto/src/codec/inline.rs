@@ -78,12 +78,12 @@ impl<'a> Encoder<'a> {
 
     #[inline(never)]
     fn wide(&mut self, value: u64) {
-        if let Ok(value) = u16::try_from(value) {
-            self.put([ONE_BYTE_MAX + 1]);
-            self.put(value.to_le_bytes());
-        } else if let Ok(value) = u32::try_from(value) {
-            self.put([ONE_BYTE_MAX + 2]);
-            self.put(value.to_le_bytes());
+        // In one piece.
+        let [a, b, c, d, ..] = value.to_le_bytes();
+        if value <= u64::from(u16::MAX) {
+            self.put([ONE_BYTE_MAX + 1, a, b]);
+        } else if value <= u64::from(u32::MAX) {
+            self.put([ONE_BYTE_MAX + 2, a, b, c, d]);
         } else {
             self.put([ONE_BYTE_MAX + 3]);
             self.put(value.to_le_bytes());

@@ -124,7 +124,7 @@ fn to_agent() -> impl Strategy<Value = ToAgent> {
             tick,
             incarnation,
             count,
-            link,
+            link: link.map(Box::new),
         },
     );
     let tick = (

@@ -126,7 +126,7 @@ proptest! {
                 tick,
                 incarnation: 1,
                 count: said.report.broadcasts,
-                link: Some(moment.link),
+                link: Some(Box::new(moment.link)),
             });
             message.held.extend(moment.link.hold.then_some(GOLD));
             let arrived: Vec<_> = said.broadcasts.into_iter().map(Arc::new).map(Some).collect();

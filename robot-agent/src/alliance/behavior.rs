@@ -57,8 +57,8 @@ pub(super) struct Behavior {
     pub at_threshold_since: Option<SimTime>,
     /// Its state.
     pub stance: Stance,
-    /// Its waits so far.
-    pub waited: Waited,
+    /// Its waits so far; `None` where it has not waited, as mostly: so the sets of a robot lie close together.
+    pub waited: Option<Box<Waited>>,
 }
 
 impl Behavior {
@@ -69,7 +69,7 @@ impl Behavior {
             motivation: 0.0,
             at_threshold_since: None,
             stance: Stance::Hibernating,
-            waited: Waited::default(),
+            waited: None,
         }
     }
 
@@ -83,14 +83,21 @@ impl Behavior {
         }
     }
 
+    /// How long it has waited, the wait that is going on not included.
+    pub fn spent_waiting(&self) -> SimTime {
+        let waited = self.waited.as_ref();
+        waited.map_or(SimTime::ZERO, |waited| waited.spent)
+    }
+
     /// Changes the state and says so.
     pub fn enter(&mut self, stance: Stance, reason: Reason) -> StateChange {
         let from = self.stance.state();
         match (self.stance, stance) {
             (Stance::Waiting { since }, Stance::Active { since: now, .. }) => {
-                self.waited.spent = self.waited.spent + now.since(since);
+                let waited = self.waited.get_or_insert_default();
+                waited.spent = waited.spent + now.since(since);
             }
-            (_, Stance::Hibernating) => self.waited = Waited::default(),
+            (_, Stance::Hibernating) => self.waited = None,
             _ => {}
         }
         self.stance = stance;

@@ -323,15 +323,15 @@ impl Engine {
             return;
         };
         let set = &config.sets[index];
-        let waited = &behavior.waited;
-        let beats = |&claim: &Claim| {
-            claim < (since, config.robot) && !(waited_out && waited.on.contains(&claim.1))
-        };
+        let waited = behavior.waited.as_deref();
+        let waited_on = |rank| waited.is_some_and(|waited| waited.on.contains(&rank));
+        let beats =
+            |&claim: &Claim| claim < (since, config.robot) && !(waited_out && waited_on(claim.1));
         let claims = self.teammates.executing(set.task, set.params.tau, now);
         if claims.filter(beats).count() >= set.max_robots {
-            if waited_out {
+            if waited_out && let Some(waited) = &mut behavior.waited {
                 // It gives way to somebody whom it has not waited for yet.
-                behavior.waited.spent = SimTime::ZERO;
+                waited.spent = SimTime::ZERO;
             }
             let stance = Stance::Waiting { since: now };
             self.enter(index, stance, Reason::Arbitration, changes);
@@ -382,7 +382,8 @@ impl Engine {
         for (behavior, set) in self.behaviors.iter_mut().zip(&self.config.sets) {
             if let Stance::Waiting { .. } = behavior.stance {
                 let executing = self.teammates.executing(set.task, set.params.tau, now);
-                behavior.waited.on.extend(executing.map(|(_, rank)| rank));
+                let waited = behavior.waited.get_or_insert_default();
+                waited.on.extend(executing.map(|(_, rank)| rank));
             }
         }
     }
@@ -408,7 +409,7 @@ impl Engine {
                 let wish = (since, self.config.robot);
                 if self.teammates.leave_to(wish, task, max_robots, tau, now) {
                     Some(Next::Activate(Reason::WaitOver))
-                } else if behavior.waited.spent + now.since(since) > set.params.waiting_bound() {
+                } else if behavior.spent_waiting() + now.since(since) > set.params.waiting_bound() {
                     Some(Next::Activate(Reason::WaitBound))
                 } else {
                     None

@@ -52,7 +52,7 @@ fn message(tick: Tick, sent: &[Sent], held: &[u16]) -> TickMessage {
                 tick: tick - 1,
                 incarnation: 1,
                 count,
-                link,
+                link: link.map(Box::new),
             })
             .collect(),
         held: held.iter().copied().map(RobotId).collect(),

@@ -312,7 +312,7 @@ impl Simulation {
         message.last_counted = question.last_counted;
         self.barrier.hand_over(robot, &mut message.manifest);
         for entry in &mut message.manifest {
-            entry.link = self.links.state(entry.sender, robot);
+            entry.link = self.links.state(entry.sender, robot).map(Box::new);
         }
         message.held = self.links.held(robot);
         self.world.sense(robot, &mut message.readings);

@@ -29,7 +29,8 @@ pub(super) struct Memories {
     began: Vec<SimTime>,
     /// The life that reported last, by rank: with a new one all sets hibernate.
     lives: Vec<Incarnation>,
-    messages: VecDeque<MessageView>,
+    /// Since the last view; `None` before the first one: most runs are never looked at.
+    messages: Option<VecDeque<MessageView>>,
     left_out: u64,
 }
 
@@ -39,7 +40,7 @@ impl Memories {
             since: vec![BTreeMap::new(); robots],
             began: vec![SimTime::ZERO; robots],
             lives: vec![0; robots],
-            messages: VecDeque::new(),
+            messages: None,
             left_out: 0,
         }
     }
@@ -55,12 +56,15 @@ impl Memories {
         for change in &report.changes {
             self.since[rank].insert(change.set, now);
         }
+        let Some(messages) = &mut self.messages else {
+            return;
+        };
         for &reception in &report.receptions {
-            if self.messages.len() == MESSAGES_MAX {
-                self.messages.pop_front();
+            if messages.len() == MESSAGES_MAX {
+                messages.pop_front();
                 self.left_out += 1;
             }
-            self.messages.push_back(MessageView {
+            messages.push_back(MessageView {
                 receiver: report.robot,
                 reception,
             });
@@ -74,10 +78,11 @@ impl Memories {
 }
 
 impl Simulation {
-    /// A snapshot for eyes, with what has become of messages since the one before. Whoever owns the clock and the processes
+    /// A snapshot for eyes, with what has become of messages since the one before; in the first one there are none. Whoever owns the clock and the processes
     /// adds what they know of them.
     pub fn view(&mut self) -> View {
-        let messages = self.memories.messages.drain(..).collect();
+        let messages = self.memories.messages.get_or_insert_default();
+        let messages = messages.drain(..).collect();
         let robots = self
             .barrier
             .robots()

@@ -51,10 +51,11 @@ impl World {
         }
     }
 
-    /// What the ground sensor tells; beyond the border the ground is solid. `alone`: no other body is near.
-    pub(super) fn ground(&self, robot: RobotId, alone: bool) -> Ground {
+    /// What the ground sensor tells; beyond the border the ground is solid.
+    pub(super) fn ground(&self, robot: RobotId) -> Ground {
         let body = &self.robots[robot.index()];
         let ahead_m = 2.0 * self.body.radius_m;
+        let alone = self.is_alone(robot, ahead_m);
         if alone && self.space.is_open(body.position(), ahead_m) {
             return Ground {
                 here: Penetrability::NEUTRAL.0,

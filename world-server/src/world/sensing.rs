@@ -39,7 +39,7 @@ impl World {
         readings.zone = Some(self.zone(body));
         readings.report_site = Some(self.waste.is_report_site(position));
         readings.holding = Some(body.carrying.is_some());
-        readings.ground = Some(self.ground(robot, alone));
+        readings.ground = Some(self.ground(robot));
         readings.energy_j = self.energy_j(robot);
     }
 
