@@ -4,7 +4,7 @@
 
 use alliance_proto::ids::{RobotId, SetId};
 use alliance_proto::readings::Readings;
-use alliance_proto::telemetry::{Motivation, SetState};
+use alliance_proto::telemetry::{Fate, Motivation, Reception, SetState};
 use alliance_proto::tick::Report;
 
 use super::hash::{Section, SectionHash};
@@ -25,7 +25,50 @@ pub struct Answer {
     pub report: Report,
     /// The behavior set that is active according to that.
     pub active: Option<SetId>,
+    /// What became of the messages that it lists.
+    pub fates: Fates,
     hashes: Option<Hashes>,
+}
+
+/// How many messages had which fate: counted once, for the list itself is far away when the tick ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Fates {
+    /// In the step after they were sent.
+    pub heard: u32,
+    /// Later.
+    pub delayed: u32,
+    /// Not at all, whatever the reason.
+    pub lost: u32,
+    /// Second copies.
+    pub duplicate: u32,
+    /// Still on their way.
+    pub pending: u32,
+}
+
+impl Fates {
+    fn of(receptions: &[Reception]) -> Self {
+        let mut fates = Self::default();
+        for reception in receptions {
+            *match reception.fate {
+                Fate::Heard => &mut fates.heard,
+                Fate::Delayed => &mut fates.delayed,
+                Fate::Lost | Fate::Dropped | Fate::Cut => &mut fates.lost,
+                Fate::Duplicate => &mut fates.duplicate,
+                Fate::Pending => &mut fates.pending,
+            } += 1;
+        }
+        fates
+    }
+
+    /// Whether nothing befell any message.
+    #[must_use]
+    pub fn are_usual(&self) -> bool {
+        *self
+            == Self {
+                heard: self.heard,
+                ..Self::default()
+            }
+    }
 }
 
 /// Hashes of a robot's sections.
@@ -60,6 +103,7 @@ impl Answers {
         let mut motivations = now.motivations.iter();
         let active = motivations.find(|motivation| motivation.state == SetState::Active);
         answer.active = active.map(|motivation| motivation.set);
+        answer.fates = Fates::of(&now.receptions);
         let has_messages = now.broadcasts > 0 || !now.receptions.is_empty();
         answer.hashes = Some(Hashes {
             readings: self.hash.of(readings),

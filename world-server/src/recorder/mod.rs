@@ -44,7 +44,7 @@ use on_their_way::OnTheirWay;
 use pages::Pages;
 use run_file::Tally;
 
-pub use answers::{Answer, Answers};
+pub use answers::{Answer, Answers, Fates};
 pub use background::Background;
 pub use hash::Section;
 pub use level::LogLevel;

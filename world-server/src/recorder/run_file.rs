@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::RobotId;
 use alliance_proto::scenario::Setup;
-use alliance_proto::telemetry::{Fate, SetState};
-use alliance_proto::tick::{Outcome, Report};
+use alliance_proto::telemetry::SetState;
+use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use serde::{Deserialize, Serialize};
 
+use super::answers::Answer;
 use super::level::LogLevel;
 use super::record::{EventKind, TickRecord};
 use crate::input::Input;
@@ -146,7 +147,7 @@ impl Tally {
         }
         for (figures, answer) in self.robots.iter_mut().zip(record.answers) {
             if answer.counts {
-                figures.add(&answer.report);
+                figures.add(answer);
             }
         }
         for event in record.events {
@@ -192,22 +193,15 @@ impl Tally {
 }
 
 impl RobotFigures {
-    fn add(&mut self, report: &Report) {
+    fn add(&mut self, answer: &Answer) {
+        let (report, fates) = (&answer.report, answer.fates);
         self.ticks_counted += 1;
         self.messages_sent += u64::from(report.broadcasts);
         self.bytes_sent += u64::from(report.broadcast_bytes);
-        for reception in &report.receptions {
-            match reception.fate {
-                Fate::Heard => self.messages_heard += 1,
-                Fate::Delayed => {
-                    self.messages_heard += 1;
-                    self.messages_delayed += 1;
-                }
-                Fate::Lost | Fate::Dropped | Fate::Cut => self.messages_lost += 1,
-                Fate::Duplicate => self.messages_duplicate += 1,
-                Fate::Pending => {}
-            }
-        }
+        self.messages_heard += u64::from(fates.heard + fates.delayed);
+        self.messages_delayed += u64::from(fates.delayed);
+        self.messages_lost += u64::from(fates.lost);
+        self.messages_duplicate += u64::from(fates.duplicate);
         let activated = report
             .changes
             .iter()

@@ -508,7 +508,7 @@ impl Simulation {
             let report = &answer.report;
             self.active[report.robot.index()] = answer.active;
             self.memories.remember(now, report);
-            if !report.receptions.is_empty() {
+            if !answer.fates.are_usual() {
                 self.note_losses(report, inputs);
                 self.note_hits(report, &mut hits);
             }

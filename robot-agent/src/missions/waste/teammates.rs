@@ -29,6 +29,8 @@ pub(super) struct Teammates {
     last: ByRank<Last>,
     /// Those that said they were at work, by rank, and where: apart from the rest, for an idle robot looks at them in every step.
     at_work: Vec<(RobotId, Teammate)>,
+    /// From there nobody was seen at work within that range, m: an idle robot stands still, and would look at all in every step.
+    nobody_near: Option<(Vec2, f32)>,
     /// No carrier has been silent since before this; `None`: none carries anything.
     carriers_since: Option<SimTime>,
 }
@@ -96,6 +98,10 @@ impl Teammates {
 
     /// Where a teammate is at work, if it is.
     fn note_work(&mut self, teammate: RobotId, position: Option<Vec2>, sent: SimTime) {
+        let comes_near = |&(from, range_m): &(Vec2, f32)| {
+            position.is_some_and(|at| is_shorter(at - from, range_m))
+        };
+        self.nobody_near.take_if(|near| comes_near(near));
         let known = self
             .at_work
             .binary_search_by_key(&teammate, |&(rank, _)| rank);
@@ -123,11 +129,20 @@ impl Teammates {
     }
 
     /// Where the nearest teammate at work within a range was when it last said so.
-    pub fn nearest_at_work(&self, position: Vec2, range_m: f32, now: SimTime) -> Option<Vec2> {
-        let distance = |place: &Vec2| length(*place - position);
+    pub fn nearest_at_work(&mut self, position: Vec2, range_m: f32, now: SimTime) -> Option<Vec2> {
+        if self.nobody_near == Some((position, range_m)) {
+            return None;
+        }
         let at_work = self.at_work.iter().map(|(_, teammate)| teammate);
-        at_work
-            .filter(|it| is_shorter(it.position - position, range_m) && is_fresh(it, now))
+        let mut near = at_work
+            .filter(|it| is_shorter(it.position - position, range_m))
+            .peekable();
+        if near.peek().is_none() {
+            self.nobody_near = Some((position, range_m));
+            return None;
+        }
+        let distance = |place: &Vec2| length(*place - position);
+        near.filter(|it| is_fresh(it, now))
             .map(|teammate| teammate.position)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
