@@ -20,19 +20,33 @@ impl<T> Default for ByRank<T> {
 }
 
 impl<T> ByRank<T> {
-    /// The value of a robot.
-    pub fn get(&self, robot: RobotId) -> Option<&T> {
-        let place = self.ranks.binary_search(&robot).ok()?;
-        Some(&self.values[place])
+    /// Where the value of a robot is, else where it would be.
+    pub fn place(&self, robot: RobotId) -> Result<usize, usize> {
+        self.ranks.binary_search(&robot)
+    }
+
+    /// The value at a [`ByRank::place`].
+    pub fn at(&self, place: usize) -> &T {
+        &self.values[place]
+    }
+
+    /// The same, to be changed.
+    pub fn at_mut(&mut self, place: usize) -> &mut T {
+        &mut self.values[place]
+    }
+
+    /// Puts in the first value of a robot, at its [`ByRank::place`].
+    pub fn insert(&mut self, place: usize, robot: RobotId, value: T) {
+        self.ranks.insert(place, robot);
+        self.values.insert(place, value);
     }
 
     /// The value of a robot; `new` where there is none yet.
     pub fn get_or_insert_with(&mut self, robot: RobotId, new: impl FnOnce() -> T) -> &mut T {
-        let place = match self.ranks.binary_search(&robot) {
+        let place = match self.place(robot) {
             Ok(known) => known,
             Err(place) => {
-                self.ranks.insert(place, robot);
-                self.values.insert(place, new());
+                self.insert(place, robot, new());
                 place
             }
         };
@@ -66,14 +80,15 @@ mod tests {
             for (rank, value) in entries {
                 *list.get_or_insert_with(RobotId(rank), || 0) += value;
                 *map.entry(RobotId(rank)).or_insert(0) += value;
-                prop_assert_eq!(list.get(RobotId(rank)), map.get(&RobotId(rank)));
+                let place = list.place(RobotId(rank));
+                prop_assert_eq!(place.ok().map(|place| list.at(place)), map.get(&RobotId(rank)));
             }
             prop_assert!(list.iter().eq(map.iter().map(|(&rank, value)| (rank, value))));
             for value in list.values_mut() {
                 *value += 1;
             }
             prop_assert!(list.iter().zip(map.values()).all(|((_, one), other)| *one == other + 1));
-            prop_assert_eq!(list.get(RobotId(20)), None);
+            prop_assert_eq!(list.place(RobotId(20)), Err(map.len()));
         }
     }
 }

@@ -113,14 +113,18 @@ impl Links {
             arrived.clear();
             return;
         }
-        // Before what ripens now leaves its own copies. Of one that came while the robot took no part nothing is left to say.
-        let copies = std::mem::take(&mut self.copies);
-        let copies = copies.into_iter().filter(|copy| copy.at == tick.now);
-        let mut late = self.ripen(tick);
-        late.receptions.extend(copies);
-        self.take_in(tick, arrived, heard);
-        heard.inbox.append(&mut late.inbox);
-        heard.receptions.append(&mut late.receptions);
+        if self.kept.is_empty() && self.copies.is_empty() {
+            self.take_in(tick, arrived, heard);
+        } else {
+            // Before what ripens now leaves its own copies. Of one that came while the robot took no part nothing is left to say.
+            let copies = std::mem::take(&mut self.copies);
+            let copies = copies.into_iter().filter(|copy| copy.at == tick.now);
+            let mut late = self.ripen(tick);
+            late.receptions.extend(copies);
+            self.take_in(tick, arrived, heard);
+            heard.inbox.append(&mut late.inbox);
+            heard.receptions.append(&mut late.receptions);
+        }
         heard.inbox.sort_unstable_by_key(|broadcast| {
             let (sender, incarnation, seq) = order(broadcast);
             (sender, incarnation, seq, broadcast.index)

@@ -456,9 +456,15 @@ impl Barrier {
     /// Moves what a robot that is asked may hear into `manifest`, by (sender, tick), instead of what is there.
     pub fn hand_over(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
         let listed = &mut self.places[robot.index()].manifest;
+        if listed.is_empty() {
+            return manifest.clear();
+        }
         std::mem::swap(listed, manifest);
         listed.clear();
-        manifest.sort_unstable();
+        // They are listed like that, but for those of a sender that was asked before it.
+        if !manifest.is_sorted() {
+            manifest.sort_unstable();
+        }
     }
 
     /// Those who are to be asked now: all at once, so that what happens meanwhile finds them asked.

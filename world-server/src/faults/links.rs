@@ -115,7 +115,16 @@ impl Links {
 
     /// What befalls messages from `sender` to `receiver` in this tick; `None` is nothing.
     #[must_use]
+    #[inline]
     pub fn state(&self, sender: RobotId, receiver: RobotId) -> Option<LinkState> {
+        // As in most runs.
+        if self.acting.is_empty() {
+            return None;
+        }
+        self.state_by_acting(sender, receiver)
+    }
+
+    fn state_by_acting(&self, sender: RobotId, receiver: RobotId) -> Option<LinkState> {
         let states = self
             .acting
             .iter()

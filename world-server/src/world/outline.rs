@@ -114,6 +114,7 @@ impl Outline {
 
     /// Where a ray of at most that length first meets the outline grown by `margin_m` on all sides; at once if it starts in
     /// it. `direction` is a unit vector.
+    #[inline]
     pub(super) fn cast_ray(
         &self,
         origin: Vec2,
@@ -121,11 +122,16 @@ impl Outline {
         max_m: f32,
         margin_m: f32,
     ) -> Option<Stop> {
+        // As most do.
         if let Self::Disc { center, radius_m } = *self
             && is_clear_of(center - origin, direction, radius_m + margin_m, max_m)
         {
             return None;
         }
+        self.hit(origin, direction, max_m, margin_m)
+    }
+
+    fn hit(&self, origin: Vec2, direction: Vec2, max_m: f32, margin_m: f32) -> Option<Stop> {
         let (distance, normal) = self.surface(origin);
         if distance <= margin_m {
             return Some(Stop { way_m: 0.0, normal });

@@ -7,6 +7,9 @@ use super::World;
 use super::grid::Grid;
 use crate::barrier::Air;
 
+/// What rounding makes of a distance at most, by share.
+const ROUNDING: f32 = 1e-5;
+
 /// The robots' places, where radios have a range.
 #[derive(Clone, Debug)]
 pub(super) struct Range {
@@ -40,8 +43,16 @@ impl Air for World {
             return ranks.map(RobotId).for_each(hear);
         };
         let at = self.robots[sender.index()].position();
+        // Most are clearly nearer, or clearly not: without a root.
+        let (least, most) = (
+            range.range_m * (1.0 - ROUNDING),
+            range.range_m * (1.0 + ROUNDING),
+        );
         for (rank, place) in range.places.near(at, range.range_m) {
-            if place.distance(at) <= range.range_m {
+            let squared = place.distance_squared(at);
+            if squared < least * least
+                || (squared <= most * most && place.distance(at) <= range.range_m)
+            {
                 hear(RobotId(rank as u16));
             }
         }

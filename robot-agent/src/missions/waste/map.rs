@@ -34,16 +34,12 @@ impl Map {
     /// Where things are in a border of these extremes. `realms` are those of the robot that asks.
     pub(super) fn places<'a>(&'a self, border: &Locations, realms: &'a Realms) -> Places<'a> {
         realms.keep_for(*border);
-        let size = border.max - border.min;
-        let left = border.min + Vec2::new(0.0, 0.5) * size;
-        let half = Vec2::new(0.0, self.site_size.y / 2.0);
         Places {
             map: self,
             realms,
             min: border.min,
-            size,
-            site_min: (left - half).max(border.min),
-            site_max: (left + half + Vec2::new(self.site_size.x, 0.0)).min(border.max),
+            max: border.max,
+            size: border.max - border.min,
         }
     }
 }
@@ -84,13 +80,22 @@ pub(super) struct Places<'a> {
     map: &'a Map,
     realms: &'a Realms,
     min: Vec2,
+    max: Vec2,
     size: Vec2,
-    /// Corners of the report site.
-    pub site_min: Vec2,
-    pub site_max: Vec2,
 }
 
 impl Places<'_> {
+    /// Corners of the report site: at the left wall, centered in y, cut off at the border.
+    pub fn site(&self) -> (Vec2, Vec2) {
+        let size = self.map.site_size;
+        let left = self.min + Vec2::new(0.0, 0.5) * self.size;
+        let half = Vec2::new(0.0, size.y / 2.0);
+        (
+            (left - half).max(self.min),
+            (left + half + Vec2::new(size.x, 0.0)).min(self.max),
+        )
+    }
+
     /// Center of a spill.
     pub fn spill(&self, spill: u16) -> Vec2 {
         self.spot(&self.map.spills, spill)

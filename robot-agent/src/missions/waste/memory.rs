@@ -187,6 +187,13 @@ impl Memory {
 
     /// Locations that somebody found; true if they were new and taken over.
     pub fn hear_locations(&mut self, fact: Fact<Locations>, now: SimTime) -> bool {
+        let mine_is_better = self.knowledge.locations.is_some_and(|mine| {
+            mine.seen_by == self.robot || self.confirmed || mine.seen >= fact.seen
+        });
+        // As mostly: each heartbeat tells them.
+        if mine_is_better {
+            return false;
+        }
         let Locations { min, max } = fact.value;
         let sound = min.is_finite() && max.is_finite() && min.cmplt(max).all() && fact.seen <= now;
         let taken_back = self
@@ -194,10 +201,7 @@ impl Memory {
             .withdrawn
             .iter()
             .any(|withdrawn| withdrawn.finder == fact.seen_by && fact.seen <= withdrawn.seen);
-        let mine_is_better = self.knowledge.locations.is_some_and(|mine| {
-            mine.seen_by == self.robot || self.confirmed || mine.seen >= fact.seen
-        });
-        if !sound || taken_back || mine_is_better {
+        if !sound || taken_back {
             return false;
         }
         self.adopt(fact);

@@ -15,6 +15,7 @@ use super::extremes::Extremes;
 use super::find::Methodical;
 use super::memory::SAME_PLACE_M;
 use super::sight::Sight;
+use super::teammates::News;
 use super::{Pending, WasteMission, places};
 use crate::body::goal::length;
 
@@ -100,9 +101,11 @@ impl WasteMission {
     fn hear(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
         match &broadcast.body {
             Body::Heartbeat(heartbeat) => {
-                if self.teammates.is_news(broadcast) {
-                    let concern = heartbeat.task.is_none_or(|task| self.is_own(task));
-                    let lost = self.teammates.hear(now, broadcast, heartbeat, concern);
+                let own_sets = &self.briefing.own_sets;
+                let is_own = |task| own_sets.iter().any(|set| set.task == task);
+                let concern = || heartbeat.task.is_none_or(is_own);
+                let news = self.teammates.hear(now, broadcast, heartbeat, concern);
+                if let News::Heard { lost } = news {
                     if let Some(place) = lost {
                         self.search_later(place, now);
                     }
@@ -125,12 +128,6 @@ impl WasteMission {
                 }
             }
         }
-    }
-
-    /// Whether the robot has a set for the task.
-    fn is_own(&self, task: TaskId) -> bool {
-        let mut own = self.briefing.own_sets.iter();
-        own.any(|set| set.task == task)
     }
 
     /// Joins what a teammate knows; true if it tells new locations.

@@ -67,12 +67,11 @@ pub(super) fn errand(
     if on_site == Some(true) {
         return Errand::Report;
     }
-    let size = places.site_max - places.site_min;
+    let (min, max) = places.site();
+    let size = max - min;
     let edge = (size / 2.0).min(Vec2::splat(INSIDE_M));
-    let (low, high) = (places.site_min + edge, places.site_max - edge);
-    let low = low
-        .max(places.site_min + Vec2::splat(radius_m + WITHIN_M))
-        .min(high);
+    let (low, high) = (min + edge, max - edge);
+    let low = low.max(min + Vec2::splat(radius_m + WITHIN_M)).min(high);
     let at = position.clamp(low, high);
     if length(at - position) > WITHIN_M {
         return Errand::Go(Goal::Place {

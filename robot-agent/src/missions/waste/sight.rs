@@ -57,7 +57,7 @@ impl Sight {
     }
 
     /// Whether all waste within `around` of that place is seen.
-    #[inline]
+    #[inline(always)]
     pub fn covers(&self, place: Vec2, around: f32) -> bool {
         let offset = place - self.position;
         // The same as the second condition alone, mostly without a root: nothing is shorter than its longer coordinate.
@@ -65,7 +65,7 @@ impl Sight {
     }
 
     /// Whether nothing lies within `slack` of that place, for certain.
-    #[inline]
+    #[inline(always)]
     pub fn shows_nothing_at(&self, place: Vec2, slack: f32) -> bool {
         self.covers(place, slack) && self.item_at(place, slack).is_none()
     }

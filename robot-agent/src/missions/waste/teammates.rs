@@ -21,6 +21,20 @@ struct Last {
     position: Option<Vec2>,
     /// Whether it carries something that this robot would have to search for.
     carrying: bool,
+    /// Whether it is at work somewhere.
+    works: bool,
+}
+
+/// What a heartbeat was to a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum News {
+    /// Older than what it knew.
+    None,
+    /// The latest word of its sender.
+    Heard {
+        /// Where the sender lost its load, if this is a new life of one that was carrying.
+        lost: Option<Vec2>,
+    },
 }
 
 /// What the robot last heard of each teammate.
@@ -36,43 +50,46 @@ pub(super) struct Teammates {
 }
 
 impl Teammates {
-    /// Whether nothing that the sender said later is known: a message may be late.
-    pub fn is_news(&self, broadcast: &Broadcast) -> bool {
-        let known = self.last.get(broadcast.sender);
-        known.is_none_or(|known| known.stamp <= stamp(broadcast))
-    }
-
-    /// Notes a heartbeat that is heard at `now` and is news. A load that is no `concern` of this robot it need not search for.
-    /// Returns where the sender lost its load, if this is a new life of one that was carrying.
+    /// Notes a heartbeat that is heard at `now`, unless something is known that its sender said later: a message may be late. A
+    /// load that is no `concern` of this robot it need not search for.
     pub fn hear(
         &mut self,
         now: SimTime,
         broadcast: &Broadcast,
         heartbeat: &Heartbeat,
-        concern: bool,
-    ) -> Option<Vec2> {
-        let executing = heartbeat.state == TaskState::Executing;
-        let carrying = heartbeat.carrying && concern;
+        concern: impl FnOnce() -> bool,
+    ) -> News {
+        let stamp = (broadcast.incarnation, broadcast.seq);
+        let place = self.last.place(broadcast.sender);
+        if place.is_ok_and(|known| self.last.at(known).stamp > stamp) {
+            return News::None;
+        }
+        let works = heartbeat.state == TaskState::Executing && heartbeat.task.is_some();
+        let at_work = heartbeat.position.filter(|_| works);
+        let carrying = heartbeat.carrying && concern();
         if carrying {
             self.carriers_since.get_or_insert(now);
         }
         let last = Last {
-            stamp: stamp(broadcast),
+            stamp,
             heard: now,
             position: heartbeat.position,
             carrying,
+            works: at_work.is_some(),
         };
-        let works = executing && heartbeat.task.is_some();
-        let place = heartbeat.position.filter(|_| works);
-        self.note_work(broadcast.sender, place, broadcast.sent);
-        let known = self
-            .last
-            .get_or_insert_with(broadcast.sender, || last.clone());
-        let before = std::mem::replace(known, last);
-        if before.carrying && before.stamp.0 != broadcast.incarnation {
-            before.position
-        } else {
-            None
+        let before = match place {
+            Ok(known) => Some(std::mem::replace(self.last.at_mut(known), last)),
+            Err(place) => {
+                self.last.insert(place, broadcast.sender, last);
+                None
+            }
+        };
+        if at_work.is_some() || before.as_ref().is_some_and(|before| before.works) {
+            self.note_work(broadcast.sender, at_work, broadcast.sent);
+        }
+        let lost = before.filter(|it| it.carrying && it.stamp.0 != broadcast.incarnation);
+        News::Heard {
+            lost: lost.and_then(|it| it.position),
         }
     }
 
@@ -151,10 +168,6 @@ impl Teammates {
 /// Whether its place still says something.
 fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
     now.since(teammate.heard) < POSITION_EXPIRES
-}
-
-fn stamp(broadcast: &Broadcast) -> (Incarnation, u64) {
-    (broadcast.incarnation, broadcast.seq)
 }
 
 #[cfg(test)]
