@@ -6,7 +6,7 @@ use glam::Vec2;
 
 use super::motion::bearing;
 use super::outline::Stop;
-use super::vicinity::{Circle, SKIRT_M};
+use super::vicinity::{Circle, SKIRT_M, WASTE_SKIRT_M};
 use super::{Robot, SKIN_M, World};
 
 impl World {
@@ -141,7 +141,7 @@ impl World {
             return;
         }
         let reach_m = self.waste_reach_m();
-        let far_m = reach_m + SKIRT_M;
+        let far_m = reach_m + WASTE_SKIRT_M;
         let mut nearest = Nearest::default();
         let mut least = far_m * far_m;
         for (item, at) in self.waste.near(position, far_m) {

@@ -13,6 +13,9 @@ use super::World;
 /// A search looks this much farther than a step needs, m.
 pub(super) const SKIRT_M: f32 = 2.0;
 
+/// The same for waste, which lies close together: to look farther takes longer than to look more often.
+pub(super) const WASTE_SKIRT_M: f32 = 0.3;
+
 /// What rounding may make of a distance, m.
 const ROUNDING_M: f32 = 0.01;
 
@@ -116,7 +119,7 @@ impl World {
 
     /// An item lies there now: who knew of no waste in range may sense it.
     pub(super) fn laid(&self, at: Vec2) {
-        for (rank, _) in self.bodies.near(at, self.waste_reach_m() + 2.0 * SKIRT_M) {
+        for (rank, _) in self.bodies.near(at, self.waste_reach_m() + 2.0 * WASTE_SKIRT_M) {
             self.robots[rank].vicinity.wasteless.take();
         }
     }
