@@ -30,6 +30,8 @@ pub struct Sensors {
     robots: Vec<Robot>,
     /// In the order of arming.
     broken: Vec<Broken>,
+    /// Whether there ever were any.
+    ever_broken: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -71,7 +73,14 @@ impl Sensors {
         Self {
             robots: robots.collect(),
             broken: Vec::new(),
+            ever_broken: false,
         }
+    }
+
+    /// Whether no sensor has been broken in this run: what robots were told is what they sensed.
+    #[must_use]
+    pub fn were_always_intact(&self) -> bool {
+        !self.ever_broken
     }
 
     /// Takes note of the faults that are in force in a tick, in the order of arming, before its first robot is asked. May be
@@ -101,6 +110,7 @@ impl Sensors {
                 Some(known) => until_now.swap_remove(known).stuck_at,
                 None => told_before(sent(robot), tick),
             };
+            self.ever_broken = true;
             self.broken.push(Broken {
                 fault,
                 robot,

@@ -91,12 +91,12 @@ impl Answers {
         }
     }
 
-    /// A robot that was told these readings has answered with a report. Its report before goes where this one was, for its
-    /// memory.
+    /// A robot that was told these readings has answered with a report. They are no news if they are those of its answer before.
+    /// Its report before goes where this one was, for its memory.
     ///
     /// # Panics
     /// If the report is of a robot that there is not.
-    pub fn take(&mut self, readings: &Readings, report: &mut Report) {
+    pub fn take(&mut self, readings: &Readings, news: bool, report: &mut Report) {
         let answer = &mut self.by_rank[report.robot.index()];
         std::mem::swap(&mut answer.report, report);
         let (before, now) = (&*report, &answer.report);
@@ -106,7 +106,11 @@ impl Answers {
         answer.fates = Fates::of(&now.receptions);
         let has_messages = now.broadcasts > 0 || !now.receptions.is_empty();
         answer.hashes = Some(Hashes {
-            readings: self.hash.of(readings),
+            readings: match answer.hashes {
+                // A robot that waits where nobody comes by senses the same for many ticks.
+                Some(hashes) if !news => hashes.readings,
+                _ => self.hash.of(readings),
+            },
             messages: has_messages.then(|| self.hash.of(&(now.broadcasts, &now.receptions))),
             motivations: match answer.hashes {
                 // A robot at work has the same motivations for many ticks.

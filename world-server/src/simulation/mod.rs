@@ -51,6 +51,8 @@ pub struct Simulation {
     barrier: Barrier,
     /// What each robot was sent last, by rank.
     messages: Vec<TickMessage>,
+    /// Whether it senses something else than when it answered last, by rank.
+    news: Vec<bool>,
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<SetId>>,
     answers: Answers,
@@ -114,6 +116,7 @@ impl Simulation {
             world,
             barrier,
             messages: vec![TickMessage::default(); robots],
+            news: vec![true; robots],
             active: vec![None; robots],
             answers: Answers::new(robots),
             schedule: Schedule::default(),
@@ -315,6 +318,11 @@ impl Simulation {
             entry.link = self.links.state(entry.sender, robot).map(Box::new);
         }
         message.held = self.links.held(robot);
+        // What was distorted is not what was sensed.
+        if self.sensors.were_always_intact() && self.world.senses_the_same(robot) {
+            return Some(robot);
+        }
+        self.news[robot.index()] = true;
         self.world.sense(robot, &mut message.readings);
         let hits = self
             .sensors
@@ -355,7 +363,8 @@ impl Simulation {
             debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
             let robot = report.robot;
             let told = &self.messages[robot.index()];
-            self.answers.take(&told.readings, report);
+            let news = std::mem::replace(&mut self.news[robot.index()], false);
+            self.answers.take(&told.readings, news, report);
             // Before the next robot is asked, and hears of it.
             if self.steps_in_order() && self.schedule.waiting().next().is_some() {
                 let report = self.answers.report(robot).clone();

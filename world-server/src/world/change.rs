@@ -47,12 +47,21 @@ impl World {
     /// Puts a rectangle on the floor: an obstacle, or a patch that slows down or speeds up. It may lie anywhere; a robot
     /// that it covers is not moved, but can only leave it.
     pub fn add_obstacle(&mut self, obstacle: &Obstacle) -> ObstacleId {
+        self.floor_changed();
         self.space.add(obstacle)
     }
 
     /// Takes a rectangle away. Its id is not given again. Says whether it was there.
     pub fn remove_obstacle(&mut self, obstacle: ObstacleId) -> bool {
+        self.floor_changed();
         self.space.remove(obstacle)
+    }
+
+    /// Anybody may sense something else now.
+    fn floor_changed(&self) {
+        for robot in &self.robots {
+            robot.vicinity.unchanged.set(false);
+        }
     }
 
     /// Puts a new item on the floor, at the nearest place to that one at which a robot can grip it and, if there is room, no
@@ -80,7 +89,9 @@ impl World {
         if self.waste.is_deposit(found.position()) {
             return Err(ChangeError::Delivered(item));
         }
+        let from = found.position();
         let place = self.place_for_item(near, Some(item))?;
+        self.taken(from);
         self.waste.relocate(item, place);
         self.laid(place);
         Ok(place)

@@ -13,6 +13,7 @@ impl World {
         let item = self.robots[robot.index()].carrying.take()?;
         let at = self.drop_place(robot);
         let delivered = self.waste.put_down(item, at);
+        self.robots[robot.index()].vicinity.unchanged.set(false);
         self.laid(at);
         Some(if delivered {
             WorldEvent::Delivered { robot, item }
@@ -28,8 +29,11 @@ impl World {
             Gripper::Pick if self.robots[robot.index()].carrying.is_some() => None,
             Gripper::Pick => Some(match self.item_in_reach(robot) {
                 Some(item) => {
+                    let from = self.waste.items()[item.0 as usize].position();
                     self.waste.pick_up(item, robot);
                     self.robots[robot.index()].carrying = Some(item);
+                    self.robots[robot.index()].vicinity.unchanged.set(false);
+                    self.taken(from);
                     WorldEvent::Picked { robot, item }
                 }
                 None => WorldEvent::PickFailed { robot },

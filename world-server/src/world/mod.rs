@@ -116,6 +116,7 @@ impl Robot {
     }
 
     fn face(&mut self, heading_rad: f32) {
+        self.vicinity.unchanged.set(false);
         self.component.pose.heading_rad = heading_rad;
         self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
     }

@@ -14,17 +14,23 @@ impl World {
     #[must_use]
     pub fn readings(&self, robot: RobotId) -> Readings {
         let mut readings = Readings::default();
-        self.sense(robot, &mut readings);
+        self.look(robot, &mut readings);
         readings
     }
 
     /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for what is small when it is written and
     /// then copied as a whole is waited for.
     pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
+        let alone = self.look(robot, readings);
+        let vicinity = &self.robots[robot.index()].vicinity;
+        vicinity.unchanged.set(alone && !self.has_aspects);
+    }
+
+    /// Says whether no other body is near.
+    fn look(&self, robot: RobotId, readings: &mut Readings) -> bool {
         let body = &self.robots[robot.index()];
         let position = body.position();
-        // The ground that is sensed ahead is nearer than that, too.
-        let alone = !self.may_meet(robot, self.proximity_reach_m() + SKIN_M);
+        let alone = !self.may_meet(robot, self.near_m());
         readings.pose = Some(body.component.pose);
         readings.front_border = Some(self.border(position, body.ahead));
         readings.side_border = body
@@ -41,6 +47,13 @@ impl World {
         readings.holding = Some(body.carrying.is_some());
         readings.ground = Some(self.ground(robot));
         readings.energy_j = self.energy_j(robot);
+        alone
+    }
+
+    /// A body that is farther from a robot than this is not sensed, m.
+    pub(super) fn near_m(&self) -> f32 {
+        // The ground that is sensed ahead is nearer than what the beams reach.
+        self.proximity_reach_m() + SKIN_M
     }
 
     /// How far from a robot's center its avoidance sensor reaches, m: the beams begin at the hull.

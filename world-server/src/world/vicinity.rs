@@ -28,6 +28,8 @@ pub(super) struct Vicinity {
     pub zone: Cell<(Circle, Zone)>,
     /// Where no waste is in range.
     pub wasteless: Cell<Circle>,
+    /// Whether nothing has happened to what the robot sensed last, unless another body has come near.
+    pub unchanged: Cell<bool>,
 }
 
 /// Around a point, m.
@@ -117,9 +119,27 @@ impl World {
         apart_m > f64::from(reach_m + self.body.radius_m + ROUNDING_M)
     }
 
+    /// Whether a robot senses what it sensed when [`World::sense`] was called last, for certain.
+    #[must_use]
+    pub fn senses_the_same(&self, robot: RobotId) -> bool {
+        let vicinity = &self.robots[robot.index()].vicinity;
+        vicinity.unchanged.get() && self.is_alone(robot, self.near_m())
+    }
+
+    /// An item lies there no more.
+    pub(super) fn taken(&self, from: Vec2) {
+        for (rank, _) in self.bodies.near(from, self.waste_reach_m()) {
+            self.robots[rank].vicinity.unchanged.set(false);
+        }
+    }
+
     /// An item lies there now: who knew of no waste in range may sense it.
     pub(super) fn laid(&self, at: Vec2) {
-        for (rank, _) in self.bodies.near(at, self.waste_reach_m() + 2.0 * WASTE_SKIRT_M) {
+        self.taken(at);
+        for (rank, _) in self
+            .bodies
+            .near(at, self.waste_reach_m() + 2.0 * WASTE_SKIRT_M)
+        {
             self.robots[rank].vicinity.wasteless.take();
         }
     }

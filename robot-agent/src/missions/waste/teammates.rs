@@ -220,8 +220,10 @@ mod tests {
             sent: SimTime(seconds * 1000),
             body: Body::Heartbeat(heartbeat.clone()),
         };
-        assert!(teammates.is_news(&broadcast));
-        teammates.hear(broadcast.sent, &broadcast, &heartbeat, true)
+        match teammates.hear(broadcast.sent, &broadcast, &heartbeat, || true) {
+            News::Heard { lost } => lost,
+            News::None => panic!("it is news"),
+        }
     }
 
     #[test]
@@ -256,13 +258,23 @@ mod tests {
             sent: SimTime::ZERO,
             body: Body::Heartbeat(idle()),
         };
-        assert!(teammates.is_news(&said(1, 2, 9)));
+        let is_news = |teammates: &Teammates, broadcast: Broadcast| {
+            let news = teammates
+                .clone()
+                .hear(SimTime::ZERO, &broadcast, &idle(), || true);
+            news != News::None
+        };
+        assert!(is_news(&teammates, said(1, 2, 9)));
         say(&mut teammates, 1, 2, 10, true, true);
-        assert!(!teammates.is_news(&said(1, 2, 9)));
-        assert!(!teammates.is_news(&said(1, 1, 11)));
-        assert!(teammates.is_news(&said(1, 2, 11)));
-        assert!(teammates.is_news(&said(1, 3, 0)));
-        assert!(teammates.is_news(&said(2, 1, 0)));
+        let known = teammates.clone();
+        for (incarnation, seq) in [(2, 9), (1, 11)] {
+            let late = said(1, incarnation, seq);
+            let news = teammates.hear(SimTime::ZERO, &late, &idle(), || true);
+            assert_eq!((news, &teammates), (News::None, &known));
+        }
+        assert!(is_news(&teammates, said(1, 2, 11)));
+        assert!(is_news(&teammates, said(1, 3, 0)));
+        assert!(is_news(&teammates, said(2, 1, 0)));
     }
 
     #[test]
@@ -283,7 +295,7 @@ mod tests {
             sent: SimTime(10_000),
             body: Body::Heartbeat(heartbeat.clone()),
         };
-        teammates.hear(SimTime(12_000), &late, &heartbeat, true);
+        teammates.hear(SimTime(12_000), &late, &heartbeat, || true);
         assert!(
             teammates
                 .nearest_at_work(HERE, 1.0, SimTime(13_000))
@@ -312,5 +324,39 @@ mod tests {
             Some(HERE)
         );
         assert_eq!(teammates.nearest_at_work(HERE, 1.0, SimTime(13_000)), None);
+    }
+
+    #[test]
+    fn who_comes_near_is_seen_however_long_nobody_was() {
+        let mut teammates = Teammates::default();
+        let work_at = |teammates: &mut Teammates, seq, position| {
+            let heartbeat = Heartbeat {
+                state: TaskState::Executing,
+                task: Some(TaskId(1)),
+                position: Some(position),
+                ..idle()
+            };
+            let broadcast = Broadcast {
+                sender: RobotId(1),
+                incarnation: 1,
+                tick: 0,
+                index: 0,
+                seq,
+                sent: SimTime(10_000),
+                body: Body::Heartbeat(heartbeat.clone()),
+            };
+            teammates.hear(SimTime(10_000), &broadcast, &heartbeat, || true);
+        };
+        let (now, far) = (SimTime(10_000), HERE + Vec2::splat(2.0));
+        let near = HERE + Vec2::new(0.5, 0.0);
+        let nearest = |teammates: &mut Teammates| teammates.nearest_at_work(HERE, 1.0, now);
+        work_at(&mut teammates, 0, far);
+        assert_eq!(nearest(&mut teammates), None);
+        work_at(&mut teammates, 1, near);
+        assert_eq!(nearest(&mut teammates), Some(near));
+        work_at(&mut teammates, 2, far);
+        assert_eq!(nearest(&mut teammates), None);
+        // From elsewhere others are near.
+        assert_eq!(teammates.nearest_at_work(far, 1.0, now), Some(far));
     }
 }

@@ -1,12 +1,13 @@
 //! Random rooms and commands at every length of step: nothing overlaps or tunnels, nothing is lost, and the same again.
 
 use alliance_proto::ids::ItemId;
+use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Room;
 use proptest::prelude::*;
 
 use super::*;
 use crate::world::vicinity::Vicinity;
-use crate::world::{Outline, SKIN_M, start_poses};
+use crate::world::{ObstacleId, Outline, SKIN_M, start_poses};
 
 const STEPS: usize = 40;
 /// What rounding may take from half of the skin, the least that a body keeps from a solid.
@@ -191,9 +192,11 @@ proptest! {
         commands in commands(),
         changes in prop::collection::vec((0_u16..24, 0_u16..6, 0.0_f32..1.0, 0.0_f32..1.0), STEPS),
         wider in 1.0_f32..5.0,
+        waste_range_m in prop::sample::select(vec![0.0_f32, 0.3, 1.0]),
     ) {
         let mut setup = setup;
         setup.scenario.room.width_m *= wider;
+        setup.scenario.sensors.waste_range_m = waste_range_m;
         setup.scenario.waste.spill_radius_m = 2.0;
         let mut world = World::new(&setup);
         let robots = setup.scenario.robots.len() as u16;
@@ -202,7 +205,13 @@ proptest! {
             anew.robots.iter_mut().for_each(|robot| robot.vicinity = Vicinity::default());
             anew
         };
+        let mut told = vec![Readings::default(); usize::from(robots)];
         for (step, (change, whom, x, y)) in commands.iter().zip(changes) {
+            // Most stand still, and sense the same as long as nobody comes by.
+            let mut actuations = actuations(step);
+            for (rank, actuation) in (0..).zip(&mut actuations) {
+                *actuation = actuation.filter(|_| (rank + whom) % 4 == 0);
+            }
             let (robot, at) = (RobotId(whom % robots), Vec2::new(x, y) * world.space.size);
             match change {
                 0 => { let _ = world.move_robot(robot, at, None); }
@@ -211,15 +220,23 @@ proptest! {
                 3 => { let _ = world.add_item(at); }
                 4 => { let _ = world.move_item(ItemId(whom.into()), at); }
                 5 => { world.drop_carried(robot); }
+                6 => { world.add_obstacle(&rectangle(at.x, at.y, 1.0, 1.0, x)); }
+                7 => { world.remove_obstacle(ObstacleId(whom.into())); }
                 _ => {}
             }
             let fresh = anew(&world);
+            for (robot, told) in (0..robots).map(RobotId).zip(&mut told) {
+                if !world.senses_the_same(robot) {
+                    world.sense(robot, told);
+                }
+                prop_assert!(!world.is_present(robot) || *told == fresh.readings(robot));
+            }
             let asked = (0..robots).filter(|rank| (rank + change) % 3 > 0).map(RobotId);
             for robot in asked.filter(|robot| world.is_present(*robot)) {
                 prop_assert_eq!(world.readings(robot), fresh.readings(robot));
             }
             let mut fresh = anew(&world);
-            prop_assert_eq!(world.step(&actuations(step)), fresh.step(&actuations(step)));
+            prop_assert_eq!(world.step(&actuations), fresh.step(&actuations));
             for robot in (0..robots).map(RobotId) {
                 prop_assert_eq!(world.pose(robot), fresh.pose(robot));
             }
