@@ -133,10 +133,11 @@ impl World {
             return Err(ChangeError::Taken);
         }
         let body = &mut self.robots[robot.index()];
-        body.component.pose.position = to;
+        let from = std::mem::replace(&mut body.component.pose.position, to);
         if let Some(heading_rad) = heading_rad {
             body.face(wrapped(heading_rad));
         }
+        self.disturbed(from, 0.0);
         self.jumped(robot, to);
         Ok(())
     }
@@ -169,6 +170,7 @@ impl World {
         self.robots[robot.index()].vicinity = Vicinity::default();
         self.drift.jumps(self.space.size);
         self.relocated(robot, to);
+        self.disturbed(to, 0.0);
     }
 
     /// Takes a robot's body away: nothing touches or senses it, and it obeys nothing. What it carries falls first, as with
@@ -178,7 +180,9 @@ impl World {
         let body = &mut self.robots[robot.index()];
         body.speed_m_s = 0.0;
         if std::mem::replace(&mut body.present, false) {
+            let from = body.position();
             self.bodies.remove(robot.index());
+            self.disturbed(from, 0.0);
         }
         event
     }

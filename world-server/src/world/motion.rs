@@ -37,6 +37,9 @@ impl World {
         if way_m > 0.0 {
             self.drift.moves(way_m);
             self.relocated(robot, to);
+            if !self.is_alone(robot, self.near_m()) {
+                self.disturbed(center, way_m);
+            }
         }
     }
 

@@ -21,13 +21,13 @@ impl World {
     /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for what is small when it is written and
     /// then copied as a whole is waited for.
     pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
-        let alone = self.look(robot, readings);
+        self.look(robot, readings);
         let vicinity = &self.robots[robot.index()].vicinity;
-        vicinity.unchanged.set(alone && !self.has_aspects);
+        // Energy changes by itself.
+        vicinity.unchanged.set(!self.has_aspects);
     }
 
-    /// Says whether no other body is near.
-    fn look(&self, robot: RobotId, readings: &mut Readings) -> bool {
+    fn look(&self, robot: RobotId, readings: &mut Readings) {
         let body = &self.robots[robot.index()];
         let position = body.position();
         let alone = !self.may_meet(robot, self.near_m());
@@ -47,7 +47,6 @@ impl World {
         readings.holding = Some(body.carrying.is_some());
         readings.ground = Some(self.ground(robot));
         readings.energy_j = self.energy_j(robot);
-        alone
     }
 
     /// A body that is farther from a robot than this is not sensed, m.

@@ -28,7 +28,7 @@ pub(super) struct Vicinity {
     pub zone: Cell<(Circle, Zone)>,
     /// Where no waste is in range.
     pub wasteless: Cell<Circle>,
-    /// Whether nothing has happened to what the robot sensed last, unless another body has come near.
+    /// Whether nothing has happened to what the robot sensed last.
     pub unchanged: Cell<bool>,
 }
 
@@ -122,13 +122,21 @@ impl World {
     /// Whether a robot senses what it sensed when [`World::sense`] was called last, for certain.
     #[must_use]
     pub fn senses_the_same(&self, robot: RobotId) -> bool {
-        let vicinity = &self.robots[robot.index()].vicinity;
-        vicinity.unchanged.get() && self.is_alone(robot, self.near_m())
+        self.robots[robot.index()].vicinity.unchanged.get()
+    }
+
+    /// A body is within that distance of there that was not, or is no more.
+    pub(super) fn disturbed(&self, at: Vec2, way_m: f32) {
+        self.changed_near(at, self.near_m() + self.body.radius_m + way_m);
     }
 
     /// An item lies there no more.
     pub(super) fn taken(&self, from: Vec2) {
-        for (rank, _) in self.bodies.near(from, self.waste_reach_m()) {
+        self.changed_near(from, self.waste_reach_m());
+    }
+
+    fn changed_near(&self, at: Vec2, reach_m: f32) {
+        for (rank, _) in self.bodies.near(at, reach_m + ROUNDING_M) {
             self.robots[rank].vicinity.unchanged.set(false);
         }
     }
