@@ -22,7 +22,8 @@ const ROUNDING_M: f32 = 0.01;
 /// What is known of one robot's surroundings. Nothing of it is part of the world's state: it only saves searches.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Vicinity {
-    /// No other body's center was nearer than this, m, had all bodies come [`Drift`] nearer to each other.
+    /// How far the nearest other body's center was when it was looked for, plus twice the [`Drift`] until then, m: two bodies come
+    /// no nearer to each other than by twice the drift.
     others_m: Cell<f64>,
     /// Where the zone is the same as at its center.
     pub zone: Cell<(Circle, Zone)>,
@@ -125,7 +126,7 @@ impl World {
         self.robots[robot.index()].vicinity.unchanged.get()
     }
 
-    /// A body is within that distance of there that was not, or is no more.
+    /// A body has come there, left from there, or moved by that way, m: whoever is near senses something else.
     pub(super) fn disturbed(&self, at: Vec2, way_m: f32) {
         self.changed_near(at, self.near_m() + self.body.radius_m + way_m);
     }
