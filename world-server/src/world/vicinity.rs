@@ -144,11 +144,10 @@ impl World {
 
     /// An item lies there now: who knew of no waste in range may sense it.
     pub(super) fn laid(&self, at: Vec2) {
-        self.taken(at);
-        for (rank, _) in self
-            .bodies
-            .near(at, self.waste_reach_m() + 2.0 * WASTE_SKIRT_M)
-        {
+        let reach_m = self.waste_reach_m();
+        self.changed_near(at, reach_m);
+        // A circle reaches as far as that, and its robot is in it.
+        for (rank, _) in self.bodies.near(at, reach_m + 2.0 * WASTE_SKIRT_M) {
             self.robots[rank].vicinity.wasteless.take();
         }
     }
