@@ -11,6 +11,8 @@
 mod acts;
 mod commands;
 mod effects;
+#[cfg(test)]
+mod tests;
 mod triggers;
 mod view;
 

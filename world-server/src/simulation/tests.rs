@@ -1,0 +1,75 @@
+//! What robots are told, in runs driven by hand.
+
+use alliance_proto::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
+use glam::Vec2;
+
+use super::*;
+
+const BLUE: RobotId = RobotId(0);
+
+struct Unrecorded;
+
+impl Record for Unrecorded {
+    fn record(&mut self, _: &TickRecord<'_>) -> Result<(), RecordError> {
+        Ok(())
+    }
+}
+
+/// A tick in which everybody stands still. Returns what blue was told of its place.
+fn stand_still(simulation: &mut Simulation) -> Vec2 {
+    let mut told = None;
+    while let Some(robot) = simulation.next_question() {
+        let message = simulation.message(robot);
+        if robot == BLUE {
+            told = message.readings.pose.map(|pose| pose.position);
+        }
+        let mut report = Report {
+            robot,
+            incarnation: message.incarnation,
+            tick: message.tick,
+            ..Report::default()
+        };
+        assert_eq!(simulation.report(&mut report), Verdict::Counted);
+    }
+    simulation.finish();
+    assert!(simulation.record(&mut Unrecorded).unwrap());
+    told.expect("blue is asked, and its sensor tells something")
+}
+
+/// What is sensed is looked for anew only where something has changed: that must hide neither a fault nor its end.
+#[test]
+fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_again() {
+    let mut setup = Setup::default_for(1);
+    let fault = Fault::Sensor(SensorFault {
+        robot: "blue".to_owned(),
+        device: Device::Position,
+        mode: SensorMode::Noise(SensorError { m: 0.1, deg: 0.0 }),
+    });
+    setup.scenario.faults.timeline = vec![Order {
+        at_s: Some(1.0),
+        for_s: Some(1.0),
+        ..Order::now(fault)
+    }];
+    let names: Vec<String> = setup
+        .scenario
+        .robots
+        .iter()
+        .map(|robot| robot.name.clone())
+        .collect();
+    let second = 1000 / setup.scenario.step_ms as usize;
+    let mut simulation = Simulation::new(setup, true);
+    for name in &names {
+        let (robot, incarnation, _) = simulation.invite(name).unwrap();
+        simulation.arrive(robot, incarnation);
+    }
+    let told: Vec<Vec2> = (0..3 * second)
+        .map(|_| stand_still(&mut simulation))
+        .collect();
+    let truth = simulation.world().pose(BLUE).position;
+    let (before, rest) = told.split_at(second);
+    let (during, after) = rest.split_at(second);
+    assert!(before.iter().all(|place| *place == truth));
+    assert!(during.iter().all(|place| *place != truth));
+    assert!(during.windows(2).all(|two| two[0] != two[1]), "anew each");
+    assert!(after.iter().all(|place| *place == truth));
+}
