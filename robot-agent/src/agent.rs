@@ -94,8 +94,39 @@ impl Agent {
 
     /// One step of the robot at this tick.
     pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {
+        self.perceive(tick, space);
+        self.think(tick, space);
+        self.act(tick, space);
+    }
+
+    /// First part of a step: what it hears and senses. Whoever steps several agents may do each part with all of them: the code of
+    /// a step is larger than a first-level cache.
+    pub fn perceive(&mut self, tick: &TickMessage, space: &mut Workspace) {
+        self.links
+            .hear(tick, &mut space.arrived, &mut space.heard);
+        self.mission.perceive(
+            tick.now,
+            &tick.readings,
+            &space.heard.inbox,
+            &mut space.perception,
+        );
+    }
+
+    /// Second part: motivations.
+    pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
+        let input = StepInput {
+            now: tick.now,
+            heard: &space.heard.inbox,
+            applicable: &space.perception.applicable,
+            progressed: &space.perception.progressed,
+        };
+        self.engine.step(&input, &mut space.thought);
+        space.heard.inbox.clear();
+    }
+
+    /// Third part: what it does, says and reports.
+    pub fn act(&mut self, tick: &TickMessage, space: &mut Workspace) {
         let Workspace {
-            arrived,
             report,
             broadcasts,
             spent,
@@ -103,22 +134,11 @@ impl Agent {
             perception,
             thought,
             action,
+            ..
         } = space;
-        let now = tick.now;
-        self.links.hear(tick, arrived, heard);
-        self.mission
-            .perceive(now, &tick.readings, &heard.inbox, perception);
-        let input = StepInput {
-            now,
-            heard: &heard.inbox,
-            applicable: &perception.applicable,
-            progressed: &perception.progressed,
-        };
-        self.engine.step(&input, thought);
         let active = self.engine.active();
         self.mission
-            .act(now, active, &tick.readings, perception, action);
-        heard.inbox.clear();
+            .act(tick.now, active, &tick.readings, perception, action);
 
         broadcasts.clear();
         for announcement in &thought.announcements {

@@ -23,7 +23,7 @@ type Outside = BTreeMap<Tick, Vec<Input>>;
 
 /// So many robots sense, then step, then report: each of the three runs through much code, which is at hand if several do the same
 /// one after the other.
-const TOGETHER: usize = 16;
+const TOGETHER: usize = 32;
 
 /// A team and its world, stepped by hand.
 pub struct Team<S> {
@@ -378,7 +378,14 @@ impl<S: Sink> Team<S> {
             self.air
                 .collect(&message.manifest, is_lost, &mut space.arrived);
             if let Some(agent) = &mut self.agents[robot.index()] {
-                agent.step(message, space);
+                agent.perceive(message, space);
+            }
+        }
+        for part in [Agent::think, Agent::act] {
+            for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+                if let Some(agent) = &mut self.agents[robot.index()] {
+                    part(agent, self.simulation.message(robot), space);
+                }
             }
         }
         let tick = self.simulation.tick();
