@@ -17,6 +17,7 @@ const POSITION_EXPIRES: SimTime = SimTime(3_000);
 struct Last {
     /// Incarnation and sequence number.
     stamp: (Incarnation, u64),
+    sent: SimTime,
     heard: SimTime,
     position: Option<Vec2>,
     /// Whether it carries something that this robot would have to search for.
@@ -41,8 +42,6 @@ pub(super) enum News {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Teammates {
     last: ByRank<Last>,
-    /// Those that said they were at work, by rank, and where: apart from the rest, for an idle robot looks at them in every step.
-    at_work: Vec<(RobotId, Teammate)>,
     /// From there nobody was seen at work within that range, m: an idle robot stands still, and would look at all in every step.
     nobody_near: Option<(Vec2, f32)>,
     /// No carrier has been silent since before this; `None`: none carries anything.
@@ -65,17 +64,21 @@ impl Teammates {
             return News::None;
         }
         let works = heartbeat.state == TaskState::Executing && heartbeat.task.is_some();
-        let at_work = heartbeat.position.filter(|_| works);
+        if works && let Some(at) = heartbeat.position {
+            self.nobody_near
+                .take_if(|&mut (from, range_m)| is_shorter(at - from, range_m));
+        }
         let carrying = heartbeat.carrying && concern();
         if carrying {
             self.carriers_since.get_or_insert(now);
         }
         let last = Last {
             stamp,
+            sent: broadcast.sent,
             heard: now,
             position: heartbeat.position,
             carrying,
-            works: at_work.is_some(),
+            works,
         };
         let before = match place {
             Ok(known) => Some(std::mem::replace(self.last.at_mut(known), last)),
@@ -84,9 +87,6 @@ impl Teammates {
                 None
             }
         };
-        if at_work.is_some() || before.as_ref().is_some_and(|before| before.works) {
-            self.note_work(broadcast.sender, at_work, broadcast.sent);
-        }
         let lost = before.filter(|it| it.carrying && it.stamp.0 != broadcast.incarnation);
         News::Heard {
             lost: lost.and_then(|it| it.position),
@@ -113,35 +113,11 @@ impl Teammates {
         places
     }
 
-    /// Where a teammate is at work, if it is.
-    fn note_work(&mut self, teammate: RobotId, position: Option<Vec2>, sent: SimTime) {
-        let comes_near = |&(from, range_m): &(Vec2, f32)| {
-            position.is_some_and(|at| is_shorter(at - from, range_m))
-        };
-        self.nobody_near.take_if(|near| comes_near(near));
-        let known = self
-            .at_work
-            .binary_search_by_key(&teammate, |&(rank, _)| rank);
-        let work = position.map(|position| Teammate {
-            position,
-            heard: sent,
-        });
-        match (known, work) {
-            (Ok(place), Some(work)) => self.at_work[place].1 = work,
-            (Err(place), Some(work)) => self.at_work.insert(place, (teammate, work)),
-            (Ok(place), None) => drop(self.at_work.remove(place)),
-            (Err(_), None) => {}
-        }
-    }
-
     /// The teammates that `robot` gives way to: those of lower rank that are at work.
     pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> impl Iterator<Item = Teammate> {
-        let lower = self
-            .at_work
-            .iter()
-            .take_while(move |(rank, _)| *rank < robot);
+        let lower = self.last.iter().take_while(move |(rank, _)| *rank < robot);
         lower
-            .map(|&(_, teammate)| teammate)
+            .filter_map(|(_, last)| last.at_work())
             .filter(move |it| is_fresh(it, now))
     }
 
@@ -150,7 +126,7 @@ impl Teammates {
         if self.nobody_near == Some((position, range_m)) {
             return None;
         }
-        let at_work = self.at_work.iter().map(|(_, teammate)| teammate);
+        let at_work = self.last.iter().filter_map(|(_, last)| last.at_work());
         let mut near = at_work
             .filter(|it| is_shorter(it.position - position, range_m))
             .peekable();
@@ -162,6 +138,17 @@ impl Teammates {
         near.filter(|it| is_fresh(it, now))
             .map(|teammate| teammate.position)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+impl Last {
+    /// Where the teammate is at work, if it is.
+    fn at_work(&self) -> Option<Teammate> {
+        let position = self.position.filter(|_| self.works)?;
+        Some(Teammate {
+            position,
+            heard: self.sent,
+        })
     }
 }
 
