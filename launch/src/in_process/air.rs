@@ -5,6 +5,7 @@ use std::sync::Arc;
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::ManifestEntry;
+use smallvec::SmallVec;
 
 /// The latest broadcasts of each robot.
 pub(super) struct Air {
@@ -17,8 +18,8 @@ pub(super) struct Air {
 struct Said {
     tick: Tick,
     count: usize,
-    /// By index, and then some of earlier ticks, for their memory.
-    broadcasts: Vec<Arc<Broadcast>>,
+    /// By index, and then some of earlier ticks, for their memory. Mostly one: it is looked up by all who hear it.
+    broadcasts: SmallVec<[Arc<Broadcast>; 1]>,
 }
 
 impl Air {
