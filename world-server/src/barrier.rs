@@ -19,7 +19,7 @@
 mod place;
 
 use std::cell::Cell;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
@@ -90,6 +90,8 @@ pub struct Barrier {
     open: Cell<usize>,
     /// Who takes part in the current tick and has not been sent it yet.
     to_ask: VecDeque<RobotId>,
+    /// Whom the scenario starts in the current tick, which waits for them.
+    expected: BTreeSet<RobotId>,
     inputs: Vec<Input>,
     /// Who died before the current tick was asked for.
     dead: Vec<RobotId>,
@@ -108,6 +110,7 @@ impl Barrier {
             runs_on: false,
             open: Cell::new(0),
             to_ask: VecDeque::new(),
+            expected: BTreeSet::new(),
             inputs: Vec::new(),
             dead: Vec::new(),
         }
@@ -161,7 +164,8 @@ impl Barrier {
             });
         };
         // While nobody takes part no tick ends, so that whoever comes enters the current one; so does whom the tick waits for.
-        let later = self.started && !self.is_idle() && !self.places[index].expected;
+        let expected = self.expected.contains(&RobotId(index as u16));
+        let later = self.started && !self.is_idle() && !expected;
         let first_tick = self.tick + Tick::from(later);
         let place = &mut self.places[index];
         if place.absent {
@@ -194,7 +198,7 @@ impl Barrier {
         if is_due && place.incarnation == incarnation {
             place.late = false;
             place.presence = Presence::Entering { again: false };
-            if std::mem::take(&mut place.expected) {
+            if self.expected.remove(&robot) {
                 place.enter(true, &mut self.inputs);
             }
             self.enter_if_idle();
@@ -304,7 +308,7 @@ impl Barrier {
         if place.presence == (Presence::Entering { again: false }) {
             place.enter(true, &mut self.inputs);
         } else {
-            place.expected = true;
+            self.expected.insert(robot);
         }
     }
 
@@ -325,7 +329,7 @@ impl Barrier {
 
     /// The agent that was expected does not come.
     pub fn expect_no_more(&mut self, robot: RobotId) {
-        self.places[robot.index()].expected = false;
+        self.expected.remove(&robot);
     }
 
     /// The robot is not in the mission from now on.
@@ -469,7 +473,7 @@ impl Barrier {
 
     /// Those who are to be asked now: all at once, so that what happens meanwhile finds them asked.
     fn line_up(&mut self, air: &impl Air) {
-        if !self.started || self.places.iter().any(|place| place.expected) {
+        if !self.started || !self.expected.is_empty() {
             return;
         }
         // In order, who has answered is heard by those who are asked after it.
@@ -516,9 +520,8 @@ impl Barrier {
             place.presence == Presence::Present && !place.gone && place.answer.is_none()
         };
         let before = self.open.get();
-        let open = (before..self.places.len())
-            .chain(0..before)
-            .find(|&it| is_open(it));
+        let open = (before..self.places.len()).find(|&it| is_open(it));
+        let open = open.or_else(|| (0..before).find(|&it| is_open(it)));
         self.open.set(open.unwrap_or_default());
         self.started && open.is_none() && !self.is_idle()
     }

@@ -58,8 +58,6 @@ pub(super) struct Place {
     pub doomed: bool,
     /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
     pub suspended: bool,
-    /// The scenario starts it in this tick.
-    pub expected: bool,
     /// Its latest life was welcomed and given up, but may still come.
     pub late: bool,
 }
@@ -81,7 +79,6 @@ impl Place {
             absent: robot.absent,
             doomed: false,
             suspended: false,
-            expected: false,
             late: false,
         }
     }
