@@ -134,26 +134,19 @@ impl Links {
             .filter(|state| !state.is_clear())
     }
 
-    /// The senders whose messages to `receiver` are held back in this tick, by rank.
-    #[must_use]
+    /// Writes to `held` the senders whose messages to `receiver` are held back in this tick, by rank.
     #[inline]
-    pub fn held(&self, receiver: RobotId) -> Vec<RobotId> {
-        // As in most runs.
-        if self.acting.is_empty() {
-            return Vec::new();
-        }
-        self.held_by_acting(receiver)
-    }
-
-    fn held_by_acting(&self, receiver: RobotId) -> Vec<RobotId> {
+    pub fn held(&self, receiver: RobotId, held: &mut Vec<RobotId>) {
+        held.clear();
+        // In most runs there is none at all.
         if !self.acting.iter().any(|acting| acting.state.hold) {
-            return Vec::new();
+            return;
         }
         let senders = (0..self.names.len() as u16).map(RobotId);
-        senders
+        let senders = senders
             .filter(|&sender| sender != receiver)
-            .filter(|&sender| self.state(sender, receiver).is_some_and(|state| state.hold))
-            .collect()
+            .filter(|&sender| self.state(sender, receiver).is_some_and(|state| state.hold));
+        held.extend(senders);
     }
 
     /// The faults that may have brought about what `receiver` reports of a message in this tick, each once.

@@ -48,14 +48,15 @@ impl Air for World {
             range.range_m * (1.0 - ROUNDING),
             range.range_m * (1.0 + ROUNDING),
         );
-        for (rank, place) in range.places.near(at, range.range_m) {
+        let near = range.places.near(at, range.range_m);
+        near.for_each(|(rank, place)| {
             let squared = place.distance_squared(at);
             if squared < least * least
                 || (squared <= most * most && place.distance(at) <= range.range_m)
             {
                 hear(RobotId(rank as u16));
             }
-        }
+        });
     }
 }
 

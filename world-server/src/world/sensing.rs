@@ -156,14 +156,14 @@ impl World {
         let far_m = reach_m + WASTE_SKIRT_M;
         let mut nearest = Nearest::default();
         let mut least = far_m * far_m;
-        for (item, at) in self.waste.near(position, far_m) {
+        self.waste.near(position, far_m).for_each(|(item, at)| {
             let offset = at - position;
             let squared = offset.length_squared();
             least = least.min(squared);
             if squared <= reach_m * reach_m {
                 nearest.take(item, offset);
             }
-        }
+        });
         let wasteless = Circle::new(position, least.sqrt() - reach_m);
         body.vicinity.wasteless.set(wasteless);
         let left = body.ahead.perp();

@@ -137,9 +137,8 @@ impl World {
     }
 
     fn changed_near(&self, at: Vec2, reach_m: f32) {
-        for (rank, _) in self.bodies.near(at, reach_m + ROUNDING_M) {
-            self.robots[rank].vicinity.unchanged.set(false);
-        }
+        let near = self.bodies.near(at, reach_m + ROUNDING_M);
+        near.for_each(|(rank, _)| self.robots[rank].vicinity.unchanged.set(false));
     }
 
     /// An item lies there now: who knew of no waste in range may sense it.
