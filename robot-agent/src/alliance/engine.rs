@@ -174,7 +174,9 @@ impl Engine {
             announcements,
         );
         self.steady_until = SimTime::ZERO;
-        if !news && changes.is_empty() {
+        // A reset lasts for this step.
+        let is_reset = motivations.iter().any(|row| !row.impatience_reset);
+        if changes.is_empty() && !is_reset {
             self.rows.clear();
             self.rows.extend_from_slice(motivations);
             self.steady_until = self.next_turn(now).unwrap_or_default();
