@@ -62,7 +62,7 @@ impl Goal {
         const SAME_M: f32 = 0.25;
         match (self, other) {
             (Self::Place { at, .. }, Self::Place { at: before, .. }) => {
-                length(*at - *before) < SAME_M
+                at == before || is_shorter(*at - *before, SAME_M)
             }
             (Self::Direction(now), Self::Direction(before)) => now.dot(*before) > 0.99,
             _ => false,

@@ -17,7 +17,7 @@ use super::memory::SAME_PLACE_M;
 use super::sight::Sight;
 use super::teammates::News;
 use super::{Pending, WasteMission, places};
-use crate::body::goal::length;
+use crate::body::goal::{is_within, length};
 
 /// How long a finder whose update was withdrawn leaves the search to others.
 const STANDS_BACK: SimTime = SimTime(60_000);
@@ -171,8 +171,8 @@ impl WasteMission {
         let places = places(&self.briefing, &self.memory, &self.realms)?;
         let own_spill = |at: Vec2, slack: f32| {
             let nearest = places.nearest_spill(at);
-            let distance = length(places.spill(nearest) - at);
-            (distance <= self.briefing.spill_radius_m + slack).then_some(nearest)
+            let radius_m = self.briefing.spill_radius_m + slack;
+            is_within(places.spill(nearest) - at, radius_m).then_some(nearest)
         };
         if readings.zone == Some(Zone::Spill)
             && own_spill(pose.position, SPILL_TOLERANCE_M).is_some()

@@ -5,7 +5,7 @@ use glam::Vec2;
 
 use super::briefing::Briefing;
 use super::map::Places;
-use crate::body::goal::{is_shorter, length};
+use crate::body::goal::{is_shorter, is_within, length};
 
 /// One step's view of the floor.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +35,7 @@ impl Sight {
         let farthest = sensed.last().filter(|_| sensed.len() >= WASTE_MOST);
         let in_deposit = |item: Vec2| {
             let deposit = places.nearest_deposit(item);
-            length(item - deposit) <= briefing.deposit_radius_m
+            is_within(item - deposit, briefing.deposit_radius_m)
         };
         let waste = if is_far_from_deposit(position, sensed, briefing, places) {
             items.collect()
@@ -80,6 +80,9 @@ fn is_far_from_deposit(
     places: &Places,
 ) -> bool {
     const ROUNDING_M: f32 = 0.1;
+    if sensed.is_empty() {
+        return true;
+    }
     let deposit = places.nearest_deposit(position);
     let clear_m = length(position - deposit) - briefing.deposit_radius_m - ROUNDING_M;
     // A wrong offset may be of any length. It is no longer than its coordinates together.

@@ -240,12 +240,16 @@ impl SpillWork {
     /// Joins what is in sight to what was seen before.
     fn look(&mut self, briefing: &Briefing, scene: &Scene) {
         let sight = scene.sight;
-        let off_center = length(sight.position - scene.places.spill(self.spill));
-        self.entered |=
-            scene.in_spill == Some(false) && off_center <= briefing.spill_radius_m.max(AT_POINT_M);
+        if !self.entered && scene.in_spill == Some(false) {
+            let offset = sight.position - scene.places.spill(self.spill);
+            self.entered = is_within(offset, briefing.spill_radius_m.max(AT_POINT_M));
+        }
         self.views.look(sight);
-        self.seen
-            .retain(|item| !sight.shows_nothing_at(*item, SAME_ITEM_M));
+        let is_gone = |item: &Vec2| sight.shows_nothing_at(*item, SAME_ITEM_M);
+        // Mostly none is: then none has to be moved.
+        if self.seen.iter().any(is_gone) {
+            self.seen.retain(|item| !is_gone(item));
+        }
         for &item in &sight.waste {
             let known = self
                 .seen

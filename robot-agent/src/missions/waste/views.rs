@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use glam::Vec2;
 
 use super::sight::Sight;
-use crate::body::goal::length;
+use crate::body::goal::{is_within, length};
 
 /// Points on a ring inside the spill that together with its center stand for all of it.
 const RING: usize = 6;
@@ -54,7 +54,7 @@ impl Views {
     /// Joins what is in sight.
     pub fn look(&mut self, sight: &Sight) {
         for point in self.points.iter_mut().filter(|point| !point.seen) {
-            let at_it = || length(point.at - sight.position) <= AT_POINT_M;
+            let at_it = || is_within(point.at - sight.position, AT_POINT_M);
             point.seen = sight.covers(point.at, self.around_m) || at_it();
         }
     }
