@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use super::ROUND;
+
 /// Prints, for each team that was measured, robot-steps per second and core, and the ratios to the world alone and to a run
 /// without a log.
 pub fn print(teams: &[usize]) {
@@ -47,7 +49,7 @@ pub fn print(teams: &[usize]) {
     );
 }
 
-/// Time of a tick.
+/// Time of a round.
 struct Times {
     median_ns: f64,
     low_ns: f64,
@@ -72,7 +74,8 @@ impl Times {
     }
 
     fn rates(&self, robots: usize) -> String {
-        let rate = |tick_ns: f64| robots as f64 * 1e9 / tick_ns / 1e3;
+        let steps = (robots as u64 * ROUND) as f64;
+        let rate = |round_ns: f64| steps * 1e9 / round_ns / 1e3;
         format!(
             "{:.0}k [{:.0} .. {:.0}]",
             rate(self.median_ns),
