@@ -102,8 +102,7 @@ impl Agent {
     /// First part of a step: what it hears and senses. Whoever steps several agents may do each part with all of them: the code of
     /// a step is larger than a first-level cache.
     pub fn perceive(&mut self, tick: &TickMessage, space: &mut Workspace) {
-        self.links
-            .hear(tick, &mut space.arrived, &mut space.heard);
+        self.links.hear(tick, &mut space.arrived, &mut space.heard);
         self.mission.perceive(
             tick.now,
             &tick.readings,

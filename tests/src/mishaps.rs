@@ -176,7 +176,7 @@ impl Team {
             match std::mem::replace(&mut self.members[rank].state, State::Alive) {
                 State::Alive => {}
                 State::Silent(mut report) => {
-                    self.simulation.report(&mut report);
+                    self.simulation.report(&report);
                 }
                 State::Dead => {
                     let name = self.simulation.setup().scenario.robots[rank].name.clone();
@@ -210,14 +210,14 @@ impl Team {
         if dies {
             member.state = State::Dead;
             if self.chance.random_bool(0.5) {
-                self.simulation.report(&mut report);
+                self.simulation.report(&report);
             }
             self.simulation.gone(robot, member.incarnation);
         } else if stalls {
             member.state = State::Silent(Box::new(report));
             self.simulation.stall(robot);
         } else {
-            self.simulation.report(&mut report);
+            self.simulation.report(&report);
         }
     }
 

@@ -393,7 +393,7 @@ impl<S: Sink> Team<S> {
             if self.agents[robot.index()].is_some() {
                 self.air
                     .send(tick, robot, &mut space.broadcasts, &mut space.spent);
-                self.simulation.report(&mut space.report);
+                self.simulation.report(&space.report);
             }
         }
     }

@@ -18,12 +18,12 @@ pub(super) enum Refused {
     UnknownLength,
     /// The value itself refuses.
     #[error("{0}")]
-    Other(String),
+    Other(Box<str>),
 }
 
 impl ser::Error for Refused {
     fn custom<T: Display>(why: T) -> Self {
-        Self::Other(why.to_string())
+        Self::Other(why.to_string().into())
     }
 }
 
@@ -94,6 +94,7 @@ impl<'a> Encoder<'a> {
         self.unsigned(((value << 1) ^ (value >> 63)) as u64);
     }
 
+    #[inline(always)]
     fn count(&mut self, length: Option<usize>) -> Result<(), Refused> {
         self.unsigned(length.ok_or(Refused::UnknownLength)? as u64);
         Ok(())

@@ -71,7 +71,7 @@ impl Traffic {
                         }
                     }
                 }
-                simulation.report(&mut space.report);
+                simulation.report(&space.report);
             }
             if simulation.is_complete() {
                 simulation.finish();

@@ -92,33 +92,37 @@ impl Answers {
     }
 
     /// A robot that was told these readings has answered with a report. They are no news if they are those of its answer before.
-    /// Its report before goes where this one was, for its memory.
     ///
     /// # Panics
     /// If the report is of a robot that there is not.
-    pub fn take(&mut self, readings: &Readings, news: bool, report: &mut Report) {
+    pub fn take(&mut self, readings: &Readings, news: bool, report: &Report) {
         let answer = &mut self.by_rank[report.robot.index()];
-        std::mem::swap(&mut answer.report, report);
-        let (before, now) = (&*report, &answer.report);
-        let mut motivations = now.motivations.iter();
-        let active = motivations.find(|motivation| motivation.state == SetState::Active);
-        answer.active = active.map(|motivation| motivation.set);
-        answer.fates = Fates::of(&now.receptions);
-        let has_messages = now.broadcasts > 0 || !now.receptions.is_empty();
+        let has_messages = report.broadcasts > 0 || !report.receptions.is_empty();
+        let before = answer.hashes;
+        // A robot at work has the same motivations for many ticks.
+        let same_motivations = have_same_motivations(&answer.report, report);
         answer.hashes = Some(Hashes {
-            readings: match answer.hashes {
+            readings: match before {
                 // A robot that waits where nobody comes by senses the same for many ticks.
-                Some(hashes) if !news => hashes.readings,
+                Some(before) if !news => before.readings,
                 _ => self.hash.of(readings),
             },
-            messages: has_messages.then(|| self.hash.of(&(now.broadcasts, &now.receptions))),
-            motivations: match answer.hashes {
-                // A robot at work has the same motivations for many ticks.
-                Some(hashes) if have_same_motivations(before, now) => hashes.motivations,
-                _ => self.hash.of(&(&now.motivations, &now.changes, &now.notes)),
+            messages: has_messages.then(|| self.hash.of(&(report.broadcasts, &report.receptions))),
+            motivations: match before {
+                Some(before) if same_motivations => before.motivations,
+                _ => self
+                    .hash
+                    .of(&(&report.motivations, &report.changes, &report.notes)),
             },
-            commands: self.hash.of(&now.actuation),
+            commands: self.hash.of(&report.actuation),
         });
+        answer.fates = Fates::of(&report.receptions);
+        if !same_motivations {
+            let mut motivations = report.motivations.iter();
+            let active = motivations.find(|motivation| motivation.state == SetState::Active);
+            answer.active = active.map(|motivation| motivation.set);
+        }
+        answer.keep(report, same_motivations);
     }
 
     /// Says whose answers count in the tick at hand, by rank.
@@ -145,6 +149,23 @@ impl Answers {
 }
 
 impl Answer {
+    /// Copies a report to where the one before was: memory that is at hand stays with whoever steps the robots.
+    fn keep(&mut self, report: &Report, same_motivations: bool) {
+        let kept = &mut self.report;
+        kept.robot = report.robot;
+        kept.incarnation = report.incarnation;
+        kept.tick = report.tick;
+        kept.actuation = report.actuation;
+        kept.broadcasts = report.broadcasts;
+        kept.broadcast_bytes = report.broadcast_bytes;
+        if !same_motivations {
+            kept.motivations.clone_from(&report.motivations);
+            kept.changes.clone_from(&report.changes);
+            kept.notes.clone_from(&report.notes);
+        }
+        kept.receptions.clone_from(&report.receptions);
+    }
+
     /// Calls this with each section and its hash.
     #[inline(always)]
     pub(super) fn for_each_section(&self, mut take: impl FnMut(Section, u64)) {

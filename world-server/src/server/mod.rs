@@ -303,7 +303,7 @@ impl Server {
 
     /// A report arrived on that key, or something that is none.
     pub fn report(&mut self, key: &str, report: Result<Report, OpenError>) {
-        let mut report = match report {
+        let report = match report {
             Ok(report) => report,
             Err(error) => return self.refuse("report", &error),
         };
@@ -312,7 +312,7 @@ impl Server {
             return self.refuse("report", &"on another robot's key");
         }
         let (robot, incarnation) = (report.robot, report.incarnation);
-        match self.simulation.report(&mut report) {
+        match self.simulation.report(&report) {
             Verdict::Counted => self.peers[robot.index()].asked = None,
             Verdict::BackAgain => {
                 tracing::info!(robot = name, "back again");

@@ -319,7 +319,7 @@ impl Simulation {
         for entry in &mut message.manifest {
             entry.link = self.links.state(entry.sender, robot).map(Box::new);
         }
-        message.held = self.links.held(robot);
+        self.links.held(robot, &mut message.held);
         // What was distorted is not what was sensed.
         if self.sensors.were_always_intact() && self.world.senses_the_same(robot) {
             return Some(robot);
@@ -355,8 +355,8 @@ impl Simulation {
         self.actuators.begin(self.schedule.in_force());
     }
 
-    /// An agent's report. One that counts is exchanged for that robot's report before, for its memory.
-    pub fn report(&mut self, report: &mut Report) -> Verdict {
+    /// An agent's report.
+    pub fn report(&mut self, report: &Report) -> Verdict {
         if !self.is_well_formed(report) {
             return Verdict::Malformed;
         }
@@ -369,8 +369,7 @@ impl Simulation {
             self.answers.take(&told.readings, news, report);
             // Before the next robot is asked, and hears of it.
             if self.steps_in_order() && self.schedule.waiting().next().is_some() {
-                let report = self.answers.report(robot).clone();
-                self.trigger_by_report(&report);
+                self.trigger_by_report(report);
             }
             self.settle();
         }

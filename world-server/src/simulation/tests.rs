@@ -23,13 +23,13 @@ fn stand_still(simulation: &mut Simulation) -> Vec2 {
         if robot == BLUE {
             told = message.readings.pose.map(|pose| pose.position);
         }
-        let mut report = Report {
+        let report = Report {
             robot,
             incarnation: message.incarnation,
             tick: message.tick,
             ..Report::default()
         };
-        assert_eq!(simulation.report(&mut report), Verdict::Counted);
+        assert_eq!(simulation.report(&report), Verdict::Counted);
     }
     simulation.finish();
     assert!(simulation.record(&mut Unrecorded).unwrap());
