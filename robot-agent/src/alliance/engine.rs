@@ -129,8 +129,11 @@ impl Engine {
             if self.config.admits(broadcast) {
                 let switches = &self.config.switches;
                 news |= self.history.hear(now, broadcast, switches, own_task);
-                self.teammates
+                let claims = self
+                    .teammates
                     .hear(now, broadcast, |task| own_task(task).is_some());
+                // Whoever executes a task gives way to no claim that has ended.
+                news |= claims && self.awake.waiting > 0;
             }
         }
         for &task in input.progressed {
@@ -189,8 +192,8 @@ impl Engine {
         self.steady_until = SimTime::ZERO;
     }
 
-    /// Whether a step in which nothing new is heard would give the same as the latest one: a robot at work, whose active set
-    /// stays at θ and whose other sets stay at 0, so that only time can change anything, and has not yet.
+    /// Whether a step in which nothing new is heard would give the same as the latest one: a robot at work or one that waits, of
+    /// which each set stays at θ or at 0, so that only time can change anything, and has not yet.
     fn is_steady(&self, input: &StepInput<'_>) -> bool {
         let applicable = || self.rows.iter().map(|row| row.sensory_feedback);
         input.now < self.steady_until
@@ -198,21 +201,18 @@ impl Engine {
             && applicable().eq(input.applicable.iter().copied())
     }
 
-    /// When time alone changes the outcome of a step next: a heartbeat is due, a window of a teammate opens or ends (eq. 2.4), or
-    /// the active set has been active for ψ or λ (eq. 2.6). `None` where every step changes it, for a set is getting impatient or
-    /// waits. What teammates claim only ages, which makes nobody give way.
+    /// When time alone changes the outcome of a step next: a heartbeat is due, a window of a teammate opens or ends (eq. 2.4), the
+    /// active set has been active for ψ or λ (eq. 2.6), or a wait ends. `None` where every step changes it, for a set is getting
+    /// impatient.
     fn next_turn(&self, now: SimTime) -> Option<SimTime> {
-        let active = self.awake.active.filter(|_| self.awake.waiting == 0)?;
-        let Stance::Active { since, .. } = self.behaviors[active].stance else {
-            return None;
+        let mut next = match self.awake {
+            Awake {
+                active: Some(active),
+                waiting: 0,
+            } => self.end_of_activity(active, now)?,
+            Awake { active: None, .. } => self.end_of_waiting(now)?,
+            Awake { .. } => return None,
         };
-        let set = &self.config.sets[active];
-        let mut next = self.heartbeats.next(active, set);
-        for span in [set.params.psi, set.params.lambda] {
-            if since + span >= now {
-                next = next.min(since + span);
-            }
-        }
         for set in &self.config.sets {
             for (teammate, record) in self.history.about(set.own_task) {
                 // Toward a robot that is none of the team there is no rate, and no turn.
@@ -226,6 +226,42 @@ impl Engine {
             }
         }
         Some(next)
+    }
+
+    /// When time alone next changes what the active set does. The others are suppressed; what teammates claim only ages, which
+    /// makes nobody give way.
+    fn end_of_activity(&self, active: usize, now: SimTime) -> Option<SimTime> {
+        let Stance::Active { since, .. } = self.behaviors[active].stance else {
+            return None;
+        };
+        let set = &self.config.sets[active];
+        let ends = [set.params.psi, set.params.lambda].map(|span| since + span);
+        let ends = ends.into_iter().filter(|&end| end >= now);
+        Some(ends.fold(self.heartbeats.next(active, set), SimTime::min))
+    }
+
+    /// When time alone next changes what the waiting sets do: claims expire, and waits are bounded. `None` where another set gets
+    /// impatient, or where none waits.
+    fn end_of_waiting(&self, now: SimTime) -> Option<SimTime> {
+        let mut next = None;
+        let sets = self.behaviors.iter().zip(&self.config.sets);
+        for (index, (behavior, set)) in sets.enumerate() {
+            match behavior.stance {
+                Stance::Waiting { since } => {
+                    let left = set.params.waiting_bound().since(behavior.spent_waiting());
+                    // It ends once it is longer than its bound.
+                    let bound = since + left + SimTime(1);
+                    let claims = self.teammates.expiries(set.task, set.params.tau, now);
+                    let heartbeat = self.heartbeats.next(index, set);
+                    let ends = claims.chain([bound, heartbeat]).min();
+                    next = ends.into_iter().chain(next).min();
+                }
+                // Not applicable, so that it stays at 0.
+                _ if !self.rows[index].sensory_feedback => {}
+                _ => return None,
+            }
+        }
+        next
     }
 
     /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Writes a row per own

@@ -30,25 +30,34 @@ struct Said {
 }
 
 impl Teammates {
-    /// Takes in a broadcast that is heard at `now`. Of tasks that are not its own the robot remembers nothing but that the
-    /// sender executes no other.
-    pub fn hear(&mut self, now: SimTime, broadcast: &Broadcast, is_own: impl Fn(TaskId) -> bool) {
+    /// Takes in a broadcast that is heard at `now`, and says whether it began or ended a claim or a wish. Of tasks that are not its
+    /// own the robot remembers nothing but that the sender executes no other.
+    pub fn hear(
+        &mut self,
+        now: SimTime,
+        broadcast: &Broadcast,
+        is_own: impl Fn(TaskId) -> bool,
+    ) -> bool {
         let stamp = (broadcast.incarnation, broadcast.seq);
         let latest = self
             .latest
             .get_or_insert_with(broadcast.sender, Default::default);
         if stamp <= *latest {
-            return;
+            return false;
         }
         let is_new_life = stamp.0 > latest.0;
         *latest = stamp;
+        let before = self.said.len();
         if is_new_life {
             // It does nothing of what the old one did.
             self.said.retain(|said| said.teammate != broadcast.sender);
         }
-        if let Body::Heartbeat(heartbeat) = &broadcast.body {
-            self.take(now, broadcast.sender, heartbeat, is_own);
-        }
+        let ended = self.said.len() < before;
+        let taken = match &broadcast.body {
+            Body::Heartbeat(heartbeat) => self.take(now, broadcast.sender, heartbeat, is_own),
+            _ => false,
+        };
+        ended || taken
     }
 
     fn take(
@@ -57,7 +66,8 @@ impl Teammates {
         sender: RobotId,
         heartbeat: &Heartbeat,
         is_own: impl Fn(TaskId) -> bool,
-    ) {
+    ) -> bool {
+        let before = self.said.len();
         let (task, executing) = match (heartbeat.state, heartbeat.task) {
             (TaskState::Executing, Some(task)) => {
                 self.said.retain(|said| said.teammate != sender);
@@ -71,14 +81,17 @@ impl Teammates {
             }
             (TaskState::Released, Some(task)) => {
                 let ends = |said: &Said| said.teammate == sender && said.task == task;
-                return self.said.retain(|said| !ends(said));
+                self.said.retain(|said| !ends(said));
+                return self.said.len() < before;
             }
             (TaskState::Idle, _) => {
-                return self.said.retain(|said| said.teammate != sender);
+                self.said.retain(|said| said.teammate != sender);
+                return self.said.len() < before;
             }
-            (_, None) => return,
+            (_, None) => return false,
         };
-        if is_own(task) {
+        let is_own = is_own(task);
+        if is_own {
             let said = Said {
                 teammate: sender,
                 task,
@@ -89,6 +102,7 @@ impl Teammates {
             let place = self.said.partition_point(|other| other.teammate <= sender);
             self.said.insert(place, said);
         }
+        is_own || self.said.len() < before
     }
 
     /// Whether as many teammates execute the task as may; who was not heard within τ does not count.
@@ -119,6 +133,19 @@ impl Teammates {
         now: SimTime,
     ) -> impl Iterator<Item = Claim> {
         self.claims(task, true, tau, now)
+    }
+
+    /// When, after `now`, claims to the task and wishes for it expire, if nothing more is heard.
+    pub fn expiries(
+        &self,
+        task: TaskId,
+        tau: SimTime,
+        now: SimTime,
+    ) -> impl Iterator<Item = SimTime> {
+        let about = self.said.iter().filter(move |said| said.task == task);
+        about
+            .map(move |said| said.heard + tau)
+            .filter(move |&end| end > now)
     }
 
     fn claims(

@@ -109,6 +109,75 @@ prop_compose! {
     }
 }
 
+/// So many silent steps, and then what a teammate does about a task.
+type Talk = (usize, RobotId, TaskState, usize);
+
+/// Mostly that it executes move-spill(top), often enough to be waited for.
+fn talk() -> impl Strategy<Value = Talk> {
+    let state = prop_oneof![
+        12 => Just(TaskState::Executing),
+        2 => Just(TaskState::Waiting),
+        1 => Just(TaskState::Idle),
+        1 => Just(TaskState::Released),
+    ];
+    let task = prop_oneof![9 => Just(TOP), 1 => Just(BOTTOM)];
+    (
+        0..9_usize,
+        prop_oneof![5 => Just(BLUE), 1 => Just(GREEN)],
+        state,
+        task,
+    )
+}
+
+/// The steps of a robot that could do nothing but move-spill(top), and hears that.
+fn steps_of(talk: &[Talk]) -> Vec<Step> {
+    let mut steps = Vec::new();
+    for (seq, &(silent, sender, state, task)) in (0..).zip(talk) {
+        let step = Step {
+            heard: Vec::new(),
+            applicable: ONLY_TOP,
+            progressed: Vec::new(),
+        };
+        steps.extend(std::iter::repeat_n(step.clone(), silent));
+        let said = Announcement {
+            state,
+            since: ms(0),
+            set: None,
+            task: Some(self::task(task)),
+            progress: 0,
+        };
+        steps.push(Step {
+            heard: vec![broadcast(sender, seq, ms(0), &said)],
+            ..step
+        });
+    }
+    steps
+}
+
+/// Two engines make these steps, of which one makes all of them whole.
+fn compare_with_one_that_weighs_anew(
+    switches: Switches,
+    steps: &[Step],
+) -> Result<(), TestCaseError> {
+    let mut setup = brisk(Preset::Team, 3);
+    setup.alliance.switches = switches;
+    let mut engines = [engine(GOLD, &setup), engine(GOLD, &setup)];
+    for (number, step) in (0..).zip(steps) {
+        engines[0].weigh_anew();
+        let [anew, rested] = engines.each_mut().map(|engine| {
+            let input = StepInput {
+                now: ms(200 * number),
+                heard: &shared(&step.heard),
+                applicable: &step.applicable,
+                progressed: &step.progressed,
+            };
+            super::step_of(engine, &input)
+        });
+        prop_assert_eq!(anew, rested, "at step {}", number);
+    }
+    Ok(())
+}
+
 /// Whether that reason is one of the factors that are 0 in the row.
 fn is_named(reason: Reason, row: &alliance_proto::telemetry::Motivation) -> bool {
     match reason {
@@ -185,19 +254,17 @@ proptest! {
         switches in switches(),
         steps in prop::collection::vec(calm_step(), 50..400),
     ) {
-        let mut setup = brisk(Preset::Team, 3);
-        setup.alliance.switches = switches;
-        let mut engines = [engine(GOLD, &setup), engine(GOLD, &setup)];
-        for (number, step) in (0..).zip(&steps) {
-            engines[0].weigh_anew();
-            let [anew, rested] = engines.each_mut().map(|engine| super::step_of(engine, &StepInput {
-                now: ms(200 * number),
-                heard: &shared(&step.heard),
-                applicable: &step.applicable,
-                progressed: &step.progressed,
-            }));
-            prop_assert_eq!(anew, rested, "at step {}", number);
-        }
+        compare_with_one_that_weighs_anew(switches, &steps)?;
+    }
+
+    /// The same of a robot that could do nothing but a task at which others are.
+    #[test]
+    fn a_step_that_is_left_out_while_it_waits_would_have_changed_nothing(
+        switches in switches(),
+        talk in prop::collection::vec(talk(), 50..150),
+    ) {
+        let steps = steps_of(&talk);
+        compare_with_one_that_weighs_anew(switches, &steps)?;
     }
 
     /// Of two robots that execute an exclusive task the later one leaves it in the step in which it hears the other, unless
