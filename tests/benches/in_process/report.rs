@@ -85,11 +85,8 @@ impl Times {
     }
 }
 
-/// Where cargo puts what it builds, and criterion what it measures.
+/// Where cargo puts what it builds, and criterion what it measures: this program is in `release/deps` there.
 fn target() -> Option<PathBuf> {
     let exe = std::env::current_exe().ok()?;
-    let target = exe
-        .ancestors()
-        .find(|it| it.file_name().is_some_and(|name| name == "target"))?;
-    Some(target.to_owned())
+    exe.ancestors().nth(3).map(Path::to_owned)
 }
