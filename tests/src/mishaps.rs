@@ -175,7 +175,7 @@ impl Team {
             }
             match std::mem::replace(&mut self.members[rank].state, State::Alive) {
                 State::Alive => {}
-                State::Silent(mut report) => {
+                State::Silent(report) => {
                     self.simulation.report(&report);
                 }
                 State::Dead => {
@@ -195,7 +195,7 @@ impl Team {
         let mut space = Workspace::default();
         member.radio.collect(&message.manifest, &mut space.arrived);
         member.agent.step(Box::new(message.clone()), &mut space);
-        let (mut report, broadcasts) = (space.report, space.broadcasts);
+        let (report, broadcasts) = (space.report, space.broadcasts);
         // Broadcasts are on the air before the report, whatever becomes of it.
         for broadcast in broadcasts {
             for (rank, teammate) in self.members.iter_mut().enumerate() {

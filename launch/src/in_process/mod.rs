@@ -21,8 +21,8 @@ use air::Air;
 /// What comes from outside, by the tick that it changes.
 type Outside = BTreeMap<Tick, Vec<Input>>;
 
-/// So many robots sense, then step, then report: each of the three runs through much code, which is at hand if several do the same
-/// one after the other.
+/// So many robots sense, then perceive, then think, then act, then report: each of these runs through much code, which is at hand
+/// if several do the same one after the other.
 const TOGETHER: usize = 32;
 
 /// A team and its world, stepped by hand.

@@ -30,8 +30,8 @@ struct Said {
 }
 
 impl Teammates {
-    /// Takes in a broadcast that is heard at `now`, and says whether it began or ended a claim or a wish. Of tasks that are not its
-    /// own the robot remembers nothing but that the sender executes no other.
+    /// Takes in a broadcast that is heard at `now`, and says whether it is, or ends, a claim or a wish. Of tasks that are not its own
+    /// the robot remembers nothing but that the sender executes no other.
     pub fn hear(
         &mut self,
         now: SimTime,
@@ -52,14 +52,14 @@ impl Teammates {
             // It does nothing of what the old one did.
             self.said.retain(|said| said.teammate != broadcast.sender);
         }
-        let ended = self.said.len() < before;
-        let taken = match &broadcast.body {
+        let claims = match &broadcast.body {
             Body::Heartbeat(heartbeat) => self.take(now, broadcast.sender, heartbeat, is_own),
             _ => false,
         };
-        ended || taken
+        claims || self.said.len() < before
     }
 
+    /// Says whether it is a claim or a wish.
     fn take(
         &mut self,
         now: SimTime,
@@ -67,7 +67,6 @@ impl Teammates {
         heartbeat: &Heartbeat,
         is_own: impl Fn(TaskId) -> bool,
     ) -> bool {
-        let before = self.said.len();
         let (task, executing) = match (heartbeat.state, heartbeat.task) {
             (TaskState::Executing, Some(task)) => {
                 self.said.retain(|said| said.teammate != sender);
@@ -82,11 +81,11 @@ impl Teammates {
             (TaskState::Released, Some(task)) => {
                 let ends = |said: &Said| said.teammate == sender && said.task == task;
                 self.said.retain(|said| !ends(said));
-                return self.said.len() < before;
+                return false;
             }
             (TaskState::Idle, _) => {
                 self.said.retain(|said| said.teammate != sender);
-                return self.said.len() < before;
+                return false;
             }
             (_, None) => return false,
         };
@@ -102,7 +101,7 @@ impl Teammates {
             let place = self.said.partition_point(|other| other.teammate <= sender);
             self.said.insert(place, said);
         }
-        is_own || self.said.len() < before
+        is_own
     }
 
     /// Whether as many teammates execute the task as may; who was not heard within τ does not count.

@@ -133,7 +133,7 @@ impl Grid {
 }
 
 /// What is near a point, cell by cell. By hand, for it is what a step of the world spends its time in: chained iterators take
-/// several times as long, and one step after the other twice as long as [`Iterator::fold`].
+/// several times as long, and [`Iterator::next`] longer than [`Iterator::fold`].
 #[derive(Clone, Debug)]
 pub(super) struct Near<'a> {
     grid: &'a Grid,
