@@ -18,10 +18,12 @@ const ACT_DEADLINE: Duration = Duration::from_secs(30);
 
 /// What the launcher is doing.
 pub(super) struct UnderWay {
-    number: u64,
+    order: ProcessOrder,
     robot: RobotId,
-    act: ProcessAct,
     since: Instant,
+    /// Dead once the query is over, be it answered or not.
+    query: Weak<()>,
+    answered: bool,
     /// The process that was started.
     started: Option<u32>,
 }
@@ -39,25 +41,41 @@ impl Server {
             };
             tracing::info!(robot = order.robot, ?act, "asks the launcher");
             self.under_way = Some(UnderWay {
-                number: order.number,
+                order,
                 robot,
-                act,
                 since: Instant::now(),
+                query: Weak::new(),
+                answered: false,
                 started: None,
             });
-            if let Err(why) = self.ask_launcher(&order) {
-                self.act_done(order.number, Err(why));
-            }
+            self.ask_launcher();
         }
     }
 
-    fn ask_launcher(&self, order: &ProcessOrder) -> Result<(), String> {
+    /// Sends the order that is under way.
+    fn ask_launcher(&mut self) {
+        let Some(asked) = &self.under_way else { return };
+        let number = asked.order.number;
+        match self.query_launcher(&asked.order) {
+            Ok(query) => {
+                if let Some(asked) = &mut self.under_way {
+                    asked.query = query;
+                }
+            }
+            Err(why) => self.act_done(number, Err(why)),
+        }
+    }
+
+    fn query_launcher(&self, order: &ProcessOrder) -> Result<Weak<()>, String> {
         let key = self.keys.process_order();
         let payload = self
             .secret
             .seal(&key, order)
             .map_err(|error| error.to_string())?;
         let (me, secret) = (Weak::clone(&self.me), self.secret.clone());
+        // The callback, and this with it, is dropped when the query is over.
+        let open = Arc::new(());
+        let query = Arc::downgrade(&open);
         self.session
             .get(self.keys.process())
             .payload(payload)
@@ -66,6 +84,7 @@ impl Server {
             .consolidation(ConsolidationMode::None)
             .timeout(ACT_DEADLINE)
             .callback(move |reply| {
+                let _ = &open;
                 let Ok(sample) = reply.into_result() else {
                     // Time has run out, which the clock sees as well.
                     return;
@@ -76,17 +95,19 @@ impl Server {
                 }
             })
             .wait()
-            .map_err(|error| error.to_string())
+            .map_err(|error| error.to_string())?;
+        Ok(query)
     }
 
     fn launcher_answered(&mut self, answer: Result<ProcessReply, OpenError>) {
         match answer {
             Ok(reply) => {
                 // The answer to the order before may come when its effect has been seen already, and the next one given.
-                if let (Some(asked), Ok(pid)) = (&mut self.under_way, &reply.result)
-                    && asked.number == reply.number
+                if let Some(asked) = &mut self.under_way
+                    && asked.order.number == reply.number
                 {
-                    asked.started = Some(*pid);
+                    asked.answered = true;
+                    asked.started = reply.result.as_ref().ok().copied();
                 }
                 self.act_done(reply.number, reply.result.map(drop));
                 self.pump();
@@ -97,8 +118,8 @@ impl Server {
 
     fn act_done(&mut self, number: u64, result: Result<(), String>) {
         match &self.under_way {
-            Some(asked) if asked.number == number => {
-                let (robot, act) = (asked.robot, asked.act);
+            Some(asked) if asked.order.number == number => {
+                let (robot, act) = (asked.robot, asked.order.act);
                 if act == ProcessAct::Continue {
                     // The launcher's news of it may come later.
                     self.peers[robot.index()].stopped = false;
@@ -112,23 +133,29 @@ impl Server {
     /// A process that was started and has ended before it joined will not join.
     pub(super) fn stillborn(&mut self, pid: u32) {
         if let Some(asked) = &self.under_way
-            && asked.act == ProcessAct::Start
+            && asked.order.act == ProcessAct::Start
             && asked.started == Some(pid)
             && self.simulation.awaits_act()
         {
             let why = "its process ended before it joined".to_owned();
-            self.simulation.act_done(asked.robot, asked.act, Err(why));
+            self.simulation
+                .act_done(asked.robot, asked.order.act, Err(why));
         }
     }
 
-    /// Nothing is waited for forever.
-    pub(super) fn give_up_late_act(&mut self, now: Instant) {
-        if self.simulation.awaits_act()
-            && let Some(asked) = &self.under_way
-            && now.duration_since(asked.since) > ACT_DEADLINE
-        {
+    /// Asks again where nobody has answered, for a launcher that is still on its way to the bus has not heard it; one that has does
+    /// it once. Nothing is waited for forever.
+    pub(super) fn look_after_act(&mut self, now: Instant) {
+        let Some(asked) = &self.under_way else { return };
+        if !self.simulation.awaits_act() {
+            return;
+        }
+        if now.duration_since(asked.since) > ACT_DEADLINE {
             let late = format!("not done within {} s", ACT_DEADLINE.as_secs());
-            self.simulation.act_done(asked.robot, asked.act, Err(late));
+            self.simulation
+                .act_done(asked.robot, asked.order.act, Err(late));
+        } else if !asked.answered && asked.query.strong_count() == 0 {
+            self.ask_launcher();
         }
     }
 

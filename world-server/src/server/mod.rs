@@ -395,7 +395,7 @@ impl Server {
         } else {
             self.deserted_since = None;
         }
-        self.give_up_late_act(now);
+        self.look_after_act(now);
         if let Err(error) = self.recorder.flush() {
             return self.fail(error);
         }
