@@ -16,7 +16,7 @@ pub(super) enum Refused {
     /// A list that does not know how long it is.
     #[error("a sequence of unknown length")]
     UnknownLength,
-    /// The value itself refuses.
+    /// The value itself refuses. In a small box: each field hands a result on that has room for this.
     #[error("{0}")]
     Other(Box<str>),
 }

@@ -51,6 +51,7 @@ fn run_to(browser: &Browser, page: &Page, wanted: u64) {
 /// Where a point of the room is on the screen, in pixels of the window. What is shown around the room comes and goes, and the room
 /// moves with it: it counts once several looks have found the same.
 fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
+    browser.eval("window.placed = null");
     let at = browser.wait_for(&format!(
         "(() => {{ const box = document.querySelector('#room-canvas').getBoundingClientRect(); const at = alliance.toScreen({x_m}, {y_m}); const now = [Math.round(box.x + at.x), Math.round(box.y + at.y)]; const before = window.placed; const same = before && before.now.join() == now.join(); window.placed = {{ now, looks: same ? before.looks + 1 : 0 }}; return window.placed.looks >= 5 ? now : null; }})()"
     ));
