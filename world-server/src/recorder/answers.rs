@@ -189,12 +189,14 @@ fn have_same_motivations(a: &Report, b: &Report) -> bool {
         && a.motivations
             .iter()
             .zip(&b.motivations)
-            .all(|(a, b)| bits(a) == bits(b))
+            .all(|(a, b)| motivation_bits(a) == motivation_bits(b))
 }
 
 /// All of a motivation, in comparable form.
+pub(super) type MotivationBits = (SetId, [u64; 2], [bool; 4], SetState);
+
 #[inline(always)]
-fn bits(it: &Motivation) -> impl PartialEq + use<> {
+pub(super) fn motivation_bits(it: &Motivation) -> MotivationBits {
     let Motivation {
         set,
         motivation,
@@ -206,13 +208,14 @@ fn bits(it: &Motivation) -> impl PartialEq + use<> {
         state,
     } = *it;
     (
-        motivation.to_bits(),
-        impatience.to_bits(),
         set,
-        sensory_feedback,
-        activity_suppression,
-        impatience_reset,
-        acquiescence,
+        [motivation, impatience].map(f64::to_bits),
+        [
+            sensory_feedback,
+            activity_suppression,
+            impatience_reset,
+            acquiescence,
+        ],
         state,
     )
 }

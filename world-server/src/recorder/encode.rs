@@ -4,10 +4,13 @@ use alliance_proto::event::EventLine;
 use alliance_proto::ids::{RobotId, SetId, TaskId};
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::telemetry::Reception;
+use alliance_proto::time::SimTime;
 
+use super::answers::motivation_bits;
 use super::on_their_way::OnTheirWay;
 use super::record::{EventKind, TickRecord};
-use super::table::Row;
+use super::repeated::{Repeated, body_bits};
+use super::row::{Row, Tail};
 use crate::input::{Input, InputLine};
 
 /// The names that stand in the tables for the ids of a run.
@@ -31,6 +34,11 @@ impl Names {
         self.robots.get(robot.index()).map_or("?", String::as_str)
     }
 
+    /// Names by rank.
+    pub fn robots(&self) -> impl Iterator<Item = &str> {
+        self.robots.iter().map(String::as_str)
+    }
+
     fn rank(&self, robot: &str) -> Option<RobotId> {
         let rank = self.robots.iter().position(|name| name == robot)?;
         Some(RobotId(rank as u16))
@@ -51,22 +59,31 @@ impl Names {
 }
 
 /// motivations.csv: a row per behavior set of each robot that counted.
-pub(super) fn motivations(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
-    for counted in record.counted() {
-        for motivation in &counted.report.motivations {
-            Row::new(rows)
-                .number(record.now.0)
-                .text(names.robot(counted.report.robot))
-                .text(names.set(Some(motivation.set)))
-                .text(names.task_of(motivation.set))
-                .real(motivation.motivation)
-                .real(motivation.impatience)
-                .flag(motivation.sensory_feedback)
-                .flag(motivation.activity_suppression)
-                .flag(motivation.impatience_reset)
-                .flag(motivation.acquiescence)
-                .text(motivation.state.as_str())
-                .end();
+pub(super) fn motivations(
+    names: &Names,
+    repeated: &mut Repeated,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    let answers = record.answers.iter().zip(&mut repeated.motivations);
+    for (answer, tails) in answers.filter(|(answer, _)| answer.counts) {
+        let report = &answer.report;
+        tails.resize_with(report.motivations.len(), Tail::default);
+        for (motivation, tail) in report.motivations.iter().zip(tails) {
+            let row = Row::new(rows).fields(&repeated.now);
+            row.end_with(tail, motivation_bits(motivation), |row| {
+                row.text(names.robot(report.robot))
+                    .text(names.set(Some(motivation.set)))
+                    .text(names.task_of(motivation.set))
+                    .real(motivation.motivation)
+                    .real(motivation.impatience)
+                    .flag(motivation.sensory_feedback)
+                    .flag(motivation.activity_suppression)
+                    .flag(motivation.impatience_reset)
+                    .flag(motivation.acquiescence)
+                    .word(motivation.state.as_str())
+                    .end();
+            });
         }
     }
 }
@@ -74,6 +91,7 @@ pub(super) fn motivations(names: &Names, record: &TickRecord<'_>, rows: &mut Vec
 /// messages.csv: a row per broadcast and receiver, once its last word is said; second copies have rows of their own.
 pub(super) fn messages(
     names: &Names,
+    repeated: &mut Repeated,
     on_their_way: &mut OnTheirWay,
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
@@ -82,7 +100,7 @@ pub(super) fn messages(
         let (receiver, life) = (counted.report.robot, counted.report.incarnation);
         for reception in &counted.report.receptions {
             if on_their_way.settle(receiver, life, reception) {
-                message(names, receiver, reception, rows);
+                message(names, repeated, receiver, reception, rows);
             }
         }
     }
@@ -92,36 +110,57 @@ pub(super) fn messages(
         } = input
             && let Some(receiver) = names.rank(robot)
         {
-            pending(names, &on_their_way.end_of(receiver, *incarnation), rows);
+            let left = on_their_way.end_of(receiver, *incarnation);
+            pending(names, repeated, &left, rows);
         }
     }
 }
 
 /// messages.csv: rows of broadcasts that will not be heard of again.
-pub(super) fn pending(names: &Names, left: &[(RobotId, Reception)], rows: &mut Vec<u8>) {
+pub(super) fn pending(
+    names: &Names,
+    repeated: &mut Repeated,
+    left: &[(RobotId, Reception)],
+    rows: &mut Vec<u8>,
+) {
     for (receiver, reception) in left {
-        message(names, *receiver, reception, rows);
+        message(names, repeated, *receiver, reception, rows);
     }
 }
 
-fn message(names: &Names, receiver: RobotId, reception: &Reception, rows: &mut Vec<u8>) {
-    let said = reception.said;
-    let state = said.and_then(|said| said.state);
+fn message(
+    names: &Names,
+    repeated: &mut Repeated,
+    receiver: RobotId,
+    reception: &Reception,
+    rows: &mut Vec<u8>,
+) {
+    // Any will do, for the key tells the sender.
+    let slot = reception.sender.index() % repeated.messages.len();
+    // The time stands in front.
+    let key = Reception {
+        at: SimTime::default(),
+        ..*reception
+    };
     Row::new(rows)
         .number(reception.at.0)
-        .text(names.robot(receiver))
-        .text(names.robot(reception.sender))
-        .number(reception.incarnation)
-        .optional(said.map(|said| said.seq))
-        .text(said.map_or("", |said| said.kind.as_str()))
-        .text(state.map_or("", |state| state.as_str()))
-        .optional(said.and_then(|said| said.since).map(|since| since.0))
-        .text(names.set(said.and_then(|said| said.set)))
-        .text(names.task(said.and_then(|said| said.task)))
-        .optional(said.and_then(|said| said.progress))
-        .number(reception.sent.0)
-        .text(reception.fate.as_str())
-        .end();
+        .fields(repeated.robot(receiver))
+        .end_with(&mut repeated.messages[slot], key, |row| {
+            let said = reception.said;
+            let state = said.and_then(|said| said.state);
+            row.text(names.robot(reception.sender))
+                .number(reception.incarnation)
+                .optional(said.map(|said| said.seq))
+                .text(said.map_or("", |said| said.kind.as_str()))
+                .text(state.map_or("", |state| state.as_str()))
+                .optional(said.and_then(|said| said.since).map(|since| since.0))
+                .text(names.set(said.and_then(|said| said.set)))
+                .text(names.task(said.and_then(|said| said.task)))
+                .optional(said.and_then(|said| said.progress))
+                .number(reception.sent.0)
+                .text(reception.fate.as_str())
+                .end();
+        });
 }
 
 /// The events of a tick: first the inputs, then each robot's changes of state and notes, then those of faults and the world.
@@ -219,22 +258,32 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
 }
 
 /// poses.csv: a row per robot that is in the mission.
-pub(super) fn poses(names: &Names, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+pub(super) fn poses(
+    names: &Names,
+    repeated: &mut Repeated,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
     let bodies = record.bodies.iter().zip(&names.robots);
-    for (body, name) in bodies.filter(|(body, _)| body.present) {
-        let row = Row::new(rows)
-            .number(record.now.0)
-            .text(name)
-            .real(body.pose.position.x)
-            .real(body.pose.position.y)
-            .real(body.pose.heading_rad)
-            .real(body.speed_m_s)
-            .flag(body.carrying)
-            .text(names.set(body.active));
-        match body.energy_j {
-            Some(energy_j) => row.real(energy_j).end(),
-            None => row.text("").end(),
+    for ((body, name), tail) in bodies.zip(&mut repeated.poses) {
+        if !body.present {
+            continue;
         }
+        let row = Row::new(rows).fields(&repeated.now);
+        row.end_with(tail, body_bits(body), |row| {
+            let row = row
+                .text(name)
+                .real(body.pose.position.x)
+                .real(body.pose.position.y)
+                .real(body.pose.heading_rad)
+                .real(body.speed_m_s)
+                .flag(body.carrying)
+                .text(names.set(body.active));
+            match body.energy_j {
+                Some(energy_j) => row.real(energy_j).end(),
+                None => row.text("").end(),
+            }
+        });
     }
 }
 

@@ -21,6 +21,8 @@ mod on_their_way;
 mod pages;
 mod read;
 mod record;
+mod repeated;
+mod row;
 mod rows;
 mod run_file;
 mod sink;
@@ -42,6 +44,7 @@ use encode::Names;
 use hash::{RunHash, SectionHash};
 use on_their_way::OnTheirWay;
 use pages::Pages;
+use repeated::Repeated;
 use run_file::Tally;
 
 pub use answers::{Answer, Answers, Fates};
@@ -112,6 +115,7 @@ pub struct Recorder<S> {
     setup: Setup,
     level: LogLevel,
     names: Names,
+    repeated: Repeated,
     sink: S,
     pages: Pages,
     hash: RunHash,
@@ -134,10 +138,12 @@ impl<S: Sink> Recorder<S> {
     /// # Errors
     /// Those of the sink.
     pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
+        let names = Names::of(setup);
         let mut recorder = Self {
             setup: setup.clone(),
             level,
-            names: Names::of(setup),
+            repeated: Repeated::new(&names),
+            names,
             sink,
             pages: Pages::new(level),
             hash: RunHash::default(),
@@ -195,9 +201,9 @@ impl<S: Sink> Recorder<S> {
     ) -> Result<RunFile, RecordError> {
         let left = self.on_their_way.end();
         if !left.is_empty() {
-            let names = &self.names;
+            let (names, repeated) = (&self.names, &mut self.repeated);
             self.pages.add(Table::Messages, |rows| {
-                encode::pending(names, &left, rows);
+                encode::pending(names, repeated, &left, rows);
             });
         }
         if self.sealed != self.latest || !left.is_empty() {
@@ -246,36 +252,31 @@ impl<S: Sink> Recorder<S> {
         self.hash.tick(record.tick);
         if !record.inputs.is_empty() {
             let hash = self.section.of(&record.inputs);
-            self.add_section(record, None, Section::Inputs, hash);
+            self.add_section(None, Section::Inputs, hash);
         }
         for answer in record.counted() {
             let robot = Some(answer.report.robot);
-            answer.for_each_section(|section, hash| self.add_section(record, robot, section, hash));
+            answer.for_each_section(|section, hash| self.add_section(robot, section, hash));
         }
         if !record.events.is_empty() {
             let hash = self.section.of(&record.events);
-            self.add_section(record, None, Section::Events, hash);
+            self.add_section(None, Section::Events, hash);
         }
         let state = (record.bodies, record.items, record.last_report);
         let hash = self.section.of(&state);
-        self.add_section(record, None, Section::State, hash);
+        self.add_section(None, Section::State, hash);
         self.hash.end_tick();
     }
 
     /// Inlined, so that the lengths of the sections' names are known.
     #[inline(always)]
-    fn add_section(
-        &mut self,
-        record: &TickRecord<'_>,
-        robot: Option<RobotId>,
-        section: Section,
-        hash: u64,
-    ) {
+    fn add_section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
         self.hash.section(robot, section, hash);
         if self.level == LogLevel::Full {
-            let robot = robot.map_or(WORLD, |robot| self.names.robot(robot));
-            let at = (record.tick, record.now);
-            self.pages.add_hash(at, robot, section.as_str(), hash);
+            let repeated = &self.repeated;
+            let robot = robot.map_or(&repeated.world, |robot| repeated.robot(robot));
+            self.pages
+                .add_hash(&repeated.tick, robot, section.as_str(), hash);
         }
     }
 
@@ -292,7 +293,7 @@ impl<S: Sink> Recorder<S> {
     /// Declares the latest tick whole in every table.
     fn seal(&mut self) {
         if let Some(latest) = self.latest {
-            self.pages.seal(latest, self.hash.so_far());
+            self.pages.seal(&self.repeated, self.hash.so_far());
             self.sealed = Some(latest);
         }
     }
@@ -301,21 +302,24 @@ impl<S: Sink> Recorder<S> {
 impl<S: Sink> Record for Recorder<S> {
     /// Writes, as [`Recorder::flush`] does, when enough has gathered.
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
+        self.repeated.begin(record.tick, record.now);
         self.hash_tick(record);
         self.tally.add(record);
         self.latest = Some((record.tick, record.now));
 
-        let (names, pages) = (&self.names, &mut self.pages);
+        let (names, repeated, pages) = (&self.names, &mut self.repeated, &mut self.pages);
         pages.add(Table::Motivations, |rows| {
-            encode::motivations(names, record, rows)
+            encode::motivations(names, repeated, record, rows)
         });
         pages.add(Table::Messages, |rows| {
-            encode::messages(names, &mut self.on_their_way, record, rows)
+            encode::messages(names, repeated, &mut self.on_their_way, record, rows)
         });
         pages.add(Table::Events, |rows| {
             encode::event_rows(&encode::events(names, record), rows);
         });
-        pages.add(Table::Poses, |rows| encode::poses(names, record, rows));
+        pages.add(Table::Poses, |rows| {
+            encode::poses(names, repeated, record, rows)
+        });
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
         let mission = Some((record.items, record.last_report));
         if self.mission != mission {

@@ -1,13 +1,13 @@
 //! What is encoded of each table but not yet written, and the seals that go between the ticks.
 
-use alliance_proto::ids::Tick;
-use alliance_proto::time::SimTime;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::level::LogLevel;
+use super::repeated::Repeated;
+use super::row::{Fields, Row};
 use super::sink::Sink;
-use super::table::{Row, Table};
-use super::{RUN_SECTION, RecordError, WORLD};
+use super::table::Table;
+use super::{RUN_SECTION, RecordError};
 
 /// The tables of a run.
 pub(super) struct Pages {
@@ -54,21 +54,17 @@ impl Pages {
     }
 
     /// Adds a row to ticks.csv.
-    pub fn add_hash(
-        &mut self,
-        (tick, now): (Tick, SimTime),
-        robot: &str,
-        section: &str,
-        hash: u64,
-    ) {
+    #[inline(always)]
+    pub fn add_hash(&mut self, tick: &Fields, robot: &Fields, section: &'static str, hash: u64) {
         self.add(Table::Ticks, |rows| {
-            let row = Row::new(rows).number(now.0).number(tick);
-            row.text(robot).text(section).hash(hash).end();
+            let row = Row::new(rows).fields(tick).fields(robot);
+            row.word(section).hash(hash).end();
         });
     }
 
     /// Declares the tick whole in every table; `run` is the hash of the run so far.
-    pub fn seal(&mut self, at: (Tick, SimTime), run: u64) {
+    pub fn seal(&mut self, repeated: &Repeated, run: u64) {
+        let (tick, world) = (&repeated.tick, &repeated.world);
         for table in Table::ALL
             .into_iter()
             .filter(|table| *table != Table::Ticks)
@@ -76,10 +72,10 @@ impl Pages {
             let page = &mut self.tables[table as usize];
             if std::mem::take(&mut page.grown) {
                 let hash = page.hash.digest();
-                self.add_hash(at, WORLD, table.file_name(), hash);
+                self.add_hash(tick, world, table.file_name(), hash);
             }
         }
-        self.add_hash(at, WORLD, RUN_SECTION, run);
+        self.add_hash(tick, world, RUN_SECTION, run);
     }
 
     /// Bytes that wait to be written.

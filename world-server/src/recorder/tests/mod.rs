@@ -5,6 +5,7 @@ mod contents;
 mod figures;
 mod hashes;
 mod messages;
+mod repeated;
 mod torn;
 
 use alliance_proto::ids::{RobotId, SetId, TaskId, Tick};

@@ -1,0 +1,137 @@
+//! Rows that have parts of earlier rows say the same as rows that are made whole.
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// Mostly the first: ticks are often as the one before in all but one thing.
+fn mostly<T: Clone + std::fmt::Debug + 'static>(
+    usual: T,
+    others: Vec<T>,
+) -> impl Strategy<Value = T> {
+    prop_oneof![8 => Just(usual), 1 => prop::sample::select(others)]
+}
+
+fn any_motivation() -> impl Strategy<Value = Motivation> {
+    let real = || mostly(0.0, vec![-0.0, 1.0 / 3.0]);
+    let flag = || mostly(true, vec![false]);
+    (
+        mostly(0, vec![1]),
+        [real(), real()],
+        [flag(), flag(), flag(), flag()],
+        mostly(SetState::Hibernating, vec![SetState::Active]),
+    )
+        .prop_map(|(set, reals, flags, state)| Motivation {
+            set: SetId(set),
+            motivation: reals[0],
+            impatience: reals[1],
+            sensory_feedback: flags[0],
+            activity_suppression: flags[1],
+            impatience_reset: flags[2],
+            acquiescence: flags[3],
+            state,
+        })
+}
+
+fn any_body() -> impl Strategy<Value = BodyRecord> {
+    let real = || mostly(0.0_f32, vec![-0.0, 0.1]);
+    (
+        mostly(true, vec![false]),
+        [real(), real(), real(), real()],
+        mostly(false, vec![true]),
+        mostly(None, vec![Some(0.0), Some(-0.0)]),
+        mostly(None, vec![Some(SetId(0)), Some(SetId(1))]),
+    )
+        .prop_map(
+            |(present, [x, y, heading_rad, speed_m_s], carrying, energy_j, active)| BodyRecord {
+                present,
+                pose: Pose {
+                    position: Vec2::new(x, y),
+                    heading_rad,
+                },
+                speed_m_s,
+                carrying,
+                energy_j,
+                active,
+            },
+        )
+}
+
+/// One whose first word is the last one. There are three robots: a fourth is unknown.
+fn any_reception() -> impl Strategy<Value = Reception> {
+    let said = (
+        mostly(0, vec![1]),
+        mostly(BroadcastKind::Heartbeat, vec![BroadcastKind::Position]),
+        mostly(None, vec![Some(TaskState::Idle)]),
+        mostly(None, vec![Some(SimTime(0))]),
+        mostly(None, vec![Some(SetId(0))]),
+        mostly(None, vec![Some(TaskId(0))]),
+        mostly(None, vec![Some(2)]),
+    );
+    let said = said.prop_map(|(seq, kind, state, since, set, task, progress)| Said {
+        seq,
+        kind,
+        state,
+        since,
+        set,
+        task,
+        progress,
+    });
+    (
+        mostly(0, vec![1, 3]),
+        mostly(1, vec![2]),
+        mostly(SimTime(0), vec![SimTime(50)]),
+        mostly(Fate::Heard, vec![Fate::Lost, Fate::Duplicate]),
+        prop_oneof![8 => said.prop_map(Some), 1 => Just(None)],
+    )
+        .prop_map(|(sender, incarnation, sent, fate, said)| Reception {
+            at: SimTime::default(),
+            sender: RobotId(sender),
+            incarnation,
+            sent,
+            fate,
+            said,
+        })
+}
+
+prop_compose! {
+    /// What a robot is, and what it reports if it counts.
+    fn any_robot()(
+        body in any_body(),
+        counts: bool,
+        motivations in prop::collection::vec(any_motivation(), 0..3),
+        receptions in prop::collection::vec(any_reception(), 0..3),
+    ) -> (BodyRecord, Option<(Vec<Motivation>, Vec<Reception>)>) {
+        (body, counts.then_some((motivations, receptions)))
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_tick_has_the_same_rows_whatever_was_before(
+        run in prop::collection::vec([any_robot(), any_robot(), any_robot()], 1..8),
+    ) {
+        let ticks: Vec<_> = (0..).zip(run).map(|(tick, robots)| {
+            let mut owned = OwnedTick { tick, now: SimTime(tick * 50), ..sample()[2].clone() };
+            owned.robots = (0..).map(RobotId).zip(robots).map(|(robot, (body, said))| {
+                (body, said.map(|(motivations, mut receptions)| {
+                    receptions.iter_mut().for_each(|reception| reception.at = owned.now);
+                    let report = Report { motivations, receptions, ..report(robot, tick) };
+                    (Readings::default(), report)
+                }))
+            }).collect();
+            owned
+        }).collect();
+        let (_, together) = log(LogLevel::Full, &ticks);
+        let alone = ticks.iter().map(|tick| log(LogLevel::Full, std::slice::from_ref(tick)).1);
+        let alone: Vec<_> = alone.collect();
+        for table in [Table::Motivations, Table::Messages, Table::Poses] {
+            let rows = |log: &Memory| log.tables[&table][table.header().len()..].to_vec();
+            let expected: Vec<u8> = alone.iter().flat_map(rows).collect();
+            prop_assert_eq!(
+                String::from_utf8(rows(&together)).unwrap(),
+                String::from_utf8(expected).unwrap()
+            );
+        }
+    }
+}
