@@ -27,10 +27,13 @@ struct Results {
     real: [Figures; WAYS.len()],
     /// Real by bare of the same round, by [`WAYS`].
     share: [Figures; WAYS.len()],
+    /// Real by real in the first of the [`WAYS`], without a log, of the same round.
+    of_off: [Figures; WAYS.len()],
     /// Processor time of all processes per tick, µs, start and end included.
     bare_cpu: Figures,
     real_cpu: [Figures; WAYS.len()],
     share_cpu: [Figures; WAYS.len()],
+    off_cpu: [Figures; WAYS.len()],
     start_s: Figures,
     world_start_s: Figures,
     agent_resident: Figures,
@@ -70,6 +73,7 @@ pub fn default_mission(rounds: usize) {
 impl Results {
     fn round(&mut self, team: &Team, traffic: &Traffic) {
         self.alone.push(computed_alone(&team.setup));
+        let mut off = None;
         for (index, way) in WAYS.into_iter().enumerate() {
             // One bare run next to each real one: their ratio is of the same minute.
             let before = cpu::of_ended_children();
@@ -85,6 +89,9 @@ impl Results {
             self.bare.push(bare);
             self.real[index].push(real.ticks_per_s);
             self.share[index].push(real.ticks_per_s / bare);
+            let (off_rate, off_cpu) = *off.get_or_insert((real.ticks_per_s, real_cpu));
+            self.of_off[index].push(real.ticks_per_s / off_rate);
+            self.off_cpu[index].push(off_cpu / real_cpu);
             self.start_s.push(real.start_s);
             self.world_start_s.push(real.world_start_s);
             self.agent_resident.push(real.agent.resident);
@@ -101,12 +108,19 @@ impl Results {
             let way = way.join(" ");
             line(&format!("run {way}, ticks/s"), &self.real[index]);
             line(&format!("run {way} / bare"), &self.share[index]);
+            line(
+                &format!("run {way} / run with the log off"),
+                &self.of_off[index],
+            );
         }
         line("bare barrier, processor time per tick, µs", &self.bare_cpu);
         for (index, way) in WAYS.into_iter().enumerate() {
             let what = format!("run {}, processor time per tick", way.join(" "));
             line(&(what.clone() + ", µs"), &self.real_cpu[index]);
             line(&format!("bare / {what}"), &self.share_cpu[index]);
+            if index > 0 {
+                line(&format!("--log=off / {what}"), &self.off_cpu[index]);
+            }
         }
         line("in one process, no bus, ticks/s", &self.alone);
         line("start of the command to first tick, s", &self.start_s);

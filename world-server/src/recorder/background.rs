@@ -19,10 +19,10 @@ use super::{Answer, BodyRecord, Event, LogLevel, Record, RecordError, Recorder, 
 use crate::input::Input;
 
 /// Most ticks that go over together.
-const BATCH_TICKS: usize = 32;
+const BATCH_TICKS: usize = 64;
 
-/// Most steps of robots that go over together: those of a large team take memory.
-const BATCH_STEPS: usize = 1024;
+/// Most steps of robots that go over together: a core's second-level cache holds them, and nobody waits long for the core.
+const BATCH_STEPS: usize = 192;
 
 /// Batches that may wait.
 const WAITING: usize = 8;
