@@ -302,7 +302,9 @@ impl<S: Sink> Recorder<S> {
 impl<S: Sink> Record for Recorder<S> {
     /// Writes, as [`Recorder::flush`] does, when enough has gathered.
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
-        self.repeated.begin(record.tick, record.now);
+        if self.level.keeps(Table::Ticks) {
+            self.repeated.begin(record.tick, record.now);
+        }
         self.hash_tick(record);
         self.tally.add(record);
         self.latest = Some((record.tick, record.now));
