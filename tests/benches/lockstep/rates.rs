@@ -33,6 +33,7 @@ struct Results {
     bare_cpu: Figures,
     real_cpu: [Figures; WAYS.len()],
     share_cpu: [Figures; WAYS.len()],
+    /// In the first of the [`WAYS`] by the others.
     off_cpu: [Figures; WAYS.len()],
     start_s: Figures,
     world_start_s: Figures,
@@ -108,10 +109,9 @@ impl Results {
             let way = way.join(" ");
             line(&format!("run {way}, ticks/s"), &self.real[index]);
             line(&format!("run {way} / bare"), &self.share[index]);
-            line(
-                &format!("run {way} / run with the log off"),
-                &self.of_off[index],
-            );
+            if index > 0 {
+                line(&format!("run {way} / --log=off"), &self.of_off[index]);
+            }
         }
         line("bare barrier, processor time per tick, µs", &self.bare_cpu);
         for (index, way) in WAYS.into_iter().enumerate() {
