@@ -1,7 +1,7 @@
 //! What holds for any text that a member of the run seals as a request; part of the fuzz target and of proto's test over the
 //! corpus.
 
-use alliance_proto::control::Command;
+use alliance_proto::control::ControlCommand;
 use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::keys::Keys;
 use alliance_proto::scenario::Scenario;
@@ -46,7 +46,7 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
         assert_eq!(again.expect("and read again"), request);
     }
     Some(match request.command {
-        Command::Fault(order) => {
+        ControlCommand::Fault(order) => {
             // Neither the check nor the printing panics.
             let _ = order
                 .check(&Scenario::default())
@@ -54,10 +54,10 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
             let _ = order.to_string();
             "fault"
         }
-        Command::Clear(_) => "clear",
-        Command::List => "list",
-        Command::Status => "status",
-        Command::Describe => "describe",
-        Command::Clock(_) => "clock",
+        ControlCommand::Clear(_) => "clear",
+        ControlCommand::List => "list",
+        ControlCommand::Status => "status",
+        ControlCommand::Describe => "describe",
+        ControlCommand::Clock(_) => "clock",
     })
 }

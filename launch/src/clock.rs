@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use alliance_proto::control::{ClockCommand, ClockStatus, Command, Reply};
+use alliance_proto::control::{ClockCommand, ClockStatus, ControlCommand, Reply};
 use clap::{Args, Subcommand};
 use world_server::pace::Speed;
 
@@ -51,7 +51,7 @@ impl ClockArgs {
                 speed: Speed::Factor(factor),
             } => ClockCommand::Speed(Some(factor)),
         };
-        let command = Command::Clock(command);
+        let command = ControlCommand::Clock(command);
         self.control.ask("clock", command, |reply| match reply {
             Reply::Clock(clock) => format!("tick {}: {}", clock.tick, describe(clock)),
             other => unexpected(other),

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use alliance_proto::control::wire::{Form, Wire};
-use alliance_proto::control::{Command, Reply, Request};
+use alliance_proto::control::{ControlCommand, Reply, Request};
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::secret::random;
 use anyhow::bail;
@@ -42,7 +42,7 @@ impl ControlArgs {
     pub fn ask(
         &self,
         part: &str,
-        command: Command,
+        command: ControlCommand,
         words: impl FnOnce(&Reply) -> String,
     ) -> ExitCode {
         let reply = match self.reply_to(command) {
@@ -65,7 +65,7 @@ impl ControlArgs {
         ExitCode::SUCCESS
     }
 
-    fn reply_to(&self, command: Command) -> anyhow::Result<Reply> {
+    fn reply_to(&self, command: ControlCommand) -> anyhow::Result<Reply> {
         let run = Rendezvous::find(self.run.as_deref())?;
         let runtime = runtime::start()?;
         runtime.block_on(ask(run, command))
@@ -76,7 +76,7 @@ impl ControlArgs {
 ///
 /// # Errors
 /// When it cannot be reached, does not answer or cannot read the request.
-pub async fn ask(run: Rendezvous, command: Command) -> anyhow::Result<Reply> {
+pub async fn ask(run: Rendezvous, command: ControlCommand) -> anyhow::Result<Reply> {
     let observer = Observer::join(run).await?;
     let reply = query(&observer, command).await;
     // Teardown may hang.
@@ -88,7 +88,7 @@ pub async fn ask(run: Rendezvous, command: Command) -> anyhow::Result<Reply> {
 ///
 /// # Errors
 /// When the world does not answer or cannot read the request.
-pub async fn query(observer: &Observer, command: Command) -> anyhow::Result<Reply> {
+pub async fn query(observer: &Observer, command: ControlCommand) -> anyhow::Result<Reply> {
     const FORM: Form = Form::Bincode;
     let run = &observer.run;
     let request = Request {
@@ -194,13 +194,13 @@ mod tests {
                     let form = Form::of(&query.encoding().unwrap().to_string());
                     let payload = query.payload().unwrap().to_bytes();
                     let request = wire.read_request(form, &payload, None).unwrap();
-                    assert_eq!(request.command, Command::Clock(ClockCommand::Pause));
+                    assert_eq!(request.command, ControlCommand::Clock(ClockCommand::Pause));
                     answers(&query, &wire, &request.nonce);
                 })
                 .background()
                 .await
                 .unwrap();
-            let reply = ask(run, Command::Clock(ClockCommand::Pause)).await;
+            let reply = ask(run, ControlCommand::Clock(ClockCommand::Pause)).await;
             session.close().await.unwrap();
             reply
         })

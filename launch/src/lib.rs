@@ -44,7 +44,7 @@ mod sweep;
 /// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
 #[derive(Parser)]
 #[command(name = "alliance", version)]
-struct Command {
+struct AllianceCli {
     #[command(subcommand)]
     part: Part,
 }
@@ -93,7 +93,7 @@ pub fn main() -> ExitCode {
         return ExitCode::from(3);
     }
     log_to_stderr();
-    let command: Command = match arguments::parse() {
+    let command: AllianceCli = match arguments::parse() {
         Ok(command) => command,
         Err(status) => return status,
     };

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use alliance_proto::control::{Command, Reply, RobotStatus, Status};
+use alliance_proto::control::{ControlCommand, Reply, RobotStatus, Status};
 use clap::Args;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
@@ -23,7 +23,7 @@ impl StatusArgs {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         self.control
-            .ask("status", Command::Status, |reply| match reply {
+            .ask("status", ControlCommand::Status, |reply| match reply {
                 Reply::Status(status) => text(status),
                 other => unexpected(other),
             })

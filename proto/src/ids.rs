@@ -34,7 +34,7 @@ pub struct TaskId(pub u16);
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
-pub struct SetId(pub u16);
+pub struct BehaviorId(pub u16);
 
 impl TaskId {
     /// Index into the catalog's tasks.
@@ -44,7 +44,7 @@ impl TaskId {
     }
 }
 
-impl SetId {
+impl BehaviorId {
     /// Index into the catalog's behavior sets.
     #[must_use]
     pub fn index(self) -> usize {
@@ -63,7 +63,7 @@ impl fmt::Display for ItemId {
     }
 }
 
-/// Life of a robot's agent, counted by the world from 1; a restarted agent gets the next one.
+/// Incarnation of a robot's agent, counted by the world from 1; a restarted agent gets the next one.
 pub type Incarnation = u32;
 
 /// Step number, from 0. The readings of tick `t` show the world at `t · step`.

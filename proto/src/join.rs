@@ -36,7 +36,7 @@ pub enum JoinReply {
 pub struct Welcome {
     /// Rank of the robot.
     pub robot: RobotId,
-    /// This agent's life.
+    /// This agent's incarnation.
     pub incarnation: Incarnation,
     /// Earliest tick that it may take part in.
     pub first_tick: Tick,
@@ -60,7 +60,7 @@ pub enum Refusal {
     Taken {
         /// The robot.
         robot: String,
-        /// The life of the agent that has it.
+        /// The incarnation of the agent that has it.
         incarnation: Incarnation,
     },
     /// Agent and world speak different versions.

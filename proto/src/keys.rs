@@ -36,7 +36,7 @@ impl Keys {
         format!("{}/join/{nonce:032x}", self.prefix)
     }
 
-    /// Liveliness token of one life of a robot's agent, to be stamped ([`crate::secret::Secret::stamp`]): a token that is there
+    /// Liveliness token of one incarnation of a robot's agent, to be stamped ([`crate::secret::Secret::stamp`]): a token that is there
     /// before its agent, or without one, must not be taken for it.
     #[must_use]
     pub fn alive(&self, robot: &str, incarnation: Incarnation) -> String {

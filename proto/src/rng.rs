@@ -1,4 +1,4 @@
-//! One ChaCha stream per purpose and robot or link, so that no consumer shifts another's luck (DESIGN §5).
+//! One ChaCha stream per purpose and robot or link, so that no consumer shifts another's random numbers (DESIGN §5).
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -13,7 +13,7 @@ pub enum Purpose {
     Items = 1,
     /// A robot's own choices.
     Behavior = 2,
-    /// The fate of messages on a link.
+    /// The delivery of messages on a link.
     Link = 3,
     /// Bursts of losses on a link.
     Burst = 4,

@@ -2,7 +2,7 @@
 //!
 //! A seal is a keyed hash (SipHash-2-4) over the key expression and the message. It tells bytes that a member of the run made
 //! for this very key from all others: noise, forgeries, a true message of one robot on another's key. It hides nothing, and a
-//! true message put again still bears a true seal: what is old is told by tick, life, nonce or number.
+//! true message put again still bears a true seal: what is old is told by tick, incarnation, nonce or number.
 
 use std::fs::File;
 use std::hash::Hasher;

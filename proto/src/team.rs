@@ -3,7 +3,7 @@
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{Incarnation, RobotId, SetId, TaskId, Tick};
+use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use crate::time::SimTime;
 
 /// A message from one robot to all others.
@@ -11,7 +11,7 @@ use crate::time::SimTime;
 pub struct Broadcast {
     /// Who sends it.
     pub sender: RobotId,
-    /// The sender's life.
+    /// The sender's incarnation.
     pub incarnation: Incarnation,
     /// Tick in which it was sent.
     pub tick: Tick,
@@ -22,12 +22,12 @@ pub struct Broadcast {
     /// Simulated time of sending.
     pub sent: SimTime,
     /// What it says.
-    pub body: Body,
+    pub body: Content,
 }
 
 /// Contents of a broadcast.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Body {
+pub enum Content {
     /// "I am here and this is what I do."
     Heartbeat(Heartbeat),
     /// "I have found the locations" (thesis §4.2.3); counts as a message about `task`.
@@ -35,7 +35,7 @@ pub enum Body {
         /// The task that found them.
         task: TaskId,
         /// Behavior set that found them.
-        set: SetId,
+        set: BehaviorId,
         /// The finder's progress count on that task.
         progress: u32,
         /// What was found.
@@ -48,11 +48,11 @@ pub enum Body {
 /// The kinds of broadcast; each has its own key below `team/<robot>/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum BroadcastKind {
-    /// [`Body::Heartbeat`].
+    /// [`Content::Heartbeat`].
     Heartbeat,
-    /// [`Body::PositionUpdate`].
+    /// [`Content::PositionUpdate`].
     Position,
-    /// [`Body::Withdrawal`].
+    /// [`Content::Withdrawal`].
     Withdrawal,
 }
 
@@ -71,7 +71,7 @@ impl BroadcastKind {
     }
 }
 
-impl Body {
+impl Content {
     /// The kind of this message.
     #[must_use]
     pub fn kind(&self) -> BroadcastKind {
@@ -117,7 +117,7 @@ pub struct Heartbeat {
     /// Since when it has been in that state.
     pub since: SimTime,
     /// The behavior set; `None` when idle.
-    pub set: Option<SetId>,
+    pub set: Option<BehaviorId>,
     /// Its task; `None` when idle.
     pub task: Option<TaskId>,
     /// Effects on the world that the sender has achieved on the task so far (ALLIANCE.md §3 "Progress").
@@ -185,7 +185,7 @@ pub struct Knowledge {
     pub last_report: Option<Fact<()>>,
 }
 
-/// By hand, for a copy into the memory of an old one asks for none: each heartbeat is one.
+/// By hand: `clone_from` reuses the buffers of the old value, so a heartbeat does not allocate.
 impl Clone for Knowledge {
     fn clone(&self) -> Self {
         let mut copy = Self::default();

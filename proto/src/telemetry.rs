@@ -1,17 +1,17 @@
-//! What an agent tells the world for the log: its motivations with their factors, why its states changed, and the fate of
+//! What an agent tells the world for the log: its motivations with their factors, why its states changed, and the delivery of
 //! every message.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{Incarnation, RobotId, SetId, TaskId};
+use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use crate::team::{BroadcastKind, TaskState};
 use crate::time::SimTime;
 
 /// State of a behavior set (thesis §3.3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SetState {
+pub enum BehaviorState {
     /// Below the threshold, or suppressed.
     #[default]
     Hibernating,
@@ -21,7 +21,7 @@ pub enum SetState {
     Active,
 }
 
-impl SetState {
+impl BehaviorState {
     /// The `state` column of motivations.csv.
     #[must_use]
     pub fn as_str(self) -> &'static str {
@@ -37,7 +37,7 @@ impl SetState {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motivation {
     /// The behavior set.
-    pub set: SetId,
+    pub set: BehaviorId,
     /// m, in [0, θ].
     pub motivation: f64,
     /// Rate of this step, motivation/s (eq. 2.4).
@@ -51,7 +51,7 @@ pub struct Motivation {
     /// Factor (eq. 2.6); `false` = yields or gives up.
     pub acquiescence: bool,
     /// State at the end of the step.
-    pub state: SetState,
+    pub state: BehaviorState,
 }
 
 /// Why the state of a behavior set changed.
@@ -99,18 +99,18 @@ impl Reason {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StateChange {
     /// The behavior set.
-    pub set: SetId,
+    pub set: BehaviorId,
     /// Before.
-    pub from: SetState,
+    pub from: BehaviorState,
     /// After.
-    pub to: SetState,
+    pub to: BehaviorState,
     /// Why.
     pub reason: Reason,
 }
 
 /// What became of a broadcast at one receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Fate {
+pub enum Delivery {
     /// Heard in the step after it was sent.
     Heard,
     /// Listed by the world but never arrived: a real loss.
@@ -123,12 +123,12 @@ pub enum Fate {
     Dropped,
     /// Cut off: mute, deaf, partition, out of range, or due when the receiver took no part.
     Cut,
-    /// On its way: [`Fate::Delayed`] or [`Fate::Cut`] will follow, unless the receiver or the run ends first.
+    /// On its way: [`Delivery::Delayed`] or [`Delivery::Cut`] will follow, unless the receiver or the run ends first.
     Pending,
 }
 
-impl Fate {
-    /// The `fate` column of messages.csv.
+impl Delivery {
+    /// The `delivery` column of messages.csv.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -150,12 +150,12 @@ pub struct Reception {
     pub at: SimTime,
     /// Who sent it.
     pub sender: RobotId,
-    /// In which life.
+    /// In which incarnation.
     pub incarnation: Incarnation,
     /// When it was sent.
     pub sent: SimTime,
     /// What became of it.
-    pub fate: Fate,
+    pub delivery: Delivery,
     /// What it said; `None` when it never arrived.
     pub said: Option<Said>,
 }
@@ -172,7 +172,7 @@ pub struct Said {
     /// Since when; heartbeats only.
     pub since: Option<SimTime>,
     /// Behavior set it is about.
-    pub set: Option<SetId>,
+    pub set: Option<BehaviorId>,
     /// Task it is about.
     pub task: Option<TaskId>,
     /// Progress count it claims.

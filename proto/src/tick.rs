@@ -11,7 +11,7 @@ use crate::time::SimTime;
 /// World → one agent: sense, hear, think and act for this tick.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TickMessage {
-    /// The life it is addressed to; any other that reads it has been superseded and must end.
+    /// The incarnation it is addressed to; any other that reads it has been superseded and must end.
     pub incarnation: Incarnation,
     /// Number of the tick.
     pub tick: Tick,
@@ -34,12 +34,12 @@ pub struct ManifestEntry {
     pub sender: RobotId,
     /// In which tick.
     pub tick: Tick,
-    /// In which life.
+    /// In which incarnation.
     pub incarnation: Incarnation,
     /// How many: their indices run from 0 to `count - 1`.
     pub count: u16,
-    /// State of the link from the sender to this receiver; `None` is an undisturbed one, as most are: the others lie elsewhere, so
-    /// that entries are small.
+    /// State of the link from the sender to this receiver; `None` is an undisturbed one, as most are. The
+    /// others are boxed to keep entries small.
     pub link: Option<Box<LinkState>>,
 }
 
@@ -59,7 +59,7 @@ pub enum ToAgent<T = Box<TickMessage>> {
 pub struct Report {
     /// Whose report it is.
     pub robot: RobotId,
-    /// In which life.
+    /// In which incarnation.
     pub incarnation: Incarnation,
     /// Tick it answers.
     pub tick: Tick,
@@ -75,7 +75,7 @@ pub struct Report {
     pub changes: Vec<StateChange>,
     /// Other things worth a line in the log.
     pub notes: Vec<Note>,
-    /// The fate of each broadcast of the manifest, by (sender, tick, index).
+    /// The delivery of each broadcast of the manifest, by (sender, tick, index).
     pub receptions: Vec<Reception>,
 }
 

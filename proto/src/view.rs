@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::control::{AgentState, ClockStatus, FaultStatus};
-use crate::ids::{Incarnation, ItemId, RobotId, SetId, Tick};
+use crate::ids::{BehaviorId, Incarnation, ItemId, RobotId, Tick};
 use crate::readings::{Pose, Readings};
 use crate::scenario::Obstacle;
 use crate::telemetry::{Motivation, Reception};
@@ -85,7 +85,7 @@ pub struct ItemView {
 pub struct RobotView {
     /// What its agent is up to.
     pub state: AgentState,
-    /// Life of its agent, if it has one that is alive.
+    /// Incarnation of its agent, if it has one that is alive.
     pub incarnation: Option<Incarnation>,
     /// Process id of its agent, if it has one and is not shown from a log.
     pub pid: Option<u32>,
@@ -100,14 +100,14 @@ pub struct RobotView {
     /// What its sensors told it last, broken ones as they are.
     pub readings: Readings,
     /// Active behavior set.
-    pub active: Option<SetId>,
+    pub active: Option<BehaviorId>,
     /// Its behavior sets as last reported, in the order of the catalog.
-    pub sets: Vec<SetView>,
+    pub sets: Vec<BehaviorView>,
 }
 
 /// A behavior set of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SetView {
+pub struct BehaviorView {
     /// Its motivation, with its factors and its state.
     pub motivation: Motivation,
     /// Since when it is in that state.
@@ -119,6 +119,6 @@ pub struct SetView {
 pub struct MessageView {
     /// At whom.
     pub receiver: RobotId,
-    /// The message and its fate.
+    /// The message and its delivery.
     pub reception: Reception,
 }

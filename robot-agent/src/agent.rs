@@ -6,7 +6,7 @@ use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
-use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge};
 use alliance_proto::tick::{Report, TickMessage};
 
 use crate::alliance::{Announcement, Engine, Parameters, StepInput, StepOutput};
@@ -29,13 +29,13 @@ pub struct Agent {
 
 /// What all robots of a run know beforehand; there once, however many of them share a process.
 #[derive(Clone, Debug)]
-pub struct Common {
+pub struct TeamConfig {
     roster: Arc<Roster>,
     parameters: Arc<Parameters>,
     map: Arc<Map>,
 }
 
-impl Common {
+impl TeamConfig {
     /// What the robots of that run know.
     #[must_use]
     pub fn of(setup: &Setup) -> Self {
@@ -48,8 +48,7 @@ impl Common {
     }
 }
 
-/// What a step takes and gives, and the memory that it works in: whoever steps agents keeps one for all of them, so that a
-/// step asks for none.
+/// Input, output and scratch buffers of a step. Whoever steps agents keeps one for all of them, so a step does not allocate.
 #[derive(Debug, Default)]
 pub struct Workspace {
     /// For a step: a place for each broadcast of its manifest, in its order; `None` is one that has not arrived. The step
@@ -68,25 +67,25 @@ pub struct Workspace {
 }
 
 impl Agent {
-    /// A new life of a robot: no memory, all motivations 0.
+    /// A new incarnation of a robot: no memory, all motivations 0.
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Self {
-        Self::one_of(robot, incarnation, setup, &Common::of(setup))
+        Self::with_shared(robot, incarnation, setup, &TeamConfig::of(setup))
     }
 
-    /// A new life of one of many robots in the same process.
+    /// A new incarnation of one of many robots in the same process.
     #[must_use]
-    pub fn one_of(
+    pub fn with_shared(
         robot: RobotId,
         incarnation: Incarnation,
         setup: &Setup,
-        common: &Common,
+        common: &TeamConfig,
     ) -> Self {
         Self {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            engine: Engine::one_of(robot, setup, &common.roster, &common.parameters),
+            engine: Engine::with_shared(robot, setup, &common.roster, &common.parameters),
             mission: WasteMission::new(robot, setup, &common.roster, &common.map),
             next_seq: 0,
         }
@@ -166,13 +165,13 @@ impl Agent {
     }
 
     /// A heartbeat, in the memory of an old one.
-    fn heartbeat(&self, announcement: &Announcement, spent: Option<Broadcast>) -> Body {
+    fn heartbeat(&self, announcement: &Announcement, spent: Option<Broadcast>) -> Content {
         let mut knowledge = match spent.map(|broadcast| broadcast.body) {
-            Some(Body::Heartbeat(heartbeat)) => heartbeat.knowledge,
+            Some(Content::Heartbeat(heartbeat)) => heartbeat.knowledge,
             _ => Knowledge::default(),
         };
         knowledge.clone_from(self.mission.knowledge());
-        Body::Heartbeat(Heartbeat {
+        Content::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
             set: announcement.set,
@@ -184,7 +183,7 @@ impl Agent {
         })
     }
 
-    fn broadcast(&mut self, tick: &TickMessage, index: usize, body: Body) -> Broadcast {
+    fn broadcast(&mut self, tick: &TickMessage, index: usize, body: Content) -> Broadcast {
         let seq = self.next_seq;
         self.next_seq += 1;
         Broadcast {

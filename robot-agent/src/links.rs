@@ -1,6 +1,6 @@
 //! What becomes of a manifest's broadcasts on their way to this robot: the state of each link, applied (DESIGN §4, §6).
 //!
-//! The state that the link has in the tick whose manifest lists a message decides the message's fate; what befalls the link
+//! The state that the link has in the tick whose manifest lists a message decides the message's delivery; what befalls the link
 //! later does not. In this order:
 //!
 //! 1. **cut** or **dropped**: the message is gone.
@@ -16,7 +16,7 @@
 //!
 //! All of this is part of what a step changes, and goes back with it when the step does not count.
 
-mod luck;
+mod draws;
 #[cfg(test)]
 mod tests;
 
@@ -25,12 +25,12 @@ use std::sync::Arc;
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::link::LinkState;
 use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Body, Broadcast, BroadcastKind};
-use alliance_proto::telemetry::{Fate, Reception, Said};
+use alliance_proto::team::{Broadcast, BroadcastKind, Content};
+use alliance_proto::telemetry::{Delivery, Reception, Said};
 use alliance_proto::tick::TickMessage;
 use alliance_proto::time::SimTime;
 
-use luck::Luck;
+use draws::Draws;
 
 /// Most messages that are kept. More of them, let go at once, would make a report that is too large for the bus; what comes
 /// beyond is dropped, as by any full queue.
@@ -41,11 +41,11 @@ const CAPACITY: usize = 4096;
 pub struct Heard {
     /// Audible broadcasts, by (sender rank, incarnation, sequence number).
     pub inbox: Vec<Arc<Broadcast>>,
-    /// The fate of each broadcast that was listed, by (sender, tick, index); then of those kept from earlier ticks.
+    /// The delivery of each broadcast that was listed, by (sender, tick, index); then of those kept from earlier ticks.
     pub receptions: Vec<Reception>,
 }
 
-/// All links to one robot, in one life of it.
+/// All links to one robot, in one incarnation of it.
 #[derive(Clone, Debug)]
 pub struct Links {
     seed: u64,
@@ -81,12 +81,12 @@ enum Until {
 /// What a link does to a message.
 enum Passage {
     Audible,
-    Gone(Fate),
+    Gone(Delivery),
     Kept(Until),
 }
 
 impl Links {
-    /// A new life: nothing is on its way.
+    /// A new incarnation: nothing is on its way.
     #[must_use]
     pub fn new(robot: RobotId, setup: &Setup) -> Self {
         Self {
@@ -145,11 +145,11 @@ impl Links {
                 }
             };
             if due < tick.now {
-                let missed = self.reception(&kept.broadcast, Fate::Cut, due);
+                let missed = self.reception(&kept.broadcast, Delivery::Cut, due);
                 heard.receptions.push(missed);
                 continue;
             }
-            let delayed = self.reception(&kept.broadcast, Fate::Delayed, due);
+            let delayed = self.reception(&kept.broadcast, Delivery::Delayed, due);
             heard.receptions.push(delayed);
             if kept.twice {
                 self.copy(&kept.broadcast, due);
@@ -178,7 +178,7 @@ impl Links {
                         sender: entry.sender,
                         incarnation: entry.incarnation,
                         sent: self.sent(entry.tick),
-                        fate: Fate::Lost,
+                        delivery: Delivery::Lost,
                         said: None,
                     });
                     continue;
@@ -189,13 +189,15 @@ impl Links {
                     None => (Passage::Audible, false),
                 };
                 *index += 1;
-                let (fate, at) = match passage {
-                    Passage::Audible => (Fate::Heard, now),
-                    Passage::Gone(fate) => (fate, now),
-                    Passage::Kept(Until::Due(due)) => (Fate::Pending, due),
-                    Passage::Kept(_) => (Fate::Pending, now),
+                let (delivery, at) = match passage {
+                    Passage::Audible => (Delivery::Heard, now),
+                    Passage::Gone(delivery) => (delivery, now),
+                    Passage::Kept(Until::Due(due)) => (Delivery::Pending, due),
+                    Passage::Kept(_) => (Delivery::Pending, now),
                 };
-                heard.receptions.push(self.reception(&broadcast, fate, at));
+                heard
+                    .receptions
+                    .push(self.reception(&broadcast, delivery, at));
                 match passage {
                     Passage::Audible => {
                         if twice {
@@ -222,16 +224,16 @@ impl Links {
         index: u16,
         now: SimTime,
     ) -> (Passage, bool) {
-        let luck = Luck::of(self.seed, self.robot, broadcast, index);
-        let twice = link.duplicate.decides(luck.duplicate);
-        let due = now + self.whole_steps(link.delay + luck.share_of(link.jitter));
+        let draws = Draws::of(self.seed, self.robot, broadcast, index);
+        let twice = link.duplicate.decides(draws.duplicate);
+        let due = now + self.whole_steps(link.delay + draws.share_of(link.jitter));
         let passage = if link.cut {
-            Passage::Gone(Fate::Cut)
-        } else if link.drop.decides(luck.drop) {
-            Passage::Gone(Fate::Dropped)
+            Passage::Gone(Delivery::Cut)
+        } else if link.drop.decides(draws.drop) {
+            Passage::Gone(Delivery::Dropped)
         } else if link.hold {
             Passage::Kept(Until::LetGo)
-        } else if link.reorder.decides(luck.reorder) && !self.awaits_overtaking(broadcast.sender) {
+        } else if link.reorder.decides(draws.reorder) && !self.awaits_overtaking(broadcast.sender) {
             Passage::Kept(Until::Overtaken(due))
         } else if due > now {
             Passage::Kept(Until::Due(due))
@@ -240,7 +242,7 @@ impl Links {
         };
         match passage {
             Passage::Kept(_) if self.kept.len() >= CAPACITY => {
-                (Passage::Gone(Fate::Dropped), false)
+                (Passage::Gone(Delivery::Dropped), false)
             }
             _ => (passage, twice),
         }
@@ -269,17 +271,17 @@ impl Links {
 
     /// A second copy of a message that is audible at `at`.
     fn copy(&mut self, broadcast: &Broadcast, at: SimTime) {
-        let copy = self.reception(broadcast, Fate::Duplicate, at + self.step);
+        let copy = self.reception(broadcast, Delivery::Duplicate, at + self.step);
         self.copies.push(copy);
     }
 
-    fn reception(&self, broadcast: &Broadcast, fate: Fate, at: SimTime) -> Reception {
+    fn reception(&self, broadcast: &Broadcast, delivery: Delivery, at: SimTime) -> Reception {
         Reception {
             at,
             sender: broadcast.sender,
             incarnation: broadcast.incarnation,
             sent: self.sent(broadcast.tick),
-            fate,
+            delivery,
             said: Some(said(broadcast)),
         }
     }
@@ -302,20 +304,20 @@ fn order(broadcast: &Broadcast) -> (RobotId, u32, u64) {
 /// The part of a broadcast that goes into the log.
 fn said(broadcast: &Broadcast) -> Said {
     let (state, since, set, task, progress) = match &broadcast.body {
-        Body::Heartbeat(heartbeat) => (
+        Content::Heartbeat(heartbeat) => (
             Some(heartbeat.state),
             Some(heartbeat.since),
             heartbeat.set,
             heartbeat.task,
             Some(heartbeat.progress),
         ),
-        Body::PositionUpdate {
+        Content::PositionUpdate {
             task,
             set,
             progress,
             ..
         } => (None, None, Some(*set), Some(*task), Some(*progress)),
-        Body::Withdrawal(_) => (None, None, None, None, None),
+        Content::Withdrawal(_) => (None, None, None, None, None),
     };
     Said {
         seq: broadcast.seq,

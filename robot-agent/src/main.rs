@@ -8,7 +8,7 @@ use robot_agent::args::AgentArgs;
 /// One robot of a mission: runs ALLIANCE locally and speaks with the world and the team over zenoh.
 #[derive(Parser)]
 #[command(version)]
-struct Command {
+struct AgentCli {
     #[command(flatten)]
     agent: AgentArgs,
 }
@@ -16,5 +16,5 @@ struct Command {
 fn main() -> ExitCode {
     alliance_proto::session::prepare_process();
     robot_agent::args::log_to_stderr();
-    Command::parse().agent.run()
+    AgentCli::parse().agent.run()
 }

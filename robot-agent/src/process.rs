@@ -36,7 +36,7 @@ const TAKEN_PATIENCE: Duration = Duration::from_secs(1);
 /// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
-/// How the agent's life ended.
+/// How the agent's incarnation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// The run is over.
@@ -90,18 +90,20 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
     let session = zenoh::open(config).await.map_err(bus)?;
 
     let (ended, end) = oneshot::channel();
-    let shared = Arc::new(Mutex::new(Mind::Unborn { ended: Some(ended) }));
+    let shared = Arc::new(Mutex::new(Mind::Joining { ended: Some(ended) }));
     let ignored = Arc::new(Mutex::new(Ignored::default()));
 
     // Whatever is sent to this robot after the handshake finds its subscribers there: they are declared before it.
-    declare_ears(&session, &keys, &secret, robot, &shared, &ignored)
+    subscribe(&session, &keys, &secret, robot, &shared, &ignored)
         .await
         .map_err(bus)?;
     let (welcome, setup) = join_patiently(&session, &keys, robot, run).await?;
-    let publishers = declare_voice(&session, &keys, robot).await.map_err(bus)?;
+    let publishers = declare_publishers(&session, &keys, robot)
+        .await
+        .map_err(bus)?;
     {
         let mut mind = lock(&shared);
-        let Mind::Unborn { ended } = &mut *mind else {
+        let Mind::Joining { ended } = &mut *mind else {
             return Ok(End::WorldGone);
         };
         let ended = ended.take();
@@ -135,7 +137,7 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
 
     let end = wait_for_end(end, &shared).await?;
     for (kind, count) in lock(&ignored).counts() {
-        tracing::warn!(kind, count, "messages ignored in this life");
+        tracing::warn!(kind, count, "messages ignored in this incarnation");
     }
     // Teardown may hang; the process ends whether or not it does.
     let _ = timeout(CLOSE_DEADLINE, session.close()).await;
@@ -242,7 +244,7 @@ async fn join(
     }
 }
 
-async fn declare_ears(
+async fn subscribe(
     session: &Session,
     keys: &Keys,
     secret: &Secret,
@@ -305,7 +307,11 @@ struct Publishers {
     team: Vec<Publisher<'static>>,
 }
 
-async fn declare_voice(session: &Session, keys: &Keys, robot: &str) -> zenoh::Result<Publishers> {
+async fn declare_publishers(
+    session: &Session,
+    keys: &Keys,
+    robot: &str,
+) -> zenoh::Result<Publishers> {
     // One priority for all of them, and for ticks: so they keep their order, and nobody else's messages delay them.
     let publisher = |key| {
         let declared = session.declare_publisher(key);
@@ -322,7 +328,7 @@ async fn declare_voice(session: &Session, keys: &Keys, robot: &str) -> zenoh::Re
 /// What the callbacks share.
 enum Mind {
     /// The handshake is under way.
-    Unborn { ended: Option<oneshot::Sender<End>> },
+    Joining { ended: Option<oneshot::Sender<End>> },
     /// The agent works.
     Alive(Box<Alive>),
 }
@@ -336,7 +342,7 @@ struct Alive {
     agent: TentativeAgent,
     radio: Radio,
     space: Workspace,
-    /// Number of the latest tick that the world sent to this life: an older one is put again by somebody.
+    /// Number of the latest tick that the world sent to this incarnation: an older one is put again by somebody.
     latest: Option<Tick>,
     /// A tick whose broadcasts have not all arrived, and until when they are waited for.
     pending: Option<(Box<TickMessage>, Instant)>,
@@ -377,7 +383,7 @@ impl Mind {
                 }
             }
             (ToAgent::Tick(tick), Mind::Alive(alive)) => return alive.hear_tick(tick),
-            (_, Mind::Unborn { .. }) => {}
+            (_, Mind::Joining { .. }) => {}
         }
         Ok(())
     }
@@ -385,7 +391,7 @@ impl Mind {
     fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) -> Result<(), Ignore> {
         match self {
             Mind::Alive(alive) => alive.hear_teammate(name, broadcast),
-            Mind::Unborn { .. } => Ok(()),
+            Mind::Joining { .. } => Ok(()),
         }
     }
 
@@ -402,7 +408,7 @@ impl Mind {
 
     fn end(&mut self, end: End) {
         let ended = match self {
-            Mind::Unborn { ended } => ended,
+            Mind::Joining { ended } => ended,
             Mind::Alive(alive) => &mut alive.ended,
         };
         if let Some(ended) = ended.take() {

@@ -94,7 +94,7 @@ fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alliance_proto::team::{Body, Withdrawal};
+    use alliance_proto::team::{Content, Withdrawal};
     use alliance_proto::time::SimTime;
 
     fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
@@ -105,7 +105,7 @@ mod tests {
             index,
             seq,
             sent: SimTime(tick * 50),
-            body: Body::Withdrawal(Withdrawal {
+            body: Content::Withdrawal(Withdrawal {
                 finder: RobotId(sender),
                 seen: SimTime(seq),
             }),

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId};
-use alliance_proto::scenario::{Preset, RobotSection, Scenario, SetSection, Setup, SwitchSection};
-use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge, TaskState};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::{
+    BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection,
+};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
 use alliance_proto::time::SimTime;
 use launch::check::Check;
 use launch::check::forecast::Takeover;
@@ -20,7 +22,7 @@ const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 const FIND: &str = "find-locations-wander";
 
 /// Two robots, the first of which is sooner on the task, and neither of which gets anywhere.
-fn stuck(preset: Preset, defaults: &SetSection, switches: SwitchSection) -> Setup {
+fn stuck(preset: Preset, defaults: &BehaviorSection, switches: SwitchSection) -> Setup {
     let mut scenario = Scenario {
         limit_s: 150.0,
         ..Scenario::default()
@@ -50,14 +52,14 @@ fn foretold(setup: &Setup) -> Takeover {
 }
 
 /// Parameters that make each of φ, ψ, λ and τ decide once.
-fn parameters() -> [SetSection; 4] {
-    let section = |phi_s, psi_s, lambda_s| SetSection {
+fn parameters() -> [BehaviorSection; 4] {
+    let section = |phi_s, psi_s, lambda_s| BehaviorSection {
         fast_impatience: Some(5.0),
         slow_impatience: Some(1.0),
         willing_to_affect_s: Some(phi_s),
         before_yielding_s: Some(psi_s),
         before_giving_up_s: Some(lambda_s),
-        ..SetSection::default()
+        ..BehaviorSection::default()
     };
     [
         section(30.0, 80.0, 200.0),
@@ -154,10 +156,10 @@ fn heartbeat(now: SimTime) -> Broadcast {
         index: 0,
         seq: 0,
         sent: now,
-        body: Body::Heartbeat(Heartbeat {
+        body: Content::Heartbeat(Heartbeat {
             state: TaskState::Executing,
             since: now,
-            set: Some(SetId(1)),
+            set: Some(BehaviorId(1)),
             task: Some(TaskId(0)),
             progress: 0,
             position: None,

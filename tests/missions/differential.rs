@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, StepOrder, Switches};
-use alliance_proto::team::{Body, Broadcast, Fact, Heartbeat, Knowledge, Locations, TaskState};
+use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Knowledge, Locations, TaskState};
 use alliance_proto::telemetry::Motivation;
 use alliance_proto::time::SimTime;
 use alliance_tests::recompute::compare;
@@ -69,16 +69,16 @@ fn random_setup(chance: &mut ChaCha8Rng) -> Setup {
     setup
 }
 
-/// A message of either teammate: about any task, of any life, now and then a later one than those to come.
+/// A message of either teammate: about any task, of any incarnation, now and then a later one than those to come.
 fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
     let task = TaskId(chance.random_range(0..4));
     let progress = chance.random_range(0..4);
     let tick = now.0 / STEP_MS;
     let body = if chance.random_bool(0.05) {
         let corner = Default::default();
-        Body::PositionUpdate {
+        Content::PositionUpdate {
             task,
-            set: alliance_proto::ids::SetId(task.0 + 1),
+            set: alliance_proto::ids::BehaviorId(task.0 + 1),
             progress,
             locations: Fact {
                 value: Locations {
@@ -92,10 +92,10 @@ fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
     } else {
         let state = STATES[chance.random_range(0..4)];
         let named = state != TaskState::Idle;
-        Body::Heartbeat(Heartbeat {
+        Content::Heartbeat(Heartbeat {
             state,
             since: SimTime(chance.random_range(0..=now.0)),
-            set: named.then_some(alliance_proto::ids::SetId(task.0 + 1)),
+            set: named.then_some(alliance_proto::ids::BehaviorId(task.0 + 1)),
             task: named.then_some(task),
             progress: if named { progress } else { 0 },
             position: None,
@@ -130,7 +130,7 @@ impl Rows<'_> {
         MotivationRow {
             t_ms: now,
             robot: self.robot(GOLD),
-            behavior_set: self.catalog.set_name(row.set).to_owned(),
+            behavior_set: self.catalog.behavior_name(row.set).to_owned(),
             task: self.catalog.task_name(task).to_owned(),
             motivation: row.motivation,
             impatience: row.impatience,
@@ -144,9 +144,9 @@ impl Rows<'_> {
 
     fn message(&self, now: SimTime, broadcast: &Broadcast, fate: &str) -> MessageRow {
         let (state, task, progress) = match &broadcast.body {
-            Body::Heartbeat(it) => (it.state.as_str(), it.task, it.progress),
-            Body::PositionUpdate { task, progress, .. } => ("", Some(*task), *progress),
-            Body::Withdrawal(_) => ("", None, 0),
+            Content::Heartbeat(it) => (it.state.as_str(), it.task, it.progress),
+            Content::PositionUpdate { task, progress, .. } => ("", Some(*task), *progress),
+            Content::Withdrawal(_) => ("", None, 0),
         };
         MessageRow {
             t_ms: now,

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex};
 
 use alliance_proto::codec::{LIMIT_BYTES, encode};
-use alliance_proto::control::{Command, Request};
+use alliance_proto::control::{ControlCommand, Request};
 use alliance_proto::event::EventNews;
 use alliance_proto::fault::{Fault, Order};
 use alliance_proto::ids::RobotId;
@@ -14,7 +14,7 @@ use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::secret::{SEAL_BYTES, Secret};
-use alliance_proto::team::{Body, Broadcast, BroadcastKind, Withdrawal};
+use alliance_proto::team::{Broadcast, BroadcastKind, Content, Withdrawal};
 use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
 use alliance_proto::time::SimTime;
 use rand::{Rng, RngExt};
@@ -53,7 +53,7 @@ enum Kind {
     Replayed,
     /// A message that fits, without a true seal.
     Forged,
-    /// A message with a true seal that no member in its right mind sends: of a former life, an old tick, another robot, or none.
+    /// A message with a true seal that no member in its right mind sends: of a former incarnation, an old tick, another robot, or none.
     Mad,
 }
 
@@ -206,7 +206,7 @@ impl Stranger {
     fn request(&mut self) -> Request {
         Request {
             nonce: format!("{:x}", self.rng.random::<u64>()),
-            command: Command::Fault(Order::now(Fault::Kill("nobody".to_owned()))),
+            command: ControlCommand::Fault(Order::now(Fault::Kill("nobody".to_owned()))),
         }
     }
 
@@ -266,7 +266,7 @@ impl Stranger {
         found.unwrap_or_else(|| self.noise(1..100))
     }
 
-    /// A well-formed message that would do harm on that key, in the name of that life.
+    /// A well-formed message that would do harm on that key, in the name of that incarnation.
     fn invent(&mut self, key: &str, incarnation: u32) -> Vec<u8> {
         let robot = RobotId(self.rng.random_range(0..3));
         let tick = self.rng.random_range(0..3);
@@ -340,7 +340,7 @@ impl Stranger {
             index: 0,
             seq: 0,
             sent: SimTime(0),
-            body: Body::Withdrawal(Withdrawal {
+            body: Content::Withdrawal(Withdrawal {
                 finder: robot,
                 seen: SimTime(1 << 40),
             }),
@@ -357,7 +357,7 @@ impl Stranger {
     fn juggle_tokens(&mut self) {
         let mut keys = vec![self.keys.alive_world(), self.keys.alive("nobody", 1)];
         for robot in ROBOTS {
-            keys.extend((0..4).map(|life| self.keys.alive(robot, life)));
+            keys.extend((0..4).map(|incarnation| self.keys.alive(robot, incarnation)));
             keys.push(format!(
                 "{}/{:016x}",
                 self.keys.alive(robot, 1),
@@ -513,7 +513,7 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
         }
         for agent in agents {
             for kind in ["tick", "team"] {
-                let counted = format!("messages ignored in this life kind=\"{kind}\"");
+                let counted = format!("messages ignored in this incarnation kind=\"{kind}\"");
                 assert!(agent.stderr.contains(&counted), "{}", agent.stderr);
             }
         }

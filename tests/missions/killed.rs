@@ -119,7 +119,7 @@ fn without_blue_the_others_find_the_locations_by_wandering() {
     );
 }
 
-/// A hundred random moments over one mission. Each victim is replaced by hand at once: a new life that knows nothing.
+/// A hundred random moments over one mission. Each victim is replaced by hand at once: a new incarnation that knows nothing.
 #[test]
 fn a_hundred_kills_and_restarts_at_random_moments_lose_nothing() {
     let lab = Lab::new();
@@ -178,13 +178,13 @@ fn a_restarted_agent_learns_the_locations_by_radio_and_works() {
     let learned = events(&log, "locations-learned", "gold");
     assert!(
         learned.iter().any(|row| row.t_ms >= back),
-        "the new life hears of the locations"
+        "the new incarnation hears of the locations"
     );
     let worked = events(&log, "activated", "gold")
         .into_iter()
         .any(|row| row.t_ms > back && !row.subject.starts_with("find-locations"));
     assert!(
         worked,
-        "the new life takes a task, and not the one that is done"
+        "the new incarnation takes a task, and not the one that is done"
     );
 }

@@ -1,4 +1,4 @@
-//! A tick in which robots just go on with their work asks for no memory (issue "One process, thousands of runs", item 4):
+//! A tick in which robots just go on with their work does not allocate (issue "One process, thousands of runs", item 4):
 //! what a step needs is there from the step before.
 
 use std::collections::BTreeSet;

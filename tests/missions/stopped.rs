@@ -62,7 +62,7 @@ fn the_team_goes_on_at_once_without_a_stopped_agent_which_comes_back_and_works()
     );
     assert_eq!(
         result["result"]["robots"]["gold"]["lives"], 1,
-        "still the same life"
+        "still the same incarnation"
     );
 }
 

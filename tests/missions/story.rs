@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use alliance_proto::scenario::{Scenario, SetParams, Setup};
+use alliance_proto::scenario::{BehaviorParams, Scenario, Setup};
 use alliance_proto::time::SimTime;
 use launch::scenarios::builtin;
 use world_server::recorder::{
@@ -81,7 +81,7 @@ impl Story {
     }
 
     /// The parameters in force.
-    pub fn params(&self, robot: &str, set: &str) -> &SetParams {
+    pub fn params(&self, robot: &str, set: &str) -> &BehaviorParams {
         &self.run.setup.alliance.robots[robot].sets[set]
     }
 
@@ -157,7 +157,7 @@ impl Story {
     #[track_caller]
     pub fn first_heard(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
         let mut rows = self.messages.iter();
-        let heard = |row: &&MessageRow| row.receiver == receiver && row.fate == "heard";
+        let heard = |row: &&MessageRow| row.receiver == receiver && row.delivery == "heard";
         let row = rows.find(|row| heard(row) && row.sender == sender && row.task == task);
         row.unwrap().t_ms
     }

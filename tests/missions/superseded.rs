@@ -1,6 +1,6 @@
 //! A superseded incarnation is told to end (issue "It holds", item 3).
 //!
-//! On one machine a link breaks only with its process, so the former life is played by this test: it joins, loses its token as
+//! On one machine a link breaks only with its process, so the former incarnation is played by this test: it joins, loses its token as
 //! if its link had broken, and speaks again when another agent has the robot.
 
 use std::sync::{Arc, Mutex};
@@ -77,16 +77,16 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
         std::fs::read_to_string(lab.path("out/events.csv"))
             .is_ok_and(|events| events.contains(text))
     };
-    wait_until("the first life's ticks", || {
+    wait_until("the first incarnation's ticks", || {
         !told.lock().unwrap().is_empty()
     });
     token.undeclare().wait().unwrap();
-    wait_until("the end of the first life", || {
+    wait_until("the end of the first incarnation", || {
         happened(",gone,gold,,,incarnation 1")
     });
 
     let mut successor = lab.start(&["agent", "--robot", "gold", "--run", RUN]);
-    wait_until("the second life", || {
+    wait_until("the second incarnation", || {
         happened(",joined,gold,,,incarnation 2")
     });
     let dismissed = |message: &ToAgent| *message == ToAgent::Dismissed(1);

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use alliance_proto::scenario::{Preset, RobotSection, Scenario, SetSection, SwitchSection};
+use alliance_proto::scenario::{BehaviorSection, Preset, RobotSection, Scenario, SwitchSection};
 use world_server::recorder::{EventRow, MessageRow, MotivationRow, RunLog};
 
 use crate::harness::Lab;
@@ -22,14 +22,14 @@ fn scenario(step_ms: u64, phi_s: f64, robots: &[(&str, f64)]) -> Scenario {
     scenario.robots.truncate(robots.len());
     let alliance = &mut scenario.alliance;
     alliance.preset = Preset::Par98;
-    alliance.defaults = SetSection {
+    alliance.defaults = BehaviorSection {
         broadcast_rate_hz: Some(1.0),
         ceased_after_s: Some(5.0),
         slow_impatience: Some(1.0),
         willing_to_affect_s: Some(phi_s),
         before_yielding_s: Some(10_000.0),
         before_giving_up_s: Some(10_000.0),
-        ..SetSection::default()
+        ..BehaviorSection::default()
     };
     for (robot, &(name, fast)) in scenario.robots.iter_mut().zip(robots) {
         name.clone_into(&mut robot.name);
@@ -74,7 +74,7 @@ fn heard(log: &RunLog) -> (u64, u64) {
     let rows: Vec<MessageRow> = log.rows().unwrap();
     let times: Vec<u64> = rows
         .iter()
-        .filter(|row| row.receiver == "gold" && row.state == "executing" && row.fate == "heard")
+        .filter(|row| row.receiver == "gold" && row.state == "executing" && row.delivery == "heard")
         .map(|row| row.t_ms.0)
         .collect();
     (times[0], times[times.len() - 1])

@@ -93,7 +93,7 @@ enum State {
 }
 
 impl Team {
-    /// A new life of a robot.
+    /// A new incarnation of a robot.
     fn join(&mut self, name: &str) -> Option<Member> {
         let (robot, incarnation, _) = self.simulation.invite(name).ok()?;
         self.simulation.arrive(robot, incarnation);

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::scenario::{Alliance, HistoryOrigin, SetParams};
+use alliance_proto::scenario::{Alliance, BehaviorParams, HistoryOrigin};
 use world_server::recorder::{EventRow, MessageRow, MotivationRow, ReadError, RunLog};
 
 /// What a recalculation came to.
@@ -78,17 +78,17 @@ pub fn compare(
 /// One robot over all of its lives.
 struct Robot<'a> {
     alliance: &'a Alliance,
-    sets: &'a BTreeMap<String, SetParams>,
+    sets: &'a BTreeMap<String, BehaviorParams>,
     /// Starts of its lives, ms.
     lives: Vec<i64>,
-    /// What it heard, in the order of hearing: by time, sender's rank, life and number.
+    /// What it heard, in the order of hearing: by time, sender's rank, incarnation and number.
     heard: Vec<&'a MessageRow>,
     /// How much of both has passed.
     lives_begun: usize,
     heard_so_far: usize,
-    /// Of the present life: each set after the step before.
+    /// Of the present incarnation: each set after the step before.
     before: BTreeMap<String, Before>,
-    /// Of the present life, by task and sender.
+    /// Of the present incarnation, by task and sender.
     history: BTreeMap<&'a str, BTreeMap<&'a str, Vec<Word>>>,
 }
 
@@ -123,8 +123,9 @@ impl<'a> Robot<'a> {
         events: &'a [EventRow],
     ) -> Self {
         let joined = |event: &&EventRow| event.kind == "joined" && event.robot == name;
-        let is_heard =
-            |it: &&MessageRow| it.receiver == name && (it.fate == "heard" || it.fate == "delayed");
+        let is_heard = |it: &&MessageRow| {
+            it.receiver == name && (it.delivery == "heard" || it.delivery == "delayed")
+        };
         let mut heard: Vec<&MessageRow> = messages.iter().filter(is_heard).collect();
         heard.sort_by_key(|it| {
             let rank = alliance.robots[&it.sender].rank;
@@ -175,7 +176,7 @@ impl<'a> Robot<'a> {
         calculated
     }
 
-    /// A new life knows nothing.
+    /// A new incarnation knows nothing.
     fn begin_lives(&mut self, now: i64) {
         while self
             .lives
@@ -272,7 +273,7 @@ impl<'a> Robot<'a> {
     }
 
     /// Eq. 2.4, with "= 0" (ALLIANCE.md §2).
-    fn impatience(&self, params: &SetParams, now: i64) -> f64 {
+    fn impatience(&self, params: &BehaviorParams, now: i64) -> f64 {
         let mut slowest = None;
         for (teammate, &slow) in &params.slow_impatience {
             let phi = span(params.willing_to_affect_s[teammate]);
@@ -287,7 +288,7 @@ impl<'a> Robot<'a> {
     }
 
     /// Eq. 2.5: whether the factor is 0.
-    fn is_reset(&self, params: &SetParams, now: i64) -> bool {
+    fn is_reset(&self, params: &BehaviorParams, now: i64) -> bool {
         let before = now - ms(self.alliance.step_ms);
         params.slow_impatience.keys().any(|teammate| {
             let words = self.words(params, teammate);
@@ -297,7 +298,7 @@ impl<'a> Robot<'a> {
     }
 
     /// Eq. 2.6: whether the factor is 0.
-    fn acquiesces(&self, params: &SetParams, active_since: i64, now: i64) -> bool {
+    fn acquiesces(&self, params: &BehaviorParams, active_since: i64, now: i64) -> bool {
         let active_for = now - active_since;
         let from = now - span(params.ceased_after_s);
         let wanted = params.slow_impatience.keys().any(|teammate| {
@@ -309,7 +310,7 @@ impl<'a> Robot<'a> {
     }
 
     /// What was heard from a teammate about the task of a set.
-    fn words(&self, params: &SetParams, teammate: &str) -> &[Word] {
+    fn words(&self, params: &BehaviorParams, teammate: &str) -> &[Word] {
         let by_sender = self.history.get(params.task.as_str());
         let words = by_sender.and_then(|words| words.get(teammate));
         words.map_or(&[], Vec::as_slice)
@@ -349,14 +350,14 @@ fn after_release(words: &[Word]) -> &[Word] {
     &words[released.map_or(0, |place| place + 1)..]
 }
 
-/// When progress was last reported: a count higher than the one before it in the same life, 0 at its start.
+/// When progress was last reported: a count higher than the one before it in the same incarnation, 0 at its start.
 fn last_progress(words: &[Word], now: i64) -> i64 {
-    let mut life = 0;
+    let mut incarnation = 0;
     let mut count = 0;
     let mut last = 0;
     for word in words.iter().filter(|word| word.at <= now) {
-        if word.stamp.0 != life {
-            (life, count) = (word.stamp.0, 0);
+        if word.stamp.0 != incarnation {
+            (incarnation, count) = (word.stamp.0, 0);
         }
         if word.progress > count {
             last = word.at;

@@ -12,7 +12,7 @@
 //!
 //! One that was given up may still arrive, as long as nobody else was invited to its place.
 //!
-//! What the scenario asks of a process happens at a tick, and the tick waits for it: a robot that is [doomed](Barrier::doom)
+//! What the scenario asks of a process happens at a tick, and the tick waits for it: a robot that is [to be killed](Barrier::kill_after_tick)
 //! counts once more and is not listed; one that is [suspended](Barrier::suspend) is out until it is
 //! [readmitted](Barrier::readmit); one that is [expected](Barrier::expect) holds the tick back until it has arrived.
 
@@ -41,7 +41,7 @@ pub enum Verdict {
     Counted,
     /// A silent agent spoke: it comes back with the next tick.
     BackAgain,
-    /// From another life than the one that has the robot: that agent must end.
+    /// From another incarnation than the one that has the robot: that agent must end.
     Superseded,
     /// Not an answer to the current tick, or a second one, or of a robot that is not there: ignored.
     Stale,
@@ -54,7 +54,7 @@ pub enum Verdict {
 pub struct Question {
     /// To whom.
     pub robot: RobotId,
-    /// Which life of it.
+    /// Which incarnation of it.
     pub incarnation: Incarnation,
     /// Latest tick in which it counted.
     pub last_counted: Option<Tick>,
@@ -134,7 +134,7 @@ impl Barrier {
         self.places[robot.index()].presence
     }
 
-    /// The life that has the robot, if any.
+    /// The incarnation that has the robot, if any.
     #[must_use]
     pub fn incarnation(&self, robot: RobotId) -> Option<Incarnation> {
         let place = &self.places[robot.index()];
@@ -152,7 +152,7 @@ impl Barrier {
         (0..self.places.len() as u16).map(RobotId)
     }
 
-    /// Offers a robot to an agent: its life and the earliest tick that it can take part in.
+    /// Offers a robot to an agent: its incarnation and the earliest tick that it can take part in.
     ///
     /// # Errors
     /// [`Refusal::UnknownRobot`] and [`Refusal::Taken`].
@@ -187,7 +187,7 @@ impl Barrier {
         Ok((RobotId(index as u16), place.incarnation, first_tick))
     }
 
-    /// The liveliness token of a life has appeared.
+    /// The liveliness token of an incarnation has appeared.
     pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
         let is_due = match place.presence {
@@ -215,7 +215,7 @@ impl Barrier {
         }
     }
 
-    /// The liveliness token of a life has gone: that agent is dead.
+    /// The liveliness token of an incarnation has gone: that agent is dead.
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
         if place.incarnation != incarnation {
@@ -262,12 +262,12 @@ impl Barrier {
     }
 
     /// The scenario kills the robot's agent in this tick: what it does in it still counts, but nobody hears of it.
-    pub fn doom(&mut self, robot: RobotId) {
+    pub fn kill_after_tick(&mut self, robot: RobotId) {
         self.places[robot.index()].doomed = true;
     }
 
     /// The killing could not be done.
-    pub fn spare(&mut self, robot: RobotId) {
+    pub fn cancel_kill(&mut self, robot: RobotId) {
         self.places[robot.index()].doomed = false;
     }
 
@@ -322,7 +322,7 @@ impl Barrier {
         )
     }
 
-    /// In a replay: the next life of the robot is this one; those before it ended before they took part.
+    /// In a replay: the next incarnation of the robot is this one; those before it ended before they took part.
     pub fn skip_to(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.places[robot.index()].incarnation = incarnation - 1;
     }
@@ -343,7 +343,7 @@ impl Barrier {
         self.places[robot.index()].absent
     }
 
-    /// In a replay: the agent that the log knows takes part again, in that life, from the next tick on, or from this one
+    /// In a replay: the agent that the log knows takes part again, in that incarnation, from the next tick on, or from this one
     /// while nobody takes part.
     pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
@@ -546,7 +546,7 @@ impl Barrier {
             let answer = place.answer.take();
             gathered.counted.push(answer.is_some());
             match answer {
-                // A report of a life that has been succeeded in this very tick counts, but not for its successor.
+                // A report of an incarnation that has been succeeded in this very tick counts, but not for its successor.
                 Some(answer) if answer.incarnation == place.incarnation => {
                     place.last_counted = Some(self.tick);
                 }

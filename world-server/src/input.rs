@@ -23,7 +23,7 @@ pub enum Input {
     Join {
         /// The robot.
         robot: String,
-        /// Its new life.
+        /// Its new incarnation.
         incarnation: Incarnation,
         /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
@@ -33,7 +33,7 @@ pub enum Input {
     Gone {
         /// The robot.
         robot: String,
-        /// The life that ended.
+        /// The incarnation that ended.
         incarnation: Incarnation,
         /// Latest tick in which it counted.
         last_counted: Option<Tick>,

@@ -8,7 +8,7 @@ use world_server::args::{WorldArgs, log_to_stderr};
 /// The world of a mission: physics, sensing and the step clock. Scenarios are files; without one, the default mission.
 #[derive(Parser)]
 #[command(version)]
-struct Command {
+struct WorldCli {
     #[command(flatten)]
     world: WorldArgs,
 }
@@ -16,5 +16,5 @@ struct Command {
 fn main() -> ExitCode {
     alliance_proto::session::prepare_process();
     log_to_stderr();
-    Command::parse().world.run(|_| None)
+    WorldCli::parse().world.run(|_| None)
 }

@@ -127,7 +127,7 @@ pub async fn serve(
         ended,
     )?;
     let server = Server::shared(server);
-    declare_ears(&session, &keys, &secret, &server).await?;
+    subscribe(&session, &keys, &secret, &server).await?;
     let _token = session
         .liveliness()
         .declare_token(keys.alive_world())
@@ -202,7 +202,7 @@ async fn declare_publishers(
     })
 }
 
-async fn declare_ears(
+async fn subscribe(
     session: &Session,
     keys: &Keys,
     secret: &Secret,

@@ -9,7 +9,7 @@ const JUDGED_MS = 30_000;
 const LOST = new Set(["Lost", "Dropped", "Cut"]);
 
 export class Traffic {
-  /** Latest broadcasts, oldest first: `{key, sender, incarnation, sent, said, receptions: Map(receiver → fate), twice}`. */
+  /** Latest broadcasts, oldest first: `{key, sender, incarnation, sent, said, receptions: Map(receiver → delivery), twice}`. */
   broadcasts = [];
   /** Receptions that did not reach this page. */
   leftOut = 0;
@@ -20,7 +20,7 @@ export class Traffic {
   #isSampled;
   #lastTick;
   #byKey = new Map();
-  // By sender · robots + receiver: [{at, fate}], oldest first.
+  // By sender · robots + receiver: [{at, delivery}], oldest first.
   #links;
 
   /** `isSampled`: a view tells of its own tick only, as in a log, and not of all since the view before. */
@@ -60,7 +60,7 @@ export class Traffic {
   }
 
   #enter(receiver, reception) {
-    const { sender, incarnation, sent, fate, said } = reception;
+    const { sender, incarnation, sent, delivery, said } = reception;
     const stem = `${sender}.${incarnation}.${sent}.`;
     const key = stem + (said ? said.seq : "");
     let broadcast = this.#byKey.get(key) ?? (said ? null : this.#unheard(stem, receiver));
@@ -69,8 +69,8 @@ export class Traffic {
       this.#byKey.set(key, broadcast);
       this.broadcasts.push(broadcast);
     }
-    if (fate === "Duplicate") broadcast.twice.add(receiver);
-    else broadcast.receptions.set(receiver, fate);
+    if (delivery === "Duplicate") broadcast.twice.add(receiver);
+    else broadcast.receptions.set(receiver, delivery);
   }
 
   /** A known broadcast of that sender and time of which this receiver has not got anything yet. */
@@ -78,10 +78,10 @@ export class Traffic {
     return this.broadcasts.findLast((each) => each.key.startsWith(stem) && !each.receptions.has(receiver));
   }
 
-  #judge(receiver, { sender, at, fate }) {
-    if (fate === "Pending" || fate === "Duplicate") return;
+  #judge(receiver, { sender, at, delivery }) {
+    if (delivery === "Pending" || delivery === "Duplicate") return;
     const link = this.#links[sender * this.#robots + receiver];
-    link.push({ at, fate });
+    link.push({ at, delivery });
     if (link.length > JUDGED) link.shift();
   }
 
@@ -90,8 +90,8 @@ export class Traffic {
     const recent = this.#links[from * this.#robots + to].filter(({ at }) => at > now - JUDGED_MS);
     return {
       count: recent.length,
-      lost: recent.filter(({ fate }) => LOST.has(fate)).length,
-      late: recent.filter(({ fate }) => fate === "Delayed").length,
+      lost: recent.filter(({ delivery }) => LOST.has(delivery)).length,
+      late: recent.filter(({ delivery }) => delivery === "Delayed").length,
     };
   }
 }

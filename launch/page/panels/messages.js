@@ -2,14 +2,14 @@
 
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
-import { FATES, messageKind, seconds } from "../ui/words.js";
+import { DELIVERIES, messageKind, seconds } from "../ui/words.js";
 
 /** Rows at most. */
 const ROWS = 120;
 /** Receivers are named one by one up to so many. */
 const NAMED = 6;
 
-const isGood = (fate) => fate === "Heard" || fate === "Delayed";
+const isGood = (delivery) => delivery === "Heard" || delivery === "Delayed";
 
 export class Messages {
   #model;
@@ -18,7 +18,7 @@ export class Messages {
     this.#model = model;
     const { names } = model;
     byId("message-robot").append(...names.map((name, rank) => el("option", { value: rank }, name)));
-    for (const id of ["message-kind", "message-robot", "message-fate"]) byId(id).addEventListener("change", () => this.draw());
+    for (const id of ["message-kind", "message-robot", "message-delivery"]) byId(id).addEventListener("change", () => this.draw());
   }
 
   draw() {
@@ -43,10 +43,10 @@ export class Messages {
   }
 
   #isWanted({ sender, said, receptions }) {
-    const [kind, robot, fate] = ["message-kind", "message-robot", "message-fate"].map((id) => byId(id).value);
+    const [kind, robot, delivery] = ["message-kind", "message-robot", "message-delivery"].map((id) => byId(id).value);
     if (kind && said?.kind !== kind && !(kind === "Heartbeat" && !said)) return false;
     if (robot && Number(robot) !== sender && !receptions.has(Number(robot))) return false;
-    return !fate || [...receptions.values()].some((each) => each !== "Heard" && each !== "Pending");
+    return !delivery || [...receptions.values()].some((each) => each !== "Heard" && each !== "Pending");
   }
 
   #row({ sender, sent, said }) {
@@ -66,39 +66,39 @@ export class Messages {
         said ? messageKind(said.kind) : "message",
         el("span", { class: "dim" }, ` ${details.filter(Boolean).join(", ")}`),
       ),
-      el("span", { class: "fates" }),
+      el("span", { class: "deliveries" }),
     );
   }
 
   #fill(row, { receptions, twice }) {
-    const bad = [...receptions.values()].some((fate) => !isGood(fate) && fate !== "Pending");
-    row.dataset.fate = bad ? "lost" : [...receptions.values()].every((fate) => fate === "Heard") ? "heard" : "late";
+    const bad = [...receptions.values()].some((delivery) => !isGood(delivery) && delivery !== "Pending");
+    row.dataset.delivery = bad ? "lost" : [...receptions.values()].every((delivery) => delivery === "Heard") ? "heard" : "late";
     const all = [...receptions].sort(([a], [b]) => a - b);
     const many = this.#model.names.length - 1 > NAMED;
     // A large team: those who heard are only counted.
-    const named = many ? all.filter(([, fate]) => fate !== "Heard").slice(0, NAMED) : all;
-    const items = named.map(([receiver, fate]) => ({ key: receiver, receiver, fate, twice: twice.has(receiver) }));
-    if (many) items.unshift({ key: "heard", count: all.filter(([, fate]) => fate === "Heard").length });
+    const named = many ? all.filter(([, delivery]) => delivery !== "Heard").slice(0, NAMED) : all;
+    const items = named.map(([receiver, delivery]) => ({ key: receiver, receiver, delivery, twice: twice.has(receiver) }));
+    if (many) items.unshift({ key: "heard", count: all.filter(([, delivery]) => delivery === "Heard").length });
     keyed(
       row.lastChild,
       items,
       (item) => item.key,
       () => el("span"),
-      (element, item) => this.#fate(element, item),
+      (element, item) => this.#delivery(element, item),
     );
   }
 
-  #fate(element, { receiver, fate, twice, count }) {
+  #delivery(element, { receiver, delivery, twice, count }) {
     if (count !== undefined) {
       text(element, `✓ ${count}`);
       element.title = `heard by ${count}`;
       return;
     }
-    const { sign, word } = FATES[fate];
-    const again = twice ? ` ${FATES.Duplicate.sign}` : "";
+    const { sign, word } = DELIVERIES[delivery];
+    const again = twice ? ` ${DELIVERIES.Duplicate.sign}` : "";
     element.dataset.receiver = this.#model.names[receiver];
-    element.dataset.fate = fate;
+    element.dataset.delivery = delivery;
     text(element, `${sign} ${this.#model.names[receiver]}${again}`);
-    element.title = `${this.#model.names[receiver]}: ${word}${twice ? `, ${FATES.Duplicate.word}` : ""}`;
+    element.title = `${this.#model.names[receiver]}: ${word}${twice ? `, ${DELIVERIES.Duplicate.word}` : ""}`;
   }
 }

@@ -150,7 +150,7 @@ export function messageKind(kind) {
 }
 
 /** What became of a message at a receiver: a sign that needs no color, and the word. */
-export const FATES = {
+export const DELIVERIES = {
   Heard: { sign: "✓", word: "heard" },
   Delayed: { sign: "◷", word: "heard late" },
   Pending: { sign: "…", word: "on its way" },

@@ -1,7 +1,7 @@
 //! When a behavior set activates, takes a task over, yields and gives up (ALLIANCE.md §4): closed forms, exact but for the
 //! steps in which things are noticed and heard.
 
-use alliance_proto::scenario::{Catalog, HistoryOrigin, SetParams, Setup, Switches};
+use alliance_proto::scenario::{BehaviorParams, Catalog, HistoryOrigin, Setup, Switches};
 
 use super::work;
 
@@ -51,12 +51,12 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     let mut forecasts = Vec::new();
     for robot in &scenario.robots {
-        for id in catalog.sets_of(robot) {
+        for id in catalog.behaviors_of(robot) {
             let set = &catalog.sets[id.index()];
             let own = params_of(&robot.name, &set.name);
             let mut takeovers = Vec::new();
             for teammate in scenario.robots.iter().filter(|it| it.name != robot.name) {
-                for theirs in catalog.sets_of(teammate) {
+                for theirs in catalog.behaviors_of(teammate) {
                     let theirs = &catalog.sets[theirs.index()];
                     if theirs.task == set.task {
                         let rival = Rival {
@@ -99,12 +99,12 @@ pub fn rise_s(threshold: f64, slow: f64, fast: f64, slow_s: f64) -> f64 {
 struct Rival<'a> {
     name: &'a str,
     set: &'a str,
-    params: &'a SetParams,
+    params: &'a BehaviorParams,
     work_s: f64,
 }
 
 impl Rival<'_> {
-    fn takeover(&self, setup: &Setup, own: &SetParams) -> Takeover {
+    fn takeover(&self, setup: &Setup, own: &BehaviorParams) -> Takeover {
         let switches = &setup.alliance.switches;
         let (tau_s, phi_s) = (own.ceased_after_s, own.phi_toward(self.name));
         let rise = |slow_s: f64| {
@@ -130,7 +130,12 @@ impl Rival<'_> {
         }
     }
 
-    fn failing_s(&self, switches: &Switches, own: &SetParams, rise: &impl Fn(f64) -> f64) -> f64 {
+    fn failing_s(
+        &self,
+        switches: &Switches,
+        own: &BehaviorParams,
+        rise: &impl Fn(f64) -> f64,
+    ) -> f64 {
         let tau_s = own.ceased_after_s;
         let phi_s = own.phi_toward(self.name);
         let (psi_s, lambda_s) = (

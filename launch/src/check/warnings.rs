@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::scenario::{BehaviorKind, Catalog, SetParams, Setup};
+use alliance_proto::scenario::{BehaviorKind, BehaviorParams, Catalog, Setup};
 
 use super::forecast::Forecast;
 
@@ -133,7 +133,7 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
 }
 
 /// Time between two heartbeats, s: 1/ρ, rounded up to whole steps.
-fn heard_every_s(setup: &Setup, params: &SetParams) -> f64 {
+fn heard_every_s(setup: &Setup, params: &BehaviorParams) -> f64 {
     let step_s = setup.alliance.step_ms as f64 / 1000.0;
     (1.0 / params.broadcast_rate_hz / step_s - 1e-9).ceil() * step_s
 }
@@ -143,7 +143,7 @@ fn heard_every_s(setup: &Setup, params: &SetParams) -> f64 {
 fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let scenario = &setup.scenario;
     let catalog = Catalog::of(scenario);
-    let set = catalog.set_named(&forecast.set)?;
+    let set = catalog.behavior_named(&forecast.set)?;
     if catalog.sets[set.index()].kind != BehaviorKind::ReportProgress {
         return None;
     }
@@ -168,8 +168,9 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
         return None;
     }
     let own = &setup.alliance.robots[&forecast.robot].sets;
-    let longest =
-        |of: fn(&SetParams) -> f64| moving().map(|set| of(&own[&set.name])).fold(0.0, f64::max);
+    let longest = |of: fn(&BehaviorParams) -> f64| {
+        moving().map(|set| of(&own[&set.name])).fold(0.0, f64::max)
+    };
     let lambda_s = longest(|params| params.before_giving_up_s);
     let psi_s = longest(|params| params.before_yielding_s);
     (lambda_s > report_period_s).then(|| {

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use alliance_proto::fault::{
     ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, MoveWaste, Order,
-    Partition, RadioQuality, Range, SensorFault, Waste, When, Who,
+    Partition, RadioQuality, RangeFault, SensorFault, WasteFault, When, Who,
 };
 use alliance_proto::scenario::Obstacle;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -15,15 +15,15 @@ use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 /// A fault with its trigger and duration.
 #[derive(Subcommand, Clone, Debug)]
 pub enum OrderArgs {
-    /// SIGKILL to a robot's process; healed by a restart in a new life
+    /// SIGKILL to a robot's process; healed by a restart in a new incarnation
     Kill(Timed<OneRobot>),
-    /// SIGTERM to a robot's process; healed by a restart in a new life
+    /// SIGTERM to a robot's process; healed by a restart in a new incarnation
     Terminate(Timed<OneRobot>),
     /// SIGSTOP to a robot's process; healed by SIGCONT
     Pause(Timed<OneRobot>),
     /// SIGCONT to a robot's process: ends a pause before its time
     Continue(Timed<OneRobot>),
-    /// Start a robot's process in a new life; one that still lives is killed first
+    /// Start a robot's process in a new incarnation; one that still lives is killed first
     Restart(Timed<OneRobot>),
     /// Bring a robot that the scenario calls absent into the mission
     Add(Timed<OneRobot>),
@@ -132,7 +132,7 @@ pub struct LossArgs {
     /// Share of messages that get lost, 0 to 1
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     p: f64,
-    /// Mean length of a burst of losses; 0: each message has its own luck
+    /// Mean length of a burst of losses; 0: each message has its own draws
     #[arg(long = "burst", value_name = "TIME", default_value = "0", value_parser = seconds)]
     burst_s: f64,
 }
@@ -183,7 +183,7 @@ pub struct RangeArgs {
 #[derive(Args, Clone, Copy, Debug)]
 pub struct RadioArgs {
     /// Which one
-    #[arg(value_parser = one_of(RadioQuality::ALL, RadioQuality::as_str))]
+    #[arg(value_parser = with_shared(RadioQuality::ALL, RadioQuality::as_str))]
     quality: RadioQuality,
 }
 
@@ -193,7 +193,7 @@ pub struct SensorArgs {
     /// Name of the robot
     robot: String,
     /// Which sensor
-    #[arg(value_parser = one_of(Device::ALL, Device::as_str))]
+    #[arg(value_parser = with_shared(Device::ALL, Device::as_str))]
     device: Device,
     /// How it fails
     #[arg(value_parser = SENSOR_MODES)]
@@ -358,7 +358,7 @@ impl OrderArgs {
                 })
             }),
             Self::Range(timed) => timed.order(|range| {
-                Fault::Range(Range {
+                Fault::Range(RangeFault {
                     range_m: range.range_m,
                 })
             }),
@@ -389,7 +389,7 @@ impl OrderArgs {
                 })
             }),
             Self::Waste(timed) => timed.order(|waste| {
-                Fault::Waste(Waste {
+                Fault::Waste(WasteFault {
                     x_m: waste.x_m,
                     y_m: waste.y_m,
                     items: waste.items,
@@ -442,7 +442,7 @@ fn groups(arguments: &[String]) -> Vec<Vec<String>> {
 }
 
 /// One of these, by its name.
-fn one_of<T, const N: usize>(
+fn with_shared<T, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T>

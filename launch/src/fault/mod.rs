@@ -7,7 +7,7 @@ mod tests;
 
 use std::process::ExitCode;
 
-use alliance_proto::control::{Armed, Cleared, Command, FaultStatus, Phase, Reply, schema};
+use alliance_proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase, Reply, schema};
 use alliance_proto::fault::Order;
 use alliance_proto::time::SimTime;
 use clap::{Args, Subcommand};
@@ -51,21 +51,24 @@ impl FaultArgs {
             return ExitCode::SUCCESS;
         }
         let command = match self.part {
-            Some(Part::List) => Ok(Command::List),
-            Some(Part::Clear { id }) => Ok(Command::Clear(id)),
-            Some(Part::Order(order)) => order.into_order().map(Command::Fault),
+            Some(Part::List) => Ok(ControlCommand::List),
+            Some(Part::Clear { id }) => Ok(ControlCommand::Clear(id)),
+            Some(Part::Order(order)) => order.into_order().map(ControlCommand::Fault),
             None => Err("say which fault, list or clear".to_owned()),
         };
         match command {
             // Printed alone: whoever asks for it wants to store it.
             Ok(_) if self.schema => refuse("--schema stands alone"),
-            Ok(Command::Fault(order)) => {
+            Ok(ControlCommand::Fault(order)) => {
                 let acknowledged = order.clone();
-                self.control
-                    .ask("fault", Command::Fault(order), move |reply| match reply {
+                self.control.ask(
+                    "fault",
+                    ControlCommand::Fault(order),
+                    move |reply| match reply {
                         Reply::Armed(armed) => acknowledge(armed, &acknowledged),
                         other => unexpected(other),
-                    })
+                    },
+                )
             }
             Ok(command) => self.control.ask("fault", command, |reply| match reply {
                 Reply::Cleared(cleared) => cleared_in_words(cleared),

@@ -84,7 +84,7 @@ impl Air {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::team::{Body, Withdrawal};
+    use alliance_proto::team::{Content, Withdrawal};
     use alliance_proto::time::SimTime;
 
     use super::*;
@@ -99,7 +99,7 @@ mod tests {
             index,
             seq: 10 * tick + u64::from(index),
             sent: SimTime(tick),
-            body: Body::Withdrawal(Withdrawal {
+            body: Content::Withdrawal(Withdrawal {
                 finder: SENDER,
                 seen: SimTime::ZERO,
             }),
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(heard(&air, 5, 1, 2), [Some(50), None]);
         assert_eq!(heard(&air, 4, 1, 2), [Some(40), Some(41)]);
         assert_eq!(heard(&air, 4, 1, 3), [Some(40), Some(41), None]);
-        assert_eq!(heard(&air, 4, 2, 1), [None], "said in another life");
+        assert_eq!(heard(&air, 4, 2, 1), [None], "said in another incarnation");
         assert_eq!(heard(&air, 3, 1, 1), [None], "listed too late");
     }
 }

@@ -10,7 +10,7 @@ use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::view::View;
-use robot_agent::agent::{Agent, Common, Workspace};
+use robot_agent::agent::{Agent, TeamConfig, Workspace};
 use world_server::barrier::Presence;
 use world_server::input::{Input, InputLine};
 use world_server::recorder::{LogLevel, RecordError, Recorder, RunFile, Sink};
@@ -30,7 +30,7 @@ pub struct Team<S> {
     simulation: Simulation,
     recorder: Recorder<S>,
     /// What all agents know.
-    common: Common,
+    common: TeamConfig,
     /// By rank; `None` where no agent lives.
     agents: Vec<Option<Agent>>,
     air: Air,
@@ -90,7 +90,7 @@ impl<S: Sink> Team<S> {
             }
         }
         let mut team = Self {
-            common: Common::of(&setup),
+            common: TeamConfig::of(&setup),
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
             asked: Vec::new(),
@@ -132,7 +132,7 @@ impl<S: Sink> Team<S> {
                 self.act(robot, act, &outside);
                 idle = false;
             }
-            self.bury_unasked(&outside);
+            self.remove_dead(&outside);
             while self.ask_some(&outside) {
                 idle = false;
             }
@@ -218,7 +218,7 @@ impl<S: Sink> Team<S> {
                     robot, incarnation, ..
                 } => {
                     if let Some(robot) = self.simulation.robot_named(robot) {
-                        self.be_born(robot, *incarnation);
+                        self.spawn_agent(robot, *incarnation);
                         self.simulation.admit(robot, *incarnation);
                     }
                 }
@@ -234,8 +234,8 @@ impl<S: Sink> Team<S> {
         }
     }
 
-    fn be_born(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let agent = Agent::one_of(robot, incarnation, self.simulation.setup(), &self.common);
+    fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let agent = Agent::with_shared(robot, incarnation, self.simulation.setup(), &self.common);
         self.agents[robot.index()] = Some(agent);
     }
 
@@ -267,14 +267,14 @@ impl<S: Sink> Team<S> {
         }
         match act {
             ProcessAct::Start => {
-                let life = (self.simulation.tick(), name);
-                let lives = self.lives.get_mut(&life);
+                let joins = (self.simulation.tick(), name);
+                let lives = self.lives.get_mut(&joins);
                 if let Some(incarnation) = lives.and_then(VecDeque::pop_front) {
                     self.simulation.skip_to(robot, incarnation);
                 }
-                let (_, name) = life;
+                let (_, name) = joins;
                 if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
-                    self.be_born(robot, incarnation);
+                    self.spawn_agent(robot, incarnation);
                     self.simulation.arrive(robot, incarnation);
                 }
             }
@@ -293,7 +293,7 @@ impl<S: Sink> Team<S> {
     }
 
     /// The deaths of those who take no part in this tick anyway.
-    fn bury_unasked(&mut self, outside: &[Input]) {
+    fn remove_dead(&mut self, outside: &[Input]) {
         for robot in self.simulation.barrier().robots() {
             if self.simulation.barrier().presence(robot) == Presence::Silent
                 && self.death(robot, outside).is_some()

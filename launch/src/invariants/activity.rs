@@ -1,16 +1,16 @@
 //! A robot does one thing at a time.
 
 use alliance_proto::scenario::Scenario;
-use alliance_proto::telemetry::SetState;
+use alliance_proto::telemetry::BehaviorState;
 
-use super::{Body, Scene};
+use super::{RobotState, WorldState};
 
 /// Looks at all robots after a tick.
 ///
 /// # Errors
 /// What does not hold.
-pub fn check(scenario: &Scenario, scene: &Scene) -> Result<(), String> {
-    for (robot, spec) in scene.robots.iter().zip(&scenario.robots) {
+pub fn check(scenario: &Scenario, state: &WorldState) -> Result<(), String> {
+    for (robot, spec) in state.robots.iter().zip(&scenario.robots) {
         let active = robot.active().count();
         if active > 1 {
             return Err(format!("{} has {active} active behavior sets", spec.name));
@@ -19,12 +19,12 @@ pub fn check(scenario: &Scenario, scene: &Scene) -> Result<(), String> {
     Ok(())
 }
 
-impl Body {
+impl RobotState {
     /// The behavior sets that it executes, as it last reported.
-    pub fn active(&self) -> impl Iterator<Item = alliance_proto::ids::SetId> + '_ {
+    pub fn active(&self) -> impl Iterator<Item = alliance_proto::ids::BehaviorId> + '_ {
         let motivations = self.motivations.iter();
         motivations
-            .filter(|it| it.state == SetState::Active)
+            .filter(|it| it.state == BehaviorState::Active)
             .map(|it| it.set)
     }
 }

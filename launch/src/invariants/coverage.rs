@@ -6,7 +6,7 @@ use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 
 use super::solids::distance;
-use super::{Body, Scene};
+use super::{RobotState, WorldState};
 
 /// Distance between neighboring points of the grid on which ways are searched, m.
 const GRID_M: f32 = 0.1;
@@ -17,13 +17,13 @@ const CLEARANCE_RADII: f32 = 0.5;
 /// Whether some robot can do every task, and nothing makes it impossible for all: a robot that lies to its team for good, or an
 /// item in a gripper that never opens.
 #[must_use]
-pub fn is_covered(scenario: &Scenario, scene: &Scene) -> bool {
-    let sound = |rank: usize| is_sound(scenario, scene, rank);
-    let kept = scene.items.iter().any(|item| {
+pub fn is_covered(scenario: &Scenario, state: &WorldState) -> bool {
+    let sound = |rank: usize| is_sound(scenario, state, rank);
+    let kept = state.items.iter().any(|item| {
         let carrier = item.carrier.map(|robot| robot.index());
         carrier.is_some_and(|rank| !sound(rank))
     });
-    let lies = scene.faults.iter().any(|fault| {
+    let lies = state.faults.iter().any(|fault| {
         fault.phase == Phase::InForce
             && match &fault.order.fault {
                 // Wrong places, work that seems done, or a body that does something else than its mind believes.
@@ -32,14 +32,14 @@ pub fn is_covered(scenario: &Scenario, scene: &Scene) -> bool {
                 _ => false,
             }
     });
-    !kept && !lies && (0..scene.robots.len()).any(sound)
+    !kept && !lies && (0..state.robots.len()).any(sound)
 }
 
 /// Whether a robot, by rank, has an agent and a body that does what it is told. Radio is another matter.
 #[must_use]
-pub fn is_sound(scenario: &Scenario, scene: &Scene, rank: usize) -> bool {
-    let (robot, name) = (&scene.robots[rank], scenario.robots[rank].name.as_str());
-    let broken = scene.faults.iter().any(|fault| {
+pub fn is_sound(scenario: &Scenario, state: &WorldState, rank: usize) -> bool {
+    let (robot, name) = (&state.robots[rank], scenario.robots[rank].name.as_str());
+    let broken = state.faults.iter().any(|fault| {
         let ails = matches!(
             fault.order.fault,
             Fault::Sensor(_) | Fault::Actuator(_) | Fault::Power(_) | Fault::Babble(_)
@@ -51,12 +51,12 @@ pub fn is_sound(scenario: &Scenario, scene: &Scene, rank: usize) -> bool {
 
 /// Whether a sound robot finds ways to all items that are left, and to the deposit, past all that does not move.
 #[must_use]
-pub fn is_within_reach(scenario: &Scenario, scene: &Scene) -> bool {
-    let sound = |rank: &usize| is_sound(scenario, scene, *rank);
-    let map = Map::of(scenario, scene);
-    (0..scene.robots.len())
+pub fn is_within_reach(scenario: &Scenario, state: &WorldState) -> bool {
+    let sound = |rank: &usize| is_sound(scenario, state, *rank);
+    let map = Map::of(scenario, state);
+    (0..state.robots.len())
         .filter(sound)
-        .any(|rank| map.reaches_all(scenario, scene, &scene.robots[rank]))
+        .any(|rank| map.reaches_all(scenario, state, &state.robots[rank]))
 }
 
 /// Where the center of a body may be.
@@ -67,22 +67,22 @@ struct Map {
 }
 
 impl Map {
-    fn of(scenario: &Scenario, scene: &Scene) -> Self {
+    fn of(scenario: &Scenario, state: &WorldState) -> Self {
         let room = scenario.room;
         let count = |size_m: f32| (size_m / GRID_M) as usize + 1;
         let (columns, rows) = (count(room.width_m), count(room.height_m));
         let radius_m = scenario.body.radius_m;
         let wide_m = radius_m * (1.0 + CLEARANCE_RADII);
         let size = Vec2::new(room.width_m, room.height_m);
-        let bodies: Vec<Vec2> = scene
+        let bodies: Vec<Vec2> = state
             .robots
             .iter()
             .enumerate()
-            .filter(|&(rank, robot)| robot.present && !is_sound(scenario, scene, rank))
+            .filter(|&(rank, robot)| robot.present && !is_sound(scenario, state, rank))
             .map(|(_, robot)| robot.pose.position)
             .collect();
         let is_free = |at: Vec2| {
-            let solid = scene.rectangles.iter().filter(|it| it.solid);
+            let solid = state.rectangles.iter().filter(|it| it.solid);
             at.min(size - at).min_element() >= wide_m
                 && solid.into_iter().all(|it| distance(it, at) >= wide_m)
                 && bodies
@@ -97,7 +97,7 @@ impl Map {
         }
     }
 
-    fn reaches_all(&self, scenario: &Scenario, scene: &Scene, robot: &Body) -> bool {
+    fn reaches_all(&self, scenario: &Scenario, state: &WorldState, robot: &RobotState) -> bool {
         let body = scenario.body;
         // From the nearest wide place, for the robot may stand at a wall, to one from which the arm and a step suffice.
         let near_m = body.radius_m + body.reach_m + CLEARANCE_RADII * body.radius_m;
@@ -106,10 +106,10 @@ impl Map {
             let mut places = reached.iter().enumerate().filter(|(_, reached)| **reached);
             places.any(|(place, _)| point(self.columns, place).distance(target) <= within_m)
         };
-        let left = scene
+        let left = state
             .items
             .iter()
-            .filter(|item| !scene.is_delivered(scenario, item));
+            .filter(|item| !state.is_delivered(scenario, item));
         let radius_m = scenario.waste.deposit.radius_m;
         let deposits = scenario.waste.deposits();
         let mut centers = deposits.map(|deposit| deposit.in_room(&scenario.room));

@@ -10,12 +10,12 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::ids::{SetId, TaskId};
-use alliance_proto::scenario::{Catalog, Scenario, SetParams, Setup};
-use alliance_proto::telemetry::SetState;
+use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::scenario::{BehaviorParams, Catalog, Scenario, Setup};
+use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
 
-use super::Scene;
+use super::WorldState;
 use super::hearing::hear_each_other;
 
 /// Steps in which things are noticed, sent and heard.
@@ -28,7 +28,7 @@ pub struct Exclusive {
     catalog: Catalog,
     /// Ticks that two robots, by rank, have gone on together with a task, and have heard each other.
     together: BTreeMap<(usize, usize, TaskId), u64>,
-    waits: BTreeMap<(usize, SetId), Wait>,
+    waits: BTreeMap<(usize, BehaviorId), Wait>,
 }
 
 /// What a set has waited since it last hibernated.
@@ -54,11 +54,11 @@ impl Exclusive {
     ///
     /// # Errors
     /// What does not hold.
-    pub fn check(&mut self, scenario: &Scenario, scene: &Scene) -> Result<(), String> {
-        self.note_waits(scene);
+    pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
+        self.note_waits(state);
         let mut together = BTreeMap::new();
-        let executing: Vec<(usize, SetId)> = (0..scene.robots.len())
-            .flat_map(|rank| scene.robots[rank].active().map(move |set| (rank, set)))
+        let executing: Vec<(usize, BehaviorId)> = (0..state.robots.len())
+            .flat_map(|rank| state.robots[rank].active().map(move |set| (rank, set)))
             .collect();
         for (place, &(other, theirs)) in executing.iter().enumerate() {
             for &(one, own) in &executing[..place] {
@@ -66,7 +66,7 @@ impl Exclusive {
                 let is_exclusive = self.catalog.tasks[task.index()].max_robots == 1;
                 if !is_exclusive
                     || task != self.catalog.sets[theirs.index()].task
-                    || !hear_each_other(scenario, scene, one, other)
+                    || !hear_each_other(scenario, state, one, other)
                 {
                     continue;
                 }
@@ -90,9 +90,9 @@ impl Exclusive {
     }
 
     /// Longest time that these two may go on, in ticks.
-    fn bound(&self, sets: &[(usize, SetId); 2]) -> u64 {
+    fn bound(&self, sets: &[(usize, BehaviorId); 2]) -> u64 {
         let step_s = self.setup.scenario.step_ms as f64 / 1000.0;
-        let longest_s = |of: fn(&SetParams) -> f64| {
+        let longest_s = |of: fn(&BehaviorParams) -> f64| {
             let of = sets.iter().map(|&(rank, set)| of(self.params(rank, set)));
             of.fold(0.0, f64::max)
         };
@@ -109,20 +109,20 @@ impl Exclusive {
         }
     }
 
-    fn params(&self, rank: usize, set: SetId) -> &SetParams {
+    fn params(&self, rank: usize, set: BehaviorId) -> &BehaviorParams {
         let robot = &self.setup.scenario.robots[rank].name;
-        &self.setup.alliance.robots[robot].sets[self.catalog.set_name(set)]
+        &self.setup.alliance.robots[robot].sets[self.catalog.behavior_name(set)]
     }
 
-    fn note_waits(&mut self, scene: &Scene) {
-        for (rank, robot) in scene.robots.iter().enumerate() {
+    fn note_waits(&mut self, state: &WorldState) {
+        for (rank, robot) in state.robots.iter().enumerate() {
             for it in &robot.motivations {
                 let wait = self.waits.entry((rank, it.set)).or_default();
                 match (it.state, wait.since) {
-                    (SetState::Hibernating, _) => *wait = Wait::default(),
-                    (SetState::Waiting, None) => wait.since = Some(scene.now),
-                    (SetState::Active, Some(since)) => {
-                        wait.spent = wait.spent + scene.now.since(since);
+                    (BehaviorState::Hibernating, _) => *wait = Wait::default(),
+                    (BehaviorState::Waiting, None) => wait.since = Some(state.now),
+                    (BehaviorState::Active, Some(since)) => {
+                        wait.spent = wait.spent + state.now.since(since);
                         wait.since = None;
                     }
                     _ => {}
@@ -132,7 +132,7 @@ impl Exclusive {
     }
 
     /// Whether it has waited for ψ + τ, be it to a step or two.
-    fn may_have_waited_out(&self, rank: usize, set: SetId) -> bool {
+    fn may_have_waited_out(&self, rank: usize, set: BehaviorId) -> bool {
         let params = self.params(rank, set);
         let bound_s = params.before_yielding_s + params.ceased_after_s;
         let step_s = self.setup.scenario.step_ms as f64 / 1000.0;

@@ -4,7 +4,7 @@ use alliance_proto::control::Phase;
 use alliance_proto::fault::{Fault, Who};
 use alliance_proto::scenario::Scenario;
 
-use super::Scene;
+use super::WorldState;
 
 /// Nearer to the limit of the radio's range than this it may be either way, for robots move in a tick, m.
 const MARGIN_M: f32 = 0.5;
@@ -12,26 +12,26 @@ const MARGIN_M: f32 = 0.5;
 /// Whether two robots, by rank, hear each other without loss and delay: both take part, and no fault is in force on a link
 /// between them. That messages come twice harms nobody.
 #[must_use]
-pub fn hear_each_other(scenario: &Scenario, scene: &Scene, one: usize, other: usize) -> bool {
-    let takes_part = |rank: usize| scene.robots[rank].takes_part;
+pub fn hear_each_other(scenario: &Scenario, state: &WorldState, one: usize, other: usize) -> bool {
+    let takes_part = |rank: usize| state.robots[rank].takes_part;
     let range_m = scenario.radio.range_m.unwrap_or(f32::INFINITY);
-    let in_force = scene.faults.iter().filter(|it| it.phase == Phase::InForce);
+    let in_force = state.faults.iter().filter(|it| it.phase == Phase::InForce);
     takes_part(one)
         && takes_part(other)
-        && apart_m(scene, one, other) <= range_m - MARGIN_M
+        && apart_m(state, one, other) <= range_m - MARGIN_M
         && !in_force.into_iter().any(|fault| {
             let fault = &fault.order.fault;
-            harms(scenario, scene, fault, one, other) || harms(scenario, scene, fault, other, one)
+            harms(scenario, state, fault, one, other) || harms(scenario, state, fault, other, one)
         })
 }
 
-fn apart_m(scene: &Scene, one: usize, other: usize) -> f32 {
-    let at = |rank: usize| scene.robots[rank].pose.position;
+fn apart_m(state: &WorldState, one: usize, other: usize) -> f32 {
+    let at = |rank: usize| state.robots[rank].pose.position;
     at(one).distance(at(other))
 }
 
 /// Whether a fault changes what `to` hears of `from`.
-fn harms(scenario: &Scenario, scene: &Scene, fault: &Fault, from: usize, to: usize) -> bool {
+fn harms(scenario: &Scenario, state: &WorldState, fault: &Fault, from: usize, to: usize) -> bool {
     let name = |rank: usize| scenario.robots[rank].name.as_str();
     let link =
         |speaker: &Who, hearer: &Who| speaker.includes(name(from)) && hearer.includes(name(to));
@@ -49,7 +49,7 @@ fn harms(scenario: &Scenario, scene: &Scene, fault: &Fault, from: usize, to: usi
             };
             matches!((group(from), group(to)), (Some(a), Some(b)) if a != b)
         }
-        Fault::Range(it) => apart_m(scene, from, to) > it.range_m - MARGIN_M,
+        Fault::Range(it) => apart_m(state, from, to) > it.range_m - MARGIN_M,
         Fault::Radio(_) => true,
         _ => false,
     }

@@ -4,7 +4,7 @@ use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::scenario::Scenario;
 
-use super::{Item, Scene};
+use super::{Item, WorldState};
 
 /// How far outside the border rounding may put an item, m.
 const ROUNDING_M: f32 = 1e-3;
@@ -32,9 +32,9 @@ impl Items {
     ///
     /// # Errors
     /// What does not hold.
-    pub fn check(&mut self, scenario: &Scenario, scene: &Scene) -> Result<(), String> {
-        let count = scene.items.len();
-        let most = self.total + added(scene);
+    pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
+        let count = state.items.len();
+        let most = self.total + added(state);
         if !(self.total..=most).contains(&count) {
             return Err(format!(
                 "there are {count} items, but {} to {most} can be",
@@ -43,20 +43,20 @@ impl Items {
         }
         self.total = count;
         self.delivered.resize(count, false);
-        for (id, (item, delivered)) in scene.items.iter().zip(&mut self.delivered).enumerate() {
-            check_carrier(scenario, scene, id, item)?;
+        for (id, (item, delivered)) in state.items.iter().zip(&mut self.delivered).enumerate() {
+            check_carrier(scenario, state, id, item)?;
             check_place(scenario, id, item)?;
-            let is_delivered = scene.is_delivered(scenario, item);
+            let is_delivered = state.is_delivered(scenario, item);
             if *delivered && !is_delivered {
                 return Err(format!("item-{id} has left the deposit"));
             }
             *delivered = is_delivered;
         }
-        for (rank, robot) in scene.robots.iter().enumerate() {
+        for (rank, robot) in state.robots.iter().enumerate() {
             let Some(ItemId(id)) = robot.carrying else {
                 continue;
             };
-            let item = scene.items.get(id as usize);
+            let item = state.items.get(id as usize);
             if item.and_then(|item| item.carrier) != Some(RobotId(rank as u16)) {
                 let name = &scenario.robots[rank].name;
                 return Err(format!("{name} carries item-{id}, which is not with it"));
@@ -71,11 +71,11 @@ impl Items {
 }
 
 /// Most items that faults have added in this tick.
-fn added(scene: &Scene) -> usize {
-    let now = scene
+fn added(state: &WorldState) -> usize {
+    let now = state
         .faults
         .iter()
-        .filter(|fault| fault.applied_ms == Some(scene.now));
+        .filter(|fault| fault.applied_ms == Some(state.now));
     now.map(|fault| match &fault.order.fault {
         Fault::Waste(waste) => waste.items as usize,
         _ => 0,
@@ -83,11 +83,16 @@ fn added(scene: &Scene) -> usize {
     .sum()
 }
 
-fn check_carrier(scenario: &Scenario, scene: &Scene, id: usize, item: &Item) -> Result<(), String> {
+fn check_carrier(
+    scenario: &Scenario,
+    state: &WorldState,
+    id: usize,
+    item: &Item,
+) -> Result<(), String> {
     let Some(carrier) = item.carrier else {
         return Ok(());
     };
-    let holds = scene.robots[carrier.index()].carrying;
+    let holds = state.robots[carrier.index()].carrying;
     if holds == Some(ItemId(id as u32)) {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! What must hold in every run, whatever goes wrong in it: looked at after every tick, from outside.
 //!
-//! - [`Scene`] is what there is to look at. The checks know neither the world's code nor the agents', only what both say.
+//! - [`WorldState`] is what there is to look at. The checks know neither the world's code nor the agents', only what both say.
 //! - [`items`]: each is in one place, and none comes or goes. [`solids`]: bodies overlap nothing solid. [`numbers`]: all are finite
 //!   and in their range. [`activity`]: a robot does one thing at a time. [`exclusive`]: two robots that hear each other, as
 //!   [`hearing`] says, do not go on with one exclusive task. [`termination`]: a mission that is covered, as [`coverage`] and
@@ -13,12 +13,12 @@ pub mod hearing;
 pub mod items;
 pub mod numbers;
 pub mod replayed;
-mod scene;
 pub mod solids;
 pub mod strewn;
 pub mod termination;
 #[cfg(test)]
 mod tests;
+mod world_state;
 
 use std::fmt;
 
@@ -28,9 +28,9 @@ use world_server::simulation::Simulation;
 
 use exclusive::Exclusive;
 use items::Items;
-pub use scene::{Body, Item, Rectangle, Scene};
 use solids::Solids;
 use termination::Termination;
+pub use world_state::{Item, Rectangle, RobotState, WorldState};
 
 /// Something that must hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub enum Invariant {
     /// Every number is finite and in its range.
     NumbersInRange,
     /// A robot has one active behavior set at most.
-    OneActiveSet,
+    OneActiveBehavior,
     /// Two robots that hear each other do not both go on with an exclusive task.
     ExclusiveTasks,
     /// A mission that is covered ends (ALLIANCE.md §5).
@@ -60,7 +60,7 @@ impl fmt::Display for Invariant {
             Self::ItemsAccountedFor => "items accounted for",
             Self::NoOverlap => "no overlap",
             Self::NumbersInRange => "numbers in range",
-            Self::OneActiveSet => "one active set",
+            Self::OneActiveBehavior => "one active set",
             Self::ExclusiveTasks => "exclusive tasks",
             Self::Termination => "termination",
             Self::ReplayIdentical => "replay identical",
@@ -121,40 +121,40 @@ impl Invariants {
                 }),
             };
         }
-        self.check(&Scene::of(simulation))
+        self.check(&WorldState::of(simulation))
     }
 
     /// Looks at what there is after a tick.
     ///
     /// # Errors
     /// The first thing that does not hold.
-    pub fn check(&mut self, scene: &Scene) -> Result<(), Violation> {
+    pub fn check(&mut self, state: &WorldState) -> Result<(), Violation> {
         let scenario = &self.setup.scenario;
         let of = |invariant| {
             move |what| Violation {
                 invariant,
-                tick: scene.tick,
+                tick: state.tick,
                 what,
             }
         };
-        if scene.tick != self.next {
+        if state.tick != self.next {
             let what = format!("tick {} was to come", self.next);
             return Err(of(Invariant::TicksGoOn)(what));
         }
         self.next += 1;
         self.items
-            .check(scenario, scene)
+            .check(scenario, state)
             .map_err(of(Invariant::ItemsAccountedFor))?;
         self.solids
-            .check(scenario, scene)
+            .check(scenario, state)
             .map_err(of(Invariant::NoOverlap))?;
-        numbers::check(&self.setup, scene).map_err(of(Invariant::NumbersInRange))?;
-        activity::check(scenario, scene).map_err(of(Invariant::OneActiveSet))?;
+        numbers::check(&self.setup, state).map_err(of(Invariant::NumbersInRange))?;
+        activity::check(scenario, state).map_err(of(Invariant::OneActiveBehavior))?;
         self.exclusive
-            .check(scenario, scene)
+            .check(scenario, state)
             .map_err(of(Invariant::ExclusiveTasks))?;
         self.termination
-            .check(scenario, scene)
+            .check(scenario, state)
             .map_err(of(Invariant::Termination))
     }
 }

@@ -4,14 +4,14 @@ use std::f32::consts::PI;
 
 use alliance_proto::scenario::Setup;
 
-use super::{Body, Scene};
+use super::{RobotState, WorldState};
 
 /// Looks at them after a tick.
 ///
 /// # Errors
 /// What does not hold.
-pub fn check(setup: &Setup, scene: &Scene) -> Result<(), String> {
-    for (robot, spec) in scene.robots.iter().zip(&setup.scenario.robots) {
+pub fn check(setup: &Setup, state: &WorldState) -> Result<(), String> {
+    for (robot, spec) in state.robots.iter().zip(&setup.scenario.robots) {
         if let Some(what) = wrong(setup, robot) {
             return Err(format!("{}: {what}", spec.name));
         }
@@ -19,7 +19,7 @@ pub fn check(setup: &Setup, scene: &Scene) -> Result<(), String> {
     Ok(())
 }
 
-fn wrong(setup: &Setup, robot: &Body) -> Option<String> {
+fn wrong(setup: &Setup, robot: &RobotState) -> Option<String> {
     let pose = robot.pose;
     // Written so that NaN is never in range.
     if !pose.position.is_finite() {

@@ -8,7 +8,7 @@ use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 use world_server::world::ComponentId;
 
-use super::{Body, Rectangle, Scene};
+use super::{Rectangle, RobotState, WorldState};
 
 /// Overlaps that rounding makes, m. Bodies stop a millimeter short of contact, or half of one where they graze.
 const ROUNDING_M: f32 = 1e-4;
@@ -26,10 +26,10 @@ impl Solids {
     ///
     /// # Errors
     /// What does not hold.
-    pub fn check(&mut self, scenario: &Scenario, scene: &Scene) -> Result<(), String> {
+    pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         let radius_m = scenario.body.radius_m;
         let name = |rank: usize| scenario.robots[rank].name.as_str();
-        let bodies: Vec<(usize, &Body)> = scene
+        let bodies: Vec<(usize, &RobotState)> = state
             .robots
             .iter()
             .enumerate()
@@ -44,7 +44,7 @@ impl Solids {
                 let deep_m = radius_m - to_border_m;
                 return Err(format!("{} is {deep_m} m in the border", name(rank)));
             }
-            for rectangle in scene.rectangles.iter().filter(|it| it.solid) {
+            for rectangle in state.rectangles.iter().filter(|it| it.solid) {
                 let way_m = distance(rectangle, at);
                 if way_m >= radius_m - ROUNDING_M {
                     continue;
@@ -78,7 +78,7 @@ impl Solids {
             }
         }
         self.covered = covered;
-        self.known = scene.rectangles.iter().map(|it| it.id).collect();
+        self.known = state.rectangles.iter().map(|it| it.id).collect();
         Ok(())
     }
 }

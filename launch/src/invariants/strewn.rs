@@ -6,7 +6,7 @@
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 
-use super::{Item, Scene};
+use super::{Item, WorldState};
 
 /// What is known of the items so far.
 #[derive(Clone, Debug, Default)]
@@ -18,8 +18,8 @@ pub struct Strewn {
 
 impl Strewn {
     /// Looks at the items after a tick. Those of the beginning lie in their spills.
-    pub fn note(&mut self, scene: &Scene) {
-        for (id, item) in scene.items.iter().enumerate() {
+    pub fn note(&mut self, state: &WorldState) {
+        for (id, item) in state.items.iter().enumerate() {
             match self.items.get_mut(id) {
                 None => self.items.push((*item, self.begun)),
                 Some((before, strewn)) => {
@@ -35,10 +35,10 @@ impl Strewn {
 
     /// Whether one of them lies where nobody looks.
     #[must_use]
-    pub fn is_any_off_the_ways(&self, scenario: &Scenario, scene: &Scene) -> bool {
+    pub fn is_any_off_the_ways(&self, scenario: &Scenario, state: &WorldState) -> bool {
         self.items.iter().any(|(item, strewn)| {
             *strewn
-                && !scene.is_delivered(scenario, item)
+                && !state.is_delivered(scenario, item)
                 && !is_looked_for(scenario, item.position)
         })
     }

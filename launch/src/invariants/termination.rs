@@ -6,10 +6,10 @@
 //! [`Termination::due_s`]. If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
 
 use alliance_proto::control::{FaultStatus, Phase};
-use alliance_proto::scenario::{Catalog, Scenario, SetParams, Setup};
+use alliance_proto::scenario::{BehaviorParams, Catalog, Scenario, Setup};
 use alliance_proto::time::SimTime;
 
-use super::Scene;
+use super::WorldState;
 use super::coverage::{is_covered, is_sound, is_within_reach};
 use super::strewn::Strewn;
 use crate::check::work::unit_s;
@@ -43,15 +43,15 @@ impl Termination {
         let units = sets.iter().map(|set| unit_s(scenario, set.kind));
         let unit_s = units.fold(0.0, f64::max);
         let robots = setup.alliance.robots.values();
-        let params: Vec<&SetParams> = robots.flat_map(|robot| robot.sets.values()).collect();
-        let shortest = |of: fn(&SetParams) -> f64| {
+        let params: Vec<&BehaviorParams> = robots.flat_map(|robot| robot.sets.values()).collect();
+        let shortest = |of: fn(&BehaviorParams) -> f64| {
             params
                 .iter()
                 .map(|set| of(set))
                 .fold(f64::INFINITY, f64::min)
         };
         let longest =
-            |of: fn(&SetParams) -> f64| params.iter().map(|set| of(set)).fold(0.0, f64::max);
+            |of: fn(&BehaviorParams) -> f64| params.iter().map(|set| of(set)).fold(0.0, f64::max);
         let rise_s = setup.alliance.threshold / shortest(|set| set.fast_impatience);
         let slow_s = longest(|set| {
             set.willing_to_affect_s
@@ -73,30 +73,30 @@ impl Termination {
     ///
     /// # Errors
     /// What does not hold.
-    pub fn check(&mut self, scenario: &Scenario, scene: &Scene) -> Result<(), String> {
-        let left = scene
+    pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
+        let left = state
             .items
             .iter()
-            .filter(|item| !scene.is_delivered(scenario, item))
+            .filter(|item| !state.is_delivered(scenario, item))
             .count();
-        self.strewn.note(scene);
+        self.strewn.note(state);
         let is_covered = self.patient
             && left > 0
-            && is_calm(scene)
-            && is_covered(scenario, scene)
-            && !self.strewn.is_any_off_the_ways(scenario, scene);
+            && is_calm(state)
+            && is_covered(scenario, state)
+            && !self.strewn.is_any_off_the_ways(scenario, state);
         if !is_covered {
             self.owed = None;
             return Ok(());
         }
         let (since, due_s) = *self.owed.get_or_insert((
-            scene.now,
-            Self::due_s(self.unit_s, self.kept_s, left, useless(scenario, scene)),
+            state.now,
+            Self::due_s(self.unit_s, self.kept_s, left, useless(scenario, state)),
         ));
-        if scene.now.since(since).as_secs_f64() <= due_s {
+        if state.now.since(since).as_secs_f64() <= due_s {
             return Ok(());
         }
-        if !is_within_reach(scenario, scene) {
+        if !is_within_reach(scenario, state) {
             // What can be reached changes as items and bodies move.
             self.owed = None;
             return Ok(());
@@ -115,21 +115,21 @@ impl Termination {
 }
 
 /// Robots that take part and cannot work.
-fn useless(scenario: &Scenario, scene: &Scene) -> usize {
-    let robots = scene.robots.iter().enumerate();
+fn useless(scenario: &Scenario, state: &WorldState) -> usize {
+    let robots = state.robots.iter().enumerate();
     robots
-        .filter(|&(rank, robot)| robot.takes_part && !is_sound(scenario, scene, rank))
+        .filter(|&(rank, robot)| robot.takes_part && !is_sound(scenario, state, rank))
         .count()
 }
 
 /// Whether no fault is about to begin or to heal. What waits for an event may never come.
-fn is_calm(scene: &Scene) -> bool {
+fn is_calm(state: &WorldState) -> bool {
     let unsettled = |fault: &&FaultStatus| {
         let order = &fault.order;
         let comes = fault.phase == Phase::Armed && order.when.is_none();
         let heals = fault.phase == Phase::InForce && order.for_s.is_some();
-        let just_came = fault.applied_ms == Some(scene.now);
+        let just_came = fault.applied_ms == Some(state.now);
         comes || heals || just_came
     };
-    !scene.faults.iter().any(|fault| unsettled(&fault))
+    !state.faults.iter().any(|fault| unsettled(&fault))
 }

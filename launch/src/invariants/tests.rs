@@ -2,9 +2,9 @@
 
 use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::fault::Order;
-use alliance_proto::ids::{ItemId, RobotId, SetId};
+use alliance_proto::ids::{BehaviorId, ItemId, RobotId};
 use alliance_proto::scenario::{Preset, Scenario, Setup};
-use alliance_proto::telemetry::{Motivation, SetState};
+use alliance_proto::telemetry::{BehaviorState, Motivation};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use world_server::recorder::{LogLevel, Memory, RunLog};
@@ -13,38 +13,38 @@ use world_server::world::{ComponentId, ObstacleId};
 use super::*;
 use crate::in_process::Team;
 
-const TOP: SetId = SetId(2);
-const BOTTOM: SetId = SetId(3);
+const TOP: BehaviorId = BehaviorId(2);
+const BOTTOM: BehaviorId = BehaviorId(3);
 
 fn setup() -> Setup {
     Setup::default_for(1)
 }
 
 /// The default mission after its first tick.
-fn beginning() -> Scene {
+fn beginning() -> WorldState {
     let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
     team.tick().unwrap();
-    Scene::of(team.simulation())
+    WorldState::of(team.simulation())
 }
 
 /// The same a tick later.
-fn next(scene: &mut Scene) {
-    scene.tick += 1;
-    scene.now = SimTime(scene.tick * setup().scenario.step_ms);
+fn next(state: &mut WorldState) {
+    state.tick += 1;
+    state.now = SimTime(state.tick * setup().scenario.step_ms);
 }
 
 /// Looks at a good tick, and then at one that has been changed.
-fn seen(change: impl FnOnce(&mut Scene)) -> Result<(), Violation> {
+fn seen(change: impl FnOnce(&mut WorldState)) -> Result<(), Violation> {
     let mut invariants = Invariants::new(&setup());
-    let mut scene = beginning();
-    invariants.check(&scene).unwrap();
-    next(&mut scene);
-    change(&mut scene);
-    invariants.check(&scene)
+    let mut state = beginning();
+    invariants.check(&state).unwrap();
+    next(&mut state);
+    change(&mut state);
+    invariants.check(&state)
 }
 
 #[track_caller]
-fn violates(invariant: Invariant, what: &str, change: impl FnOnce(&mut Scene)) {
+fn violates(invariant: Invariant, what: &str, change: impl FnOnce(&mut WorldState)) {
     let violation = seen(change).unwrap_err();
     assert_eq!(violation.invariant, invariant, "{violation}");
     assert!(violation.what.contains(what), "{violation}");
@@ -69,8 +69,8 @@ fn in_force(order: &str) -> FaultStatus {
     }
 }
 
-fn set_state(scene: &mut Scene, rank: usize, set: SetId, state: SetState) {
-    let motivations = &mut scene.robots[rank].motivations;
+fn set_state(state: &mut WorldState, rank: usize, set: BehaviorId, state: BehaviorState) {
+    let motivations = &mut state.robots[rank].motivations;
     let it = motivations.iter_mut().find(|it| it.set == set).unwrap();
     (it.state, it.motivation) = (state, 100.0);
 }
@@ -169,7 +169,7 @@ fn a_robot_that_is_restarted_and_killed_in_one_tick_is_so_again() {
 
 #[test]
 fn ticks_that_are_left_out_or_do_not_end() {
-    let left_out = seen(|scene| scene.tick = 2).unwrap_err();
+    let left_out = seen(|state| state.tick = 2).unwrap_err();
     assert_eq!(
         left_out.to_string(),
         "ticks go on: tick 2: tick 1 was to come"
@@ -185,59 +185,59 @@ fn ticks_that_are_left_out_or_do_not_end() {
 #[test]
 fn items_that_come_go_or_are_in_two_places() {
     let items = Invariant::ItemsAccountedFor;
-    violates(items, "23 items, but 24 to 24", |scene| {
-        scene.items.pop();
+    violates(items, "23 items, but 24 to 24", |state| {
+        state.items.pop();
     });
-    violates(items, "25 items", |scene| {
-        let item = scene.items[0];
-        scene.items.push(item);
+    violates(items, "25 items", |state| {
+        let item = state.items[0];
+        state.items.push(item);
     });
     violates(
         items,
         "item-3 is with gold, which carries nothing",
-        |scene| {
-            scene.items[3].carrier = Some(RobotId(1));
+        |state| {
+            state.items[3].carrier = Some(RobotId(1));
         },
     );
     violates(
         items,
         "item-3 is with gold, which carries item-4",
-        |scene| {
-            scene.items[3].carrier = Some(RobotId(1));
-            scene.robots[1].carrying = Some(ItemId(4));
+        |state| {
+            state.items[3].carrier = Some(RobotId(1));
+            state.robots[1].carrying = Some(ItemId(4));
         },
     );
     violates(
         items,
         "gold carries item-3, which is not with it",
-        |scene| {
-            scene.robots[1].carrying = Some(ItemId(3));
+        |state| {
+            state.robots[1].carrying = Some(ItemId(3));
         },
     );
     violates(
         items,
         "green carries item-3, which is not with it",
-        |scene| {
-            scene.items[3].carrier = Some(RobotId(1));
-            scene.robots[1].carrying = Some(ItemId(3));
-            scene.robots[2].carrying = Some(ItemId(3));
+        |state| {
+            state.items[3].carrier = Some(RobotId(1));
+            state.robots[1].carrying = Some(ItemId(3));
+            state.robots[2].carrying = Some(ItemId(3));
         },
     );
-    violates(items, "gold carries item-3 without a body", |scene| {
-        scene.items[3].carrier = Some(RobotId(1));
-        scene.robots[1].carrying = Some(ItemId(3));
-        scene.robots[1].present = false;
+    violates(items, "gold carries item-3 without a body", |state| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].carrying = Some(ItemId(3));
+        state.robots[1].present = false;
     });
-    violates(items, "outside the border", |scene| {
-        scene.items[0].position.x = 12.5
+    violates(items, "outside the border", |state| {
+        state.items[0].position.x = 12.5
     });
-    violates(items, "outside the border", |scene| {
-        scene.items[0].position.y = f32::NAN
+    violates(items, "outside the border", |state| {
+        state.items[0].position.y = f32::NAN
     });
     // One that is carried is well.
-    let carried = seen(|scene| {
-        scene.items[3].carrier = Some(RobotId(1));
-        scene.robots[1].carrying = Some(ItemId(3));
+    let carried = seen(|state| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].carrying = Some(ItemId(3));
     });
     assert_eq!(carried, Ok(()));
 }
@@ -245,12 +245,12 @@ fn items_that_come_go_or_are_in_two_places() {
 #[test]
 fn waste_adds_items_in_its_tick_and_not_more_than_it_says() {
     let waste = |count: usize, applied: u64| {
-        seen(|scene| {
+        seen(|state| {
             let mut fault = in_force(r#"{"fault":{"waste":{"x_m":6,"y_m":2,"items":2}}}"#);
             (fault.phase, fault.applied_ms) = (Phase::Over, Some(SimTime(applied)));
-            scene.faults.push(fault);
-            let item = scene.items[0];
-            scene.items.extend(vec![item; count]);
+            state.faults.push(fault);
+            let item = state.items[0];
+            state.items.extend(vec![item; count]);
         })
     };
     for count in 0..=2 {
@@ -263,41 +263,41 @@ fn waste_adds_items_in_its_tick_and_not_more_than_it_says() {
 #[test]
 fn the_deposit_keeps_what_it_gets() {
     let mut invariants = Invariants::new(&setup());
-    let mut scene = beginning();
-    let before = scene.items[0].position;
-    scene.items[0].position = Vec2::new(9.6, 4.5);
-    invariants.check(&scene).unwrap();
-    next(&mut scene);
-    scene.items[0].position = before;
-    let violation = invariants.check(&scene).unwrap_err();
+    let mut state = beginning();
+    let before = state.items[0].position;
+    state.items[0].position = Vec2::new(9.6, 4.5);
+    invariants.check(&state).unwrap();
+    next(&mut state);
+    state.items[0].position = before;
+    let violation = invariants.check(&state).unwrap_err();
     assert_eq!(violation.what, "item-0 has left the deposit");
 }
 
 #[test]
 fn bodies_in_the_border_in_obstacles_and_in_each_other() {
     let solids = Invariant::NoOverlap;
-    violates(solids, "blue is", |scene| {
-        scene.robots[0].pose.position.x = 0.19
+    violates(solids, "blue is", |state| {
+        state.robots[0].pose.position.x = 0.19
     });
-    violates(solids, "in the border", |scene| {
-        scene.robots[0].pose.position.y = 8.9
+    violates(solids, "in the border", |state| {
+        state.robots[0].pose.position.y = 8.9
     });
-    violates(solids, "blue and gold overlap by", |scene| {
-        let at = scene.robots[0].pose.position;
-        scene.robots[1].pose.position = at + Vec2::new(0.39, 0.0);
+    violates(solids, "blue and gold overlap by", |state| {
+        let at = state.robots[0].pose.position;
+        state.robots[1].pose.position = at + Vec2::new(0.39, 0.0);
     });
     // Neither absent bodies nor penetrable ones are in anybody's way.
-    let absent = seen(|scene| {
-        let at = scene.robots[0].pose.position;
-        scene.robots[1].pose.position = at;
-        scene.robots[1].present = false;
+    let absent = seen(|state| {
+        let at = state.robots[0].pose.position;
+        state.robots[1].pose.position = at;
+        state.robots[1].present = false;
     });
     assert_eq!(absent, Ok(()));
 }
 
 /// An obstacle whose left side is so far to the right of gold's center.
-fn obstacle(scene: &Scene, right_m: f32) -> Rectangle {
-    let min = scene.robots[1].pose.position + Vec2::new(right_m, -0.5);
+fn obstacle(state: &WorldState, right_m: f32) -> Rectangle {
+    let min = state.robots[1].pose.position + Vec2::new(right_m, -0.5);
     Rectangle {
         id: ComponentId::Obstacle(ObstacleId(0)),
         min,
@@ -310,16 +310,16 @@ fn obstacle(scene: &Scene, right_m: f32) -> Rectangle {
 fn an_obstacle_on_a_robot_can_only_be_left() {
     let ways = |ways_m: &[f32]| {
         let mut invariants = Invariants::new(&setup());
-        let mut scene = beginning();
+        let mut state = beginning();
         let gold = Vec2::new(6.0, 4.5);
-        scene.robots[1].pose.position = gold;
-        let there = obstacle(&scene, 0.1);
-        let mut found = invariants.check(&scene);
+        state.robots[1].pose.position = gold;
+        let there = obstacle(&state, 0.1);
+        let mut found = invariants.check(&state);
         for way_m in ways_m {
-            next(&mut scene);
-            scene.rectangles = vec![there];
-            scene.robots[1].pose.position = gold + Vec2::new(0.1 - way_m, 0.0);
-            found = found.and_then(|()| invariants.check(&scene));
+            next(&mut state);
+            state.rectangles = vec![there];
+            state.robots[1].pose.position = gold + Vec2::new(0.1 - way_m, 0.0);
+            found = found.and_then(|()| invariants.check(&state));
         }
         found.map_err(|violation| violation.what)
     };
@@ -342,10 +342,10 @@ fn an_obstacle_on_a_robot_can_only_be_left() {
             .ends_with(" m in obstacle-0")
     );
     // A patch is no obstacle.
-    let patch = seen(|scene| {
-        let mut patch = obstacle(scene, 0.0);
+    let patch = seen(|state| {
+        let mut patch = obstacle(state, 0.0);
         patch.solid = false;
-        scene.rectangles.push(patch);
+        state.rectangles.push(patch);
     });
     assert_eq!(patch, Ok(()));
 }
@@ -374,8 +374,8 @@ fn distances_from_a_rectangle() {
 #[test]
 fn numbers_that_are_none_or_out_of_range() {
     let numbers = Invariant::NumbersInRange;
-    let of_gold = |name: &str, change: fn(&mut Body)| {
-        violates(numbers, name, |scene| change(&mut scene.robots[1]));
+    let of_gold = |name: &str, change: fn(&mut RobotState)| {
+        violates(numbers, name, |state| change(&mut state.robots[1]));
     };
     of_gold("heading", |gold| gold.pose.heading_rad = f32::NAN);
     of_gold("heading", |gold| gold.pose.heading_rad = 3.2);
@@ -392,19 +392,23 @@ fn numbers_that_are_none_or_out_of_range() {
         gold.motivations[1].impatience = f64::INFINITY
     });
     // One that is nowhere is out of the room, or overlaps: whichever is seen first.
-    assert!(seen(|scene| scene.robots[1].pose.position.x = f32::NAN).is_err());
+    assert!(seen(|state| state.robots[1].pose.position.x = f32::NAN).is_err());
 }
 
 #[test]
 fn two_active_sets() {
-    violates(Invariant::OneActiveSet, "green has 2 active", |scene| {
-        set_state(scene, 2, TOP, SetState::Active);
-        set_state(scene, 2, BOTTOM, SetState::Active);
-    });
+    violates(
+        Invariant::OneActiveBehavior,
+        "green has 2 active",
+        |state| {
+            set_state(state, 2, TOP, BehaviorState::Active);
+            set_state(state, 2, BOTTOM, BehaviorState::Active);
+        },
+    );
 }
 
-/// How many ticks gold and green may go on with a task before that is seen, under a preset, from a scene that is changed.
-fn together(preset: Preset, change: impl Fn(&mut Scene)) -> Option<u64> {
+/// How many ticks gold and green may go on with a task before that is seen, under a preset, from a state that is changed.
+fn together(preset: Preset, change: impl Fn(&mut WorldState)) -> Option<u64> {
     let scenario = Scenario {
         alliance: alliance_proto::scenario::AllianceSection {
             preset,
@@ -414,14 +418,14 @@ fn together(preset: Preset, change: impl Fn(&mut Scene)) -> Option<u64> {
     };
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut exclusive = Exclusive::new(&setup);
-    let mut scene = beginning();
+    let mut state = beginning();
     for ticks in 0..10_000 {
-        next(&mut scene);
+        next(&mut state);
         for rank in [1, 2] {
-            set_state(&mut scene, rank, TOP, SetState::Active);
+            set_state(&mut state, rank, TOP, BehaviorState::Active);
         }
-        change(&mut scene);
-        if exclusive.check(&setup.scenario, &scene).is_err() {
+        change(&mut state);
+        if exclusive.check(&setup.scenario, &state).is_err() {
             return Some(ticks);
         }
     }
@@ -435,23 +439,23 @@ fn two_robots_on_an_exclusive_task() {
     assert_eq!(together(Preset::Par98, |_| ()), Some(4824));
     // Not both of them, not the same task.
     assert_eq!(
-        together(Preset::Team, |scene| set_state(
-            scene,
+        together(Preset::Team, |state| set_state(
+            state,
             1,
             TOP,
-            SetState::Waiting
+            BehaviorState::Waiting
         )),
         None
     );
-    let other_task = |scene: &mut Scene| {
-        set_state(scene, 1, TOP, SetState::Hibernating);
-        set_state(scene, 1, BOTTOM, SetState::Active);
+    let other_task = |state: &mut WorldState| {
+        set_state(state, 1, TOP, BehaviorState::Hibernating);
+        set_state(state, 1, BOTTOM, BehaviorState::Active);
     };
     assert_eq!(together(Preset::Team, other_task), None);
     // Now and then one lets go.
-    let in_turn = |scene: &mut Scene| {
-        if scene.tick.is_multiple_of(20) {
-            set_state(scene, 1, TOP, SetState::Hibernating);
+    let in_turn = |state: &mut WorldState| {
+        if state.tick.is_multiple_of(20) {
+            set_state(state, 1, TOP, BehaviorState::Hibernating);
         }
     };
     assert_eq!(together(Preset::Team, in_turn), None);
@@ -461,9 +465,9 @@ fn two_robots_on_an_exclusive_task() {
 fn who_has_waited_another_out_is_left_to_psi() {
     // ψ + τ = 245 s.
     let waits = |ticks: u64| {
-        together(Preset::Team, move |scene: &mut Scene| {
-            if scene.tick < ticks {
-                set_state(scene, 1, TOP, SetState::Waiting);
+        together(Preset::Team, move |state: &mut WorldState| {
+            if state.tick < ticks {
+                set_state(state, 1, TOP, BehaviorState::Waiting);
             }
         })
     };
@@ -475,7 +479,7 @@ fn who_has_waited_another_out_is_left_to_psi() {
 fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
     let hears = |order: &str| {
         let fault = in_force(order);
-        together(Preset::Team, |scene| scene.faults = vec![fault.clone()])
+        together(Preset::Team, |state| state.faults = vec![fault.clone()])
     };
     for order in [
         r#"{"fault":{"deaf":"gold"}}"#,
@@ -500,27 +504,27 @@ fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
     ] {
         assert_eq!(hears(order), Some(24), "{order}");
     }
-    let heals = together(Preset::Team, |scene| {
+    let heals = together(Preset::Team, |state| {
         let mut fault = in_force(r#"{"fault":{"deaf":"gold"},"for_s":5}"#);
-        if scene.tick >= 100 {
+        if state.tick >= 100 {
             fault.phase = Phase::Over;
         }
-        scene.faults = vec![fault];
+        state.faults = vec![fault];
     });
     assert_eq!(heals, Some(99 + 24));
-    let silent = together(Preset::Team, |scene| scene.robots[1].takes_part = false);
+    let silent = together(Preset::Team, |state| state.robots[1].takes_part = false);
     assert_eq!(silent, None);
 }
 
 /// After which simulated time a mission that goes nowhere is seen, s.
-fn owed(change: impl Fn(&mut Scene)) -> Option<u64> {
+fn owed(change: impl Fn(&mut WorldState)) -> Option<u64> {
     let setup = setup();
     let mut termination = Termination::new(&setup);
-    let mut scene = beginning();
+    let mut state = beginning();
     for s in 0..20_000 {
-        scene.now = SimTime(1000 * s);
-        change(&mut scene);
-        if termination.check(&setup.scenario, &scene).is_err() {
+        state.now = SimTime(1000 * s);
+        change(&mut state);
+        if termination.check(&setup.scenario, &state).is_err() {
             return Some(s);
         }
     }
@@ -532,7 +536,7 @@ fn a_covered_mission_that_does_not_end() {
     let due_s = owed(|_| ()).unwrap();
     // Five times 24 items and the search, of about 26 s each.
     assert!((4000..4400).contains(&due_s), "{due_s}");
-    let with = |order: &str| owed(|scene| scene.faults = vec![in_force(order)]);
+    let with = |order: &str| owed(|state| state.faults = vec![in_force(order)]);
     // Faults that leave a robot that can do everything.
     for order in [
         r#"{"fault":{"deaf":"gold"}}"#,
@@ -553,39 +557,39 @@ fn a_covered_mission_that_does_not_end() {
     ] {
         assert_eq!(with(order), None, "{order}");
     }
-    let recurs = owed(|scene| {
+    let recurs = owed(|state| {
         let mut fault = in_force(r#"{"fault":{"mute":"gold"},"every_s":20,"for_s":9}"#);
         fault.phase = Phase::Armed;
-        scene.faults = vec![fault];
+        state.faults = vec![fault];
     });
     assert_eq!(recurs, None);
-    let healed = owed(|scene| {
+    let healed = owed(|state| {
         let mut fault = in_force(r#"{"fault":{"mute":"gold"},"for_s":100}"#);
-        if scene.now >= SimTime(100_000) {
+        if state.now >= SimTime(100_000) {
             fault.phase = Phase::Over;
         }
-        scene.faults = vec![fault];
+        state.faults = vec![fault];
     });
     assert_eq!(healed, Some(due_s + 100));
 }
 
 #[test]
 fn a_mission_that_nobody_covers_may_go_on() {
-    let nobody = |scene: &mut Scene| {
-        for robot in &mut scene.robots {
+    let nobody = |state: &mut WorldState| {
+        for robot in &mut state.robots {
             robot.takes_part = false;
         }
     };
     assert_eq!(owed(nobody), None);
     // A dead robot holds an item.
-    let held = |scene: &mut Scene| {
-        scene.items[3].carrier = Some(RobotId(1));
-        scene.robots[1].takes_part = false;
+    let held = |state: &mut WorldState| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].takes_part = false;
     };
     assert_eq!(owed(held), None);
     // All is done.
-    let done = |scene: &mut Scene| {
-        for item in &mut scene.items {
+    let done = |state: &mut WorldState| {
+        for item in &mut state.items {
             item.position = Vec2::new(9.6, 4.5);
         }
     };
@@ -596,9 +600,9 @@ fn a_mission_that_nobody_covers_may_go_on() {
 fn waste_that_is_strewn_where_nobody_looks() {
     let due_s = owed(|_| ());
     let moved = |to: Vec2| {
-        owed(|scene| {
-            if scene.now > SimTime(0) {
-                scene.items[3].position = to;
+        owed(|state| {
+            if state.now > SimTime(0) {
+                state.items[3].position = to;
             }
         })
     };
@@ -606,19 +610,19 @@ fn waste_that_is_strewn_where_nobody_looks() {
     assert_eq!(moved(Vec2::new(4.0, 6.7)), due_s);
     assert_eq!(moved(Vec2::new(7.0, 5.4)), due_s);
     assert_eq!(moved(Vec2::new(4.0, 7.5)), None);
-    let added = owed(|scene| {
-        if scene.now == SimTime(1000) {
-            let mut item = scene.items[0];
+    let added = owed(|state| {
+        if state.now == SimTime(1000) {
+            let mut item = state.items[0];
             item.position = Vec2::new(11.5, 0.5);
-            scene.items.push(item);
+            state.items.push(item);
         }
     });
     assert_eq!(added, None);
     // Whoever has carried it knows where it has fallen.
-    let carried = owed(|scene| {
-        let item = &mut scene.items[3];
-        item.carrier = (scene.now == SimTime(1000)).then_some(RobotId(1));
-        if scene.now > SimTime(1000) {
+    let carried = owed(|state| {
+        let item = &mut state.items[3];
+        item.carrier = (state.now == SimTime(1000)).then_some(RobotId(1));
+        if state.now > SimTime(1000) {
             item.position = Vec2::new(11.5, 0.5);
         }
     });
@@ -628,8 +632,8 @@ fn waste_that_is_strewn_where_nobody_looks() {
 #[test]
 fn a_way_that_is_blocked() {
     let wall = |gap_m: f32| {
-        owed(|scene| {
-            scene.rectangles = vec![Rectangle {
+        owed(|state| {
+            state.rectangles = vec![Rectangle {
                 id: ComponentId::Obstacle(ObstacleId(0)),
                 min: Vec2::new(6.5, 0.0),
                 max: Vec2::new(7.0, 9.0 - gap_m),
@@ -640,15 +644,15 @@ fn a_way_that_is_blocked() {
     assert!(wall(1.0).is_some());
     assert_eq!(wall(0.5), None);
     // A dead body in the gap.
-    let plugged = owed(|scene| {
-        scene.rectangles = vec![Rectangle {
+    let plugged = owed(|state| {
+        state.rectangles = vec![Rectangle {
             id: ComponentId::Obstacle(ObstacleId(0)),
             min: Vec2::new(6.5, 0.0),
             max: Vec2::new(7.0, 8.0),
             solid: true,
         }];
-        scene.robots[1].takes_part = false;
-        scene.robots[1].pose.position = Vec2::new(6.75, 8.5);
+        state.robots[1].takes_part = false;
+        state.robots[1].pose.position = Vec2::new(6.75, 8.5);
     });
     assert_eq!(plugged, None);
 }
@@ -659,27 +663,27 @@ fn patience_that_is_shorter_than_a_unit_of_work_excuses() {
     scenario.alliance.defaults.before_yielding_s = Some(10.0);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut termination = Termination::new(&setup);
-    let mut scene = beginning();
+    let mut state = beginning();
     for s in 0..20_000 {
-        scene.now = SimTime(1000 * s);
-        assert_eq!(termination.check(&setup.scenario, &scene), Ok(()));
+        state.now = SimTime(1000 * s);
+        assert_eq!(termination.check(&setup.scenario, &state), Ok(()));
     }
 }
 
 /// Motivations as they come from agents.
 #[test]
 fn a_scene_has_what_the_run_says() {
-    let scene = beginning();
-    assert_eq!((scene.tick, scene.now), (0, SimTime(0)));
-    assert_eq!((scene.robots.len(), scene.items.len()), (3, 24));
-    let sets = |rank: usize| -> Vec<SetId> {
-        let motivations: &[Motivation] = &scene.robots[rank].motivations;
+    let state = beginning();
+    assert_eq!((state.tick, state.now), (0, SimTime(0)));
+    assert_eq!((state.robots.len(), state.items.len()), (3, 24));
+    let sets = |rank: usize| -> Vec<BehaviorId> {
+        let motivations: &[Motivation] = &state.robots[rank].motivations;
         motivations.iter().map(|it| it.set).collect()
     };
-    assert_eq!(sets(0), [0, 1, 2, 3, 4].map(SetId));
-    assert_eq!(sets(1), [1, 2, 3, 4].map(SetId));
+    assert_eq!(sets(0), [0, 1, 2, 3, 4].map(BehaviorId));
+    assert_eq!(sets(1), [1, 2, 3, 4].map(BehaviorId));
     assert!(
-        scene
+        state
             .robots
             .iter()
             .all(|robot| robot.present && robot.takes_part)

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use alliance_proto::control::{Command, Reply};
+use alliance_proto::control::{ControlCommand, Reply};
 use alliance_proto::event::EventNews;
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::Setup;
@@ -58,7 +58,7 @@ impl Live {
     /// When the run cannot be reached or does not say what it is.
     pub async fn join(run: Rendezvous) -> anyhow::Result<Arc<Self>> {
         let observer = Observer::join(run).await?;
-        let described = control::query(&observer, Command::Describe).await?;
+        let described = control::query(&observer, ControlCommand::Describe).await?;
         let Reply::Description(description) = described else {
             bail!("run '{}' does not say what it is", observer.run.run);
         };
@@ -132,7 +132,7 @@ impl Live {
     ///
     /// # Errors
     /// When it does not answer.
-    pub async fn ask(&self, command: Command) -> anyhow::Result<Reply> {
+    pub async fn ask(&self, command: ControlCommand) -> anyhow::Result<Reply> {
         control::query(&self.observer, command).await
     }
 

@@ -4,7 +4,7 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use alliance_proto::control::Command;
+use alliance_proto::control::ControlCommand;
 use anyhow::Context;
 use axum::body::Bytes;
 use axum::extract::ws::WebSocketUpgrade;
@@ -153,7 +153,7 @@ async fn tell_live(State(live): State<Arc<Live>>, upgrade: WebSocketUpgrade) -> 
 
 /// A command in the words of `docs/CONTROL.md`, and the world's reply.
 async fn control(State(live): State<Arc<Live>>, body: Bytes) -> Response {
-    let command: Command = match serde_json::from_slice(&body) {
+    let command: ControlCommand = match serde_json::from_slice(&body) {
         Ok(command) => command,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.to_string()),
     };

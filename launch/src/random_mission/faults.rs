@@ -2,7 +2,7 @@
 
 use alliance_proto::fault::{
     Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, MoveWaste, Order, Partition,
-    RadioQuality, Range, Waste, When, Who,
+    RadioQuality, RangeFault, WasteFault, When, Who,
 };
 use alliance_proto::scenario::{Obstacle, Robot, Scenario};
 use rand::RngExt;
@@ -82,7 +82,7 @@ const DRAWS: [Draw; 25] = [
     |dice| Some(Fault::Deaf(dice.robot().name)),
     |dice| {
         let range_m = dice.between(1.0, 8.0) as f32;
-        Some(Fault::Range(Range { range_m }))
+        Some(Fault::Range(RangeFault { range_m }))
     },
     |dice| Some(Fault::Radio(dice.any(&RadioQuality::ALL))),
     |dice| {
@@ -108,7 +108,7 @@ const DRAWS: [Draw; 25] = [
     |dice| {
         let (x_m, y_m) = dice.place_for_waste();
         let items = dice.rng.random_range(1..=3);
-        Some(Fault::Waste(Waste { x_m, y_m, items }))
+        Some(Fault::Waste(WasteFault { x_m, y_m, items }))
     },
     |dice| {
         let (x_m, y_m) = dice.place_for_waste();
@@ -142,7 +142,7 @@ pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng
     orders
 }
 
-/// The mission's luck.
+/// The mission's draws.
 struct Dice<'a> {
     rng: &'a mut ChaCha8Rng,
     scenario: &'a Scenario,

@@ -2,7 +2,7 @@
 //!
 //! - [`room`]: obstacles with corridors between them. [`mod@team`]: robots. [`faults`]: a timeline with faults of every kind.
 //!
-//! What is drawn is written into a scenario, so that a run of it needs no more luck, and who looks for the reason of a failure
+//! What is drawn is written into a scenario, so that a run of it needs no more draws, and who looks for the reason of a failure
 //! can leave out what does not matter.
 
 pub mod faults;
@@ -44,7 +44,7 @@ pub struct Between {
     pub max: u32,
 }
 
-/// What is drawn, by its own random stream: so none shifts another's luck.
+/// What is drawn, by its own random stream: so none shifts another's random numbers.
 #[derive(Clone, Copy)]
 enum Stream {
     Robots = 1,

@@ -171,7 +171,7 @@ pub fn failures(history: &History, stints: &[Stint]) -> Vec<Failure> {
 fn detection(history: &History, failure: &Failure, task: TaskId) -> Option<Detection> {
     let until = failure.back.unwrap_or(history.end);
     history
-        .sets_for(task)
+        .behaviors_for(task)
         .filter(|(by, _)| *by != failure.robot)
         .flat_map(|(by, set)| {
             let later = |moment: &SimTime| *moment > failure.at;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::TaskId;
-use alliance_proto::scenario::{Catalog, Obstacle, SetParams, Setup};
+use alliance_proto::scenario::{BehaviorParams, Catalog, Obstacle, Setup};
 use alliance_proto::time::SimTime;
 use world_server::recorder::{
     EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunLog,
@@ -57,7 +57,7 @@ pub struct SetHistory {
     /// Its task.
     pub task: TaskId,
     /// Its parameters.
-    pub params: SetParams,
+    pub params: BehaviorParams,
     /// Motivation at the end of each step in which the robot took part.
     pub levels: Vec<(SimTime, f64)>,
     /// sensory_feedback = 1.
@@ -156,7 +156,7 @@ impl History {
                 name: robot.name.clone(),
                 present: Spans::default(),
                 sets: catalog
-                    .sets_of(robot)
+                    .behaviors_of(robot)
                     .map(|set| {
                         let set = &catalog.sets[set.index()];
                         let params = &setup.alliance.robots[&robot.name].sets[&set.name];
@@ -260,7 +260,7 @@ impl History {
     }
 
     /// Each behavior set of each robot that performs the task, with the robot's rank.
-    pub fn sets_for(&self, task: TaskId) -> impl Iterator<Item = (usize, &SetHistory)> {
+    pub fn behaviors_for(&self, task: TaskId) -> impl Iterator<Item = (usize, &SetHistory)> {
         self.robots
             .iter()
             .enumerate()
@@ -313,7 +313,7 @@ impl RobotHistory {
 }
 
 impl SetHistory {
-    fn new(name: String, task: TaskId, params: SetParams) -> Self {
+    fn new(name: String, task: TaskId, params: BehaviorParams) -> Self {
         Self {
             name,
             task,

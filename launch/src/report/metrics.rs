@@ -159,7 +159,7 @@ fn robot(history: &History, rank: usize, figures: Option<&RobotFigures>) -> Robo
 }
 
 fn task(history: &History, task: TaskId, stints: &[Stint]) -> TaskMetrics {
-    let sets = || history.sets_for(task).map(|(_, set)| set);
+    let sets = || history.behaviors_for(task).map(|(_, set)| set);
     let mut productive: Vec<_> = stints
         .iter()
         .filter(|stint| stint.task == task)

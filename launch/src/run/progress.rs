@@ -156,7 +156,7 @@ impl Progress {
             (AgentState::Coming, _) => "coming",
             (AgentState::Silent, _) => "silent",
             (AgentState::Present, None) => "idle",
-            (AgentState::Present, Some(set)) => self.catalog.set_name(set),
+            (AgentState::Present, Some(set)) => self.catalog.behavior_name(set),
         };
         let load = if robot.carrying.is_some() {
             ", carries waste"

@@ -1,4 +1,4 @@
-//! Points at random: each key has a stream of its own, so that another key shifts nobody's luck.
+//! Points at random: each key has a stream of its own, so that another key shifts nobody's draws.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

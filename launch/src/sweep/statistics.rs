@@ -47,7 +47,7 @@ pub fn estimate(mut values: Vec<f64>) -> Option<Estimate> {
         return None;
     }
     values.sort_by(f64::total_cmp);
-    // The same luck for everybody: an interval depends on its values alone.
+    // The same draws for everybody: an interval depends on its values alone.
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let mut sample = Vec::with_capacity(values.len());
     let mut medians: Vec<f64> = (0..RESAMPLES)

@@ -8,29 +8,29 @@ use proptest::prelude::*;
 use super::*;
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
-use crate::ids::{ItemId, RobotId, SetId, TaskId};
+use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
 use crate::process::{ProcessNews, ProcessState};
 use crate::readings::{Actuation, Gripper, Ground, Hit, Pose, Proximity, Readings, Zone};
 use crate::scenario::Obstacle;
 use crate::team::{
-    Body, Broadcast, BroadcastKind, Fact, Heartbeat, Knowledge, Locations, LooseWaste, TaskState,
-    Withdrawal,
+    Broadcast, BroadcastKind, Content, Fact, Heartbeat, Knowledge, Locations, LooseWaste,
+    TaskState, Withdrawal,
 };
 use crate::telemetry::{
-    Fate, Motivation, Note, NoteKind, Reason, Reception, Said, SetState, StateChange,
+    BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said, StateChange,
 };
 use crate::tick::{ManifestEntry, Outcome, Report, TickMessage, ToAgent};
 use crate::time::SimTime;
-use crate::view::{ItemCounts, ItemView, MessageView, RobotView, SetView, View};
+use crate::view::{BehaviorView, ItemCounts, ItemView, MessageView, RobotView, View};
 
 fn robot() -> impl Strategy<Value = RobotId> {
     any::<u16>().prop_map(RobotId)
 }
 
-fn set() -> impl Strategy<Value = SetId> {
-    any::<u16>().prop_map(SetId)
+fn set() -> impl Strategy<Value = BehaviorId> {
+    any::<u16>().prop_map(BehaviorId)
 }
 
 fn task() -> impl Strategy<Value = TaskId> {
@@ -212,7 +212,7 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
     )
         .prop_map(
             |(state, since, (set, task, position), (progress, carrying), knowledge)| {
-                Body::Heartbeat(Heartbeat {
+                Content::Heartbeat(Heartbeat {
                     state,
                     since,
                     set,
@@ -226,14 +226,18 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
         );
     let update =
         (task(), set(), any::<u32>(), locations()).prop_map(|(task, set, progress, locations)| {
-            Body::PositionUpdate {
+            Content::PositionUpdate {
                 task,
                 set,
                 progress,
                 locations,
             }
         });
-    let body = prop_oneof![heartbeat, update, withdrawal().prop_map(Body::Withdrawal)];
+    let body = prop_oneof![
+        heartbeat,
+        update,
+        withdrawal().prop_map(Content::Withdrawal)
+    ];
     (robot(), any::<(u32, u64, u16, u64)>(), time(), body).prop_map(
         |(sender, (incarnation, tick, index, seq), sent, body)| Broadcast {
             sender,
@@ -247,11 +251,11 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
     )
 }
 
-fn set_state() -> impl Strategy<Value = SetState> {
+fn set_state() -> impl Strategy<Value = BehaviorState> {
     prop::sample::select(vec![
-        SetState::Hibernating,
-        SetState::Waiting,
-        SetState::Active,
+        BehaviorState::Hibernating,
+        BehaviorState::Waiting,
+        BehaviorState::Active,
     ])
 }
 
@@ -324,31 +328,33 @@ fn reception() -> impl Strategy<Value = Reception> {
             task,
             progress,
         });
-    let fate = prop::sample::select(vec![
-        Fate::Heard,
-        Fate::Lost,
-        Fate::Delayed,
-        Fate::Duplicate,
-        Fate::Dropped,
-        Fate::Cut,
-        Fate::Pending,
+    let delivery = prop::sample::select(vec![
+        Delivery::Heard,
+        Delivery::Lost,
+        Delivery::Delayed,
+        Delivery::Duplicate,
+        Delivery::Dropped,
+        Delivery::Cut,
+        Delivery::Pending,
     ]);
     (
         time(),
         robot(),
         any::<u32>(),
         time(),
-        fate,
+        delivery,
         option::of(said),
     )
-        .prop_map(|(at, sender, incarnation, sent, fate, said)| Reception {
-            at,
-            sender,
-            incarnation,
-            sent,
-            fate,
-            said,
-        })
+        .prop_map(
+            |(at, sender, incarnation, sent, delivery, said)| Reception {
+                at,
+                sender,
+                incarnation,
+                sent,
+                delivery,
+                said,
+            },
+        )
 }
 
 fn report() -> impl Strategy<Value = Report> {
@@ -511,7 +517,7 @@ fn robot_view() -> impl Strategy<Value = RobotView> {
         readings(),
     );
     let set_view =
-        (motivation(), time()).prop_map(|(motivation, since)| SetView { motivation, since });
+        (motivation(), time()).prop_map(|(motivation, since)| BehaviorView { motivation, since });
     let mind = (option::of(set()), vec(set_view, 0..3));
     (agent, body, mind).prop_map(|((state, (incarnation, pid)), body, (active, sets))| {
         let (pose, speed_m_s, carrying, energy_j, readings) = body;

@@ -36,13 +36,13 @@ pub struct Request {
     /// ignored.
     pub nonce: String,
     /// What is asked for.
-    pub command: Command,
+    pub command: ControlCommand,
 }
 
 /// What can be asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Command {
+pub enum ControlCommand {
     /// Let this happen.
     Fault(Order),
     /// Heal the fault of that id, or disarm it; `null`: all of them.
@@ -196,7 +196,7 @@ pub struct RobotStatus {
     pub robot: String,
     /// Process id of its agent.
     pub pid: Option<u32>,
-    /// Life of its agent, if it has one.
+    /// Incarnation of its agent, if it has one.
     pub incarnation: Option<Incarnation>,
     /// What its agent is up to.
     pub state: AgentState,

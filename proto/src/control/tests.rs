@@ -56,7 +56,7 @@ fn every_block_of_the_page_is_what_it_shows() {
     for block in blocks() {
         if let Ok(request) = serde_json::from_str::<Request>(block) {
             requests += 1;
-            if let Command::Fault(order) = request.command {
+            if let ControlCommand::Fault(order) = request.command {
                 assert_eq!(order.check(&scenario()), Ok(()), "{block}");
             }
         } else if serde_json::from_str::<Rendezvous>(block).is_err() {
@@ -75,7 +75,7 @@ fn the_page_has_an_example_of_every_fault() {
         if let Ok(fault) = serde_json::from_str::<Fault>(cell) {
             shown.insert(fault.name().to_owned());
             assert_eq!(Order::now(fault).check(&scenario()), Ok(()), "{cell}");
-        } else if let Err(error) = serde_json::from_str::<Command>(cell) {
+        } else if let Err(error) = serde_json::from_str::<ControlCommand>(cell) {
             let reply = serde_json::from_str::<Reply>(cell);
             assert!(reply.is_ok(), "{error}: {cell}");
         }

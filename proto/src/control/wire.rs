@@ -260,7 +260,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::control::{Armed, ClockCommand, Command};
+    use crate::control::{Armed, ClockCommand, ControlCommand};
     use crate::fault::tests::one_of_each;
     use crate::fault::{Fault, Order};
     use crate::time::SimTime;
@@ -271,7 +271,7 @@ mod tests {
         Wire::new(&Keys::new("r"), Secret::of("abc"))
     }
 
-    fn request(nonce: &str, command: Command) -> Request {
+    fn request(nonce: &str, command: ControlCommand) -> Request {
         Request {
             nonce: nonce.to_owned(),
             command,
@@ -281,7 +281,7 @@ mod tests {
     fn kill() -> Request {
         request(
             "n",
-            Command::Fault(Order::now(Fault::Kill("gold".to_owned()))),
+            ControlCommand::Fault(Order::now(Fault::Kill("gold".to_owned()))),
         )
     }
 
@@ -306,17 +306,17 @@ mod tests {
     fn every_request_is_read_as_it_was_written_in_either_form() {
         let faults = one_of_each().into_iter();
         let commands = faults
-            .map(|fault| Command::Fault(Order::now(fault)))
+            .map(|fault| ControlCommand::Fault(Order::now(fault)))
             .chain([
-                Command::Clear(None),
-                Command::Clear(Some("f1".to_owned())),
-                Command::List,
-                Command::Status,
-                Command::Clock(ClockCommand::Pause),
-                Command::Clock(ClockCommand::Resume),
-                Command::Clock(ClockCommand::Step(7)),
-                Command::Clock(ClockCommand::Speed(None)),
-                Command::Clock(ClockCommand::Speed(Some(2.5))),
+                ControlCommand::Clear(None),
+                ControlCommand::Clear(Some("f1".to_owned())),
+                ControlCommand::List,
+                ControlCommand::Status,
+                ControlCommand::Clock(ClockCommand::Pause),
+                ControlCommand::Clock(ClockCommand::Resume),
+                ControlCommand::Clock(ClockCommand::Step(7)),
+                ControlCommand::Clock(ClockCommand::Speed(None)),
+                ControlCommand::Clock(ClockCommand::Speed(Some(2.5))),
             ]);
         for command in commands {
             let request = request("n-1", command);
@@ -427,7 +427,7 @@ mod tests {
     #[test]
     fn a_nonce_is_short_and_plain() {
         for wrong in ["", "a\0b", "a\nb", &"n".repeat(65)] {
-            let request = request(wrong, Command::List);
+            let request = request(wrong, ControlCommand::List);
             let line = "nonce: use 1 to 64 bytes without control characters";
             for form in FORMS {
                 let error = wire().write_request(form, &request).unwrap_err();
@@ -437,14 +437,14 @@ mod tests {
                 refused(reread(&wire(), form, &written), line);
             }
         }
-        let long = request(&"n".repeat(64), Command::List);
+        let long = request(&"n".repeat(64), ControlCommand::List);
         assert!(wire().write_request(Form::Json, &long).is_ok());
     }
 
     #[test]
     fn too_large() {
         let robot = "x".repeat(LIMIT_BYTES);
-        let request = request("n", Command::Fault(Order::now(Fault::Kill(robot))));
+        let request = request("n", ControlCommand::Fault(Order::now(Fault::Kill(robot))));
         for form in FORMS {
             assert!(wire().write_request(form, &request).is_err());
             let payload = vec![b' '; LIMIT_BYTES + SEAL_BYTES + 1];
@@ -478,7 +478,7 @@ mod tests {
         #[test]
         fn damaged_text_never_panics(index: prop::sample::Index, place: prop::sample::Index, byte: u8) {
             let fault = index.get(&one_of_each()).clone();
-            let request = request("n", Command::Fault(Order::now(fault)));
+            let request = request("n", ControlCommand::Fault(Order::now(fault)));
             let mut text = serde_json::to_vec(&request).unwrap();
             *place.get_mut(&mut text) = byte;
             if let Err(error) = read_text(&text) {

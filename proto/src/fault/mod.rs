@@ -33,15 +33,15 @@ pub use when::{Happening, When, WhenError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fault {
-    /// SIGKILL to the robot's process; healed by a restart in a new life.
+    /// SIGKILL to the robot's process; healed by a restart in a new incarnation.
     Kill(String),
-    /// SIGTERM to the robot's process, which ends by itself; healed by a restart in a new life.
+    /// SIGTERM to the robot's process, which ends by itself; healed by a restart in a new incarnation.
     Terminate(String),
     /// SIGSTOP to the robot's process; healed by SIGCONT.
     Pause(String),
     /// SIGCONT to the robot's process; ends a pause before its time.
     Continue(String),
-    /// Starts the robot's process in a new life; one that still lives is killed first.
+    /// Starts the robot's process in a new incarnation; one that still lives is killed first.
     Restart(String),
     /// Brings a robot that the scenario calls absent into the mission: its body appears at its start, its process starts.
     Add(String),
@@ -65,7 +65,7 @@ pub enum Fault {
     /// This robot hears nobody.
     Deaf(String),
     /// Robots further apart than this, center to center, do not hear each other.
-    Range(Range),
+    Range(RangeFault),
     /// The radio of all links is of this quality.
     Radio(RadioQuality),
 
@@ -81,7 +81,7 @@ pub enum Fault {
     /// A rectangle on the floor: an obstacle, or with a penetrability above 0.1 a patch; healed by taking it away.
     Obstacle(Obstacle),
     /// New waste on the floor.
-    Waste(Waste),
+    Waste(WasteFault),
     /// An item that lies on the floor is put elsewhere.
     MoveWaste(MoveWaste),
     /// A robot's body is put elsewhere.
@@ -158,7 +158,7 @@ pub struct Loss {
     pub to: Who,
     /// Share of messages that get lost in the long run, 0 to 1.
     pub p: f64,
-    /// Mean length of a burst in which every message is lost, s; 0: each message has its own luck (Gilbert 1960).
+    /// Mean length of a burst in which every message is lost, s; 0: each message has its own draws (Gilbert 1960).
     #[serde(default)]
     pub burst_s: f64,
 }
@@ -208,7 +208,7 @@ pub struct Partition {
 /// Radio range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Range {
+pub struct RangeFault {
     /// Greatest distance, center to center, m.
     pub range_m: f32,
 }
@@ -317,7 +317,7 @@ pub struct ActuatorFault {
 /// New waste on the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Waste {
+pub struct WasteFault {
     /// Where, m.
     pub x_m: f32,
     /// Where, m.

@@ -58,7 +58,7 @@ pub(crate) fn one_of_each() -> Vec<Fault> {
         }),
         Fault::Mute(robot()),
         Fault::Deaf(robot()),
-        Fault::Range(Range { range_m: 3.5 }),
+        Fault::Range(RangeFault { range_m: 3.5 }),
         Fault::Radio(RadioQuality::SevereRadio),
         sensor(Device::SideBorder, SensorMode::Dead),
         sensor(Device::Gripper, SensorMode::Stuck),
@@ -82,7 +82,7 @@ pub(crate) fn one_of_each() -> Vec<Fault> {
             height_m: 0.5,
             penetrability: 0.5,
         }),
-        Fault::Waste(Waste {
+        Fault::Waste(WasteFault {
             x_m: 3.0,
             y_m: 4.0,
             items: 2,

@@ -38,7 +38,7 @@ pub enum Happening {
     Reports,
     /// It broadcasts the locations that it has found.
     Finds,
-    /// It takes part in a new life.
+    /// It takes part in a new incarnation.
     Joins,
     /// It dies.
     Dies,

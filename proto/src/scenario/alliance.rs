@@ -132,9 +132,9 @@ pub struct AllianceSection {
     /// Switches that differ from the preset.
     pub switches: SwitchSection,
     /// Values for every robot and set.
-    pub defaults: SetSection,
+    pub defaults: BehaviorSection,
     /// Values by behavior set.
-    pub sets: BTreeMap<String, SetSection>,
+    pub sets: BTreeMap<String, BehaviorSection>,
     /// Values by robot.
     pub robots: BTreeMap<String, RobotSection>,
 }
@@ -145,7 +145,7 @@ impl Default for AllianceSection {
             preset: Preset::default(),
             threshold: 100.0,
             switches: SwitchSection::default(),
-            defaults: SetSection::default(),
+            defaults: BehaviorSection::default(),
             sets: BTreeMap::new(),
             robots: BTreeMap::new(),
         }
@@ -157,9 +157,9 @@ impl Default for AllianceSection {
 #[serde(default, deny_unknown_fields)]
 pub struct RobotSection {
     /// Values for all sets of the robot.
-    pub defaults: SetSection,
+    pub defaults: BehaviorSection,
     /// Values by behavior set.
-    pub sets: BTreeMap<String, SetSection>,
+    pub sets: BTreeMap<String, BehaviorSection>,
 }
 
 /// Switches that differ from the preset; each as in [`Switches`].
@@ -187,10 +187,10 @@ pub struct SwitchSection {
     pub idle_heartbeat: Option<bool>,
 }
 
-/// Parameters of a behavior set, as far as one layer of a scenario states them; each as in [`SetParams`].
+/// Parameters of a behavior set, as far as one layer of a scenario states them; each as in [`BehaviorParams`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct SetSection {
+pub struct BehaviorSection {
     /// ρ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub broadcast_rate_hz: Option<f64>,
@@ -239,12 +239,12 @@ pub struct RobotParams {
     /// Its rank.
     pub rank: u16,
     /// By behavior set name.
-    pub sets: BTreeMap<String, SetParams>,
+    pub sets: BTreeMap<String, BehaviorParams>,
 }
 
 /// Parameters of one behavior set of one robot (ALLIANCE.md §1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SetParams {
+pub struct BehaviorParams {
     /// Name of the task.
     pub task: String,
     /// ρ, heartbeats per second.
@@ -253,7 +253,7 @@ pub struct SetParams {
     pub ceased_after_s: f64,
     /// δ_fast, motivation/s.
     pub fast_impatience: f64,
-    /// δ_slow by teammate, motivation/s; of a teammate that a large team does not list, that of [`SetParams::OTHERS`].
+    /// δ_slow by teammate, motivation/s; of a teammate that a large team does not list, that of [`BehaviorParams::OTHERS`].
     pub slow_impatience: BTreeMap<String, f64>,
     /// φ by teammate, s, in the same way.
     pub willing_to_affect_s: BTreeMap<String, f64>,
@@ -263,7 +263,7 @@ pub struct SetParams {
     pub before_giving_up_s: f64,
 }
 
-impl SetParams {
+impl BehaviorParams {
     /// All teammates that are not listed by name: no robot has this name.
     pub const OTHERS: &str = "*";
 

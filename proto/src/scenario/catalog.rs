@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::{Robot, Scenario};
-use crate::ids::{SetId, TaskId};
+use crate::ids::{BehaviorId, TaskId};
 
 /// A task (thesis §3.3.1).
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub enum BehaviorKind {
 
 /// A behavior set.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SetSpec {
+pub struct BehaviorSpec {
     /// Name, as in the logs and parameter files.
     pub name: String,
     /// The task that it performs.
@@ -47,7 +47,7 @@ pub struct Catalog {
     /// Tasks: find-locations, move-spill(NAME) of each spill, report-progress.
     pub tasks: Vec<TaskSpec>,
     /// Behavior sets: find-locations-methodical, find-locations-wander, move-spill(NAME) of each spill, report-progress.
-    pub sets: Vec<SetSpec>,
+    pub sets: Vec<BehaviorSpec>,
     task_ids: BTreeMap<String, TaskId>,
 }
 
@@ -70,7 +70,7 @@ impl Catalog {
         tasks.extend((0..spills).map(|index| task(move_spill(index))));
         tasks.push(task("report-progress".to_owned()));
 
-        let find = |name: &str, kind| SetSpec {
+        let find = |name: &str, kind| BehaviorSpec {
             name: name.to_owned(),
             task: TaskId(0),
             kind,
@@ -82,12 +82,12 @@ impl Catalog {
             ),
             find("find-locations-wander", BehaviorKind::FindLocationsWander),
         ];
-        sets.extend((0..spills as u16).map(|index| SetSpec {
+        sets.extend((0..spills as u16).map(|index| BehaviorSpec {
             name: move_spill(usize::from(index)),
             task: TaskId(index + 1),
             kind: BehaviorKind::MoveSpill(index),
         }));
-        sets.push(SetSpec {
+        sets.push(BehaviorSpec {
             name: "report-progress".to_owned(),
             task: TaskId(spills as u16 + 1),
             kind: BehaviorKind::ReportProgress,
@@ -106,9 +106,9 @@ impl Catalog {
 
     /// The behavior set of that name.
     #[must_use]
-    pub fn set_named(&self, name: &str) -> Option<SetId> {
+    pub fn behavior_named(&self, name: &str) -> Option<BehaviorId> {
         let index = self.sets.iter().position(|set| set.name == name)?;
-        Some(SetId(index as u16))
+        Some(BehaviorId(index as u16))
     }
 
     /// Name of a task; ids come from this catalog.
@@ -119,13 +119,13 @@ impl Catalog {
 
     /// Name of a behavior set; ids come from this catalog.
     #[must_use]
-    pub fn set_name(&self, set: SetId) -> &str {
+    pub fn behavior_name(&self, set: BehaviorId) -> &str {
         self.sets.get(set.index()).map_or("?", |set| &set.name)
     }
 
     /// The behavior sets of one robot, in the catalog's order: those for its tasks, but find-locations-methodical only with
     /// a side sensor.
-    pub fn sets_of(&self, robot: &Robot) -> impl Iterator<Item = SetId> + '_ {
+    pub fn behaviors_of(&self, robot: &Robot) -> impl Iterator<Item = BehaviorId> + '_ {
         let side_sensor = robot.side_sensor;
         let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
         let mut tasks: Vec<TaskId> = named.collect();
@@ -136,11 +136,11 @@ impl Catalog {
         tasks.dedup();
         tasks
             .into_iter()
-            .flat_map(|task| self.sets_for(task))
+            .flat_map(|task| self.behaviors_for(task))
             .filter(move |&set| {
                 side_sensor || self.sets[set].kind != BehaviorKind::FindLocationsMethodical
             })
-            .map(|index| SetId(index as u16))
+            .map(|index| BehaviorId(index as u16))
     }
 
     /// The task of that name.
@@ -150,7 +150,7 @@ impl Catalog {
     }
 
     /// The behavior sets for a task: sets are in the order of their tasks.
-    fn sets_for(&self, task: TaskId) -> Range<usize> {
+    fn behaviors_for(&self, task: TaskId) -> Range<usize> {
         let from = self.sets.partition_point(|set| set.task < task);
         let to = self.sets.partition_point(|set| set.task <= task);
         from..to

@@ -10,7 +10,7 @@
 //!   districts that would take longer than the work: there the robots know the border beforehand.
 //! - Teams of more than 20 robots have radios of such a range that each hears about 20.
 
-use super::{Radio, Robot, Scenario, Spill, Spot, Start, Waste};
+use super::{Radio, Robot, Scenario, Spill, Spot, Start, WasteSection};
 
 /// Most robots and spills of a district: those of the default mission.
 const ROBOTS: usize = 3;
@@ -39,7 +39,7 @@ impl Scenario {
         };
         scenario.room.width_m *= plan.columns as f32;
         scenario.room.height_m *= plan.rows as f32;
-        let one = Waste::default();
+        let one = WasteSection::default();
         let items = one.spills[0].items as usize;
 
         let mut deposits = (0..plan.districts())

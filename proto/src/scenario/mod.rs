@@ -28,10 +28,10 @@ use std::collections::BTreeMap;
 use crate::fault::Faults;
 
 pub use alliance::{
-    Alliance, AllianceSection, HistoryOrigin, Preset, RobotParams, RobotSection, SetParams,
-    SetSection, StepOrder, SwitchSection, Switches,
+    Alliance, AllianceSection, BehaviorParams, BehaviorSection, HistoryOrigin, Preset, RobotParams,
+    RobotSection, StepOrder, SwitchSection, Switches,
 };
-pub use catalog::{BehaviorKind, Catalog, SetSpec, TaskSpec};
+pub use catalog::{BehaviorKind, BehaviorSpec, Catalog, TaskSpec};
 pub use error::ScenarioError;
 pub(crate) use error::instead;
 pub use load::TomlFile;
@@ -76,7 +76,7 @@ pub struct Scenario {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<Energy>,
     /// The waste clean-up.
-    pub waste: Waste,
+    pub waste: WasteSection,
     /// The team, in rank order.
     pub robots: Vec<Robot>,
     /// Rectangles on the floor: obstacles, and patches that slow down or speed up.
@@ -102,7 +102,7 @@ impl Default for Scenario {
             sensors: Sensors::default(),
             radio: Radio::default(),
             energy: None,
-            waste: Waste::default(),
+            waste: WasteSection::default(),
             robots: [("blue", true), ("gold", false), ("green", false)]
                 .map(|(name, side_sensor)| Robot {
                     name: name.to_owned(),
@@ -229,7 +229,7 @@ impl Default for Energy {
 /// The hazardous waste clean-up (thesis §4.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Waste {
+pub struct WasteSection {
     /// The initial spill locations.
     pub spills: Vec<Spill>,
     /// Radius of each spill, m.
@@ -250,7 +250,7 @@ pub struct Waste {
     pub border_known: bool,
 }
 
-impl Waste {
+impl WasteSection {
     /// Centers of all deposits.
     pub fn deposits(&self) -> impl Iterator<Item = Spot> + '_ {
         let first = Spot {
@@ -290,7 +290,7 @@ impl Spill {
     }
 }
 
-impl Default for Waste {
+impl Default for WasteSection {
     fn default() -> Self {
         let spill = |name: &str, y_fraction| Spill {
             name: name.to_owned(),

@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::alliance::{Alliance, RobotParams, SetParams, SwitchSection, Switches};
+use super::alliance::{Alliance, BehaviorParams, RobotParams, SwitchSection, Switches};
 use super::catalog::Catalog;
 use super::error::{Place, Problem, ScenarioError};
 use super::geometry::check_places;
@@ -88,7 +88,7 @@ pub(super) fn check(
     let mut robots = BTreeMap::new();
     for (rank, robot) in scenario.robots.iter().enumerate() {
         let mut sets = BTreeMap::new();
-        for id in catalog.sets_of(robot) {
+        for id in catalog.behaviors_of(robot) {
             let set = &catalog.sets[id.index()];
             let mut values = Values::built_in(set.kind, teammates.of_robot(&robot.name));
             for (number, statement) in layers.iter().enumerate() {
@@ -125,7 +125,7 @@ pub(super) fn check(
 }
 
 /// The teammates toward whom each robot has values of its own. A team lists all of them, but a large one, whose values
-/// would grow with the square of its size, only those that a statement names, and [`SetParams::OTHERS`].
+/// would grow with the square of its size, only those that a statement names, and [`BehaviorParams::OTHERS`].
 struct Toward<'a>(BTreeSet<&'a str>);
 
 impl<'a> Toward<'a> {
@@ -142,7 +142,7 @@ impl<'a> Toward<'a> {
             .iter()
             .filter_map(|statement| statement.teammate.as_deref());
         let named = named.filter(|name| known.contains(name));
-        Self(named.chain([SetParams::OTHERS]).collect())
+        Self(named.chain([BehaviorParams::OTHERS]).collect())
     }
 
     fn of_robot(&self, robot: &str) -> impl Iterator<Item = &'a str> {
@@ -198,7 +198,7 @@ mod tests {
         let resolved = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
         let report = &resolved.alliance.robots["r0"].sets["report-progress"];
         let listed: Vec<&String> = report.slow_impatience.keys().collect();
-        assert_eq!(listed, [SetParams::OTHERS, "r7"]);
+        assert_eq!(listed, [BehaviorParams::OTHERS, "r7"]);
         assert_eq!(report.slow_toward("r7"), 0.25);
         assert_eq!(report.slow_toward("r8"), 1.0);
         // It is no teammate of its own.
@@ -209,6 +209,6 @@ mod tests {
         let resolved = Setup::resolve(scenario, 1, None).unwrap().setup;
         let report = &resolved.alliance.robots["r0"].sets["report-progress"];
         assert_eq!(report.slow_impatience.len(), Toward::MOST_LISTED - 1);
-        assert!(!report.slow_impatience.contains_key(SetParams::OTHERS));
+        assert!(!report.slow_impatience.contains_key(BehaviorParams::OTHERS));
     }
 }

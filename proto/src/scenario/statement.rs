@@ -1,7 +1,7 @@
 //! The ALLIANCE parameters one by one, and a single statement about one of them: what scenario sections and parameter
 //! files have in common.
 
-use super::alliance::{AllianceSection, SetSection};
+use super::alliance::{AllianceSection, BehaviorSection};
 use super::error::{Place, Problem};
 use super::path::Path;
 
@@ -116,7 +116,7 @@ pub(super) fn positive(value: f64, unit: &str, place: &Place) -> Result<(), Prob
 pub(super) fn statements(section: &AllianceSection) -> Vec<Statement> {
     let mut all = Vec::new();
     let alliance = Path::of(["alliance"]);
-    let mut push = |robot: Option<&str>, set: Option<&str>, values: &SetSection, at: &Path| {
+    let mut push = |robot: Option<&str>, set: Option<&str>, values: &BehaviorSection, at: &Path| {
         all.extend(stated(values, at).into_iter().map(|statement| Statement {
             robot: robot.map(str::to_owned),
             set: set.map(str::to_owned),
@@ -138,8 +138,8 @@ pub(super) fn statements(section: &AllianceSection) -> Vec<Statement> {
 }
 
 /// The statements of one section, for all robots and sets.
-fn stated(section: &SetSection, at: &Path) -> Vec<Statement> {
-    let SetSection {
+fn stated(section: &BehaviorSection, at: &Path) -> Vec<Statement> {
+    let BehaviorSection {
         broadcast_rate_hz,
         ceased_after_s,
         fast_impatience,

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-use super::alliance::SetSection;
+use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
 use super::error::{Problem, instead};
 use super::path::Path;
-use super::{Scenario, Waste};
+use super::{Scenario, WasteSection};
 use crate::fault::Campaign;
 use crate::keys::is_name;
 
@@ -21,7 +21,7 @@ const MAX_ITEMS: u32 = 1000;
 const MAX_RANDOM_FAULTS: f64 = 1e5;
 
 /// The numbers that a key may have.
-struct Range {
+struct Limits {
     from: f64,
     /// Whether `from` itself is not among them.
     open: bool,
@@ -29,8 +29,8 @@ struct Range {
     unit: &'static str,
 }
 
-const fn above_zero(to: f64, unit: &'static str) -> Range {
-    Range {
+const fn above_zero(to: f64, unit: &'static str) -> Limits {
+    Limits {
         from: 0.0,
         open: true,
         to,
@@ -38,8 +38,8 @@ const fn above_zero(to: f64, unit: &'static str) -> Range {
     }
 }
 
-const fn closed(from: f64, to: f64, unit: &'static str) -> Range {
-    Range {
+const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
+    Limits {
         from,
         open: false,
         to,
@@ -47,13 +47,13 @@ const fn closed(from: f64, to: f64, unit: &'static str) -> Range {
     }
 }
 
-const LENGTH: Range = above_zero(1e3, "m");
-const FRACTION: Range = closed(0.0, 1.0, "");
-const PENETRABILITY: Range = closed(0.0, 100.0, "");
-const TIME: Range = above_zero(1e9, "s");
-const POWER: Range = closed(0.0, 1e9, "W");
+const LENGTH: Limits = above_zero(1e3, "m");
+const FRACTION: Limits = closed(0.0, 1.0, "");
+const PENETRABILITY: Limits = closed(0.0, 100.0, "");
+const TIME: Limits = above_zero(1e9, "s");
+const POWER: Limits = closed(0.0, 1e9, "W");
 
-impl Range {
+impl Limits {
     /// Refuses a number at `path` that is not among these; NaN never is.
     fn check<T: Copy + Display + Into<f64>>(&self, path: Path, number: T) -> Result<(), Problem> {
         let value: f64 = number.into();
@@ -163,7 +163,7 @@ fn named<'a>(
     Ok(())
 }
 
-fn waste(waste: &Waste) -> Result<(), Problem> {
+fn waste(waste: &WasteSection) -> Result<(), Problem> {
     let at = Path::of(["waste"]);
     let spills = at.key("spills");
     named(
@@ -239,8 +239,8 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
 }
 
 fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
-    const PLACE: Range = closed(-1e4, 1e4, "m");
-    const SIZE: Range = above_zero(1e4, "m");
+    const PLACE: Limits = closed(-1e4, 1e4, "m");
+    const SIZE: Limits = above_zero(1e4, "m");
     for (index, obstacle) in scenario.obstacles.iter().enumerate() {
         let at = Path::of(["obstacles"]).index(index);
         PLACE.check(at.key("x_m"), obstacle.x_m)?;
@@ -353,9 +353,11 @@ fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         for (set, values) in &of_robot.sets {
             let at = at.key("sets").key(set);
             let robot = scenario.robots.iter().find(|robot| robot.name == *name);
-            let sets = robot.into_iter().flat_map(|robot| catalog.sets_of(robot));
+            let sets = robot
+                .into_iter()
+                .flat_map(|robot| catalog.behaviors_of(robot));
             let what = format!("behavior set of {name}");
-            known(&what, set, sets.map(|set| catalog.set_name(set)), &at)?;
+            known(&what, set, sets.map(|set| catalog.behavior_name(set)), &at)?;
             teammates(scenario, values, Some(name), &at)?;
         }
     }
@@ -365,7 +367,7 @@ fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
 /// Refuses a section that names a teammate who does not exist; the robot that owns the section is none of its own.
 fn teammates(
     scenario: &Scenario,
-    section: &SetSection,
+    section: &BehaviorSection,
     owner: Option<&str>,
     at: &Path,
 ) -> Result<(), Problem> {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::alliance::SetParams;
+use super::alliance::BehaviorParams;
 use super::catalog::BehaviorKind;
 use super::error::Problem;
 use super::statement::{Parameter, Statement};
@@ -119,14 +119,14 @@ impl<'a> Values<'a> {
     }
 
     /// The values in force; `task` is the name of the set's task.
-    pub fn into_params(self, task: String) -> SetParams {
+    pub fn into_params(self, task: String) -> BehaviorParams {
         let by_name = |values: BTreeMap<&str, Sourced>| {
             let named = values
                 .into_iter()
                 .map(|(name, value)| (name.to_owned(), value.value));
             named.collect()
         };
-        SetParams {
+        BehaviorParams {
             task,
             broadcast_rate_hz: self.broadcast_rate.value,
             ceased_after_s: self.ceased_after.value,

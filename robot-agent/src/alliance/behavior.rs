@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use alliance_proto::ids::{RobotId, SetId};
-use alliance_proto::telemetry::{Reason, SetState, StateChange};
+use alliance_proto::ids::{BehaviorId, RobotId};
+use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
 use alliance_proto::time::SimTime;
 
 /// State of a behavior set (thesis §3.3.1), with what each state has to remember.
@@ -37,11 +37,11 @@ pub(super) struct Waited {
 
 impl Stance {
     /// The state as it is logged.
-    pub fn state(self) -> SetState {
+    pub fn state(self) -> BehaviorState {
         match self {
-            Self::Hibernating => SetState::Hibernating,
-            Self::Waiting { .. } => SetState::Waiting,
-            Self::Active { .. } => SetState::Active,
+            Self::Hibernating => BehaviorState::Hibernating,
+            Self::Waiting { .. } => BehaviorState::Waiting,
+            Self::Active { .. } => BehaviorState::Active,
         }
     }
 }
@@ -50,7 +50,7 @@ impl Stance {
 #[derive(Clone, Debug)]
 pub(super) struct Behavior {
     /// Its id.
-    pub set: SetId,
+    pub set: BehaviorId,
     /// m, in [0, θ].
     pub motivation: f64,
     /// Since when m has been at θ.
@@ -63,7 +63,7 @@ pub(super) struct Behavior {
 
 impl Behavior {
     /// m(0) = 0.
-    pub fn new(set: SetId) -> Self {
+    pub fn new(set: BehaviorId) -> Self {
         Self {
             set,
             motivation: 0.0,

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::Broadcast;
 use alliance_proto::telemetry::{Motivation, Reason, StateChange};
@@ -14,7 +14,7 @@ use super::behavior::{Awake, Behavior, Stance};
 use super::heartbeats::{Announcement, Happened, Heartbeats};
 use super::history::History;
 use super::motivation::{self, Factors};
-use super::params::{Config, Parameters, USUAL_SETS};
+use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
 use crate::roster::Roster;
 
@@ -25,7 +25,7 @@ use crate::roster::Roster;
 #[derive(Clone, Debug)]
 pub struct Engine {
     config: Config,
-    behaviors: SmallVec<[Behavior; USUAL_SETS]>,
+    behaviors: SmallVec<[Behavior; USUAL_BEHAVIORS]>,
     awake: Awake,
     history: History,
     teammates: Teammates,
@@ -35,7 +35,7 @@ pub struct Engine {
     /// Whether a step has been made: the first one is m(0) = 0.
     started: bool,
     /// The rows of the latest step, and until when they stay as they are.
-    rows: SmallVec<[Motivation; USUAL_SETS]>,
+    rows: SmallVec<[Motivation; USUAL_BEHAVIORS]>,
     steady_until: SimTime,
     /// What the sets at θ are to do in this step; kept for its memory.
     options: Vec<(usize, Next)>,
@@ -66,13 +66,13 @@ pub struct StepOutput {
 }
 
 impl Engine {
-    /// A robot at the start of its life: all motivations 0, nothing heard.
+    /// A robot at the start of its incarnation: all motivations 0, nothing heard.
     ///
     /// # Panics
     /// If `setup` is not resolved: it must name the robot and hold values for each of its sets and teammates.
     #[must_use]
     pub fn new(robot: RobotId, setup: &Setup, roster: &Roster) -> Self {
-        Self::one_of(robot, setup, roster, &Parameters::of(setup, roster))
+        Self::with_shared(robot, setup, roster, &Parameters::of(setup, roster))
     }
 
     /// One of many robots in the same process.
@@ -80,7 +80,12 @@ impl Engine {
     /// # Panics
     /// See [`Engine::new`].
     #[must_use]
-    pub fn one_of(robot: RobotId, setup: &Setup, roster: &Roster, parameters: &Parameters) -> Self {
+    pub fn with_shared(
+        robot: RobotId,
+        setup: &Setup,
+        roster: &Roster,
+        parameters: &Parameters,
+    ) -> Self {
         let config = Config::new(robot, setup, roster, parameters);
         let ids = config.sets.iter().map(|set| set.id);
         Self {
@@ -99,17 +104,17 @@ impl Engine {
     }
 
     /// The robot's own behavior sets, in the catalog's order.
-    pub fn sets(&self) -> impl Iterator<Item = SetId> + '_ {
+    pub fn sets(&self) -> impl Iterator<Item = BehaviorId> + '_ {
         self.config.sets.iter().map(|set| set.id)
     }
 
     /// The active behavior set: what the robot shall execute.
     #[must_use]
-    pub fn active(&self) -> Option<SetId> {
+    pub fn active(&self) -> Option<BehaviorId> {
         self.awake.active.map(|index| self.behaviors[index].set)
     }
 
-    /// How many effects the robot has achieved on a task in this life.
+    /// How many effects the robot has achieved on a task in this incarnation.
     #[must_use]
     pub fn progress(&self, task: TaskId) -> u32 {
         let own = self.config.own_task(task);
@@ -117,7 +122,7 @@ impl Engine {
     }
 
     /// Makes one step and writes what comes of it to `output`. It adds one step length of impatience, however long ago the last
-    /// one was: a robot that was stopped does not come back impatient. The first step of a life adds nothing.
+    /// one was: a robot that was stopped does not come back impatient. The first step of an incarnation adds nothing.
     ///
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.
@@ -275,18 +280,18 @@ impl Engine {
         rows.resize(self.behaviors.len(), Motivation::default());
         let before = self.awake.active;
         if let Some(index) = before {
-            self.evaluate_set(index, false, input, changes, &mut rows[index]);
+            self.evaluate_behavior(index, false, input, changes, &mut rows[index]);
         }
         self.arbitrate(input.now, changes);
         let suppressed = self.awake.active.is_some();
         for (index, row) in rows.iter_mut().enumerate() {
             if before != Some(index) {
-                self.evaluate_set(index, suppressed, input, changes, row);
+                self.evaluate_behavior(index, suppressed, input, changes, row);
             }
         }
     }
 
-    fn evaluate_set(
+    fn evaluate_behavior(
         &mut self,
         index: usize,
         suppressed: bool,
@@ -320,7 +325,7 @@ impl Engine {
         };
         let level = motivation::motivation(behavior.motivation, gain, &factors, config.threshold);
         behavior.set_motivation(level, config.threshold, now);
-        // One after the other, for what is small when it is written and then copied as a whole is waited for.
+        // Field by field: writing small fields and then copying the struct would cause a store-forwarding stall.
         row.set = behavior.set;
         row.motivation = behavior.motivation;
         row.impatience = impatience;

@@ -1,14 +1,14 @@
 //! What a robot announces and when: at once on every change of state or progress, then every 1/ρ (ALLIANCE.md §3
 //! "Messages").
 
-use alliance_proto::ids::{SetId, TaskId};
+use alliance_proto::ids::{BehaviorId, TaskId};
 use alliance_proto::team::TaskState;
-use alliance_proto::telemetry::{SetState, StateChange};
+use alliance_proto::telemetry::{BehaviorState, StateChange};
 use alliance_proto::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
 use super::behavior::{Awake, Behavior, Stance};
-use super::params::{Config, OwnSet, USUAL_SETS};
+use super::params::{Config, OwnBehavior, USUAL_BEHAVIORS};
 
 /// The ALLIANCE part of a heartbeat that is to be broadcast in this step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct Announcement {
     /// Since when.
     pub since: SimTime,
     /// The behavior set; `None` when idle.
-    pub set: Option<SetId>,
+    pub set: Option<BehaviorId>,
     /// Its task; `None` when idle.
     pub task: Option<TaskId>,
     /// Effects that the robot has achieved on the task so far; 0 when idle.
@@ -29,7 +29,7 @@ pub struct Announcement {
 #[derive(Clone, Debug)]
 pub(super) struct Heartbeats {
     /// Last announcement per own set; of no account while the set hibernates.
-    sent: SmallVec<[SimTime; USUAL_SETS]>,
+    sent: SmallVec<[SimTime; USUAL_BEHAVIORS]>,
     /// While the robot is idle.
     idle: Option<Idle>,
 }
@@ -101,7 +101,7 @@ impl Heartbeats {
         &mut self,
         now: SimTime,
         index: usize,
-        set: &OwnSet,
+        set: &OwnBehavior,
         state: TaskState,
         since: SimTime,
         happened: &Happened<'_>,
@@ -118,7 +118,7 @@ impl Heartbeats {
     }
 
     /// When a set at work speaks next, if nothing happens before.
-    pub fn next(&self, index: usize, set: &OwnSet) -> SimTime {
+    pub fn next(&self, index: usize, set: &OwnBehavior) -> SimTime {
         self.sent[index] + set.params.period
     }
 
@@ -158,14 +158,19 @@ fn released<'a>(
     };
     let hibernates = |set| {
         let mut changes = happened.changes.iter();
-        changes.any(|change| change.set == set && change.to == SetState::Hibernating)
+        changes.any(|change| change.set == set && change.to == BehaviorState::Hibernating)
     };
     let sets = config.sets.iter();
     sets.filter(move |set| hibernates(set.id) && !goes_on(set.task))
         .map(move |set| about(TaskState::Released, now, set, happened))
 }
 
-fn about(state: TaskState, since: SimTime, set: &OwnSet, happened: &Happened<'_>) -> Announcement {
+fn about(
+    state: TaskState,
+    since: SimTime,
+    set: &OwnBehavior,
+    happened: &Happened<'_>,
+) -> Announcement {
     Announcement {
         state,
         since,

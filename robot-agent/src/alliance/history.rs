@@ -7,11 +7,11 @@ use std::ops::Range;
 
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::scenario::{HistoryOrigin, Switches};
-use alliance_proto::team::{Body, Broadcast, TaskState};
+use alliance_proto::team::{Broadcast, Content, TaskState};
 use alliance_proto::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
-use super::params::USUAL_SETS;
+use super::params::USUAL_BEHAVIORS;
 
 /// What was heard, by own task and teammate; only of pairs that spoke.
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub(super) struct History {
     /// By own task, and then by rank: all are looked at in every step.
     records: Vec<(RobotId, Record)>,
     /// Where those of each own task end.
-    ends: SmallVec<[u16; USUAL_SETS]>,
+    ends: SmallVec<[u16; USUAL_BEHAVIORS]>,
 }
 
 /// What was heard from one teammate about one task.
@@ -67,7 +67,7 @@ impl History {
         own_task: impl Fn(TaskId) -> Option<usize>,
     ) -> bool {
         let (task, weight, progress) = match &broadcast.body {
-            Body::Heartbeat(heartbeat) => {
+            Content::Heartbeat(heartbeat) => {
                 let weight = match heartbeat.state {
                     TaskState::Executing => Weight::Full,
                     TaskState::Waiting => Weight::Wish,
@@ -79,8 +79,8 @@ impl History {
                 };
                 (task, weight, heartbeat.progress)
             }
-            Body::PositionUpdate { task, progress, .. } => (*task, Weight::Full, *progress),
-            Body::Withdrawal(_) => return false,
+            Content::PositionUpdate { task, progress, .. } => (*task, Weight::Full, *progress),
+            Content::Withdrawal(_) => return false,
         };
         // What others do about tasks that the robot has no set for changes nothing for it.
         let Some(own) = own_task(task) else {

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId};
-use alliance_proto::scenario::{SetParams, Setup, Switches};
-use alliance_proto::team::{Body, Broadcast};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::{BehaviorParams, Setup, Switches};
+use alliance_proto::team::{Broadcast, Content};
 use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
 
@@ -28,18 +28,18 @@ pub(super) struct Config {
     /// Number of tasks that the robot has sets for.
     pub own_tasks: usize,
     /// The own sets, in the catalog's order.
-    pub sets: SmallVec<[OwnSet; USUAL_SETS]>,
+    pub sets: SmallVec<[OwnBehavior; USUAL_BEHAVIORS]>,
     /// Time between two idle heartbeats.
     pub idle_period: SimTime,
 }
 
-/// So many sets of a robot are kept in place: a step of a large team waits for memory that lies elsewhere.
-pub(super) const USUAL_SETS: usize = 6;
+/// Number of behaviors that a robot keeps inline, without a heap allocation: in a large team each step would be a cache miss.
+pub(super) const USUAL_BEHAVIORS: usize = 6;
 
 /// One own behavior set.
 #[derive(Clone, Debug)]
-pub(super) struct OwnSet {
-    pub id: SetId,
+pub(super) struct OwnBehavior {
+    pub id: BehaviorId,
     /// The task that the set performs.
     pub task: TaskId,
     /// Its place among the robot's own tasks.
@@ -115,14 +115,14 @@ impl Config {
         let catalog = &roster.catalog;
         let named = &setup.alliance.robots[&own.name].sets;
         let specs = || {
-            let ids = catalog.sets_of(own);
+            let ids = catalog.behaviors_of(own);
             ids.map(|id| (id, &catalog.sets[id.index()]))
         };
         let tasks: BTreeSet<TaskId> = specs().map(|(_, spec)| spec.task).collect();
         let sets = specs().map(|(id, spec)| {
             let own_task = tasks.iter().position(|task| *task == spec.task);
             let task = &catalog.tasks[spec.task.index()];
-            OwnSet {
+            OwnBehavior {
                 id,
                 task: spec.task,
                 // It was collected from these.
@@ -132,7 +132,7 @@ impl Config {
                 params: parameters.shared(Params::new(&named[&spec.name], roster)),
             }
         });
-        let sets: SmallVec<[OwnSet; USUAL_SETS]> = sets.collect();
+        let sets: SmallVec<[OwnBehavior; USUAL_BEHAVIORS]> = sets.collect();
         let periods = sets.iter().map(|set| set.params.period);
         Self {
             robot,
@@ -150,9 +150,9 @@ impl Config {
     /// Whether a broadcast comes from a teammate and names a task of this mission, if any.
     pub fn admits(&self, broadcast: &Broadcast) -> bool {
         let task = match &broadcast.body {
-            Body::Heartbeat(heartbeat) => heartbeat.task,
-            Body::PositionUpdate { task, .. } => Some(*task),
-            Body::Withdrawal(_) => None,
+            Content::Heartbeat(heartbeat) => heartbeat.task,
+            Content::PositionUpdate { task, .. } => Some(*task),
+            Content::Withdrawal(_) => None,
         };
         broadcast.sender != self.robot
             && broadcast.sender.index() < self.team
@@ -168,7 +168,7 @@ impl Config {
 }
 
 impl Params {
-    fn new(values: &SetParams, roster: &Roster) -> Self {
+    fn new(values: &BehaviorParams, roster: &Roster) -> Self {
         let toward = |name: &str| Toward {
             slow: values.slow_toward(name),
             phi: SimTime::from_secs_f64(values.phi_toward(name)),
@@ -179,8 +179,8 @@ impl Params {
         listed.sort_unstable_by_key(|&(robot, _)| robot);
         let toward_most = match listed.first() {
             // A large team has one value for all that it does not list; others list all, mostly with the same values.
-            _ if values.slow_impatience.contains_key(SetParams::OTHERS) => {
-                Some(toward(SetParams::OTHERS))
+            _ if values.slow_impatience.contains_key(BehaviorParams::OTHERS) => {
+                Some(toward(BehaviorParams::OTHERS))
             }
             first => first.map(|&(_, toward)| toward),
         };

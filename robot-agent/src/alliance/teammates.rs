@@ -1,7 +1,7 @@
 //! What teammates say they do: who executes a task, who waits for it, and whose turn it is (ALLIANCE.md §3).
 
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
-use alliance_proto::team::{Body, Broadcast, Heartbeat, TaskState};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::time::SimTime;
 
 use crate::by_rank::ByRank;
@@ -45,15 +45,15 @@ impl Teammates {
         if stamp <= *latest {
             return false;
         }
-        let is_new_life = stamp.0 > latest.0;
+        let is_new_incarnation = stamp.0 > latest.0;
         *latest = stamp;
         let before = self.said.len();
-        if is_new_life {
+        if is_new_incarnation {
             // It does nothing of what the old one did.
             self.said.retain(|said| said.teammate != broadcast.sender);
         }
         let claims = match &broadcast.body {
-            Body::Heartbeat(heartbeat) => self.take(now, broadcast.sender, heartbeat, is_own),
+            Content::Heartbeat(heartbeat) => self.take(now, broadcast.sender, heartbeat, is_own),
             _ => false,
         };
         claims || self.said.len() < before

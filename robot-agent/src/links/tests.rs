@@ -1,4 +1,4 @@
-//! Fates of messages, one link state at a time and in any mixture.
+//! Deliveries of messages, one link state at a time and in any mixture.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,7 +29,7 @@ fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
         index,
         seq: tick * 10 + u64::from(index),
         sent: SimTime(tick * STEP.0),
-        body: Body::Withdrawal(Withdrawal {
+        body: Content::Withdrawal(Withdrawal {
             finder: ME,
             seen: SimTime::ZERO,
         }),
@@ -83,14 +83,14 @@ fn listen(
     heard
 }
 
-/// Sender, sequence number, fate and time in ticks of each reception.
-fn fates(heard: &Heard) -> Vec<(u16, u64, Fate, u64)> {
+/// Sender, sequence number, delivery and time in ticks of each reception.
+fn deliveries(heard: &Heard) -> Vec<(u16, u64, Delivery, u64)> {
     let receptions = heard.receptions.iter();
     receptions
         .map(|reception| {
             let seq = reception.said.map_or(u64::MAX, |said| said.seq);
             let at = reception.at.0 / STEP.0;
-            (reception.sender.0, seq, reception.fate, at)
+            (reception.sender.0, seq, reception.delivery, at)
         })
         .collect()
 }
@@ -123,8 +123,8 @@ fn what_has_not_arrived_is_lost_and_logged_with_its_sender() {
     );
     assert!(heard.inbox.is_empty());
     assert_eq!(
-        fates(&heard),
-        [(1, u64::MAX, Fate::Lost, 5), (1, 41, Fate::Cut, 5)]
+        deliveries(&heard),
+        [(1, u64::MAX, Delivery::Lost, 5), (1, 41, Delivery::Cut, 5)]
     );
     assert_eq!(heard.receptions[0].sent, SimTime(200));
     assert_eq!(heard.receptions[0].said, None);
@@ -140,7 +140,12 @@ fn a_clear_link_is_heard_at_once_by_rank_and_number() {
         &[],
     );
     assert_eq!(inbox(&heard), [(0, 40), (0, 41), (1, 40)]);
-    assert!(heard.receptions.iter().all(|r| r.fate == Fate::Heard));
+    assert!(
+        heard
+            .receptions
+            .iter()
+            .all(|r| r.delivery == Delivery::Heard)
+    );
     assert!(links.kept.is_empty() && links.copies.is_empty());
 }
 
@@ -160,11 +165,14 @@ fn probabilities_0_and_1_are_exact() {
         );
         let seq = (tick - 1) * 10;
         assert_eq!(
-            fates(&heard)[..2],
-            [(0, seq, Fate::Dropped, tick), (1, seq, Fate::Heard, tick)]
+            deliveries(&heard)[..2],
+            [
+                (0, seq, Delivery::Dropped, tick),
+                (1, seq, Delivery::Heard, tick)
+            ]
         );
         let copies = if tick == 1 { 0 } else { 1 };
-        assert_eq!(fates(&heard).len(), 2 + copies);
+        assert_eq!(deliveries(&heard).len(), 2 + copies);
     }
 }
 
@@ -174,12 +182,12 @@ fn a_delay_is_rounded_up_to_whole_steps() {
         let mut links = links(1);
         let late = state(|link| link.delay = SimTime(delay_ms));
         let heard = hear(&mut links, 5, &[(1, 1, late)], &[]);
-        assert_eq!(fates(&heard), [(1, 40, Fate::Pending, 5 + steps)]);
+        assert_eq!(deliveries(&heard), [(1, 40, Delivery::Pending, 5 + steps)]);
         for tick in 6..5 + steps {
             assert_eq!(hear(&mut links, tick, &[], &[]), Heard::default());
         }
         let heard = hear(&mut links, 5 + steps, &[], &[]);
-        assert_eq!(fates(&heard), [(1, 40, Fate::Delayed, 5 + steps)]);
+        assert_eq!(deliveries(&heard), [(1, 40, Delivery::Delayed, 5 + steps)]);
         assert_eq!(inbox(&heard), [(1, 40)]);
     }
 }
@@ -188,8 +196,8 @@ fn a_delay_is_rounded_up_to_whole_steps() {
 fn jitter_takes_every_value_evenly() {
     let mut counts = [0; 5];
     for tick in 0..10_000 {
-        let luck = Luck::of(1, ME, &broadcast(1, tick, 0), 0);
-        counts[luck.share_of(SimTime(4)).0 as usize] += 1;
+        let draws = Draws::of(1, ME, &broadcast(1, tick, 0), 0);
+        counts[draws.share_of(SimTime(4)).0 as usize] += 1;
     }
     // 2000 each, with a standard deviation of 40.
     assert!(
@@ -209,7 +217,7 @@ fn shares_in_the_long_run_are_the_probabilities() {
                 link.duplicate = Probability::of(0.1);
             });
             for reception in hear(&mut links, tick, &[(0, 1, link)], &[]).receptions {
-                *counts.entry(reception.fate.as_str()).or_insert(0) += 1;
+                *counts.entry(reception.delivery.as_str()).or_insert(0) += 1;
             }
         }
         // Standard deviations: 46 and 25.
@@ -229,22 +237,22 @@ fn held_messages_come_all_at_once_when_their_sender_is_let_go() {
     });
     let heard = hear(&mut links, 5, &[(0, 1, hold), (1, 2, hold)], &[0, 1]);
     assert_eq!(
-        fates(&heard),
+        deliveries(&heard),
         [
-            (0, 40, Fate::Pending, 5),
-            (1, 40, Fate::Pending, 5),
-            (1, 41, Fate::Pending, 5)
+            (0, 40, Delivery::Pending, 5),
+            (1, 40, Delivery::Pending, 5),
+            (1, 41, Delivery::Pending, 5)
         ]
     );
     assert_eq!(inbox(&hear(&mut links, 6, &[(1, 1, hold)], &[0, 1])), []);
     let heard = hear(&mut links, 7, &[(1, 1, None)], &[0]);
     assert_eq!(inbox(&heard), [(1, 40), (1, 41), (1, 50), (1, 60)]);
     assert_eq!(
-        fates(&heard)[1..],
+        deliveries(&heard)[1..],
         [
-            (1, 40, Fate::Delayed, 7),
-            (1, 41, Fate::Delayed, 7),
-            (1, 50, Fate::Delayed, 7)
+            (1, 40, Delivery::Delayed, 7),
+            (1, 41, Delivery::Delayed, 7),
+            (1, 50, Delivery::Delayed, 7)
         ]
     );
     assert_eq!(inbox(&hear(&mut links, 8, &[], &[])), [(0, 40)]);
@@ -256,8 +264,8 @@ fn an_overtaken_message_comes_one_step_after_the_next_of_its_sender() {
     let reorder = always(|link| &mut link.reorder);
     let heard = hear(&mut links, 5, &[(0, 1, reorder), (1, 1, reorder)], &[]);
     assert_eq!(
-        fates(&heard),
-        [(0, 40, Fate::Pending, 5), (1, 40, Fate::Pending, 5)]
+        deliveries(&heard),
+        [(0, 40, Delivery::Pending, 5), (1, 40, Delivery::Pending, 5)]
     );
     // Another sender's message overtakes nothing; the next of its own does, whatever its draw.
     assert_eq!(
@@ -267,8 +275,8 @@ fn an_overtaken_message_comes_one_step_after_the_next_of_its_sender() {
     let heard = hear(&mut links, 7, &[(1, 1, reorder)], &[]);
     assert_eq!(inbox(&heard), [(1, 40)]);
     assert_eq!(
-        fates(&heard),
-        [(1, 60, Fate::Pending, 7), (1, 40, Fate::Delayed, 7)]
+        deliveries(&heard),
+        [(1, 60, Delivery::Pending, 7), (1, 40, Delivery::Delayed, 7)]
     );
     assert_eq!(inbox(&hear(&mut links, 8, &[(0, 1, None)], &[])), [(0, 70)]);
     assert_eq!(inbox(&hear(&mut links, 9, &[], &[])), [(0, 40)]);
@@ -300,11 +308,11 @@ fn a_second_copy_comes_one_step_later_and_goes_unheard() {
     let heard = hear(&mut links, 5, &[(0, 1, twice), (1, 1, late)], &[]);
     assert_eq!(inbox(&heard), [(0, 40)]);
     let heard = hear(&mut links, 6, &[], &[]);
-    assert_eq!(fates(&heard), [(0, 40, Fate::Duplicate, 6)]);
+    assert_eq!(deliveries(&heard), [(0, 40, Delivery::Duplicate, 6)]);
     assert!(heard.inbox.is_empty());
     assert_eq!(inbox(&hear(&mut links, 7, &[], &[])), [(1, 40)]);
     let heard = hear(&mut links, 8, &[], &[]);
-    assert_eq!(fates(&heard), [(1, 40, Fate::Duplicate, 8)]);
+    assert_eq!(deliveries(&heard), [(1, 40, Delivery::Duplicate, 8)]);
     assert!(heard.inbox.is_empty());
 }
 
@@ -320,8 +328,8 @@ fn what_was_due_while_the_robot_was_out_is_cut() {
     // Out in tick 7, in which the first is due; back for the second.
     let heard = hear(&mut links, 8, &[], &[]);
     assert_eq!(
-        fates(&heard),
-        [(1, 40, Fate::Cut, 7), (1, 50, Fate::Delayed, 8)]
+        deliveries(&heard),
+        [(1, 40, Delivery::Cut, 7), (1, 50, Delivery::Delayed, 8)]
     );
     assert_eq!(inbox(&heard), [(1, 50)]);
     // Out again, and so is the copy.
@@ -337,25 +345,25 @@ fn no_more_is_kept_than_a_report_can_tell_of() {
     }
     let tick = CAPACITY as u64 + 1;
     let heard = hear(&mut links, tick, &[(1, 1, hold)], &[1]);
-    assert_eq!(fates(&heard)[0].2, Fate::Dropped);
+    assert_eq!(deliveries(&heard)[0].2, Delivery::Dropped);
     assert_eq!(hear(&mut links, tick + 1, &[], &[]).inbox.len(), CAPACITY);
 }
 
 #[test]
 fn a_message_of_another_kind_shifts_no_luck() {
-    let luck = |seed, sender, tick, index| Luck::of(seed, ME, &broadcast(sender, tick, 7), index);
+    let draws = |seed, sender, tick, index| Draws::of(seed, ME, &broadcast(sender, tick, 7), index);
     let draws = [
-        luck(1, 0, 4, 0),
-        luck(2, 0, 4, 0),
-        luck(1, 1, 4, 0),
-        luck(1, 0, 5, 0),
-        luck(1, 0, 4, 1),
+        draws(1, 0, 4, 0),
+        draws(2, 0, 4, 0),
+        draws(1, 1, 4, 0),
+        draws(1, 0, 5, 0),
+        draws(1, 0, 4, 1),
     ];
     for (place, one) in draws.iter().enumerate() {
         assert!(draws[..place].iter().all(|other| other != one));
     }
     // The place among all broadcasts of its tick, which another kind shifts, is no part of it.
-    assert_eq!(Luck::of(1, ME, &broadcast(0, 4, 0), 0), luck(1, 0, 4, 0));
+    assert_eq!(Draws::of(1, ME, &broadcast(0, 4, 0), 0), draws(1, 0, 4, 0));
 }
 
 /// One tick of a script.
@@ -423,10 +431,10 @@ fn play(seed: u64, script: &[Moment]) -> Vec<Option<Heard>> {
         .collect()
 }
 
-/// Fates of one sender's messages.
-fn of_sender(sender: u16, heard: &[Option<Heard>]) -> Vec<(u16, u64, Fate, u64)> {
-    let all = heard.iter().flatten().flat_map(fates);
-    all.filter(|fate| fate.0 == sender).collect()
+/// Deliveries of one sender's messages.
+fn of_sender(sender: u16, heard: &[Option<Heard>]) -> Vec<(u16, u64, Delivery, u64)> {
+    let all = heard.iter().flatten().flat_map(deliveries);
+    all.filter(|delivery| delivery.0 == sender).collect()
 }
 
 proptest! {
@@ -444,31 +452,31 @@ proptest! {
             let moment = &script[tick as usize - 1];
             let listed: usize = moment.senders.iter().map(|sender| usize::from(sender.0)).sum();
             let mut expected = BTreeSet::new();
-            for (place, (sender, seq, fate, at)) in fates(&heard).into_iter().enumerate() {
+            for (place, (sender, seq, delivery, at)) in deliveries(&heard).into_iter().enumerate() {
                 let key = (sender, seq);
                 let is_listed = place < listed;
                 prop_assert_eq!(is_listed, seq / 10 == tick - 1);
-                match fate {
-                    Fate::Pending => {
+                match delivery {
+                    Delivery::Pending => {
                         prop_assert!(is_listed && at >= tick);
                         prop_assert!(on_their_way.insert(key, at).is_none());
                     }
-                    Fate::Heard | Fate::Dropped => {
+                    Delivery::Heard | Delivery::Dropped => {
                         prop_assert!(is_listed && at == tick && settled.insert(key));
                     }
-                    Fate::Cut => {
+                    Delivery::Cut => {
                         prop_assert!(is_listed || (at < tick && on_their_way.remove(&key).is_some()));
                         prop_assert!(settled.insert(key));
                     }
-                    Fate::Delayed => {
+                    Delivery::Delayed => {
                         prop_assert_eq!(at, tick);
                         prop_assert!(on_their_way.remove(&key).is_some_and(|said| said <= at));
                         prop_assert!(settled.insert(key));
                     }
-                    Fate::Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
-                    Fate::Lost => prop_assert!(false, "everything has arrived"),
+                    Delivery::Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
+                    Delivery::Lost => prop_assert!(false, "everything has arrived"),
                 }
-                if matches!(fate, Fate::Heard | Fate::Delayed) {
+                if matches!(delivery, Delivery::Heard | Delivery::Delayed) {
                     audible.insert(key, tick);
                     expected.insert(key);
                 }
@@ -498,9 +506,9 @@ proptest! {
         let dropped = |link: LinkState| {
             let senders = [(1, link, false), (0, LinkState::default(), false)];
             let script = vec![Moment { senders, present: true }; 200];
-            let fates = of_sender(0, &play(9, &script)).into_iter();
-            let dropped = fates.filter(|fate| fate.2 == Fate::Dropped);
-            dropped.map(|fate| fate.1).collect::<BTreeSet<_>>()
+            let deliveries = of_sender(0, &play(9, &script)).into_iter();
+            let dropped = deliveries.filter(|delivery| delivery.2 == Delivery::Dropped);
+            dropped.map(|delivery| delivery.1).collect::<BTreeSet<_>>()
         };
         let lossy = LinkState { drop: Probability::of(drop), ..LinkState::default() };
         let late = LinkState {

@@ -99,17 +99,17 @@ fn every_tick_is_shown_as_it_was_logged() {
     let obstacles = |t_s: usize| views[t_s * 20 + 1]["obstacles"].as_array().unwrap().len();
     assert_eq!((obstacles(29), obstacles(31), obstacles(41)), (0, 1, 0));
     assert_eq!(at(22_000, "gold")["state"], "dead");
-    let fates = |from: usize, to: usize| {
+    let deliveries = |from: usize, to: usize| {
         let messages = views[from..to]
             .iter()
             .flat_map(|view| view["messages"].as_array().unwrap());
         messages
-            .filter(|message| message["reception"]["fate"] == "Dropped")
+            .filter(|message| message["reception"]["delivery"] == "Dropped")
             .count()
     };
-    assert_eq!(fates(0, 200), 0);
-    assert!(fates(200, 800) > 0);
-    assert_eq!(fates(805, 1401), 0);
+    assert_eq!(deliveries(0, 200), 0);
+    assert!(deliveries(200, 800) > 0);
+    assert_eq!(deliveries(805, 1401), 0);
 
     let events = page.get("/api/events");
     let lines = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();

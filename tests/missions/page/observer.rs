@@ -104,7 +104,7 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     page.control(r#"{"clock": {"speed": 20}}"#);
     page.control(r#"{"clock": "resume"}"#);
     let mut told: Vec<Value> = Vec::new();
-    let mut fates = BTreeSet::new();
+    let mut deliveries = BTreeSet::new();
     let ended = loop {
         let frame = ears.next().unwrap();
         if let Some(Value::Array(events)) = frame.get("events") {
@@ -113,7 +113,12 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
         if let Some(messages) = frame.get("messages") {
             assert_eq!(messages["left_out"], 0);
             for message in messages["receptions"].as_array().unwrap() {
-                fates.insert(message["reception"]["fate"].as_str().unwrap().to_owned());
+                deliveries.insert(
+                    message["reception"]["delivery"]
+                        .as_str()
+                        .unwrap()
+                        .to_owned(),
+                );
             }
         }
         assert_eq!(frame.get("missed"), None);
@@ -124,7 +129,7 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     assert_eq!(ended["outcome"], "time-limit");
     assert_eq!(ended["folder"], lab.path("run").to_str().unwrap());
     assert!(ears.next().is_none());
-    assert!(fates.contains("Heard"), "{fates:?}");
+    assert!(deliveries.contains("Heard"), "{deliveries:?}");
     team.wait().expect(1);
 
     // The events are the log's, all of them, in order.

@@ -286,7 +286,7 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
     browser.wait_for("alliance.view.faults.length == 2");
     run_to(&browser, &page, 300);
     browser.click("#tab-messages");
-    browser.wait_for("document.querySelector('#message-list [data-fate=lost]') != null");
+    browser.wait_for("document.querySelector('#message-list [data-delivery=lost]') != null");
     browser.screenshot("page-messages");
     browser.press('u');
     browser.wait_for("alliance.view.faults.length == 1");

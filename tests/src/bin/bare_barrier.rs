@@ -23,7 +23,7 @@ use zenoh::{Session, Wait};
 
 /// Exchange the messages of a run, and nothing else.
 #[derive(Parser)]
-struct Command {
+struct BarrierCli {
     #[command(subcommand)]
     part: Part,
 }
@@ -80,7 +80,7 @@ fn main() -> zenoh::Result<()> {
         .enable_all()
         .build()?;
     runtime.block_on(async {
-        match Command::parse().part {
+        match BarrierCli::parse().part {
             Part::World(world) => world.run().await,
             Part::Agent(agent) => agent.run().await,
         }

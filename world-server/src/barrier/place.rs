@@ -13,9 +13,9 @@ pub enum Presence {
     Empty,
     /// An agent was welcomed, but its liveliness token has not appeared.
     Invited,
-    /// Takes part from the next tick on; `again` after a silence, else in a new life.
+    /// Takes part from the next tick on; `again` after a silence, else in a new incarnation.
     Entering {
-        /// Whether it has been here before in this life.
+        /// Whether it has been here before in this incarnation.
         again: bool,
     },
     /// Takes part.
@@ -27,7 +27,7 @@ pub enum Presence {
 /// What the barrier keeps of a report that counts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Listing {
-    /// The life that it is of: a successor may have the place by now.
+    /// The incarnation that it is of: a successor may have the place by now.
     pub incarnation: Incarnation,
     pub broadcasts: u16,
 }
@@ -37,7 +37,7 @@ pub(super) struct Listing {
 pub(super) struct Place {
     pub name: String,
     pub presence: Presence,
-    /// Latest life, 0 before the first.
+    /// Latest incarnation, 0 before the first.
     pub incarnation: Incarnation,
     pub last_counted: Option<Tick>,
     /// Broadcasts that count since its last step.
@@ -58,7 +58,7 @@ pub(super) struct Place {
     pub doomed: bool,
     /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
     pub suspended: bool,
-    /// Its latest life was welcomed and given up, but may still come.
+    /// Its latest incarnation was welcomed and given up, but may still come.
     pub late: bool,
 }
 

@@ -20,7 +20,7 @@ impl Air for All {
 #[derive(Clone, Debug)]
 enum Action {
     Invite(u16),
-    /// A token appears, of the life so many before the latest.
+    /// A token appears, of the incarnation so many before the latest.
     Arrive(u16, u32),
     /// A token goes.
     Gone(u16, u32),
@@ -28,7 +28,7 @@ enum Action {
     Ask,
     /// What an honest agent that has been asked would say, with so many broadcasts.
     Answer(u16, u16),
-    /// A report of another life and tick, by their distance from the true ones plus one.
+    /// A report of another incarnation and tick, by their distance from the true ones plus one.
     Stray(u16, u32, u64, u16),
     /// Ends the tick if it is complete.
     Finish,
@@ -44,7 +44,7 @@ fn action() -> impl Strategy<Value = Action> {
         6 => Just(Action::Ask),
         9 => (robot(), 0..3_u16).prop_map(|(robot, count)| Action::Answer(robot, count)),
         2 => (robot(), 0..3_u32, 0..3_u64, prop_oneof![0..3_u16, Just(u16::MAX)])
-            .prop_map(|(robot, life, tick, count)| Action::Stray(robot, life, tick, count)),
+            .prop_map(|(robot, incarnation, tick, count)| Action::Stray(robot, incarnation, tick, count)),
         6 => Just(Action::Finish),
     ]
 }
@@ -79,7 +79,7 @@ struct Watched {
     awaited: BTreeSet<u16>,
     /// Who has been asked in the current tick, in that order.
     asked: Vec<u16>,
-    /// First tick promised to each life.
+    /// First tick promised to each incarnation.
     promised: BTreeMap<(u16, Incarnation), Tick>,
 }
 
@@ -113,12 +113,12 @@ impl Watched {
         watched
     }
 
-    fn life(&self, robot: u16) -> Incarnation {
+    fn incarnation(&self, robot: u16) -> Incarnation {
         self.barrier.places[usize::from(robot)].incarnation
     }
 
-    /// Latest tick in which that life counted.
-    fn last_counted(&self, robot: u16, life: Incarnation) -> Option<Tick> {
+    /// Latest tick in which that incarnation counted.
+    fn last_counted(&self, robot: u16, incarnation: Incarnation) -> Option<Tick> {
         let of_robot = self
             .counted
             .iter()
@@ -126,7 +126,7 @@ impl Watched {
             .filter(|((_, rank), _)| *rank == robot);
         of_robot
             .map(|((tick, _), report)| (*tick, report.incarnation))
-            .find(|(_, incarnation)| *incarnation == life)
+            .find(|(_, counted)| *counted == incarnation)
             .map(|(tick, _)| tick)
     }
 
@@ -140,13 +140,13 @@ impl Watched {
             Action::Ask => drop(self.ask()),
             Action::Answer(robot, broadcasts) => {
                 let (robot, tick) = (within(robot), self.barrier.tick());
-                self.report(robot, self.life(robot), tick, broadcasts);
+                self.report(robot, self.incarnation(robot), tick, broadcasts);
             }
-            Action::Stray(robot, life, tick, broadcasts) => {
+            Action::Stray(robot, offset, tick, broadcasts) => {
                 let robot = within(robot);
-                let life = (self.life(robot) + life).saturating_sub(1);
+                let incarnation = (self.incarnation(robot) + offset).saturating_sub(1);
                 let tick = (self.barrier.tick() + tick).saturating_sub(1);
-                self.report(robot, life, tick, broadcasts);
+                self.report(robot, incarnation, tick, broadcasts);
             }
             Action::Finish => {
                 if self.barrier.is_complete() {
@@ -165,27 +165,27 @@ impl Watched {
     }
 
     fn invite(&mut self, robot: u16) {
-        let before = self.life(robot);
-        if let Ok((id, life, first)) = self.barrier.invite(&format!("robot-{robot}")) {
-            assert_eq!((id, life), (RobotId(robot), before + 1));
+        let before = self.incarnation(robot);
+        if let Ok((id, incarnation, first)) = self.barrier.invite(&format!("robot-{robot}")) {
+            assert_eq!((id, incarnation), (RobotId(robot), before + 1));
             assert!(
                 !self.awaited.contains(&robot),
                 "a live agent's robot was given away"
             );
-            self.promised.insert((robot, life), first);
+            self.promised.insert((robot, incarnation), first);
         }
     }
 
     fn arrive(&mut self, robot: u16, ago: u32) {
-        let life = self.life(robot).saturating_sub(ago);
-        self.barrier.arrive(RobotId(robot), life);
+        let incarnation = self.incarnation(robot).saturating_sub(ago);
+        self.barrier.arrive(RobotId(robot), incarnation);
         self.barrier.start_if_all_here();
     }
 
     fn gone(&mut self, robot: u16, ago: u32) {
-        let life = self.life(robot).saturating_sub(ago);
-        self.barrier.gone(RobotId(robot), life);
-        if life == self.life(robot) {
+        let incarnation = self.incarnation(robot).saturating_sub(ago);
+        self.barrier.gone(RobotId(robot), incarnation);
+        if incarnation == self.incarnation(robot) {
             self.awaited.remove(&robot);
         }
     }
@@ -196,10 +196,16 @@ impl Watched {
     }
 
     /// A report counts if and only if it is the first answer of an agent that was asked.
-    fn report(&mut self, robot: u16, life: Incarnation, tick: Tick, broadcasts: u16) -> Verdict {
-        let honest = life == self.life(robot) && tick == self.barrier.tick();
+    fn report(
+        &mut self,
+        robot: u16,
+        incarnation: Incarnation,
+        tick: Tick,
+        broadcasts: u16,
+    ) -> Verdict {
+        let honest = incarnation == self.incarnation(robot) && tick == self.barrier.tick();
         let counts = self.awaited.contains(&robot) && honest && broadcasts <= MAX_BROADCASTS;
-        let report = report(RobotId(robot), life, tick, broadcasts);
+        let report = report(RobotId(robot), incarnation, tick, broadcasts);
         let verdict = self.barrier.report(&report);
         assert_eq!(
             verdict == Verdict::Counted,
@@ -231,14 +237,14 @@ impl Watched {
             }
             self.asked.push(robot);
             self.awaited.insert(robot);
-            let life = question.incarnation;
-            assert_eq!(life, self.life(robot));
+            let incarnation = question.incarnation;
+            assert_eq!(incarnation, self.incarnation(robot));
             assert!(
-                self.promised[&(robot, life)] <= self.barrier.tick(),
+                self.promised[&(robot, incarnation)] <= self.barrier.tick(),
                 "before its first tick"
             );
-            assert_eq!(question.last_counted, self.last_counted(robot, life));
-            assert_eq!(manifest, self.audible(robot, life));
+            assert_eq!(question.last_counted, self.last_counted(robot, incarnation));
+            assert_eq!(manifest, self.audible(robot, incarnation));
             questions.push((question, manifest));
         }
         questions
@@ -246,9 +252,9 @@ impl Watched {
 
     /// What that robot hears in the current tick: what counted since its own last step, and nothing if it did not count in
     /// the tick before.
-    fn audible(&self, robot: u16, life: Incarnation) -> Vec<ManifestEntry> {
+    fn audible(&self, robot: u16, incarnation: Incarnation) -> Vec<ManifestEntry> {
         let now = self.barrier.tick();
-        let was_there = now > 0 && self.last_counted(robot, life) == Some(now - 1);
+        let was_there = now > 0 && self.last_counted(robot, incarnation) == Some(now - 1);
         let hears = |tick: Tick, sender: u16| match self.order {
             StepOrder::Simultaneous => was_there && tick + 1 == now,
             StepOrder::InOrder => {
@@ -425,9 +431,9 @@ fn a_restart_within_the_tick_of_the_death_is_a_new_life_in_the_next_tick() {
     assert_eq!(
         gathered.dead,
         [RobotId(1)],
-        "what the old life carried falls"
+        "what the old incarnation carried falls"
     );
-    assert!(gathered.counted[1], "what the old life did counts");
+    assert!(gathered.counted[1], "what the old incarnation did counts");
     let questions = watched.ask();
     assert_eq!(questions[1].0.incarnation, 2);
     assert_eq!(questions[1].0.last_counted, None);
@@ -512,7 +518,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
         let mut barrier = Watched::running(3, order).barrier;
         everybody(&mut barrier);
         finish(&mut barrier);
-        barrier.doom(RobotId(0));
+        barrier.kill_after_tick(RobotId(0));
         let heard = everybody(&mut barrier);
         assert!(
             heard
@@ -569,8 +575,8 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
     everybody(&mut barrier);
     barrier.gone(RobotId(1), 1);
     finish(&mut barrier);
-    let (robot, life, first) = barrier.invite("robot-1").unwrap();
-    barrier.arrive(robot, life);
+    let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
+    barrier.arrive(robot, incarnation);
     assert!(barrier.is_coming(robot));
     assert_eq!(first, 2, "by itself with the next tick");
     barrier.expect(robot);
@@ -592,13 +598,13 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
     finish(&mut barrier);
     barrier.expect(RobotId(1));
     assert!(barrier.next_question(&All(2)).is_none() && !barrier.is_complete());
-    let (robot, life, first) = barrier.invite("robot-1").unwrap();
+    let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
     assert_eq!(
-        (robot, life, first),
+        (robot, incarnation, first),
         (RobotId(1), 2, 1),
         "in this very tick"
     );
-    barrier.arrive(robot, life);
+    barrier.arrive(robot, incarnation);
     assert_eq!(everybody(&mut barrier).len(), 2);
     let joined = Input::Join {
         robot: "robot-1".to_owned(),
@@ -633,10 +639,10 @@ fn who_was_given_up_may_still_come_unless_another_has_the_place() {
         }
         assert_eq!(everybody(&mut barrier).len(), 2);
         // One that is dead is not expected any more.
-        let life = barrier.incarnation(RobotId(1)).unwrap();
-        barrier.gone(RobotId(1), life);
+        let incarnation = barrier.incarnation(RobotId(1)).unwrap();
+        barrier.gone(RobotId(1), incarnation);
         finish(&mut barrier);
-        barrier.arrive(RobotId(1), life);
+        barrier.arrive(RobotId(1), incarnation);
         assert_eq!(barrier.presence(RobotId(1)), Presence::Empty);
     }
 }

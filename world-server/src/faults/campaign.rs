@@ -13,7 +13,7 @@ use alliance_proto::scenario::{Robot, Scenario};
 use alliance_proto::time::SimTime;
 use rand_chacha::ChaCha8Rng;
 
-use super::luck::{WORDS, exponential, uniform};
+use super::draws::{WORDS, exponential, uniform};
 
 /// Most random numbers that one failure takes.
 const DRAWS: u64 = 16;

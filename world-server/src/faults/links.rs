@@ -10,7 +10,7 @@ use alliance_proto::fault::{Fault, LinkTerms, Who};
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::link::{LinkState, Probability};
 use alliance_proto::scenario::{Setup, StepOrder};
-use alliance_proto::telemetry::{Fate, Reception};
+use alliance_proto::telemetry::{Delivery, Reception};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
@@ -151,32 +151,34 @@ impl Links {
 
     /// The faults that may have brought about what `receiver` reports of a message in this tick, each once.
     ///
-    /// A message that is kept counts when it is [`Fate::Pending`], not once more when it is heard; one that was due while its
+    /// A message that is kept counts when it is [`Delivery::Pending`], not once more when it is heard; one that was due while its
     /// receiver was out is cut by none of these faults.
     pub fn causes(
         &self,
         receiver: RobotId,
         reception: &Reception,
     ) -> impl Iterator<Item = FaultIndex> {
-        let (sender, fate) = (reception.sender, reception.fate);
+        let (sender, delivery) = (reception.sender, reception.delivery);
         let listed = self.listed(sender, receiver, reception.sent);
         let is_new = listed == self.tick;
         // Holding comes before delaying and overtaking.
-        let is_held =
-            fate == Fate::Pending && (self.state(sender, receiver)).is_some_and(|state| state.hold);
+        let is_held = delivery == Delivery::Pending
+            && (self.state(sender, receiver)).is_some_and(|state| state.hold);
         let acting = self.acting.iter().filter(move |acting| {
             let state = self.done_by(acting, sender, receiver);
-            match fate {
-                Fate::Dropped => is_new && state.drop > Probability::NEVER,
-                Fate::Cut => is_new && state.cut,
-                Fate::Pending if is_held => is_new && state.hold,
-                Fate::Pending => is_new && state.may_delay(),
-                Fate::Duplicate => acting.since <= listed && state.duplicate > Probability::NEVER,
-                Fate::Heard | Fate::Lost | Fate::Delayed => false,
+            match delivery {
+                Delivery::Dropped => is_new && state.drop > Probability::NEVER,
+                Delivery::Cut => is_new && state.cut,
+                Delivery::Pending if is_held => is_new && state.hold,
+                Delivery::Pending => is_new && state.may_delay(),
+                Delivery::Duplicate => {
+                    acting.since <= listed && state.duplicate > Probability::NEVER
+                }
+                Delivery::Heard | Delivery::Lost | Delivery::Delayed => false,
             }
         });
         let healed = self.healed.iter().filter(move |(acting, until)| {
-            fate == Fate::Duplicate
+            delivery == Delivery::Duplicate
                 && (acting.since..*until).contains(&listed)
                 && self.done_by(acting, sender, receiver).duplicate > Probability::NEVER
         });

@@ -16,7 +16,7 @@ use alliance_proto::tick::TickMessage;
 use glam::Vec2;
 use rand_chacha::ChaCha8Rng;
 
-use super::luck::{WORDS, normal, uniform};
+use super::draws::{WORDS, normal, uniform};
 use super::schedule::FaultIndex;
 use crate::world::wrapped;
 
@@ -37,7 +37,7 @@ pub struct Sensors {
 #[derive(Clone, Debug)]
 struct Robot {
     name: String,
-    luck: ChaCha8Rng,
+    draws: ChaCha8Rng,
 }
 
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ impl Sensors {
         let robots = setup.scenario.robots.iter().enumerate();
         let robots = robots.map(|(rank, robot)| Robot {
             name: robot.name.clone(),
-            luck: robot_stream(setup.seed, Purpose::Sensor, RobotId(rank as u16)),
+            draws: robot_stream(setup.seed, Purpose::Sensor, RobotId(rank as u16)),
         });
         Self {
             robots: robots.collect(),
@@ -143,11 +143,11 @@ impl Sensors {
         readings: &mut Readings,
     ) -> Vec<FaultIndex> {
         let mut hits = Vec::new();
-        let luck = &mut self.robots[robot.index()].luck;
+        let draws = &mut self.robots[robot.index()].draws;
         let broken = self.broken.iter_mut();
         for broken in broken.filter(|broken| broken.robot == robot) {
             let intact = readings.clone();
-            broken.act(tick, luck, readings);
+            broken.act(tick, draws, readings);
             if *readings != intact {
                 hits.push(broken.fault);
             }
@@ -185,7 +185,7 @@ fn told_before(sent: &TickMessage, tick: Tick) -> Option<Readings> {
 }
 
 impl Broken {
-    fn act(&mut self, tick: Tick, luck: &mut ChaCha8Rng, readings: &mut Readings) {
+    fn act(&mut self, tick: Tick, draws: &mut ChaCha8Rng, readings: &mut Readings) {
         let (device, mode, before) = match self.defect {
             Defect::Device {
                 device,
@@ -204,13 +204,13 @@ impl Broken {
                 copy(device, stuck_at, readings);
             }
             SensorMode::Noise(size) => {
-                seek(luck, tick, device, before, 0);
-                mislead(device, readings, size, || normal(luck) as f32);
+                seek(draws, tick, device, before, 0);
+                mislead(device, readings, size, || normal(draws) as f32);
             }
             SensorMode::Bias(size) => mislead(device, readings, size, || 1.0),
             SensorMode::Dropout(share) => {
-                seek(luck, tick, device, before, 1);
-                if uniform(luck) < share {
+                seek(draws, tick, device, before, 1);
+                if uniform(draws) < share {
                     copy(device, &Readings::default(), readings);
                 }
             }
@@ -219,13 +219,13 @@ impl Broken {
 }
 
 /// Goes to the place in a robot's stream that belongs to one fault of a device in one tick.
-fn seek(luck: &mut ChaCha8Rng, tick: Tick, device: Device, before: u64, kind: u64) {
+fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: Device, before: u64, kind: u64) {
     const DEVICES: u64 = 16;
     const FAULTS: u64 = 8;
     const KINDS: u64 = 2;
     let in_tick = ((device as u64) * FAULTS + before % FAULTS) * KINDS + kind;
     let place = u128::from(tick) * u128::from(DEVICES * FAULTS * KINDS) + u128::from(in_tick);
-    luck.set_word_pos(place * u128::from(MOST_NUMBERS * WORDS));
+    draws.set_word_pos(place * u128::from(MOST_NUMBERS * WORDS));
 }
 
 /// Makes a device tell what it tells in other readings.
@@ -279,7 +279,7 @@ fn mislead(
                 &mut proximity.right,
             ];
             for beam in sides.into_iter().flatten() {
-                // Drawn for a free beam as well, so that one does not shift the others' luck.
+                // Drawn for a free beam as well, so that one does not shift the others' draws.
                 let error_now = error();
                 if let Some(hit) = beam {
                     hit.distance_m = farther(hit.distance_m, error_now);

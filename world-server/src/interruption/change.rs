@@ -1,6 +1,6 @@
 //! Faults of the world itself as changes that begin and end.
 
-use alliance_proto::fault::{Fault, MoveRobot, MoveWaste, Waste};
+use alliance_proto::fault::{Fault, MoveRobot, MoveWaste, WasteFault};
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::scenario::{Obstacle, Scenario};
 use glam::Vec2;
@@ -18,7 +18,7 @@ enum Change {
         /// While it is there.
         id: Option<ObstacleId>,
     },
-    Waste(Waste),
+    Waste(WasteFault),
     MoveWaste(MoveWaste),
     MoveRobot {
         robot: RobotId,

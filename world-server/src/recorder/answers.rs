@@ -2,9 +2,9 @@
 //!
 //! Not at the end of the tick: when a report comes its memory is at hand, and a world that waits for other robots has the time.
 
-use alliance_proto::ids::{RobotId, SetId};
+use alliance_proto::ids::{BehaviorId, RobotId};
 use alliance_proto::readings::Readings;
-use alliance_proto::telemetry::{Fate, Motivation, Reception, SetState};
+use alliance_proto::telemetry::{BehaviorState, Delivery, Motivation, Reception};
 use alliance_proto::tick::Report;
 
 use super::hash::{Section, SectionHash};
@@ -24,15 +24,15 @@ pub struct Answer {
     /// What the agent did; where that does not count, what it did last.
     pub report: Report,
     /// The behavior set that is active according to that.
-    pub active: Option<SetId>,
+    pub active: Option<BehaviorId>,
     /// What became of the messages that it lists.
-    pub fates: Fates,
+    pub deliveries: Deliveries,
     hashes: Option<Hashes>,
 }
 
-/// How many messages had which fate: counted once, for the list itself is far away when the tick ends.
+/// Number of messages by delivery. Counted when the report arrives: at the end of the tick the list is a cache miss.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Fates {
+pub struct Deliveries {
     /// In the step after they were sent.
     pub heard: u32,
     /// Later.
@@ -45,19 +45,19 @@ pub struct Fates {
     pub pending: u32,
 }
 
-impl Fates {
+impl Deliveries {
     fn of(receptions: &[Reception]) -> Self {
-        let mut fates = Self::default();
+        let mut deliveries = Self::default();
         for reception in receptions {
-            *match reception.fate {
-                Fate::Heard => &mut fates.heard,
-                Fate::Delayed => &mut fates.delayed,
-                Fate::Lost | Fate::Dropped | Fate::Cut => &mut fates.lost,
-                Fate::Duplicate => &mut fates.duplicate,
-                Fate::Pending => &mut fates.pending,
+            *match reception.delivery {
+                Delivery::Heard => &mut deliveries.heard,
+                Delivery::Delayed => &mut deliveries.delayed,
+                Delivery::Lost | Delivery::Dropped | Delivery::Cut => &mut deliveries.lost,
+                Delivery::Duplicate => &mut deliveries.duplicate,
+                Delivery::Pending => &mut deliveries.pending,
             } += 1;
         }
-        fates
+        deliveries
     }
 
     /// Whether nothing befell any message.
@@ -116,10 +116,10 @@ impl Answers {
             },
             commands: self.hash.of(&report.actuation),
         });
-        answer.fates = Fates::of(&report.receptions);
+        answer.deliveries = Deliveries::of(&report.receptions);
         if !same_motivations {
             let mut motivations = report.motivations.iter();
-            let active = motivations.find(|motivation| motivation.state == SetState::Active);
+            let active = motivations.find(|motivation| motivation.state == BehaviorState::Active);
             answer.active = active.map(|motivation| motivation.set);
         }
         answer.keep(report, same_motivations);
@@ -193,7 +193,7 @@ fn have_same_motivations(a: &Report, b: &Report) -> bool {
 }
 
 /// All of a motivation, in comparable form.
-pub(super) type MotivationBits = (SetId, [u64; 2], [bool; 4], SetState);
+pub(super) type MotivationBits = (BehaviorId, [u64; 2], [bool; 4], BehaviorState);
 
 #[inline(always)]
 pub(super) fn motivation_bits(it: &Motivation) -> MotivationBits {

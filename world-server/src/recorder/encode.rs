@@ -1,7 +1,7 @@
 //! The rows of each table that a tick adds (DESIGN §8).
 
 use alliance_proto::event::EventLine;
-use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
@@ -44,8 +44,8 @@ impl Names {
         Some(RobotId(rank as u16))
     }
 
-    fn set(&self, set: Option<SetId>) -> &str {
-        set.map_or("", |set| self.catalog.set_name(set))
+    fn set(&self, set: Option<BehaviorId>) -> &str {
+        set.map_or("", |set| self.catalog.behavior_name(set))
     }
 
     fn task(&self, task: Option<TaskId>) -> &str {
@@ -53,7 +53,7 @@ impl Names {
     }
 
     /// The task of a behavior set.
-    fn task_of(&self, set: SetId) -> &str {
+    fn task_of(&self, set: BehaviorId) -> &str {
         self.task(self.catalog.sets.get(set.index()).map(|set| set.task))
     }
 }
@@ -97,9 +97,9 @@ pub(super) fn messages(
     rows: &mut Vec<u8>,
 ) {
     for counted in record.counted() {
-        let (receiver, life) = (counted.report.robot, counted.report.incarnation);
+        let (receiver, incarnation) = (counted.report.robot, counted.report.incarnation);
         for reception in &counted.report.receptions {
-            if on_their_way.settle(receiver, life, reception) {
+            if on_their_way.settle(receiver, incarnation, reception) {
                 message(names, repeated, receiver, reception, rows);
             }
         }
@@ -158,7 +158,7 @@ fn message(
                 .text(names.task(said.and_then(|said| said.task)))
                 .optional(said.and_then(|said| said.progress))
                 .number(reception.sent.0)
-                .text(reception.fate.as_str())
+                .text(reception.delivery.as_str())
                 .end();
         });
 }

@@ -47,7 +47,7 @@ use pages::Pages;
 use repeated::Repeated;
 use run_file::Tally;
 
-pub use answers::{Answer, Answers, Fates};
+pub use answers::{Answer, Answers, Deliveries};
 pub use background::Background;
 pub use hash::Section;
 pub use level::LogLevel;

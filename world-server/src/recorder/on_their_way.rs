@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::mem;
 
 use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::telemetry::{Fate, Reception};
+use alliance_proto::telemetry::{Delivery, Reception};
 
-/// The receiver and its life; the sender, its life, and the message's number in it.
+/// The receiver and its incarnation; the sender, its incarnation, and the message's number in it.
 type Key = (RobotId, Incarnation, RobotId, Incarnation, u64);
 
 /// Pending receptions, with their receivers.
@@ -15,36 +15,45 @@ type Key = (RobotId, Incarnation, RobotId, Incarnation, u64);
 pub(super) struct OnTheirWay(BTreeMap<Key, Reception>);
 
 impl OnTheirWay {
-    /// Takes note of what a life of a robot reports; says whether it is the last word about the message.
-    pub fn settle(&mut self, receiver: RobotId, life: Incarnation, reception: &Reception) -> bool {
+    /// Takes note of what an incarnation of a robot reports; says whether it is the last word about the message.
+    pub fn settle(
+        &mut self,
+        receiver: RobotId,
+        incarnation: Incarnation,
+        reception: &Reception,
+    ) -> bool {
         let Some(said) = reception.said else {
             return true;
         };
         let key = (
             receiver,
-            life,
+            incarnation,
             reception.sender,
             reception.incarnation,
             said.seq,
         );
-        match reception.fate {
-            Fate::Pending => {
+        match reception.delivery {
+            Delivery::Pending => {
                 self.0.insert(key, *reception);
                 return false;
             }
-            Fate::Delayed | Fate::Cut => {
+            Delivery::Delayed | Delivery::Cut => {
                 self.0.remove(&key);
             }
-            Fate::Heard | Fate::Lost | Fate::Duplicate | Fate::Dropped => {}
+            Delivery::Heard | Delivery::Lost | Delivery::Duplicate | Delivery::Dropped => {}
         }
         true
     }
 
-    /// That life of the robot is over: what was on its way to it, by sender and number.
-    pub fn end_of(&mut self, receiver: RobotId, life: Incarnation) -> Vec<(RobotId, Reception)> {
-        let first = (receiver, life, RobotId(0), 0, 0);
+    /// That incarnation of the robot is over: what was on its way to it, by sender and number.
+    pub fn end_of(
+        &mut self,
+        receiver: RobotId,
+        incarnation: Incarnation,
+    ) -> Vec<(RobotId, Reception)> {
+        let first = (receiver, incarnation, RobotId(0), 0, 0);
         let mut rest = self.0.split_off(&first);
-        let next_life = (receiver, life.saturating_add(1), RobotId(0), 0, 0);
+        let next_life = (receiver, incarnation.saturating_add(1), RobotId(0), 0, 0);
         self.0.append(&mut rest.split_off(&next_life));
         list(rest)
     }

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use alliance_proto::ids::{RobotId, SetId, Tick};
+use alliance_proto::ids::{BehaviorId, RobotId, Tick};
 use alliance_proto::readings::Pose;
-use alliance_proto::telemetry::{NoteKind, SetState};
+use alliance_proto::telemetry::{BehaviorState, NoteKind};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use serde::{Serialize, Serializer};
@@ -56,7 +56,7 @@ pub struct BodyRecord {
     /// Energy left, J; `None` where energy is not simulated.
     pub energy_j: Option<f32>,
     /// Behavior set that its agent last reported as active, in this tick or before.
-    pub active: Option<SetId>,
+    pub active: Option<BehaviorId>,
 }
 
 /// A row of events.csv.
@@ -92,7 +92,7 @@ impl Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EventKind {
     /// A behavior set changed into this state.
-    State(SetState),
+    State(BehaviorState),
     /// An agent noted something.
     Note(NoteKind),
     /// A robot picked up an item.
@@ -141,9 +141,9 @@ pub enum FaultEvent {
 impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::State(SetState::Hibernating) => "hibernated",
-            Self::State(SetState::Waiting) => "waiting",
-            Self::State(SetState::Active) => "activated",
+            Self::State(BehaviorState::Hibernating) => "hibernated",
+            Self::State(BehaviorState::Waiting) => "waiting",
+            Self::State(BehaviorState::Active) => "activated",
             Self::Note(kind) => return kind.fmt(f),
             Self::Picked => "picked",
             Self::PickFailed => "pick-failed",

@@ -1,7 +1,7 @@
 //! What rows of a full log have in common: a tick begins all of its rows with its time, and most of what robots are and do is as it
 //! was in the tick before.
 
-use alliance_proto::ids::{RobotId, SetId, Tick};
+use alliance_proto::ids::{BehaviorId, RobotId, Tick};
 use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
 
@@ -30,7 +30,7 @@ pub(super) struct Repeated {
 }
 
 /// Position, heading and speed, energy, what it carries and does. In bits, for 0 and -0 are equal and are written differently.
-pub(super) type BodyBits = ([u32; 4], Option<u32>, bool, Option<SetId>);
+pub(super) type BodyBits = ([u32; 4], Option<u32>, bool, Option<BehaviorId>);
 
 impl Repeated {
     /// Of a team.

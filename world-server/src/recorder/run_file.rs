@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::RobotId;
 use alliance_proto::scenario::Setup;
-use alliance_proto::telemetry::SetState;
+use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
@@ -194,18 +194,18 @@ impl Tally {
 
 impl RobotFigures {
     fn add(&mut self, answer: &Answer) {
-        let (report, fates) = (&answer.report, answer.fates);
+        let (report, deliveries) = (&answer.report, answer.deliveries);
         self.ticks_counted += 1;
         self.messages_sent += u64::from(report.broadcasts);
         self.bytes_sent += u64::from(report.broadcast_bytes);
-        self.messages_heard += u64::from(fates.heard + fates.delayed);
-        self.messages_delayed += u64::from(fates.delayed);
-        self.messages_lost += u64::from(fates.lost);
-        self.messages_duplicate += u64::from(fates.duplicate);
+        self.messages_heard += u64::from(deliveries.heard + deliveries.delayed);
+        self.messages_delayed += u64::from(deliveries.delayed);
+        self.messages_lost += u64::from(deliveries.lost);
+        self.messages_duplicate += u64::from(deliveries.duplicate);
         let activated = report
             .changes
             .iter()
-            .filter(|change| change.to == SetState::Active);
+            .filter(|change| change.to == BehaviorState::Active);
         self.activations += activated.count() as u32;
     }
 }

@@ -2,11 +2,11 @@
 
 use alliance_proto::control::wire::{Form, Wire, WireError, Written};
 use alliance_proto::control::{
-    ClockCommand, ClockStatus, Command, Description, Phase, Reply, Request, RobotStatus, SetStatus,
-    Status,
+    ClockCommand, ClockStatus, ControlCommand, Description, Phase, Reply, Request, RobotStatus,
+    SetStatus, Status,
 };
 use alliance_proto::ids::RobotId;
-use alliance_proto::telemetry::SetState;
+use alliance_proto::telemetry::BehaviorState;
 use tokio::time::Instant;
 
 use super::Server;
@@ -39,12 +39,12 @@ impl Server {
             return Reply::Refused("nonce: it has been used; give each request its own".to_owned());
         }
         let reply = match request.command {
-            Command::Fault(order) => self.simulation.order(order).map(Reply::Armed),
-            Command::Clear(id) => self.simulation.clear(id.as_deref()).map(Reply::Cleared),
-            Command::List => Ok(Reply::Faults(self.simulation.faults())),
-            Command::Status => Ok(Reply::Status(Box::new(self.status()))),
-            Command::Describe => self.description().map(Reply::Description),
-            Command::Clock(command) => self.turn_the_clock(command).map(Reply::Clock),
+            ControlCommand::Fault(order) => self.simulation.order(order).map(Reply::Armed),
+            ControlCommand::Clear(id) => self.simulation.clear(id.as_deref()).map(Reply::Cleared),
+            ControlCommand::List => Ok(Reply::Faults(self.simulation.faults())),
+            ControlCommand::Status => Ok(Reply::Status(Box::new(self.status()))),
+            ControlCommand::Describe => self.description().map(Reply::Description),
+            ControlCommand::Clock(command) => self.turn_the_clock(command).map(Reply::Clock),
         };
         // A world that stands still shows at once what has changed.
         self.show();
@@ -130,7 +130,7 @@ impl Server {
         let lives = presence != Presence::Empty;
         let active = motivations
             .iter()
-            .find(|motivation| motivation.state == SetState::Active)
+            .find(|motivation| motivation.state == BehaviorState::Active)
             .filter(|_| lives);
         let task = active.and_then(|active| catalog.sets.get(active.set.index()));
         let peer = &self.peers[robot.index()];
@@ -148,7 +148,7 @@ impl Server {
                 .iter()
                 .filter(|_| lives)
                 .map(|motivation| SetStatus {
-                    behavior_set: catalog.set_name(motivation.set).to_owned(),
+                    behavior_set: catalog.behavior_name(motivation.set).to_owned(),
                     motivation: motivation.motivation,
                     state: motivation.state.as_str().to_owned(),
                 })

@@ -320,7 +320,7 @@ impl Server {
             }
             Verdict::Superseded => {
                 self.send(robot, &ToAgent::Dismissed(incarnation));
-                return self.refuse("report", &"of a superseded life");
+                return self.refuse("report", &"of a superseded incarnation");
             }
             Verdict::Stale => return self.refuse("report", &"stale"),
             Verdict::Malformed => return self.refuse("report", &"impossible contents"),

@@ -163,7 +163,7 @@ impl Simulation {
         self.acts.under_way = None;
         match failed.act {
             ProcessAct::Start => self.barrier.expect_no_more(failed.robot),
-            ProcessAct::Kill | ProcessAct::Terminate => self.barrier.spare(failed.robot),
+            ProcessAct::Kill | ProcessAct::Terminate => self.barrier.cancel_kill(failed.robot),
             ProcessAct::Stop => self.barrier.readmit(failed.robot),
             ProcessAct::Continue => self.barrier.release(failed.robot),
         }

@@ -13,7 +13,7 @@ use crate::recorder::FaultEvent;
 
 /// A command that waits for its turn before the next tick.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Command {
+pub(super) enum QueuedCommand {
     Order(Order),
     Clear(Vec<String>),
 }
@@ -37,8 +37,8 @@ impl Simulation {
             .commands
             .iter()
             .filter_map(|command| match command {
-                Command::Order(order) => order.id.as_deref(),
-                Command::Clear(_) => None,
+                QueuedCommand::Order(order) => order.id.as_deref(),
+                QueuedCommand::Clear(_) => None,
             })
             .collect();
         let id = self
@@ -54,7 +54,7 @@ impl Simulation {
         // Ticks are a step apart; what is due between two of them takes effect at the later one.
         let step = self.setup.scenario.step_ms;
         let tick = at.map(|at| at.0.div_ceil(step).max(tick));
-        self.command(Command::Order(order));
+        self.command(QueuedCommand::Order(order));
         Ok(Armed {
             id,
             tick,
@@ -98,7 +98,7 @@ impl Simulation {
     /// In a replay: what an operator cleared at once.
     pub fn clear_again(&mut self, ids: Vec<String>) {
         if !ids.is_empty() {
-            self.command(Command::Clear(ids));
+            self.command(QueuedCommand::Clear(ids));
         }
     }
 
@@ -109,11 +109,11 @@ impl Simulation {
         let mut schedule = Cow::Borrowed(&self.schedule);
         for command in &self.commands {
             match command {
-                Command::Order(order) => {
+                QueuedCommand::Order(order) => {
                     // The id was free when it was given, and reserved since.
                     let _ = schedule.to_mut().arm(order.clone(), now);
                 }
-                Command::Clear(ids) => {
+                QueuedCommand::Clear(ids) => {
                     for id in ids {
                         if let Some(fault) = schedule.find(id) {
                             schedule.to_mut().clear(fault, now);
@@ -142,15 +142,15 @@ impl Simulation {
         )
     }
 
-    fn command(&mut self, command: Command) {
+    fn command(&mut self, command: QueuedCommand) {
         self.commands.push_back(command);
         // At once, if it can be: a clock that stands still asks for no tick.
         self.begin();
     }
 
-    pub(super) fn obey(&mut self, command: Command) {
+    pub(super) fn obey(&mut self, command: QueuedCommand) {
         match command {
-            Command::Order(order) => {
+            QueuedCommand::Order(order) => {
                 self.inputs.push(Input::Order {
                     order: order.clone(),
                 });
@@ -159,7 +159,7 @@ impl Simulation {
                     self.tell(FaultEvent::Armed, fault, "");
                 }
             }
-            Command::Clear(ids) => {
+            QueuedCommand::Clear(ids) => {
                 for id in &ids {
                     if let Some(fault) = self.schedule.find(id) {
                         self.clear_one(fault);

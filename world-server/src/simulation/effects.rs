@@ -145,20 +145,20 @@ impl Simulation {
     /// A robot that takes part still counts in this tick, unheard; any other dies at once.
     fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
         if self.barrier.presence(robot) == Presence::Present {
-            self.barrier.doom(robot);
-            self.executions.push(Act::new(robot, act, fault));
+            self.barrier.kill_after_tick(robot);
+            self.pending_kills.push(Act::new(robot, act, fault));
         } else {
-            self.barrier.doom(robot);
+            self.barrier.kill_after_tick(robot);
             self.act(fault, robot, act);
         }
     }
 
     fn kill_at_once(&mut self, fault: FaultIndex, robot: RobotId) {
         // What was to wait for the end of the tick would otherwise meet its successor.
-        for act in self.executions.extract_if(.., |act| act.robot == robot) {
+        for act in self.pending_kills.extract_if(.., |act| act.robot == robot) {
             self.acts.push(act);
         }
-        self.barrier.doom(robot);
+        self.barrier.kill_after_tick(robot);
         self.act(fault, robot, ProcessAct::Kill);
     }
 

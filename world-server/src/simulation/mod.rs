@@ -18,12 +18,12 @@ mod view;
 
 use std::collections::{BTreeMap, VecDeque};
 
-use alliance_proto::ids::{Incarnation, RobotId, SetId, Tick};
+use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
 use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
-use alliance_proto::telemetry::{Fate, Motivation};
+use alliance_proto::telemetry::{Delivery, Motivation};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
@@ -42,7 +42,7 @@ use crate::recorder::{
 use crate::world::{World, WorldEvent};
 
 use acts::{Act, Acts};
-use commands::Command;
+use commands::QueuedCommand;
 use view::Memories;
 
 /// A run.
@@ -56,7 +56,7 @@ pub struct Simulation {
     /// Whether it senses something else than when it answered last, by rank.
     news: Vec<bool>,
     /// Behavior set that each robot last reported as active, by rank.
-    active: Vec<Option<SetId>>,
+    active: Vec<Option<BehaviorId>>,
     answers: Answers,
     schedule: Schedule,
     links: Links,
@@ -74,10 +74,10 @@ pub struct Simulation {
     /// The current tick's reports have been looked at for what they trigger.
     settled: bool,
     /// Commands that wait for their turn.
-    commands: VecDeque<Command>,
+    commands: VecDeque<QueuedCommand>,
     acts: Acts,
     /// Kills of the current tick, to be done once everybody has reported.
-    executions: Vec<Act>,
+    pending_kills: Vec<Act>,
     /// Commands of the current tick.
     inputs: Vec<Input>,
     /// Acts of the current tick that could not be done.
@@ -133,7 +133,7 @@ impl Simulation {
             settled: false,
             commands: VecDeque::new(),
             acts: Acts::default(),
-            executions: Vec::new(),
+            pending_kills: Vec::new(),
             inputs: Vec::new(),
             failures: Vec::new(),
             events: Vec::new(),
@@ -394,7 +394,7 @@ impl Simulation {
                 }
             }
         }
-        for act in std::mem::take(&mut self.executions) {
+        for act in std::mem::take(&mut self.pending_kills) {
             self.acts.push(act);
         }
     }
@@ -518,7 +518,7 @@ impl Simulation {
             let report = &answer.report;
             self.active[report.robot.index()] = answer.active;
             self.memories.remember(now, report);
-            if !answer.fates.are_usual() {
+            if !answer.deliveries.are_usual() {
                 self.note_losses(report, inputs);
                 self.note_hits(report, &mut hits);
             }
@@ -534,7 +534,7 @@ impl Simulation {
     /// What link faults have done to messages.
     fn note_hits(&self, report: &Report, hits: &mut Vec<FaultIndex>) {
         for reception in &report.receptions {
-            if reception.fate != Fate::Heard {
+            if reception.delivery != Delivery::Heard {
                 hits.extend(self.links.causes(report.robot, reception));
             }
         }
@@ -549,7 +549,7 @@ impl Simulation {
             let from = Some((reception.sender, reception.sent));
             index = if from == before { index + 1 } else { 0 };
             before = from;
-            if reception.fate == Fate::Lost {
+            if reception.delivery == Delivery::Lost {
                 self.unscripted = true;
                 inputs.push(Input::Lost {
                     receiver: self.name(report.robot).to_owned(),

@@ -2,7 +2,7 @@
 
 use alliance_proto::fault::{Fault, Happening, When};
 use alliance_proto::ids::RobotId;
-use alliance_proto::telemetry::{NoteKind, SetState};
+use alliance_proto::telemetry::{BehaviorState, NoteKind};
 use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
 
@@ -28,11 +28,11 @@ impl Simulation {
         let changes = report.changes.iter().map(|change| Happened {
             robot: report.robot,
             what: match change.to {
-                SetState::Active => Happening::Activates,
-                SetState::Waiting => Happening::Waits,
-                SetState::Hibernating => Happening::Hibernates,
+                BehaviorState::Active => Happening::Activates,
+                BehaviorState::Waiting => Happening::Waits,
+                BehaviorState::Hibernating => Happening::Hibernates,
             },
-            subject: Some(self.catalog.set_name(change.set).to_owned()),
+            subject: Some(self.catalog.behavior_name(change.set).to_owned()),
         });
         let finds = report
             .notes

@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::control::{AgentState, FaultStatus, Phase};
-use alliance_proto::ids::{Incarnation, RobotId, SetId};
+use alliance_proto::ids::{BehaviorId, Incarnation, RobotId};
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Obstacle;
 use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
-use alliance_proto::view::{ItemView, MESSAGES_MAX, MessageView, RobotView, SetView, View};
+use alliance_proto::view::{BehaviorView, ItemView, MESSAGES_MAX, MessageView, RobotView, View};
 use glam::Vec2;
 
 use super::Simulation;
@@ -24,10 +24,10 @@ const SENSING_TEAM_MAX: usize = 200;
 /// What a view tells that the state of the run does not.
 pub(super) struct Memories {
     /// Since when each behavior set is in its state, by rank; those that have never changed are left out.
-    since: Vec<BTreeMap<SetId, SimTime>>,
-    /// Since when each robot has had its life.
+    since: Vec<BTreeMap<BehaviorId, SimTime>>,
+    /// Since when each robot has had its incarnation.
     began: Vec<SimTime>,
-    /// The life that reported last, by rank: with a new one all sets hibernate.
+    /// The incarnation that reported last, by rank: with a new one all sets hibernate.
     lives: Vec<Incarnation>,
     /// Since the last view; `None` before the first one: most runs are never looked at.
     messages: Option<VecDeque<MessageView>>,
@@ -71,7 +71,7 @@ impl Memories {
         }
     }
 
-    fn since(&self, robot: RobotId, set: SetId) -> SimTime {
+    fn since(&self, robot: RobotId, set: BehaviorId) -> SimTime {
         let changed = self.since[robot.index()].get(&set).copied();
         changed.unwrap_or(self.began[robot.index()])
     }
@@ -143,7 +143,7 @@ impl Simulation {
             },
             active: self.active[robot.index()].filter(|_| lives),
             sets: sets
-                .map(|&motivation| SetView {
+                .map(|&motivation| BehaviorView {
                     motivation,
                     since: self.memories.since(robot, motivation.set),
                 })

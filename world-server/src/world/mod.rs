@@ -66,10 +66,10 @@ pub use start::{StartError, start_poses};
 pub use waste::Item;
 
 use grid::Grid;
-use radio::Range;
+use radio::RadioRange;
 use space::Space;
 use vicinity::{Drift, Vicinity};
-use waste::Waste;
+use waste::WasteFloor;
 
 /// The state of the simulated world.
 #[derive(Clone, Debug)]
@@ -87,8 +87,8 @@ pub struct World {
     bodies: Grid,
     drift: Drift,
     /// `None` where all hear all.
-    range: Option<Range>,
-    waste: Waste,
+    range: Option<RadioRange>,
+    waste: WasteFloor,
 }
 
 /// A robot's body.
@@ -180,7 +180,7 @@ impl World {
         }
         let range = scenario.radio.range_m.map(|range_m| {
             let places = robots.iter().map(Robot::position);
-            Range::new(space.size, range_m, places)
+            RadioRange::new(space.size, range_m, places)
         });
         Self {
             range,
@@ -194,7 +194,7 @@ impl World {
             robots,
             bodies,
             drift: Drift::new(space.size),
-            waste: Waste::new(scenario, setup.seed, &space),
+            waste: WasteFloor::new(scenario, setup.seed, &space),
             space,
         }
     }

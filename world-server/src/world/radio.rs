@@ -12,13 +12,13 @@ const ROUNDING: f32 = 1e-5;
 
 /// The robots' places, where radios have a range.
 #[derive(Clone, Debug)]
-pub(super) struct Range {
+pub(super) struct RadioRange {
     range_m: f32,
     /// Ranks, by their centers; also of robots that have no body, for their agents may speak.
     places: Grid,
 }
 
-impl Range {
+impl RadioRange {
     pub fn new(size: Vec2, range_m: f32, places: impl ExactSizeIterator<Item = Vec2>) -> Self {
         let mut grid = Grid::new(size, range_m, places.len());
         for (rank, place) in places.enumerate() {

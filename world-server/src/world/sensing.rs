@@ -18,8 +18,8 @@ impl World {
         readings
     }
 
-    /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for what is small when it is written and
-    /// then copied as a whole is waited for.
+    /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for small writes followed by a
+    /// copy of the whole would cause a store-forwarding stall.
     pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
         self.look(robot, readings);
         let vicinity = &self.robots[robot.index()].vicinity;

@@ -59,7 +59,7 @@ impl Item {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Waste {
+pub(super) struct WasteFloor {
     items: Vec<Item>,
     /// Those on the floor, by where they lie.
     floor: Grid,
@@ -75,7 +75,7 @@ pub(super) struct Waste {
     color: SimTime,
 }
 
-impl Waste {
+impl WasteFloor {
     pub fn new(scenario: &Scenario, seed: u64, space: &Space) -> Self {
         let waste = &scenario.waste;
         let spills = waste.spills.iter().map(Spill::spot);

@@ -33,7 +33,7 @@ use crate::retrace::retrace;
 use frames::Frames;
 use merge::merge;
 use recording::Recording;
-use scene::Scene;
+use scene::SceneTopics;
 use sensors::Sensors;
 use tables::Tables;
 
@@ -51,7 +51,7 @@ pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     let setup = &logged.run.setup;
     let mut recording = Recording::new(file)?;
     let frames = Frames::new(&mut recording, setup)?;
-    let mut scene = Scene::new(&mut recording, setup)?;
+    let mut scene = SceneTopics::new(&mut recording, setup)?;
     let mut sensors = Sensors::new(&mut recording, setup)?;
     let tables = Tables::new(&mut recording, setup)?;
 

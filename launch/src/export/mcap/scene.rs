@@ -38,7 +38,7 @@ const FLAT: f64 = 0.01;
 const LETTERS: f64 = 0.22;
 
 /// The topics `/scene/…`.
-pub struct Scene {
+pub struct SceneTopics {
     setup: Setup,
     catalog: Catalog,
     room: Part,
@@ -99,7 +99,7 @@ impl Part {
     }
 }
 
-impl Scene {
+impl SceneTopics {
     /// # Errors
     /// Those of the recording.
     pub fn new<W: Write + Seek>(
@@ -268,7 +268,7 @@ impl Scene {
             |rgb: RGBColor| -> Option<Color> { Some(color(rgb, if alive { 1.0 } else { 0.4 })) };
         let does = match robot.active {
             _ if !alive => robot.state.as_str(),
-            Some(set) => self.catalog.set_name(set),
+            Some(set) => self.catalog.behavior_name(set),
             None => "idle",
         };
         let name = &self.setup.scenario.robots[rank].name;

@@ -125,9 +125,9 @@ impl Tables {
         for robot in &setup.scenario.robots {
             let name = &robot.name;
             let of_robot = catalog
-                .sets_of(robot)
+                .behaviors_of(robot)
                 .map(|set| {
-                    let set = catalog.set_name(set);
+                    let set = catalog.behavior_name(set);
                     let topic = format!("/motivations/{name}/{set}");
                     Ok((set.to_owned(), recording.channel(&topic)?))
                 })

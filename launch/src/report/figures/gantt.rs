@@ -10,7 +10,7 @@ use super::canvas::{
     hatch, line, part, px, svg,
 };
 use super::timeline::{Sample, Timeline};
-use super::{ABSENT, Scene, WHITE};
+use super::{ABSENT, RunFigures, WHITE};
 use crate::report::spans::Spans;
 
 const LEFT_PX: f64 = 210.0;
@@ -24,7 +24,7 @@ const BAR: Range<f64> = 0.12..0.88;
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn draw(scene: &Scene<'_>) -> anyhow::Result<String> {
+pub fn draw(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let legend = vec![
         (Sample::Fill(INK, 1.0), "active"),
         (Sample::Hatch(INK, 4.0), "waiting"),
@@ -33,9 +33,9 @@ pub fn draw(scene: &Scene<'_>) -> anyhow::Result<String> {
         (Sample::Mark(Mark::Diamond, INK), "took over"),
         (Sample::Hatch(INK, 2.5), "applicable, nobody productive"),
     ];
-    let timeline = Timeline::new(scene.window.clone(), LEFT_PX, &scene.faults, legend);
+    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend);
     let head_px = timeline.head_px();
-    let lanes = lane(scene, scene.history.robots.len() + 1, 0);
+    let lanes = lane(run, run.history.robots.len() + 1, 0);
     let bottom_px = head_px + lanes * LANE_PX;
     svg("Who did what", bottom_px + X_AXIS_PX + 4.0, |area| {
         let size = (WIDTH_PX, bottom_px - head_px + X_AXIS_PX);
@@ -51,33 +51,38 @@ pub fn draw(scene: &Scene<'_>) -> anyhow::Result<String> {
             y_labels: 0,
         };
         let chart = chart(&panel, frame, &axes)?;
-        bars(scene, &timeline, area, &chart)?;
-        marks(scene, area, &chart)?;
-        names(scene, &timeline, area, &chart)?;
+        bars(run, &timeline, area, &chart)?;
+        marks(run, area, &chart)?;
+        names(run, &timeline, area, &chart)?;
         timeline.draw_head(area, bottom_px)
     })
 }
 
 /// Upper edge of the lane for a task of a robot; the lanes after those of the last one are nobody's.
-fn lane(scene: &Scene<'_>, rank: usize, task: usize) -> f64 {
-    (rank * scene.history.catalog.tasks.len() + task) as f64
+fn lane(run: &RunFigures<'_>, rank: usize, task: usize) -> f64 {
+    (rank * run.history.catalog.tasks.len() + task) as f64
 }
 
 /// When who was active, waiting, or not there; and below, when nobody was productive.
-fn bars(scene: &Scene<'_>, timeline: &Timeline<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+fn bars(
+    run: &RunFigures<'_>,
+    timeline: &Timeline<'_>,
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+) -> Drawn {
     let shown = |spans: &Spans| -> Vec<Range<f64>> {
         spans.iter().filter_map(|span| timeline.cut(span)).collect()
     };
     let bar = |top: f64| top + BAR.start..top + BAR.end;
-    let robots = &scene.history.robots;
+    let robots = &run.history.robots;
     for (rank, robot) in robots.iter().enumerate() {
-        let color = scene.colors[rank];
-        for span in shown(&scene.history.absent(rank)) {
-            let group = lane(scene, rank, 0)..lane(scene, rank + 1, 0);
+        let color = run.colors[rank];
+        for span in shown(&run.history.absent(rank)) {
+            let group = lane(run, rank, 0)..lane(run, rank + 1, 0);
             fill(chart, span, group, FAINT, ABSENT)?;
         }
         for set in &robot.sets {
-            let top = lane(scene, rank, set.task.index());
+            let top = lane(run, rank, set.task.index());
             for span in shown(&set.active) {
                 fill(chart, span, bar(top), color, 1.0)?;
             }
@@ -86,8 +91,8 @@ fn bars(scene: &Scene<'_>, timeline: &Timeline<'_>, area: &Area<'_>, chart: &Cha
             }
         }
     }
-    for (task, figures) in scene.metrics.tasks.iter().enumerate() {
-        let top = lane(scene, robots.len(), task);
+    for (task, figures) in run.metrics.tasks.iter().enumerate() {
+        let top = lane(run, robots.len(), task);
         for span in shown(&figures.orphan) {
             hatch(area, chart, span, bar(top), (INK, 2.5))?;
         }
@@ -96,18 +101,18 @@ fn bars(scene: &Scene<'_>, timeline: &Timeline<'_>, area: &Area<'_>, chart: &Cha
 }
 
 /// Effects and takeovers.
-fn marks(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+fn marks(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
     let plot = chart.plotting_area();
-    for stint in &scene.metrics.stints {
-        let middle = lane(scene, stint.robot, stint.task.index()) + 0.5;
+    for stint in &run.metrics.stints {
+        let middle = lane(run, stint.robot, stint.task.index()) + 0.5;
         for effect in &stint.effects {
             let (x, y) = plot.map_coordinate(&(effect.as_secs_f64(), middle));
             let ends = [(x, y - px(6.5)), (x, y + px(6.5))];
             area.draw(&PathElement::new(ends, line(WHITE, 1.5)))?;
         }
     }
-    for takeover in &scene.metrics.takeovers {
-        let middle = lane(scene, takeover.by, takeover.task.index()) + 0.5;
+    for takeover in &run.metrics.takeovers {
+        let middle = lane(run, takeover.by, takeover.task.index()) + 0.5;
         let at = plot.map_coordinate(&(takeover.at.as_secs_f64(), middle));
         Mark::Diamond.draw(area, at, INK)?;
     }
@@ -115,15 +120,20 @@ fn marks(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
 }
 
 /// Robots and tasks beside their lanes, and lines between the robots.
-fn names(scene: &Scene<'_>, timeline: &Timeline<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+fn names(
+    run: &RunFigures<'_>,
+    timeline: &Timeline<'_>,
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+) -> Drawn {
     let plot = chart.plotting_area();
     let (from, to) = (timeline.window.start, timeline.window.end);
-    let robots = scene.history.robots.iter();
+    let robots = run.history.robots.iter();
     let robots = robots
         .map(|robot| robot.name.as_str())
-        .zip(scene.colors.iter().copied());
+        .zip(run.colors.iter().copied());
     for (rank, (name, color)) in robots.chain([("nobody", INK)]).enumerate() {
-        let edge = lane(scene, rank, 0);
+        let edge = lane(run, rank, 0);
         curve(chart, vec![(from, edge), (to, edge)], line(FAINT, 0.75))?;
         let robot = Lettering {
             bold: true,
@@ -136,8 +146,8 @@ fn names(scene: &Scene<'_>, timeline: &Timeline<'_>, area: &Area<'_>, chart: &Ch
         };
         let (left, first) = plot.map_coordinate(&(from, edge + 0.5));
         area.draw_text(name, &robot.style(), (px(6.0), first))?;
-        for (place, spec) in scene.history.catalog.tasks.iter().enumerate() {
-            let (_, y) = plot.map_coordinate(&(from, lane(scene, rank, place) + 0.5));
+        for (place, spec) in run.history.catalog.tasks.iter().enumerate() {
+            let (_, y) = plot.map_coordinate(&(from, lane(run, rank, place) + 0.5));
             area.draw_text(&spec.name, &task.style(), (left - px(10.0), y))?;
         }
     }

@@ -11,7 +11,7 @@ use super::canvas::{
     Area, Axes, BOLD, Chart, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve,
     line, part, px, svg,
 };
-use super::{Scene, WHITE};
+use super::{RunFigures, WHITE};
 use crate::report::failures::Loss;
 use crate::report::history::Place;
 use crate::report::thin::thin_way;
@@ -33,13 +33,13 @@ const SITE: RGBColor = RGBColor(206, 200, 230);
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn together(scene: &Scene<'_>) -> anyhow::Result<String> {
-    let all: Vec<usize> = (0..scene.history.robots.len()).collect();
-    let height = map_height_px(scene, WIDTH_PX, 720.0);
+pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
+    let all: Vec<usize> = (0..run.history.robots.len()).collect();
+    let height = map_height_px(run, WIDTH_PX, 720.0);
     svg("Ways of all robots", height + LEGEND_PX, |area| {
         legend(area)?;
         let panel = part(area, (0.0, LEGEND_PX), (WIDTH_PX, height));
-        map(scene, area, &panel, (WIDTH_PX, height), &all, true)
+        map(run, area, &panel, (WIDTH_PX, height), &all, true)
     })
 }
 
@@ -47,39 +47,39 @@ pub fn together(scene: &Scene<'_>) -> anyhow::Result<String> {
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn apart(scene: &Scene<'_>) -> anyhow::Result<String> {
-    let robots = scene.history.robots.len();
+pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
+    let robots = run.history.robots.len();
     let columns = robots.clamp(1, 3);
     let width = WIDTH_PX / columns as f64;
-    let height = map_height_px(scene, width, 480.0);
+    let height = map_height_px(run, width, 480.0);
     let rows = robots.div_ceil(columns);
     let full = LEGEND_PX + rows as f64 * (height + TITLE_PX);
     svg("Way of each robot", full, |area| {
         legend(area)?;
-        for (rank, robot) in scene.history.robots.iter().enumerate() {
+        for (rank, robot) in run.history.robots.iter().enumerate() {
             let left = (rank % columns) as f64 * width;
             let top = LEGEND_PX + (rank / columns) as f64 * (height + TITLE_PX);
             let name = Lettering {
                 bold: true,
-                color: scene.colors[rank],
+                color: run.colors[rank],
                 ..Lettering::default()
             };
             name.write(area, &robot.name, (left + LEFT_PX, top + TITLE_PX / 2.0))?;
             let panel = part(area, (left, top + TITLE_PX), (width, height));
-            map(scene, area, &panel, (width, height), &[rank], false)?;
+            map(run, area, &panel, (width, height), &[rank], false)?;
         }
         Ok(())
     })
 }
 
 /// Height of a map of that width with its axes, px: a meter is as long in y as in x, unless the map became too high.
-fn map_height_px(scene: &Scene<'_>, width_px: f64, highest_px: f64) -> f64 {
-    let (width, height) = room(scene);
+fn map_height_px(run: &RunFigures<'_>, width_px: f64, highest_px: f64) -> f64 {
+    let (width, height) = room(run);
     ((width_px - LEFT_PX - RIGHT_PX) * height / width).min(highest_px) + X_AXIS_PX + 2.0
 }
 
-fn room(scene: &Scene<'_>) -> (f64, f64) {
-    let room = &scene.history.setup.scenario.room;
+fn room(run: &RunFigures<'_>) -> (f64, f64) {
+    let room = &run.history.setup.scenario.room;
     (room.width_m.into(), room.height_m.into())
 }
 
@@ -107,14 +107,14 @@ fn legend(area: &Area<'_>) -> Drawn {
 
 /// Draws a map in a panel of that size; if `named`, with the names of places and robots.
 fn map(
-    scene: &Scene<'_>,
+    run: &RunFigures<'_>,
     area: &Area<'_>,
     panel: &Area<'_>,
     (width_px, height_px): (f64, f64),
     robots: &[usize],
     named: bool,
 ) -> Drawn {
-    let (width, height) = room(scene);
+    let (width, height) = room(run);
     // A map that would be too high is narrower instead.
     let plot_width = (height_px - X_AXIS_PX - 2.0) * width / height;
     let frame = Frame {
@@ -128,23 +128,23 @@ fn map(
         y_labels: 10,
     };
     let chart = chart(panel, frame, &axes)?;
-    furniture(scene, area, &chart, named)?;
+    furniture(run, area, &chart, named)?;
     for &rank in robots {
-        way(scene, &chart, rank)?;
+        way(run, &chart, rank)?;
     }
     for &rank in robots {
-        ends(scene, area, &chart, rank)?;
+        ends(run, area, &chart, rank)?;
     }
     if named {
-        names(scene, area, &chart)?;
+        names(run, area, &chart)?;
     }
     Ok(())
 }
 
 /// What is in the room before the robots are.
-fn furniture(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool) -> Drawn {
-    let scenario = &scene.history.setup.scenario;
-    let (width, height) = room(scene);
+fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool) -> Drawn {
+    let scenario = &run.history.setup.scenario;
+    let (width, height) = room(run);
     let plot = chart.plotting_area();
     let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
         let inside = |value: f64, most: f64| value.clamp(0.0, most);
@@ -203,7 +203,7 @@ fn furniture(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool)
         disc(center, radius, DEPOSIT)?;
         label("deposit", (center.0, center.1 + radius + below))?;
     }
-    for obstacle in &scene.history.obstacles {
+    for obstacle in &run.history.obstacles {
         let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
         let x = x..x + f64::from(obstacle.width_m);
         let y = y..y + f64::from(obstacle.height_m);
@@ -225,11 +225,11 @@ fn furniture(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool)
 }
 
 /// A robot's way: thick where it carried something.
-fn way(scene: &Scene<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
-    let (width, _) = room(scene);
+fn way(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
+    let (width, _) = room(run);
     // Half a pixel.
     let distance = width / WIDTH_PX / 2.0;
-    let track = &scene.history.robots[rank].track;
+    let track = &run.history.robots[rank].track;
     let mut before: Option<&Place> = None;
     for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
         let points: Vec<(f64, f64)> = before
@@ -239,25 +239,25 @@ fn way(scene: &Scene<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
             .collect();
         before = part.last();
         let width_px = if part[0].carrying { 2.5 } else { 0.9 };
-        let style = line(scene.colors[rank], width_px);
+        let style = line(run.colors[rank], width_px);
         curve(chart, thin_way(&points, distance), style)?;
     }
     Ok(())
 }
 
 /// Where it started, where it died, and where it was at the end.
-fn ends(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
-    let robot = &scene.history.robots[rank];
+fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
+    let robot = &run.history.robots[rank];
     let [first, .., last] = robot.track.as_slice() else {
         return Ok(());
     };
     let plot = chart.plotting_area();
     Mark::Triangle.draw(area, plot.map_coordinate(&first.position), WHITE)?;
     let end = plot.map_coordinate(&last.position);
-    Mark::Square.draw(area, end, scene.colors[rank])?;
-    let deaths = scene.metrics.failures.iter();
+    Mark::Square.draw(area, end, run.colors[rank])?;
+    let deaths = run.metrics.failures.iter();
     for death in deaths.filter(|loss| loss.robot == rank && loss.loss == Loss::Died) {
-        let tick = (death.at.0 / scene.history.step.0) as usize;
+        let tick = (death.at.0 / run.history.step.0) as usize;
         if let Some(place) = robot.track.get(tick) {
             Mark::Cross.draw(area, plot.map_coordinate(&place.position), INK)?;
         }
@@ -266,13 +266,13 @@ fn ends(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize) -> D
 }
 
 /// Writes the robots' names beside their ends, in one of four places; a name that has room in none is left out.
-fn names(scene: &Scene<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
     let letters = Lettering {
         bold: true,
         ..Lettering::default()
     };
     let half = px(6.0);
-    let ends: Vec<(&str, (i32, i32))> = scene
+    let ends: Vec<(&str, (i32, i32))> = run
         .history
         .robots
         .iter()

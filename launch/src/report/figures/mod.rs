@@ -32,7 +32,7 @@ pub struct Figure {
 }
 
 /// Everything that the figures of a run have in common.
-pub(super) struct Scene<'h> {
+pub(super) struct RunFigures<'h> {
     history: &'h History,
     metrics: &'h Metrics,
     faults: Vec<Fault>,
@@ -48,7 +48,7 @@ pub(super) struct Scene<'h> {
 /// When one cannot be drawn.
 pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figure>> {
     let names = history.robots.iter().map(|robot| robot.name.as_str());
-    let scene = Scene {
+    let run = RunFigures {
         history,
         metrics,
         faults: faults(&history.events),
@@ -65,29 +65,29 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
         "Who did what. Bars: a behavior set for the task is active; white strokes in them: effects on the world. Below, in \
          black: the task was applicable to somebody, and nobody was productive on it."
             .to_owned(),
-        gantt::draw(&scene)?,
+        gantt::draw(&run)?,
     );
     add(
         "map".to_owned(),
         "Ways of all robots.".to_owned(),
-        map::together(&scene)?,
+        map::together(&run)?,
     );
     if history.robots.len() > 1 {
         add(
             "map-by-robot".to_owned(),
             "The way of each robot by itself.".to_owned(),
-            map::apart(&scene)?,
+            map::apart(&run)?,
         );
     }
     add(
         "items".to_owned(),
         "Where the items were.".to_owned(),
-        progress::items(&scene)?,
+        progress::items(&run)?,
     );
     add(
         "reports".to_owned(),
         "Progress reports against the wanted period.".to_owned(),
-        progress::reports(&scene)?,
+        progress::reports(&run)?,
     );
     for task in history.tasks() {
         let spec = &history.catalog.tasks[task.index()];
@@ -96,7 +96,7 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
             "Motivation of all robots for {}, as in the thesis' figure 4.9.",
             spec.name
         );
-        let svg = motivation::for_task(&scene, task, scene.window.clone())?;
+        let svg = motivation::for_task(&run, task, run.window.clone())?;
         add(name.clone(), caption, svg);
         let finds = |kind| {
             matches!(
@@ -106,13 +106,13 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
         };
         let mut sets = history.catalog.sets.iter();
         if sets.any(|set| set.task == task && finds(set.kind))
-            && let Some(window) = applicable(&scene, task.index())
+            && let Some(window) = applicable(&run, task.index())
         {
             let caption = format!(
                 "The same while {} was applicable, as in the thesis' figure 4.11.",
                 spec.name
             );
-            let svg = motivation::for_task(&scene, task, window)?;
+            let svg = motivation::for_task(&run, task, window)?;
             add(format!("{name}-applicable"), caption, svg);
         }
     }
@@ -121,19 +121,19 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
             "Motivation of all behavior sets of {}, as in the thesis' figure 4.8.",
             robot.name
         );
-        let svg = motivation::of_robot(&scene, rank)?;
+        let svg = motivation::of_robot(&run, rank)?;
         add(format!("robot-{}", robot.name), caption, svg);
     }
     Ok(figures)
 }
 
 /// From the first to the last moment in which a task was applicable, if ever, and a little more, s.
-fn applicable(scene: &Scene<'_>, task: usize) -> Option<Range<f64>> {
-    let spans = &scene.metrics.tasks[task].applicable;
+fn applicable(run: &RunFigures<'_>, task: usize) -> Option<Range<f64>> {
+    let spans = &run.metrics.tasks[task].applicable;
     let from = spans.iter().next()?.from.as_secs_f64();
     let to = spans.iter().next_back()?.to.as_secs_f64();
     let margin = (to - from) * 0.03;
-    Some((from - margin).max(0.0)..(to + margin).min(scene.window.end))
+    Some((from - margin).max(0.0)..(to + margin).min(run.window.end))
 }
 
 /// A task's name as a part of a file's name.

@@ -10,7 +10,7 @@ use super::canvas::{
     level, line, part, svg,
 };
 use super::timeline::{Sample, Timeline, y_title};
-use super::{ABSENT, Scene, WHITE};
+use super::{ABSENT, RunFigures, WHITE};
 use crate::report::history::SetHistory;
 use crate::report::thin::thin;
 
@@ -25,31 +25,31 @@ type Row<'s> = (usize, &'s SetHistory);
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn of_robot(scene: &Scene<'_>, rank: usize) -> anyhow::Result<String> {
-    let robot = &scene.history.robots[rank];
+pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
+    let robot = &run.history.robots[rank];
     let rows: Vec<Row<'_>> = robot.sets.iter().map(|set| (rank, set)).collect();
     let title = format!("Motivation of all behavior sets of {}", robot.name);
-    draw(scene, &title, &rows, scene.window.clone())
+    draw(run, &title, &rows, run.window.clone())
 }
 
 /// The behavior sets of all robots for one task, in that window of time.
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn for_task(scene: &Scene<'_>, task: TaskId, window: Range<f64>) -> anyhow::Result<String> {
-    let rows: Vec<Row<'_>> = scene.history.sets_for(task).collect();
-    let name = scene.history.catalog.task_name(task);
+pub fn for_task(run: &RunFigures<'_>, task: TaskId, window: Range<f64>) -> anyhow::Result<String> {
+    let rows: Vec<Row<'_>> = run.history.behaviors_for(task).collect();
+    let name = run.history.catalog.task_name(task);
     let title = format!("Motivation of all robots for {name}");
-    draw(scene, &title, &rows, window)
+    draw(run, &title, &rows, window)
 }
 
 fn draw(
-    scene: &Scene<'_>,
+    run: &RunFigures<'_>,
     title: &str,
     rows: &[Row<'_>],
     window: Range<f64>,
 ) -> anyhow::Result<String> {
-    let timeline = Timeline::new(window, LEFT_PX, &scene.faults, legend());
+    let timeline = Timeline::new(window, LEFT_PX, &run.faults, legend());
     let plot_px = if rows.len() <= 6 { 84.0 } else { 58.0 };
     let head_px = timeline.head_px();
     let panel_px = TITLE_PX + plot_px;
@@ -58,7 +58,7 @@ fn draw(
         for (place, row) in rows.iter().enumerate() {
             let is_last = place + 1 == rows.len();
             let top = head_px + place as f64 * panel_px;
-            panel(scene, &timeline, area, row, (top, plot_px, is_last))?;
+            panel(run, &timeline, area, row, (top, plot_px, is_last))?;
         }
         y_title(area, "motivation m", head_px..bottom_px)?;
         timeline.draw_head(area, bottom_px)
@@ -79,15 +79,15 @@ fn legend() -> Vec<(Sample, &'static str)> {
 
 /// Draws a panel; `place` is its upper edge and the height of its plot, px, and whether it bears the axis of time.
 fn panel(
-    scene: &Scene<'_>,
+    run: &RunFigures<'_>,
     timeline: &Timeline<'_>,
     area: &super::canvas::Area<'_>,
     &(rank, set): &Row<'_>,
     (top, plot_px, is_last): (f64, f64, bool),
 ) -> Drawn {
-    let robot = &scene.history.robots[rank];
-    let color = scene.colors[rank];
-    let threshold = scene.history.setup.alliance.threshold;
+    let robot = &run.history.robots[rank];
+    let color = run.colors[rank];
+    let threshold = run.history.setup.alliance.threshold;
     let name = Lettering {
         bold: true,
         color,
@@ -112,7 +112,7 @@ fn panel(
     };
     let chart = chart(&panel, frame, &axes)?;
     let height = || 0.0..threshold;
-    let absent = scene.history.absent(rank);
+    let absent = run.history.absent(rank);
     for span in absent.iter().filter_map(|span| timeline.cut(span)) {
         fill(&chart, span, 0.0..threshold * 1.12, FAINT, ABSENT)?;
     }
@@ -123,14 +123,14 @@ fn panel(
         hatch(area, &chart, span, height(), (color, 4.0))?;
     }
     level(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
-    motivation(&chart, timeline, scene, set, color)?;
+    motivation(&chart, timeline, run, set, color)?;
 
     let plot = chart.plotting_area();
     for reset in set.resets.iter().filter(|at| timeline.shows(**at)) {
         let at = plot.map_coordinate(&(reset.as_secs_f64(), threshold * 0.07));
         Mark::Triangle.draw(area, at, WHITE)?;
     }
-    let takeovers = scene.metrics.takeovers.iter().filter(|takeover| {
+    let takeovers = run.metrics.takeovers.iter().filter(|takeover| {
         let starts = set.active.iter().any(|span| span.from == takeover.at);
         takeover.by == rank && takeover.task == set.task && starts && timeline.shows(takeover.at)
     });
@@ -145,14 +145,14 @@ fn panel(
 fn motivation(
     chart: &super::canvas::Chart<'_>,
     timeline: &Timeline<'_>,
-    scene: &Scene<'_>,
+    run: &RunFigures<'_>,
     set: &SetHistory,
     color: RGBColor,
 ) -> Drawn {
-    let step = scene.history.step;
+    let step = run.history.step;
     // Half a pixel in time, a quarter in motivation.
     let width = (timeline.window.end - timeline.window.start) / WIDTH_PX / 2.0;
-    let height = scene.history.setup.alliance.threshold / 300.0;
+    let height = run.history.setup.alliance.threshold / 300.0;
     for part in set.levels.chunk_by(|a, b| b.0.since(a.0) <= step) {
         let points: Vec<(f64, f64)> = part
             .iter()

@@ -7,7 +7,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 use world_server::recorder::MissionRow;
 
-use super::Scene;
+use super::RunFigures;
 use super::canvas::{
     Area, Axes, Chart, Drawn, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, level, line,
     part, px, rows_for, svg,
@@ -28,7 +28,7 @@ const LATE: RGBColor = RGBColor(213, 94, 0);
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn items(scene: &Scene<'_>) -> anyhow::Result<String> {
+pub fn items(run: &RunFigures<'_>) -> anyhow::Result<String> {
     /// A number of a row, and its line: color, width, and length of its dashes and gaps, px.
     type Line = (fn(&MissionRow) -> u32, RGBColor, f64, Option<(f64, f64)>);
     let lines: [Line; 4] = [
@@ -43,9 +43,9 @@ pub fn items(scene: &Scene<'_>) -> anyhow::Result<String> {
         (Sample::Broken(CARRIED), "carried (dashed)"),
         (Sample::Broken(ON_FLOOR), "on the floor (dotted)"),
     ];
-    let timeline = Timeline::new(scene.window.clone(), LEFT_PX, &scene.faults, legend);
+    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend);
     let head_px = timeline.head_px();
-    let rows = &scene.history.mission;
+    let rows = &run.history.mission;
     let total = rows.first().map_or(0, |row| {
         row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered
     });
@@ -59,7 +59,7 @@ pub fn items(scene: &Scene<'_>) -> anyhow::Result<String> {
         };
         let chart = chart(&panel, frame(&timeline), &axes)?;
         for (number, color, width_px, dashes) in lines {
-            let points = steps(rows, scene.history.end, number);
+            let points = steps(rows, run.history.end, number);
             let style = line(color, width_px);
             match dashes {
                 None => curve(&chart, points, style)?,
@@ -108,8 +108,8 @@ fn steps(
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn reports(scene: &Scene<'_>) -> anyhow::Result<String> {
-    let period = scene.history.setup.scenario.waste.report_period_s;
+pub fn reports(run: &RunFigures<'_>) -> anyhow::Result<String> {
+    let period = run.history.setup.scenario.waste.report_period_s;
     let legend = vec![
         (
             Sample::Line(INK, 1.5),
@@ -122,16 +122,16 @@ pub fn reports(scene: &Scene<'_>) -> anyhow::Result<String> {
             "report, in the robot's color",
         ),
     ];
-    let timeline = Timeline::new(scene.window.clone(), LEFT_PX, &scene.faults, legend);
+    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend);
     let head_px = timeline.head_px();
     let bottom_px = head_px + PLOT_PX;
 
     // From each report, or the start, to the next one; at last to the end of the log.
-    let moments = scene.metrics.reports.iter().map(|report| report.at);
+    let moments = run.metrics.reports.iter().map(|report| report.at);
     let moments: Vec<f64> = [SimTime::ZERO]
         .into_iter()
         .chain(moments)
-        .chain([scene.history.end])
+        .chain([run.history.end])
         .map(SimTime::as_secs_f64)
         .collect();
     let rises = || moments.windows(2).map(|pair| (pair[0], pair[1]));
@@ -155,14 +155,14 @@ pub fn reports(scene: &Scene<'_>) -> anyhow::Result<String> {
             curve(&chart, vec![(from, 0.0), (to, to - from)], line(INK, 1.5))?;
         }
         level(&chart, timeline.window.clone(), period, line(INK, 1.0))?;
-        report_marks(scene, &timeline, area, &chart)?;
+        report_marks(run, &timeline, area, &chart)?;
         timeline.draw_head(area, bottom_px)
     })
 }
 
 /// A mark for each report, and as far as there is room, who made it and how late.
 fn report_marks(
-    scene: &Scene<'_>,
+    run: &RunFigures<'_>,
     timeline: &Timeline<'_>,
     area: &Area<'_>,
     chart: &Chart<'_>,
@@ -171,13 +171,11 @@ fn report_marks(
         anchor: (HPos::Center, VPos::Bottom),
         ..Lettering::default()
     };
-    let reports = &scene.metrics.reports;
+    let reports = &run.metrics.reports;
     let texts: Vec<String> = reports
         .iter()
         .map(|report| {
-            let name = report
-                .by
-                .map_or("?", |rank| &scene.history.robots[rank].name);
+            let name = report.by.map_or("?", |rank| &run.history.robots[rank].name);
             match report.late {
                 SimTime::ZERO => format!("{name}: in time"),
                 late => format!("{name}: {:.1} s late", late.as_secs_f64()),
@@ -198,7 +196,7 @@ fn report_marks(
     for (place, report) in reports.iter().enumerate() {
         let top = (report.at.as_secs_f64(), report.interval.as_secs_f64());
         let at = chart.plotting_area().map_coordinate(&top);
-        let color = report.by.map_or(INK, |rank| scene.colors[rank]);
+        let color = report.by.map_or(INK, |rank| run.colors[rank]);
         Mark::Square.draw(area, at, color)?;
         if rows[place].is_some() {
             let (left, width) = places[place];

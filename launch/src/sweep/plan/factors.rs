@@ -237,7 +237,7 @@ pub(super) fn sample(
 fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, ScenarioError> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
-    struct Range {
+    struct Levels {
         min: Option<Value>,
         max: Option<Value>,
         #[serde(default)]
@@ -246,13 +246,13 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
     }
     let forms = "write { min = …, max = … }, with log = true if you like, or { choose = […] }";
     let mistake = |what: String| file.mistake(&leaf.at, what, forms);
-    let range: Range = leaf
+    let range: Levels = leaf
         .value
         .clone()
         .try_into()
         .map_err(|_| mistake(format!("{} says not what to draw", leaf.value)))?;
     match range {
-        Range {
+        Levels {
             min: None,
             max: None,
             log: false,
@@ -261,13 +261,13 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
             distinct(file, &leaf.at, &values)?;
             Ok(Distribution::Choice(values))
         }
-        Range {
+        Levels {
             min: Some(Value::Integer(min)),
             max: Some(Value::Integer(max)),
             log: false,
             choose: None,
         } if min < max => Ok(Distribution::Integer(min, max)),
-        Range {
+        Levels {
             min: Some(min),
             max: Some(max),
             log,

@@ -69,7 +69,7 @@ impl<'de> Deserialize<'de> for Seeds {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
-        struct Range {
+        struct FromTo {
             from: i64,
             to: i64,
         }
@@ -103,7 +103,7 @@ impl<'de> Deserialize<'de> for Seeds {
                 Ok(Seeds(seeds))
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Seeds, A::Error> {
-                let Range { from, to } = Range::deserialize(MapAccessDeserializer::new(map))?;
+                let FromTo { from, to } = FromTo::deserialize(MapAccessDeserializer::new(map))?;
                 Self::range(from, to)
             }
         }

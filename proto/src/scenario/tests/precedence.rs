@@ -1,7 +1,7 @@
 //! Which of several statements about the same parameter is in force.
 
 use crate::scenario::{
-    Alliance, HistoryOrigin, ParameterFile, Scenario, SetParams, Setup, StepOrder,
+    Alliance, BehaviorParams, HistoryOrigin, ParameterFile, Scenario, Setup, StepOrder,
 };
 
 fn resolved(scenario: &str, parameters: &str) -> Alliance {
@@ -12,7 +12,7 @@ fn resolved(scenario: &str, parameters: &str) -> Alliance {
     resolved.setup.alliance
 }
 
-fn of<'a>(alliance: &'a Alliance, robot: &str, set: &str) -> &'a SetParams {
+fn of<'a>(alliance: &'a Alliance, robot: &str, set: &str) -> &'a BehaviorParams {
     &alliance.robots[robot].sets[set]
 }
 

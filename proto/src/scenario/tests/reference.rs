@@ -7,9 +7,9 @@ use serde_json::Value;
 use crate::fault::tests::one_of_each;
 use crate::fault::{Campaign, Fault, Faults, Mix, Order};
 use crate::scenario::{
-    AllianceSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset, Radio, ReportSite,
-    Robot, RobotSection, Room, Scenario, Sensors, SetSection, Setup, Spill, Spot, Start, StepOrder,
-    SwitchSection, TaskSection, Waste,
+    AllianceSection, BehaviorSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset,
+    Radio, ReportSite, Robot, RobotSection, Room, Scenario, Sensors, Setup, Spill, Spot, Start,
+    StepOrder, SwitchSection, TaskSection, WasteSection,
 };
 
 const REFERENCE: &str = include_str!("../../../../launch/scenarios/reference.toml");
@@ -84,7 +84,7 @@ fn its_random_faults_have_the_built_in_values() {
 
 /// No `..Default` here: whoever adds a field has to come by, and the test then asks for its documentation.
 fn populated() -> Scenario {
-    let set = SetSection {
+    let set = BehaviorSection {
         broadcast_rate_hz: Some(1.0),
         ceased_after_s: Some(5.0),
         fast_impatience: Some(2.0),
@@ -96,9 +96,9 @@ fn populated() -> Scenario {
         before_giving_up_s: Some(1.0),
     };
     // The same keys as in `defaults`: shown once is enough.
-    let sets = BTreeMap::from([("x".to_owned(), SetSection::default())]);
+    let sets = BTreeMap::from([("x".to_owned(), BehaviorSection::default())]);
     let robot = RobotSection {
-        defaults: SetSection::default(),
+        defaults: BehaviorSection::default(),
         sets: sets.clone(),
     };
     let switches = SwitchSection {
@@ -143,7 +143,7 @@ fn populated() -> Scenario {
             idle_w: 1.0,
             drive_w: 1.0,
         }),
-        waste: Waste {
+        waste: WasteSection {
             spills: vec![Spill {
                 name: String::new(),
                 items: 1,

@@ -65,99 +65,109 @@ type Word = Option<(TaskState, SimTime)>;
 
 /// What the robot under test, of the highest rank, does before a teammate speaks.
 #[derive(Clone, Copy, Debug)]
-struct Scene {
+struct Situation {
     now: SimTime,
-    state: SetState,
+    state: BehaviorState,
     motivation: f64,
     /// Since when it has been in that state.
     since: SimTime,
 }
 
 /// For how long the robot is not active before it has had a stint that it ended itself, by ψ or λ, s; gives up looking
-/// when that has become more than `limit_s`. `speak` says what each teammate says; a new life counts `lives` up.
+/// when that has become more than `limit_s`. `speak` says what each teammate says; a new incarnation counts `lives` up.
 fn kept_away_s(
     setup: &Setup,
     limit_s: f64,
-    mut speak: impl FnMut(usize, &Scene, &mut u32) -> Word,
+    mut speak: impl FnMut(usize, &Situation, &mut u32) -> Word,
 ) -> f64 {
     let teammates = setup.scenario.robots.len() - 1;
     let mut robot = Solo::new(RobotId(teammates as u16), setup);
     let mut lives = vec![1; teammates];
-    let mut scene = Scene {
+    let mut situation = Situation {
         now: ms(0),
-        state: SetState::Hibernating,
+        state: BehaviorState::Hibernating,
         motivation: 0.0,
         since: ms(0),
     };
     let mut away_s = 0.0;
     while away_s <= limit_s {
-        scene.now = robot.now;
+        situation.now = robot.now;
         let mut heard = Vec::new();
-        for (rank, life) in lives.iter_mut().enumerate() {
-            if let Some((state, since)) = speak(rank, &scene, life) {
+        for (rank, incarnation) in lives.iter_mut().enumerate() {
+            if let Some((state, since)) = speak(rank, &situation, incarnation) {
                 let mut message = robot.says(RobotId(rank as u16), state, since);
-                message.incarnation = *life;
+                message.incarnation = *incarnation;
                 heard.push(message);
             }
         }
         let output = robot.step(ONLY_TOP, &heard);
         let row = output.motivations[TOP];
         for change in &output.changes {
-            scene.since = scene.now;
+            situation.since = situation.now;
             if matches!(change.reason, Reason::AcquiescedPsi | Reason::GaveUpLambda) {
                 return away_s;
             }
         }
-        (scene.state, scene.motivation) = (row.state, row.motivation);
-        if row.state != SetState::Active {
+        (situation.state, situation.motivation) = (row.state, row.motivation);
+        if row.state != BehaviorState::Active {
             away_s += STEP_MS as f64 / 1000.0;
         }
     }
     away_s
 }
 
-fn every(period_ms: u64, scene: &Scene) -> bool {
-    scene.now.0.is_multiple_of(period_ms)
+fn every(period_ms: u64, situation: &Situation) -> bool {
+    situation.now.0.is_multiple_of(period_ms)
 }
 
 #[test]
 fn no_misbehavior_keeps_a_task_for_longer_than_the_bound() {
-    type Misbehavior = fn(&Scene, &mut u32) -> Word;
+    type Misbehavior = fn(&Situation, &mut u32) -> Word;
     let all: [(&str, Misbehavior); 7] = [
-        ("babbling: claims for ever", |scene, _| {
-            every(400, scene).then_some((Executing, ms(0)))
+        ("babbling: claims for ever", |situation, _| {
+            every(400, situation).then_some((Executing, ms(0)))
         }),
-        ("babbling: wishes for ever", |scene, _| {
-            every(400, scene).then_some((Waiting, ms(0)))
+        ("babbling: wishes for ever", |situation, _| {
+            every(400, situation).then_some((Waiting, ms(0)))
         }),
-        ("flapping: claims and lets go in turn", |scene, _| {
-            let state = if every(400, scene) {
+        ("flapping: claims and lets go in turn", |situation, _| {
+            let state = if every(400, situation) {
                 Executing
             } else {
                 Released
             };
             // Claimed in the very step in which the robot heard the release and activated.
-            Some((state, scene.now - ms(STEP_MS)))
+            Some((state, situation.now - ms(STEP_MS)))
         }),
         (
             "flapping: silent for a bit more than τ, with an old claim",
-            |scene, _| every(2000, scene).then_some((Executing, ms(0))),
+            |situation, _| every(2000, situation).then_some((Executing, ms(0))),
         ),
-        ("flapping: a new life every time", |scene, life| {
-            *life += 1;
-            let state = if every(400, scene) { Executing } else { Idle };
-            Some((state, scene.now - ms(STEP_MS)))
-        }),
-        ("deaf: works a stint, rests, starts again", |scene, _| {
-            let phase = scene.now.0 % 11_000;
-            let state = if phase < 9_000 { Executing } else { Idle };
-            every(400, scene).then_some((state, scene.now - ms(phase)))
-        }),
+        (
+            "flapping: a new incarnation every time",
+            |situation, incarnation| {
+                *incarnation += 1;
+                let state = if every(400, situation) {
+                    Executing
+                } else {
+                    Idle
+                };
+                Some((state, situation.now - ms(STEP_MS)))
+            },
+        ),
+        (
+            "deaf: works a stint, rests, starts again",
+            |situation, _| {
+                let phase = situation.now.0 % 11_000;
+                let state = if phase < 9_000 { Executing } else { Idle };
+                every(400, situation).then_some((state, situation.now - ms(phase)))
+            },
+        ),
         (
             "always claims just as early as the robot, but has the lower rank",
-            |scene, _| {
-                Some(if scene.state == SetState::Active {
-                    (Executing, scene.since)
+            |situation, _| {
+                Some(if situation.state == BehaviorState::Active {
+                    (Executing, situation.since)
                 } else {
                     (Waiting, ms(0))
                 })
@@ -168,8 +178,8 @@ fn no_misbehavior_keeps_a_task_for_longer_than_the_bound() {
         let setup = setup_of(preset, 1, VALUES);
         let bound_s = bound_s(preset, 1, VALUES);
         for (name, misbehavior) in all {
-            let away_s = kept_away_s(&setup, 2.0 * bound_s, |_, scene, life| {
-                misbehavior(scene, life)
+            let away_s = kept_away_s(&setup, 2.0 * bound_s, |_, situation, incarnation| {
+                misbehavior(situation, incarnation)
             });
             assert!(
                 away_s <= bound_s,
@@ -186,8 +196,8 @@ fn the_bound_is_reached_but_for_some_steps() {
         let setup = setup_of(preset, 1, VALUES);
         let bound_s = bound_s(preset, 1, VALUES);
         let mut babbles = false;
-        let away_s = kept_away_s(&setup, 2.0 * bound_s, |_, scene, _| {
-            babbles |= scene.motivation > 8.5;
+        let away_s = kept_away_s(&setup, 2.0 * bound_s, |_, situation, _| {
+            babbles |= situation.motivation > 8.5;
             babbles.then_some((Executing, ms(0)))
         });
         let steps = (bound_s - away_s) * 1000.0 / STEP_MS as f64;
@@ -216,7 +226,7 @@ prop_compose! {
 struct Act {
     state: TaskState,
     claim: Age,
-    new_life: bool,
+    new_incarnation: bool,
     rests: u64,
 }
 
@@ -232,10 +242,10 @@ prop_compose! {
     fn act()(
         state in prop::sample::select(vec![Executing, Executing, Waiting, Released, Idle]),
         claim in prop::sample::select(vec![Age::Ancient, Age::Fresh, Age::Tie]),
-        new_life in prop::bool::weighted(0.1),
+        new_incarnation in prop::bool::weighted(0.1),
         rests in prop_oneof![Just(1_u64), 1_u64..5, 1_u64..30],
     ) -> Act {
-        Act { state, claim, new_life, rests }
+        Act { state, claim, new_incarnation, rests }
     }
 }
 
@@ -252,7 +262,7 @@ proptest! {
         let setup = setup_of(preset, teammates.len(), values);
         let bound_s = bound_s(preset, teammates.len(), values);
         let mut next = vec![(0_usize, 0_u64); teammates.len()];
-        let away_s = kept_away_s(&setup, 2.0 * bound_s, |rank, scene, life| {
+        let away_s = kept_away_s(&setup, 2.0 * bound_s, |rank, situation, incarnation| {
             let (place, resting) = &mut next[rank];
             if *resting > 0 {
                 *resting -= 1;
@@ -261,11 +271,11 @@ proptest! {
             let act = teammates[rank][*place];
             *place = (*place + 1) % teammates[rank].len();
             *resting = act.rests - 1;
-            *life += u32::from(act.new_life);
+            *incarnation += u32::from(act.new_incarnation);
             let since = match act.claim {
                 Age::Ancient => ms(0),
-                Age::Fresh => scene.now - ms(STEP_MS),
-                Age::Tie => scene.since,
+                Age::Fresh => situation.now - ms(STEP_MS),
+                Age::Tie => situation.since,
             };
             Some((act.state, since))
         });

@@ -180,7 +180,7 @@ fn no_release_while_another_set_goes_on_with_the_task() {
             .map(|it| (it.state, it.set))
             .collect::<Vec<_>>()
     };
-    let methodical = Some(SetId(0));
+    let methodical = Some(BehaviorId(0));
     let before = (1..=226).flat_map(|seq| step(seq, Executing)).last();
     assert_eq!(before, Some((Waiting, Some(set(FIND)))));
     assert_eq!(step(227, Released), [(Executing, methodical)]);

@@ -35,7 +35,7 @@ impl Gold {
         self.seq += 1;
         let mut message = heartbeat(GOLD, self.seq, ms(at), state, ms(0), TOP);
         message.incarnation = self.incarnation;
-        if let Body::Heartbeat(heartbeat) = &mut message.body {
+        if let Content::Heartbeat(heartbeat) = &mut message.body {
             heartbeat.progress = progress;
         }
         self.history
@@ -118,10 +118,10 @@ fn new_stints_releases_and_lives_do_not_move_the_origin() {
     gold.says(1000, Executing, 3);
     gold.says(2000, Released, 3);
     assert!(!gold.says(3000, Executing, 3).begins(3000));
-    for life in 0..100 {
+    for incarnation in 0..100 {
         // A flapping robot: starts, claims, never works.
         gold.restarts();
-        let at = 4000 + 1000 * life;
+        let at = 4000 + 1000 * incarnation;
         assert!(!gold.says(at, Executing, 0).begins(at));
     }
     assert!(gold.until(30_000, 31_000));
@@ -175,12 +175,12 @@ fn a_position_update_counts_for_its_task_and_carries_progress() {
     assert!(gold.begins(4000));
 }
 
-fn position_update(progress: u32) -> Body {
+fn position_update(progress: u32) -> Content {
     let locations = Locations {
         min: Default::default(),
         max: Default::default(),
     };
-    Body::PositionUpdate {
+    Content::PositionUpdate {
         task: task(TOP),
         set: set(TOP),
         progress,

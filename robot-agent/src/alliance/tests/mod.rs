@@ -13,10 +13,12 @@ mod waiting;
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId};
-use alliance_proto::scenario::{Preset, Robot, Scenario, SetParams, Setup, StepOrder, Switches};
-use alliance_proto::team::{Body, Broadcast, Heartbeat, Knowledge, TaskState};
-use alliance_proto::telemetry::{Reason, SetState, StateChange};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::{
+    BehaviorParams, Preset, Robot, Scenario, Setup, StepOrder, Switches,
+};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
 use alliance_proto::time::SimTime;
 
 use super::{Announcement, Engine, StepInput, StepOutput};
@@ -37,8 +39,8 @@ const GOLD: RobotId = RobotId(1);
 const GREEN: RobotId = RobotId(2);
 
 /// Catalog id of the own set at that place.
-fn set(index: usize) -> SetId {
-    SetId(index as u16 + 1)
+fn set(index: usize) -> BehaviorId {
+    BehaviorId(index as u16 + 1)
 }
 
 fn task(index: usize) -> TaskId {
@@ -90,7 +92,7 @@ fn engine(robot: RobotId, setup: &Setup) -> Engine {
     Engine::new(robot, setup, &Roster::of(&setup.scenario))
 }
 
-fn every_set(setup: &mut Setup, edit: impl FnMut(&mut SetParams)) {
+fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {
     let robots = setup.alliance.robots.values_mut();
     robots
         .flat_map(|robot| robot.sets.values_mut())
@@ -98,7 +100,7 @@ fn every_set(setup: &mut Setup, edit: impl FnMut(&mut SetParams)) {
 }
 
 /// All sets of one robot.
-fn sets_of(setup: &mut Setup, robot: &str, edit: impl FnMut(&mut SetParams)) {
+fn behaviors_of(setup: &mut Setup, robot: &str, edit: impl FnMut(&mut BehaviorParams)) {
     let robot = setup.alliance.robots.get_mut(robot).unwrap();
     robot.sets.values_mut().for_each(edit);
 }
@@ -130,7 +132,7 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, it: &Announcement) -> Bro
         index: 0,
         seq,
         sent,
-        body: Body::Heartbeat(Heartbeat {
+        body: Content::Heartbeat(Heartbeat {
             state: it.state,
             since: it.since,
             set: it.set,
@@ -295,7 +297,7 @@ impl Team {
     }
 
     /// The changes of one robot's set as (ms, state, reason).
-    fn changes_of(&self, robot: RobotId, index: usize) -> Vec<(u64, SetState, Reason)> {
+    fn changes_of(&self, robot: RobotId, index: usize) -> Vec<(u64, BehaviorState, Reason)> {
         self.changes
             .iter()
             .filter(|(_, who, change)| *who == robot && change.set == set(index))

@@ -48,7 +48,7 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// Anything that a stranger or teammate might say: any state, task, age, life and order.
+    /// Anything that a stranger or teammate might say: any state, task, age, incarnation and order.
     fn message()(
         sender in 0_u16..5,
         incarnation in 1_u32..4,
@@ -201,7 +201,7 @@ proptest! {
         setup.alliance.switches = switches;
         let mut engine = engine(GOLD, &setup);
         let mut before = [0.0; 4];
-        let mut states = [SetState::Hibernating; 4];
+        let mut states = [BehaviorState::Hibernating; 4];
         for (number, step) in (0..).zip(&steps) {
             let output = super::step_of(&mut engine, &StepInput {
                 now: ms(200 * number),
@@ -209,7 +209,7 @@ proptest! {
                 applicable: &step.applicable,
                 progressed: &step.progressed,
             });
-            let active = output.motivations.iter().filter(|it| it.state == SetState::Active);
+            let active = output.motivations.iter().filter(|it| it.state == BehaviorState::Active);
             prop_assert!(active.count() <= 1);
             for (index, row) in output.motivations.iter().enumerate() {
                 let factors = [
@@ -226,7 +226,7 @@ proptest! {
                 };
                 prop_assert_eq!(row.motivation, expected);
                 prop_assert!((0.0..=10.0).contains(&row.motivation));
-                prop_assert!(row.state == SetState::Hibernating || row.motivation == 10.0);
+                prop_assert!(row.state == BehaviorState::Hibernating || row.motivation == 10.0);
                 prop_assert_eq!(row.sensory_feedback, step.applicable[index]);
                 prop_assert!([1.0, 5.0].contains(&row.impatience));
 
@@ -236,7 +236,7 @@ proptest! {
                     prop_assert_eq!(change.from, states[index]);
                     prop_assert_ne!(change.from, change.to);
                     prop_assert!(
-                        change.to != SetState::Hibernating || is_named(change.reason, row)
+                        change.to != BehaviorState::Hibernating || is_named(change.reason, row)
                     );
                 }
                 let state = changes.first().map_or(states[index], |it| it.to);
@@ -282,12 +282,12 @@ proptest! {
                 let own = RobotId(rank as u16);
                 let was = claims[rank];
                 for change in &output.changes {
-                    claims[rank] = (change.to == SetState::Active)
+                    claims[rank] = (change.to == BehaviorState::Active)
                         .then_some((now, change.reason == Reason::WaitBound));
                 }
                 let Some((since, waited_out)) = was else { continue };
                 for message in &heard[rank] {
-                    let Body::Heartbeat(other) = &message.body else { continue };
+                    let Content::Heartbeat(other) = &message.body else { continue };
                     let beaten = other.state == TaskState::Executing
                         && (other.since, message.sender) < (since, own)
                         && !waited_out;
@@ -318,7 +318,7 @@ proptest! {
             }
             let outputs = lossy_step(&mut team, links, progress);
             for (rank, output) in outputs.iter().enumerate() {
-                let is_active = output.motivations[TOP].state == SetState::Active;
+                let is_active = output.motivations[TOP].state == BehaviorState::Active;
                 since[rank] = is_active.then_some(since[rank].unwrap_or(now));
                 let Some(since) = since[rank] else { continue };
                 let hears = last_heard[rank].is_some_and(|heard| now.since(heard) < ms(1500));
@@ -373,23 +373,23 @@ fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<StepOutp
 }
 
 /// Each set that executes says so as the robot's last word; who has nothing to do is never said to do something.
-fn check_announcements(switches: &Switches, output: &StepOutput, states: &[SetState; 4]) {
+fn check_announcements(switches: &Switches, output: &StepOutput, states: &[BehaviorState; 4]) {
     for (place, it) in output.announcements.iter().enumerate() {
         let index = it.set.map(|id| id.index() - 1);
         let state = index.map(|index| states[index]);
         match it.state {
             TaskState::Executing => {
-                assert_eq!(state, Some(SetState::Active));
+                assert_eq!(state, Some(BehaviorState::Active));
                 assert_eq!(place + 1, output.announcements.len());
             }
-            TaskState::Waiting => assert_eq!(state, Some(SetState::Waiting)),
+            TaskState::Waiting => assert_eq!(state, Some(BehaviorState::Waiting)),
             TaskState::Released => {
                 assert!(switches.release_message);
-                assert_eq!(state, Some(SetState::Hibernating));
+                assert_eq!(state, Some(BehaviorState::Hibernating));
             }
             TaskState::Idle => {
                 assert!(switches.idle_heartbeat);
-                assert_eq!(*states, [SetState::Hibernating; 4]);
+                assert_eq!(*states, [BehaviorState::Hibernating; 4]);
             }
         }
     }

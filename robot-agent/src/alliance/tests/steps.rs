@@ -44,7 +44,7 @@ fn activation_suppresses_the_others_from_the_next_step_on() {
     gold.quiet_until(ms(20_000), both);
     let output = gold.step(both, &[]);
     assert_eq!(gold.engine.active(), Some(set(TOP)));
-    assert_eq!(output.motivations[TOP].state, SetState::Active);
+    assert_eq!(output.motivations[TOP].state, BehaviorState::Active);
     assert!(output.motivations[BOTTOM].activity_suppression);
     assert!((output.motivations[BOTTOM].motivation - 80.0).abs() < 1e-9);
 
@@ -68,8 +68,8 @@ fn hibernation_frees_the_others_in_the_same_step() {
     assert!((output.motivations[BOTTOM].motivation - 0.8).abs() < 1e-12);
     let expected = StateChange {
         set: set(TOP),
-        from: SetState::Active,
-        to: SetState::Hibernating,
+        from: BehaviorState::Active,
+        to: BehaviorState::Hibernating,
         reason: Reason::NotApplicable,
     };
     assert_eq!(output.changes, [expected]);
@@ -123,7 +123,7 @@ fn of_several_at_threshold_the_longest_there_activates() {
     let output = speak(&mut gold, TaskState::Released);
     assert_eq!(gold.engine.active(), Some(set(BOTTOM)));
     // The other stays waiting for this step, with a heartbeat due but in silence, and is suppressed in the next.
-    assert_eq!(output.motivations[TOP].state, SetState::Waiting);
+    assert_eq!(output.motivations[TOP].state, BehaviorState::Waiting);
     assert_eq!(output.announcements.len(), 1);
     assert_eq!(output.announcements[0].state, TaskState::Executing);
     let output = gold.step(both, &[]);
@@ -142,9 +142,9 @@ fn gives_up_after_lambda_and_starts_again() {
     assert_eq!(
         team.changes_of(BLUE, TOP),
         [
-            (20_000, SetState::Active, Reason::Threshold),
-            (30_200, SetState::Hibernating, Reason::GaveUpLambda),
-            (50_200, SetState::Active, Reason::Threshold),
+            (20_000, BehaviorState::Active, Reason::Threshold),
+            (30_200, BehaviorState::Hibernating, Reason::GaveUpLambda),
+            (50_200, BehaviorState::Active, Reason::Threshold),
         ]
     );
 }
@@ -157,7 +157,7 @@ fn messages_of_strangers_and_of_unknown_tasks_are_ignored() {
     let own = gold.says(GOLD, TaskState::Executing, ms(0));
     let stranger = gold.says(RobotId(7), TaskState::Executing, ms(0));
     let mut unknown = gold.says(BLUE, TaskState::Executing, ms(0));
-    if let Body::Heartbeat(heartbeat) = &mut unknown.body {
+    if let Content::Heartbeat(heartbeat) = &mut unknown.body {
         heartbeat.task = Some(TaskId(99));
     }
     let output = gold.step(ONLY_TOP, &[unknown, own, stranger]);

@@ -5,7 +5,7 @@ use alliance_proto::scenario::HistoryOrigin;
 
 use super::*;
 
-use SetState::{Active, Waiting};
+use BehaviorState::{Active, Waiting};
 
 /// Preset `team` as it is, and with one switch changed.
 fn pair(count: usize, change: fn(&mut Switches)) -> [Setup; 2] {
@@ -31,7 +31,7 @@ fn hears_at_10_s(setup: &Setup, state: TaskState) -> [f64; 2] {
 fn waiting() {
     // Blue claims at 20 s, which gold hears first at 20.2 s; gold, which is slower, comes to θ at 64.2 s.
     let outcomes = pair(2, |it| it.waiting = false).map(|mut setup| {
-        sets_of(&mut setup, "gold", |set| set.fast_impatience = 4.999);
+        behaviors_of(&mut setup, "gold", |set| set.fast_impatience = 4.999);
         let mut team = Team::new(&setup);
         team.run_until(ms(64_600), &[ONLY_TOP; 2]);
         let (_, state, reason) = team.changes_of(GOLD, TOP)[0];

@@ -80,8 +80,8 @@ fn incumbent_falls_silent() {
 fn newcomer(preset: Preset, reset_stops_active: bool, step_ms: u64) -> (SimTime, Reason) {
     let mut setup = setup(preset, 2, step_ms);
     setup.alliance.switches.reset_stops_active = reset_stops_active;
-    sets_of(&mut setup, "blue", |set| set.before_yielding_s = 80.0);
-    sets_of(&mut setup, "gold", |set| {
+    behaviors_of(&mut setup, "blue", |set| set.before_yielding_s = 80.0);
+    behaviors_of(&mut setup, "gold", |set| {
         set.fast_impatience = 4.0;
         set.willing_to_affect_s
             .values_mut()
@@ -93,7 +93,7 @@ fn newcomer(preset: Preset, reset_stops_active: bool, step_ms: u64) -> (SimTime,
     let (activated, _, _) = blue[0];
     assert_within_a_step(ms(activated), 20.0, step_ms);
     let (left, state, reason) = blue[1];
-    assert_eq!(state, SetState::Hibernating);
+    assert_eq!(state, BehaviorState::Hibernating);
     (ms(20_000) + ms(left - activated), reason)
 }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 
-use SetState::{Active, Hibernating, Waiting};
+use BehaviorState::{Active, Hibernating, Waiting};
 
 #[test]
 fn two_claims_in_one_step_go_to_the_lower_rank() {
@@ -33,7 +33,7 @@ fn the_loser_of_a_claim_stays_at_threshold() {
 #[test]
 fn the_earlier_claim_wins_when_it_was_lost_on_the_air() {
     let mut setup = setup(Preset::Team, 2, 200);
-    sets_of(&mut setup, "blue", |set| set.fast_impatience = 4.95);
+    behaviors_of(&mut setup, "blue", |set| set.fast_impatience = 4.95);
     let mut team = Team::new(&setup);
     // Gold claims at 20.0 s, unheard; blue at 20.4 s; gold's next heartbeat gets through at 21.0 s and is heard one step on.
     team.link = Box::new(|sender, _| sender == BLUE);
@@ -110,7 +110,7 @@ fn the_earlier_wish_goes_first() {
     every_set(&mut setup, |set| set.before_yielding_s = 60.0);
     // Both hear blue claim at 20 s; green is the first to want the task itself.
     for (name, slow) in [("blue", 5.0), ("gold", 4.0), ("green", 4.5)] {
-        sets_of(&mut setup, name, |set| {
+        behaviors_of(&mut setup, name, |set| {
             set.fast_impatience = 5.0 - (5.0 - slow) / 10.0;
             set.slow_impatience.values_mut().for_each(|it| *it = slow);
         });
@@ -144,7 +144,7 @@ fn a_lost_release_is_covered_by_tau() {
 }
 
 /// What gold does beside an incumbent that hears nobody, talks for ever and achieves nothing.
-fn beside_a_babbler(end: SimTime, preset: Preset) -> Vec<(u64, SetState, Reason)> {
+fn beside_a_babbler(end: SimTime, preset: Preset) -> Vec<(u64, BehaviorState, Reason)> {
     let mut setup = setup(preset, 2, 200);
     every_set(&mut setup, |set| set.before_yielding_s = 20.0);
     let mut gold = Solo::new(GOLD, &setup);
@@ -295,7 +295,7 @@ fn a_task_for_two_is_occupied_by_two() {
 fn curiosity(wish_when_suppressed: bool) -> Team {
     let mut setup = setup(Preset::Thesis, 3, 200);
     setup.alliance.switches.wish_when_suppressed = wish_when_suppressed;
-    sets_of(&mut setup, "green", |set| {
+    behaviors_of(&mut setup, "green", |set| {
         set.slow_impatience.values_mut().for_each(|it| *it = 5.0);
     });
     let mut team = Team::new(&setup);

@@ -1,18 +1,18 @@
 //! Second half of a step: what the active behavior set wants becomes what the body does.
 
-use alliance_proto::ids::{SetId, TaskId};
+use alliance_proto::ids::{BehaviorId, TaskId};
 use alliance_proto::readings::{Actuation, Gripper, Readings, Zone};
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::Body;
+use alliance_proto::team::Content;
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 
-use super::briefing::{Briefing, OwnSet};
+use super::briefing::{Briefing, OwnBehavior};
 use super::extremes::Extremes;
 use super::find::{Methodical, Search};
 use super::report::{Errand, Ways, errand};
 use super::sight::Sight;
-use super::spill::{Scene, SpillWork, Work};
+use super::spill::{SpillView, SpillWork, Work};
 use super::{Pending, Perception, WasteMission, places};
 use crate::body::goal::length;
 use crate::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
@@ -26,7 +26,7 @@ pub struct Action {
     /// What the body shall do.
     pub actuation: Actuation,
     /// What to broadcast beside heartbeats.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<Content>,
     /// For the log.
     pub notes: Vec<Note>,
 }
@@ -36,7 +36,7 @@ impl WasteMission {
     pub fn act(
         &mut self,
         now: SimTime,
-        active: Option<SetId>,
+        active: Option<BehaviorId>,
         readings: &Readings,
         perception: &Perception,
         action: &mut Action,
@@ -51,8 +51,8 @@ impl WasteMission {
             self.work = None;
             return self.make_room(now, readings, action);
         };
-        let mut own = self.briefing.own_sets.iter();
-        let Some(&OwnSet { task, kind, .. }) = own.find(|own| own.id == set) else {
+        let mut own = self.briefing.own_behaviors.iter();
+        let Some(&OwnBehavior { task, kind, .. }) = own.find(|own| own.id == set) else {
             return;
         };
         let spill = match kind {
@@ -118,7 +118,7 @@ impl WasteMission {
     fn search(
         &mut self,
         now: SimTime,
-        set: SetId,
+        set: BehaviorId,
         task: TaskId,
         search: Search,
         readings: &Readings,
@@ -138,7 +138,7 @@ impl WasteMission {
                         kind: NoteKind::PositionUpdate,
                         detail: format!("{} to {}", border.min, border.max),
                     });
-                    action.bodies.push(Body::PositionUpdate {
+                    action.bodies.push(Content::PositionUpdate {
                         task,
                         set,
                         progress: self.search_progress + u32::from(progress),
@@ -156,7 +156,7 @@ impl WasteMission {
     fn move_spill(
         &mut self,
         now: SimTime,
-        (set, task): (SetId, TaskId),
+        (set, task): (BehaviorId, TaskId),
         spill: u16,
         readings: &Readings,
         sight: &Sight,
@@ -165,7 +165,7 @@ impl WasteMission {
         let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
             return;
         };
-        let scene = Scene {
+        let view = SpillView {
             now,
             sight,
             holding: self.holding,
@@ -177,7 +177,7 @@ impl WasteMission {
         let work = self
             .work
             .get_or_insert_with(|| SpillWork::new(spill, &self.briefing, &places));
-        match work.step(&self.briefing, &scene, &mut self.memory) {
+        match work.step(&self.briefing, &view, &mut self.memory) {
             Work::Go(goal) => self.go(now, goal, readings, action),
             Work::Grip(gripper) => {
                 action.actuation.gripper = gripper;
@@ -243,7 +243,7 @@ impl WasteMission {
             kind: NoteKind::LocationsWithdrawn,
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
-        action.bodies.push(Body::Withdrawal(withdrawal));
+        action.bodies.push(Content::Withdrawal(withdrawal));
     }
 
     fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {

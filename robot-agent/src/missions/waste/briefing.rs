@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::{BehaviorKind, Setup};
 use alliance_proto::team::Locations;
 use alliance_proto::time::SimTime;
@@ -21,8 +21,8 @@ pub(super) struct Briefing {
     pub team_size: usize,
     pub roster: Arc<Roster>,
     pub map: Arc<Map>,
-    /// Its behavior sets, in the order of `Catalog::sets_of`.
-    pub own_sets: SmallVec<[OwnSet; 6]>,
+    /// Its behavior sets, in the order of `Catalog::behaviors_of`.
+    pub own_behaviors: SmallVec<[OwnBehavior; 6]>,
     /// The spills that it has behavior sets for, in ascending order.
     pub own_spills: Vec<u16>,
     /// The border, where it is known beforehand.
@@ -40,10 +40,10 @@ pub(super) struct Briefing {
     pub report_period: SimTime,
 }
 
-/// What a robot has to know of one of its behavior sets in every step: the catalog of a large team is far away.
+/// What a robot reads of one of its behaviors in every step, copied here because a look into the shared catalog is a cache miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct OwnSet {
-    pub id: SetId,
+pub(super) struct OwnBehavior {
+    pub id: BehaviorId,
     pub task: TaskId,
     pub kind: BehaviorKind,
 }
@@ -54,21 +54,21 @@ impl Briefing {
         let waste = &scenario.waste;
         let own = &scenario.robots[robot.index()];
         let sets = setup.alliance.robots.get(&own.name).map(|own| &own.sets);
-        let longest = |seconds: fn(&alliance_proto::scenario::SetParams) -> f64| {
+        let longest = |seconds: fn(&alliance_proto::scenario::BehaviorParams) -> f64| {
             let sets = sets.into_iter().flat_map(|sets| sets.values());
             SimTime::from_secs_f64(sets.map(seconds).fold(0.0, f64::max))
         };
-        let own_sets = roster.catalog.sets_of(own).map(|id| {
+        let own_behaviors = roster.catalog.behaviors_of(own).map(|id| {
             let spec = &roster.catalog.sets[id.index()];
             let (task, kind) = (spec.task, spec.kind);
-            OwnSet { id, task, kind }
+            OwnBehavior { id, task, kind }
         });
-        let own_sets: SmallVec<[OwnSet; 6]> = own_sets.collect();
-        let own_spill = |set: &OwnSet| match set.kind {
+        let own_behaviors: SmallVec<[OwnBehavior; 6]> = own_behaviors.collect();
+        let own_spill = |set: &OwnBehavior| match set.kind {
             BehaviorKind::MoveSpill(spill) => Some(spill),
             _ => None,
         };
-        let own_spills: Vec<u16> = own_sets.iter().filter_map(own_spill).collect();
+        let own_spills: Vec<u16> = own_behaviors.iter().filter_map(own_spill).collect();
         let border = Locations {
             min: Vec2::ZERO,
             max: Vec2::new(scenario.room.width_m, scenario.room.height_m),
@@ -78,7 +78,7 @@ impl Briefing {
             team_size: scenario.robots.len(),
             roster: Arc::clone(roster),
             map: Arc::clone(map),
-            own_sets,
+            own_behaviors,
             own_spills,
             border: waste.border_known.then_some(border),
             chassis: Chassis::of(scenario),

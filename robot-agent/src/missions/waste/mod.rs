@@ -37,7 +37,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::Knowledge;
 use alliance_proto::time::SimTime;
@@ -76,7 +76,7 @@ pub struct WasteMission {
     realms: Realms,
     holding: bool,
     /// The set that picked up what the robot holds.
-    load_of: Option<SetId>,
+    load_of: Option<BehaviorId>,
     /// What it did in the last step and has not yet seen the effect of.
     pending: Option<Pending>,
     /// Effects on the world, seen but not yet reported to the motivational behaviors.
@@ -94,7 +94,7 @@ enum Pending {
 }
 
 impl WasteMission {
-    /// A new life of that robot: it knows nothing but its briefing.
+    /// A new incarnation of that robot: it knows nothing but its briefing.
     ///
     /// # Panics
     /// If the setup has no such robot.

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::readings::{Readings, Zone};
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::{Body, Broadcast, Knowledge, TaskState};
+use alliance_proto::team::{Broadcast, Content, Knowledge, TaskState};
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
-use super::briefing::OwnSet;
+use super::briefing::OwnBehavior;
 use super::extremes::Extremes;
 use super::find::Methodical;
 use super::memory::SAME_PLACE_M;
@@ -30,7 +30,7 @@ const FIND: TaskId = TaskId(0);
 /// Result of [`WasteMission::perceive`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Perception {
-    /// sensory_feedback (eq. 2.1) of each of the robot's sets, in the order of `Catalog::sets_of`.
+    /// sensory_feedback (eq. 2.1) of each of the robot's sets, in the order of `Catalog::behaviors_of`.
     pub applicable: Vec<bool>,
     /// The tasks on which the robot had an effect on the world since the last step, one entry each.
     pub progressed: Vec<TaskId>,
@@ -78,8 +78,8 @@ impl WasteMission {
         progressed.clear();
         progressed.append(&mut self.progressed);
         applicable.clear();
-        let own_sets = self.briefing.own_sets.iter();
-        applicable.extend(own_sets.map(|set| self.is_applicable(set, now, readings)));
+        let own_behaviors = self.briefing.own_behaviors.iter();
+        applicable.extend(own_behaviors.map(|set| self.is_applicable(set, now, readings)));
     }
 
     fn see_effects(&mut self, now: SimTime, readings: &Readings) {
@@ -100,9 +100,9 @@ impl WasteMission {
 
     fn hear(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
         match &broadcast.body {
-            Body::Heartbeat(heartbeat) => {
-                let own_sets = &self.briefing.own_sets;
-                let is_own = |task| own_sets.iter().any(|set| set.task == task);
+            Content::Heartbeat(heartbeat) => {
+                let own_behaviors = &self.briefing.own_behaviors;
+                let is_own = |task| own_behaviors.iter().any(|set| set.task == task);
                 let concern = || heartbeat.task.is_none_or(is_own);
                 let news = self.teammates.hear(now, broadcast, heartbeat, concern);
                 if let News::Heard { lost } = news {
@@ -117,12 +117,12 @@ impl WasteMission {
                     self.learned(broadcast.sender, notes);
                 }
             }
-            Body::PositionUpdate { locations, .. } => {
+            Content::PositionUpdate { locations, .. } => {
                 if self.memory.hear_locations(*locations, now) {
                     self.learned(broadcast.sender, notes);
                 }
             }
-            Body::Withdrawal(withdrawal) => {
+            Content::Withdrawal(withdrawal) => {
                 if self.memory.hear_withdrawal(*withdrawal) {
                     self.stands_back_since = Some(now);
                 }
@@ -211,7 +211,7 @@ impl WasteMission {
         })
     }
 
-    fn is_applicable(&self, set: &OwnSet, now: SimTime, readings: &Readings) -> bool {
+    fn is_applicable(&self, set: &OwnBehavior, now: SimTime, readings: &Readings) -> bool {
         if self.memory.locations().is_none() {
             let sensors_work = readings.pose.is_some() && readings.front_border.is_some();
             let stands_back = self.briefing.team_size > 1

@@ -43,7 +43,7 @@ pub(super) enum Work {
 
 /// What the robot senses and knows in this step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scene<'a> {
+pub(super) struct SpillView<'a> {
     pub now: SimTime,
     pub sight: &'a Sight,
     pub holding: bool,
@@ -108,41 +108,41 @@ impl SpillWork {
     }
 
     /// What to do in this step.
-    pub fn step(&mut self, briefing: &Briefing, scene: &Scene, memory: &mut Memory) -> Work {
-        self.unreachable.retain(|&(_, until)| scene.now < until);
-        self.look(briefing, scene);
+    pub fn step(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
+        self.unreachable.retain(|&(_, until)| view.now < until);
+        self.look(briefing, view);
         if let Some(place) = self.gripped_at.take()
-            && !scene.holding
+            && !view.holding
         {
-            self.leave_alone(place, scene);
-            memory.see_loose(place, false, scene.now);
+            self.leave_alone(place, view);
+            memory.see_loose(place, false, view.now);
         }
-        if scene.status == Status::Blocked {
-            self.pass_over(scene);
+        if view.status == Status::Blocked {
+            self.pass_over(view);
         }
-        if scene.holding {
+        if view.holding {
             self.closed = 0;
-            return self.deliver(briefing, scene);
+            return self.deliver(briefing, view);
         }
         if self.closed >= CLOSED_MOST {
             return Work::OutOfReach;
         }
-        self.collect(briefing, scene, memory)
+        self.collect(briefing, view, memory)
     }
 
-    fn deliver(&mut self, briefing: &Briefing, scene: &Scene) -> Work {
+    fn deliver(&mut self, briefing: &Briefing, view: &SpillView) -> Work {
         self.target = Target::Deposit;
         let at = self.deposit;
         let within = briefing.deposit_radius_m - INSIDE_DEPOSIT_M;
-        let offset = at - scene.sight.position;
+        let offset = at - view.sight.position;
         if length(offset) > within {
             return Work::Go(Goal::Place { at, within });
         }
-        if scene.in_deposit == Some(false) {
+        if view.in_deposit == Some(false) {
             return Work::Wrong;
         }
         // What falls ahead of it must fall inside.
-        if offset.dot(scene.sight.ahead) < 0.0 && length(offset) > within / 2.0 {
+        if offset.dot(view.sight.ahead) < 0.0 && length(offset) > within / 2.0 {
             return Work::Go(Goal::Place {
                 at,
                 within: within / 2.0,
@@ -152,19 +152,19 @@ impl SpillWork {
         Work::Grip(Gripper::Drop)
     }
 
-    fn collect(&mut self, briefing: &Briefing, scene: &Scene, memory: &Memory) -> Work {
+    fn collect(&mut self, briefing: &Briefing, view: &SpillView, memory: &Memory) -> Work {
         let within = briefing.reach_m - REACH_MARGIN_M;
-        let Some(at) = self.choose(scene, memory) else {
-            return self.look_around(briefing, scene, memory);
+        let Some(at) = self.choose(view, memory) else {
+            return self.look_around(briefing, view, memory);
         };
         self.target = Target::Item(at);
         self.views.restart();
         self.from_deposit = false;
         // Whatever is in reach will do.
         let nearest = self.seen.iter().chain([&at]).copied();
-        let is_near = |item: Vec2| is_within(item - scene.sight.position, within);
+        let is_near = |item: Vec2| is_within(item - view.sight.position, within);
         let mut in_reach = nearest.filter(|&item| is_near(item));
-        if let Some(item) = in_reach.find(|&item| self.is_mine(scene, item)) {
+        if let Some(item) = in_reach.find(|&item| self.is_mine(view, item)) {
             self.gripped_at = Some(item);
             return Work::Grip(Gripper::Pick);
         }
@@ -173,23 +173,23 @@ impl SpillWork {
 
     /// What to fetch: what was chosen before, until it is seen to be gone, lest the robot change its mind on its way round an
     /// obstacle; else the nearest that it has seen, or that it knows to lie somewhere.
-    fn choose(&self, scene: &Scene, memory: &Memory) -> Option<Vec2> {
+    fn choose(&self, view: &SpillView, memory: &Memory) -> Option<Vec2> {
         if let Target::Item(before) = self.target
-            && self.is_mine(scene, before)
-            && !scene.sight.shows_nothing_at(before, SAME_ITEM_M)
+            && self.is_mine(view, before)
+            && !view.sight.shows_nothing_at(before, SAME_ITEM_M)
         {
             return Some(before);
         }
-        let distance = |place: &Vec2| length(*place - scene.sight.position);
+        let distance = |place: &Vec2| length(*place - view.sight.position);
         let known = self.seen.iter().copied().chain(memory.loose());
         known
-            .filter(|&place| self.is_mine(scene, place))
+            .filter(|&place| self.is_mine(view, place))
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
     /// All over the spill, and once along the way to the deposit.
-    fn look_around(&mut self, briefing: &Briefing, scene: &Scene, memory: &Memory) -> Work {
-        let position = scene.sight.position;
+    fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &Memory) -> Work {
+        let position = view.sight.position;
         let going = match self.target {
             Target::View(at) => Some(at),
             _ => None,
@@ -203,7 +203,7 @@ impl SpillWork {
         }
         // All round, and no spill was sensed: it is somewhere else. To have seen it only from outside, or to find the ways into
         // it closed, proves nothing: a true one may lie under an obstacle.
-        if scene.in_spill.is_some() && !memory.is_confirmed() {
+        if view.in_spill.is_some() && !memory.is_confirmed() {
             if self.entered {
                 return Work::Wrong;
             }
@@ -238,10 +238,10 @@ impl SpillWork {
     }
 
     /// Joins what is in sight to what was seen before.
-    fn look(&mut self, briefing: &Briefing, scene: &Scene) {
-        let sight = scene.sight;
-        if !self.entered && scene.in_spill == Some(false) {
-            let offset = sight.position - scene.places.spill(self.spill);
+    fn look(&mut self, briefing: &Briefing, view: &SpillView) {
+        let sight = view.sight;
+        if !self.entered && view.in_spill == Some(false) {
+            let offset = sight.position - view.places.spill(self.spill);
             self.entered = is_within(offset, briefing.spill_radius_m.max(AT_POINT_M));
         }
         self.views.look(sight);
@@ -255,33 +255,33 @@ impl SpillWork {
                 .seen
                 .iter()
                 .any(|&seen| is_shorter(seen - item, SAME_ITEM_M));
-            if !known && scene.places.nearest_spill(item) == self.spill {
+            if !known && view.places.nearest_spill(item) == self.spill {
                 self.seen.push(item);
             }
         }
     }
 
     /// There was no way to the target.
-    fn pass_over(&mut self, scene: &Scene) {
+    fn pass_over(&mut self, view: &SpillView) {
         self.closed += u32::from(self.target != Target::Deposit);
         match self.target {
-            Target::Item(at) => self.leave_alone(at, scene),
+            Target::Item(at) => self.leave_alone(at, view),
             Target::View(at) => self.views.block(at),
-            Target::Deposit => self.from_deposit |= !scene.holding,
+            Target::Deposit => self.from_deposit |= !view.holding,
         }
     }
 
     /// Forgets that something lies there; where it is seen again, it is left alone for a while.
-    fn leave_alone(&mut self, place: Vec2, scene: &Scene) {
+    fn leave_alone(&mut self, place: Vec2, view: &SpillView) {
         self.seen
             .retain(|item| length(*item - place) >= SAME_ITEM_M);
-        self.unreachable.push((place, scene.now + UNREACHABLE));
+        self.unreachable.push((place, view.now + UNREACHABLE));
     }
 
     /// Whether what lies there is this spill's work, and can be reached.
-    fn is_mine(&self, scene: &Scene, item: Vec2) -> bool {
+    fn is_mine(&self, view: &SpillView, item: Vec2) -> bool {
         let mut unreachable = self.unreachable.iter();
-        scene.places.nearest_spill(item) == self.spill
+        view.places.nearest_spill(item) == self.spill
             && !unreachable.any(|&(place, _)| is_shorter(place - item, SAME_PLACE_M / 2.0))
     }
 }

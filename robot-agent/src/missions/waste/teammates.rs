@@ -33,7 +33,7 @@ pub(super) enum News {
     None,
     /// The latest word of its sender.
     Heard {
-        /// Where the sender lost its load, if this is a new life of one that was carrying.
+        /// Where the sender lost its load, if this is a new incarnation of one that was carrying.
         lost: Option<Vec2>,
     },
 }
@@ -160,7 +160,7 @@ fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
 #[cfg(test)]
 mod tests {
     use alliance_proto::ids::TaskId;
-    use alliance_proto::team::{Body, Knowledge};
+    use alliance_proto::team::{Content, Knowledge};
 
     use super::*;
 
@@ -205,7 +205,7 @@ mod tests {
             index: 0,
             seq: seconds,
             sent: SimTime(seconds * 1000),
-            body: Body::Heartbeat(heartbeat.clone()),
+            body: Content::Heartbeat(heartbeat.clone()),
         };
         match teammates.hear(broadcast.sent, &broadcast, &heartbeat, || true) {
             News::Heard { lost } => lost,
@@ -243,7 +243,7 @@ mod tests {
             index: 0,
             seq,
             sent: SimTime::ZERO,
-            body: Body::Heartbeat(idle()),
+            body: Content::Heartbeat(idle()),
         };
         let is_news = |teammates: &Teammates, broadcast: Broadcast| {
             let news = teammates
@@ -280,7 +280,7 @@ mod tests {
             index: 0,
             seq: 0,
             sent: SimTime(10_000),
-            body: Body::Heartbeat(heartbeat.clone()),
+            body: Content::Heartbeat(heartbeat.clone()),
         };
         teammates.hear(SimTime(12_000), &late, &heartbeat, || true);
         assert!(
@@ -330,7 +330,7 @@ mod tests {
                 index: 0,
                 seq,
                 sent: SimTime(10_000),
-                body: Body::Heartbeat(heartbeat.clone()),
+                body: Content::Heartbeat(heartbeat.clone()),
             };
             teammates.hear(SimTime(10_000), &broadcast, &heartbeat, || true);
         };

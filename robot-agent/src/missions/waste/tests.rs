@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use alliance_proto::ids::TaskId;
 use alliance_proto::readings::{Gripper, Pose, Readings, SensedWaste, Zone};
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::{Body, Broadcast, Fact, Heartbeat, Locations, TaskState, Withdrawal};
+use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Locations, TaskState, Withdrawal};
 use alliance_proto::telemetry::NoteKind;
 
 use super::*;
@@ -64,7 +64,7 @@ impl Robot {
     }
 
     /// On what it has perceived last.
-    fn act_on(&mut self, set: Option<SetId>, readings: &Readings) -> Action {
+    fn act_on(&mut self, set: Option<BehaviorId>, readings: &Readings) -> Action {
         let mut action = Action::default();
         self.mission
             .act(self.now, set, readings, &self.perceived, &mut action);
@@ -75,22 +75,22 @@ impl Robot {
         (self.perceive(readings, &[]), self.act(active, readings))
     }
 
-    fn set(&self, name: &str) -> SetId {
+    fn set(&self, name: &str) -> BehaviorId {
         self.mission
             .briefing
             .roster
             .catalog
-            .set_named(name)
+            .behavior_named(name)
             .unwrap()
     }
 
     /// Names of the applicable sets.
     fn applicable(&mut self, readings: &Readings) -> Vec<String> {
         let applicable = self.perceive(readings, &[]).applicable;
-        let sets = self.mission.briefing.own_sets.iter().zip(applicable);
+        let sets = self.mission.briefing.own_behaviors.iter().zip(applicable);
         let sets = sets.filter(|(_, applicable)| *applicable);
         let catalog = &self.mission.briefing.roster.catalog;
-        sets.map(|(set, _)| catalog.set_name(set.id).to_owned())
+        sets.map(|(set, _)| catalog.behavior_name(set.id).to_owned())
             .collect()
     }
 }
@@ -130,7 +130,7 @@ fn at_waste(ahead_m: f32) -> Readings {
     }
 }
 
-fn broadcast(sender: RobotId, sent: SimTime, body: Body) -> Broadcast {
+fn broadcast(sender: RobotId, sent: SimTime, body: Content) -> Broadcast {
     Broadcast {
         sender,
         incarnation: 1,
@@ -151,9 +151,9 @@ fn update(finder: RobotId, seen: SimTime) -> Broadcast {
         seen_by: finder,
         seen,
     };
-    let body = Body::PositionUpdate {
+    let body = Content::PositionUpdate {
         task: FIND,
-        set: SetId(0),
+        set: BehaviorId(0),
         progress: 0,
         locations,
     };
@@ -161,10 +161,10 @@ fn update(finder: RobotId, seen: SimTime) -> Broadcast {
 }
 
 fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Broadcast {
-    let body = Body::Heartbeat(Heartbeat {
+    let body = Content::Heartbeat(Heartbeat {
         state: TaskState::Executing,
         since: SimTime::ZERO,
-        set: Some(SetId(0)),
+        set: Some(BehaviorId(0)),
         task: Some(task),
         progress: 0,
         position: Some(position),
@@ -215,13 +215,13 @@ fn no_device_is_indispensable_to_the_program() {
     for kind in 0..5 {
         let mut robot = informed();
         robot.perceive(&dead, &[]);
-        robot.act_on(Some(SetId(kind)), &dead);
+        robot.act_on(Some(BehaviorId(kind)), &dead);
         let only_position = Readings {
             pose: Some(Pose::default()),
             ..Readings::default()
         };
         robot.perceive(&only_position, &[]);
-        robot.act_on(Some(SetId(kind)), &only_position);
+        robot.act_on(Some(BehaviorId(kind)), &only_position);
     }
 }
 
@@ -438,7 +438,7 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
         finder: MATE,
         seen: SimTime::ZERO,
     };
-    assert_eq!(action.bodies, [Body::Withdrawal(withdrawal)]);
+    assert_eq!(action.bodies, [Content::Withdrawal(withdrawal)]);
     assert_eq!(robot.mission.knowledge().withdrawn, [withdrawal]);
     assert_eq!(robot.applicable(&at(SPILL)).len(), 2);
     // Hearsay does not bring it back.
@@ -462,7 +462,7 @@ fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
     assert_eq!(action.bodies, []);
     assert!(action.actuation.speed_m_s > 0.0);
     let (_, action) = robot.step(Some("move-spill(top)"), &at(SPILL));
-    assert!(matches!(action.bodies[..], [Body::Withdrawal(_)]));
+    assert!(matches!(action.bodies[..], [Content::Withdrawal(_)]));
 }
 
 #[test]
@@ -510,7 +510,7 @@ fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
         },
         SimTime(10),
     );
-    let withdrawal = Body::Withdrawal(Withdrawal {
+    let withdrawal = Content::Withdrawal(Withdrawal {
         finder: ME,
         seen: SimTime(10),
     });
@@ -597,12 +597,12 @@ fn the_sets_are_those_of_the_catalog() {
     let kinds: Vec<BehaviorKind> = robot
         .mission
         .briefing
-        .own_sets
+        .own_behaviors
         .iter()
         .map(|set| set.kind)
         .collect();
     assert_eq!(kinds[0], BehaviorKind::FindLocationsMethodical);
     assert_eq!(kinds.len(), 5);
     let gold = mission(MATE, &Setup::default_for(1));
-    assert_eq!(gold.briefing.own_sets.len(), 4);
+    assert_eq!(gold.briefing.own_behaviors.len(), 4);
 }

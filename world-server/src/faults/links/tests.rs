@@ -274,19 +274,19 @@ proptest! {
     }
 }
 
-fn reception(sender: RobotId, sent_tick: Tick, fate: Fate) -> Reception {
+fn reception(sender: RobotId, sent_tick: Tick, delivery: Delivery) -> Reception {
     Reception {
         at: SimTime(0),
         sender,
         incarnation: 1,
         sent: SimTime(sent_tick * 50),
-        fate,
+        delivery,
         said: None,
     }
 }
 
-fn causes(links: &Links, sender: RobotId, sent_tick: Tick, fate: Fate) -> Vec<usize> {
-    let reception = reception(sender, sent_tick, fate);
+fn causes(links: &Links, sender: RobotId, sent_tick: Tick, delivery: Delivery) -> Vec<usize> {
+    let reception = reception(sender, sent_tick, delivery);
     let causes = links.causes(BLUE, &reception);
     causes.map(|fault| fault.0).collect()
 }
@@ -303,16 +303,16 @@ fn each_fate_is_put_down_to_the_faults_that_can_bring_it_about() {
         Fault::Mute("gold".to_owned()),
         Fault::Deaf("gold".to_owned()),
     ]);
-    assert_eq!(causes(&links, GOLD, 9, Fate::Dropped), [0]);
-    assert_eq!(causes(&links, GREEN, 9, Fate::Dropped), [1]);
-    assert_eq!(causes(&links, GOLD, 9, Fate::Pending), [2, 3]);
-    assert_eq!(causes(&links, GREEN, 9, Fate::Pending), [2]);
-    assert_eq!(causes(&links, GOLD, 9, Fate::Cut), [5, 6]);
-    for fate in [Fate::Heard, Fate::Lost, Fate::Delayed] {
-        assert_eq!(causes(&links, GOLD, 9, fate), NONE);
+    assert_eq!(causes(&links, GOLD, 9, Delivery::Dropped), [0]);
+    assert_eq!(causes(&links, GREEN, 9, Delivery::Dropped), [1]);
+    assert_eq!(causes(&links, GOLD, 9, Delivery::Pending), [2, 3]);
+    assert_eq!(causes(&links, GREEN, 9, Delivery::Pending), [2]);
+    assert_eq!(causes(&links, GOLD, 9, Delivery::Cut), [5, 6]);
+    for delivery in [Delivery::Heard, Delivery::Lost, Delivery::Delayed] {
+        assert_eq!(causes(&links, GOLD, 9, delivery), NONE);
     }
     // Sent earlier: kept since then, and now due while the receiver was out.
-    assert_eq!(causes(&links, GOLD, 7, Fate::Cut), NONE);
+    assert_eq!(causes(&links, GOLD, 7, Delivery::Cut), NONE);
 }
 
 #[test]
@@ -323,9 +323,9 @@ fn a_loss_in_a_burst_is_put_down_to_it_and_a_hold_comes_before_a_delay() {
         delaying(1.0, 0.0),
         hold("gold", "blue"),
     ]);
-    assert_eq!(causes(&links, GOLD, 9, Fate::Dropped), [0]);
-    assert_eq!(causes(&links, GOLD, 9, Fate::Pending), [3]);
-    assert_eq!(causes(&links, GREEN, 9, Fate::Pending), [2]);
+    assert_eq!(causes(&links, GOLD, 9, Delivery::Dropped), [0]);
+    assert_eq!(causes(&links, GOLD, 9, Delivery::Pending), [3]);
+    assert_eq!(causes(&links, GREEN, 9, Delivery::Pending), [2]);
 }
 
 #[test]
@@ -338,7 +338,7 @@ fn a_second_copy_is_put_down_to_what_was_in_force_when_its_message_was_listed() 
     begin(&mut links, 20, &faults[..1]);
     begin(&mut links, 30, &[]);
     let copy = |links: &Links, sent_tick| {
-        let mut causes = causes(links, GOLD, sent_tick, Fate::Duplicate);
+        let mut causes = causes(links, GOLD, sent_tick, Delivery::Duplicate);
         causes.sort_unstable();
         causes
     };
@@ -363,7 +363,7 @@ fn in_order_later_robots_hear_earlier_ones_in_the_same_tick() {
     let mut links = Links::new(&setup);
     begin(&mut links, 10, &[Fault::Deaf("gold".to_owned())]);
     let causes = |sender, sent_tick| {
-        let reception = reception(sender, sent_tick, Fate::Cut);
+        let reception = reception(sender, sent_tick, Delivery::Cut);
         links.causes(GOLD, &reception).count()
     };
     assert_eq!(causes(BLUE, 10), 1);

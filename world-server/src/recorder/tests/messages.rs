@@ -3,7 +3,7 @@
 use super::*;
 
 /// A reception of gold's `seq`-th message by blue.
-fn reception(seq: u64, at_ms: u64, fate: Fate) -> Reception {
+fn reception(seq: u64, at_ms: u64, fate: Delivery) -> Reception {
     Reception {
         at: SimTime(at_ms),
         sender: GOLD,
@@ -27,14 +27,14 @@ fn ticks<const N: usize>(receptions: [(u32, Vec<Reception>); N]) -> Vec<OwnedTic
     let quiet = &sample()[2];
     (0..)
         .zip(receptions)
-        .map(|(tick, (life, receptions))| {
+        .map(|(tick, (incarnation, receptions))| {
             let mut owned = OwnedTick {
                 tick,
                 now: SimTime(tick * 50),
                 ..quiet.clone()
             };
             let (_, report) = owned.blue();
-            report.incarnation = life;
+            report.incarnation = incarnation;
             report.receptions = receptions;
             owned
         })
@@ -79,18 +79,18 @@ fn a_late_message_has_its_row_when_it_is_heard_or_missed() {
         (
             1,
             vec![
-                reception(0, 50, Fate::Pending),
-                reception(1, 0, Fate::Heard),
-                reception(2, 50, Fate::Pending),
-                reception(3, 0, Fate::Cut),
+                reception(0, 50, Delivery::Pending),
+                reception(1, 0, Delivery::Heard),
+                reception(2, 50, Delivery::Pending),
+                reception(3, 0, Delivery::Cut),
             ],
         ),
-        (1, vec![reception(1, 50, Fate::Duplicate)]),
+        (1, vec![reception(1, 50, Delivery::Duplicate)]),
         (
             1,
             vec![
-                reception(2, 100, Fate::Delayed),
-                reception(0, 50, Fate::Cut),
+                reception(2, 100, Delivery::Delayed),
+                reception(0, 50, Delivery::Cut),
             ],
         ),
     ]);
@@ -114,14 +114,14 @@ fn a_late_message_has_its_row_when_it_is_heard_or_missed() {
 
 #[test]
 fn what_is_on_its_way_to_a_robot_that_dies_is_pending_then() {
-    let pending = |seq| vec![reception(seq, 500, Fate::Pending)];
+    let pending = |seq| vec![reception(seq, 500, Delivery::Pending)];
     let mut ticks = ticks([
         (1, pending(0)),
         (1, pending(1)),
         (2, pending(0)),
         (2, vec![]),
     ]);
-    // Another robot's death, and an earlier life's, are not blue's.
+    // Another robot's death, and an earlier incarnation's, are not blue's.
     ticks[0].inputs = vec![death("gold", 1)];
     ticks[1].inputs = vec![death("blue", 1)];
     ticks[2].inputs = vec![death("blue", 1)];
@@ -138,8 +138,8 @@ fn what_is_on_its_way_to_a_robot_that_dies_is_pending_then() {
 #[test]
 fn what_is_on_its_way_when_the_run_ends_is_pending_then() {
     let ticks = ticks([
-        (1, vec![reception(0, 500, Fate::Pending)]),
-        (1, vec![reception(1, 50, Fate::Heard)]),
+        (1, vec![reception(0, 500, Delivery::Pending)]),
+        (1, vec![reception(1, 50, Delivery::Heard)]),
     ]);
     assert_eq!(rows(&ticks), [row(50, 1, "heard"), row(500, 0, "pending")]);
 }
@@ -150,7 +150,7 @@ fn a_pending_message_is_in_the_hash_at_every_level() {
         let ticks = ticks([(1, vec![reception(0, 50, fate)])]);
         log(level, &ticks).0.hash.unwrap()
     };
-    let full = hash(LogLevel::Full, Fate::Pending);
-    assert_eq!(full, hash(LogLevel::Off, Fate::Pending));
-    assert_ne!(full, hash(LogLevel::Full, Fate::Heard));
+    let full = hash(LogLevel::Full, Delivery::Pending);
+    assert_eq!(full, hash(LogLevel::Off, Delivery::Pending));
+    assert_ne!(full, hash(LogLevel::Full, Delivery::Heard));
 }

@@ -8,12 +8,12 @@ mod messages;
 mod repeated;
 mod torn;
 
-use alliance_proto::ids::{RobotId, SetId, TaskId, Tick};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId, Tick};
 use alliance_proto::readings::{Actuation, Pose, Readings};
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::{BroadcastKind, TaskState};
 use alliance_proto::telemetry::{
-    Fate, Motivation, Note, NoteKind, Reason, Reception, Said, SetState, StateChange,
+    BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said, StateChange,
 };
 use alliance_proto::tick::{Outcome, Report};
 use alliance_proto::time::SimTime;
@@ -94,14 +94,14 @@ fn report(robot: RobotId, tick: Tick) -> Report {
 
 fn motivation(set: u16, motivation: f64) -> Motivation {
     Motivation {
-        set: SetId(set),
+        set: BehaviorId(set),
         motivation,
         impatience: 0.1,
         sensory_feedback: true,
         activity_suppression: true,
         impatience_reset: true,
         acquiescence: true,
-        state: SetState::Hibernating,
+        state: BehaviorState::Hibernating,
     }
 }
 
@@ -161,7 +161,7 @@ fn sample() -> Vec<OwnedTick> {
         speed_m_s: 0.5,
         carrying: true,
         energy_j: Some(49_999.75),
-        active: Some(SetId(0)),
+        active: Some(BehaviorId(0)),
         ..body(0.325, 4.5)
     };
     let (_, gold) = second.robots[1].1.as_mut().unwrap();
@@ -172,7 +172,7 @@ fn sample() -> Vec<OwnedTick> {
     blue.actuation.speed_m_s = 0.5;
     blue.motivations = vec![
         Motivation {
-            state: SetState::Active,
+            state: BehaviorState::Active,
             ..motivation(0, 100.0)
         },
         Motivation {
@@ -182,15 +182,15 @@ fn sample() -> Vec<OwnedTick> {
     ];
     blue.changes = vec![
         StateChange {
-            set: SetId(2),
-            from: SetState::Active,
-            to: SetState::Hibernating,
+            set: BehaviorId(2),
+            from: BehaviorState::Active,
+            to: BehaviorState::Hibernating,
             reason: Reason::ResetBy(GOLD),
         },
         StateChange {
-            set: SetId(0),
-            from: SetState::Hibernating,
-            to: SetState::Active,
+            set: BehaviorId(0),
+            from: BehaviorState::Hibernating,
+            to: BehaviorState::Active,
             reason: Reason::Threshold,
         },
     ];
@@ -203,13 +203,13 @@ fn sample() -> Vec<OwnedTick> {
         sender: GOLD,
         incarnation: 1,
         sent: SimTime(0),
-        fate: Fate::Heard,
+        fate: Delivery::Heard,
         said: Some(Said {
             seq: 0,
             kind: BroadcastKind::Heartbeat,
             state: Some(TaskState::Executing),
             since: Some(SimTime(0)),
-            set: Some(SetId(3)),
+            set: Some(BehaviorId(3)),
             task: Some(TaskId(2)),
             progress: Some(4),
         }),
@@ -217,7 +217,7 @@ fn sample() -> Vec<OwnedTick> {
     blue.receptions = vec![
         heard,
         Reception {
-            fate: Fate::Lost,
+            fate: Delivery::Lost,
             said: None,
             ..heard
         },

@@ -19,10 +19,10 @@ fn any_motivation() -> impl Strategy<Value = Motivation> {
         mostly(0, vec![1]),
         [real(), real()],
         [flag(), flag(), flag(), flag()],
-        mostly(SetState::Hibernating, vec![SetState::Active]),
+        mostly(BehaviorState::Hibernating, vec![BehaviorState::Active]),
     )
         .prop_map(|(set, reals, flags, state)| Motivation {
-            set: SetId(set),
+            set: BehaviorId(set),
             motivation: reals[0],
             impatience: reals[1],
             sensory_feedback: flags[0],
@@ -40,7 +40,7 @@ fn any_body() -> impl Strategy<Value = BodyRecord> {
         [real(), real(), real(), real()],
         mostly(false, vec![true]),
         mostly(None, vec![Some(0.0), Some(-0.0)]),
-        mostly(None, vec![Some(SetId(0)), Some(SetId(1))]),
+        mostly(None, vec![Some(BehaviorId(0)), Some(BehaviorId(1))]),
     )
         .prop_map(
             |(present, [x, y, heading_rad, speed_m_s], carrying, energy_j, active)| BodyRecord {
@@ -64,7 +64,7 @@ fn any_reception() -> impl Strategy<Value = Reception> {
         mostly(BroadcastKind::Heartbeat, vec![BroadcastKind::Position]),
         mostly(None, vec![Some(TaskState::Idle)]),
         mostly(None, vec![Some(SimTime(0))]),
-        mostly(None, vec![Some(SetId(0))]),
+        mostly(None, vec![Some(BehaviorId(0))]),
         mostly(None, vec![Some(TaskId(0))]),
         mostly(None, vec![Some(2)]),
     );
@@ -81,7 +81,7 @@ fn any_reception() -> impl Strategy<Value = Reception> {
         mostly(0, vec![1, 3]),
         mostly(1, vec![2]),
         mostly(SimTime(0), vec![SimTime(50)]),
-        mostly(Fate::Heard, vec![Fate::Lost, Fate::Duplicate]),
+        mostly(Delivery::Heard, vec![Delivery::Lost, Delivery::Duplicate]),
         prop_oneof![8 => said.prop_map(Some), 1 => Just(None)],
     )
         .prop_map(|(sender, incarnation, sent, fate, said)| Reception {

@@ -4,7 +4,7 @@ use alliance_proto::ids::ItemId;
 use alliance_proto::scenario::Energy;
 use proptest::prelude::*;
 
-use super::random::{Command, LEAST_GAP_M, actuations, commands, setups, solids};
+use super::random::{LEAST_GAP_M, RandomActuation, actuations, commands, setups, solids};
 use super::*;
 use crate::world::{ChangeError, ComponentId, Item, ObstacleId, Outline};
 
@@ -239,7 +239,7 @@ enum Change {
     Power(u16, bool),
 }
 
-fn changes() -> impl Strategy<Value = Vec<(Change, Vec<Command>)>> {
+fn changes() -> impl Strategy<Value = Vec<(Change, Vec<RandomActuation>)>> {
     let place = || -1.0_f32..9.0;
     let robot = || 0_u16..6;
     let change = prop_oneof![

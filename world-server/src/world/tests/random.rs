@@ -14,7 +14,7 @@ const STEPS: usize = 40;
 pub(super) const LEAST_GAP_M: f32 = SKIN_M / 2.0 - 1e-5;
 
 /// One robot's command in one step: speed, turn rate in degrees, gripper.
-pub(super) type Command = Option<(f32, f32, u8)>;
+pub(super) type RandomActuation = Option<(f32, f32, u8)>;
 
 pub(super) fn setups() -> impl Strategy<Value = Setup> {
     let penetrability = prop_oneof![3 => Just(0.0_f32), 1 => 0.11_f32..3.0];
@@ -57,14 +57,14 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
 }
 
 /// For each of six robots at most: long straight drives against solids, now and then a turn.
-pub(super) fn commands() -> impl Strategy<Value = Vec<Vec<Command>>> {
+pub(super) fn commands() -> impl Strategy<Value = Vec<Vec<RandomActuation>>> {
     let turn = prop_oneof![2 => Just(0.0_f32), 1 => -400.0_f32..400.0, 1 => Just(90.0_f32)];
     let command = prop::option::weighted(0.95, (-0.5_f32..6.0, turn, 0_u8..6));
     prop::collection::vec(prop::collection::vec(command, 6), STEPS)
 }
 
-pub(super) fn actuations(commands: &[Command]) -> Vec<Option<Actuation>> {
-    let one = |command: &Command| {
+pub(super) fn actuations(commands: &[RandomActuation]) -> Vec<Option<Actuation>> {
+    let one = |command: &RandomActuation| {
         command.map(|(speed_m_s, turn_deg_s, grip)| Actuation {
             speed_m_s,
             turn_rad_s: turn_deg_s.to_radians(),

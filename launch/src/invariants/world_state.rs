@@ -13,13 +13,13 @@ use world_server::world::{Component, ComponentId, Shape};
 
 /// What there is to look at.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scene {
+pub struct WorldState {
     /// The tick that has ended.
     pub tick: Tick,
     /// Its simulated time.
     pub now: SimTime,
     /// By rank.
-    pub robots: Vec<Body>,
+    pub robots: Vec<RobotState>,
     /// By id.
     pub items: Vec<Item>,
     /// All rectangles on the floor.
@@ -30,7 +30,7 @@ pub struct Scene {
 
 /// A robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Body {
+pub struct RobotState {
     /// Whether it has a body in the world.
     pub present: bool,
     /// Whether its agent takes part.
@@ -69,13 +69,13 @@ pub struct Rectangle {
     pub solid: bool,
 }
 
-impl Scene {
+impl WorldState {
     /// What the last tick has left.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let (world, barrier) = (simulation.world(), simulation.barrier());
         let tick = simulation.tick().saturating_sub(1);
-        let robots = barrier.robots().map(|robot| Body {
+        let robots = barrier.robots().map(|robot| RobotState {
             present: world.is_present(robot),
             takes_part: barrier.presence(robot) == Presence::Present,
             pose: world.pose(robot),

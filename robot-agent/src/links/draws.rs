@@ -20,14 +20,14 @@ const WORDS: u128 = 16;
 
 /// A message's draws, 32 random bits each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Luck {
+pub(super) struct Draws {
     pub drop: u32,
     jitter: u32,
     pub duplicate: u32,
     pub reorder: u32,
 }
 
-impl Luck {
+impl Draws {
     /// Of a message to `receiver`, the `index`-th of its kind in its tick.
     pub fn of(seed: u64, receiver: RobotId, broadcast: &Broadcast, index: u16) -> Self {
         let mut rng = link_stream(seed, Purpose::Link, broadcast.sender, receiver);
