@@ -157,7 +157,7 @@ impl Story {
     #[track_caller]
     pub fn first_heard(&self, receiver: &str, sender: &str, task: &str) -> SimTime {
         let mut rows = self.messages.iter();
-        let heard = |row: &&MessageRow| row.receiver == receiver && row.delivery == "heard";
+        let heard = |row: &&MessageRow| row.receiver == receiver && row.fate == "heard";
         let row = rows.find(|row| heard(row) && row.sender == sender && row.task == task);
         row.unwrap().t_ms
     }

@@ -123,9 +123,8 @@ impl<'a> Robot<'a> {
         events: &'a [EventRow],
     ) -> Self {
         let joined = |event: &&EventRow| event.kind == "joined" && event.robot == name;
-        let is_heard = |it: &&MessageRow| {
-            it.receiver == name && (it.delivery == "heard" || it.delivery == "delayed")
-        };
+        let is_heard =
+            |it: &&MessageRow| it.receiver == name && (it.fate == "heard" || it.fate == "delayed");
         let mut heard: Vec<&MessageRow> = messages.iter().filter(is_heard).collect();
         heard.sort_by_key(|it| {
             let rank = alliance.robots[&it.sender].rank;

@@ -69,8 +69,8 @@ fn in_force(order: &str) -> FaultStatus {
     }
 }
 
-fn set_state(state: &mut WorldState, rank: usize, set: BehaviorId, state: BehaviorState) {
-    let motivations = &mut state.robots[rank].motivations;
+fn set_state(world: &mut WorldState, rank: usize, set: BehaviorId, state: BehaviorState) {
+    let motivations = &mut world.robots[rank].motivations;
     let it = motivations.iter_mut().find(|it| it.set == set).unwrap();
     (it.state, it.motivation) = (state, 100.0);
 }

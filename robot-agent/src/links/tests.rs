@@ -351,19 +351,19 @@ fn no_more_is_kept_than_a_report_can_tell_of() {
 
 #[test]
 fn a_message_of_another_kind_shifts_no_luck() {
-    let draws = |seed, sender, tick, index| Draws::of(seed, ME, &broadcast(sender, tick, 7), index);
+    let drawn = |seed, sender, tick, index| Draws::of(seed, ME, &broadcast(sender, tick, 7), index);
     let draws = [
-        draws(1, 0, 4, 0),
-        draws(2, 0, 4, 0),
-        draws(1, 1, 4, 0),
-        draws(1, 0, 5, 0),
-        draws(1, 0, 4, 1),
+        drawn(1, 0, 4, 0),
+        drawn(2, 0, 4, 0),
+        drawn(1, 1, 4, 0),
+        drawn(1, 0, 5, 0),
+        drawn(1, 0, 4, 1),
     ];
     for (place, one) in draws.iter().enumerate() {
         assert!(draws[..place].iter().all(|other| other != one));
     }
     // The place among all broadcasts of its tick, which another kind shifts, is no part of it.
-    assert_eq!(Draws::of(1, ME, &broadcast(0, 4, 0), 0), draws(1, 0, 4, 0));
+    assert_eq!(Draws::of(1, ME, &broadcast(0, 4, 0), 0), drawn(1, 0, 4, 0));
 }
 
 /// One tick of a script.

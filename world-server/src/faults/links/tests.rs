@@ -1,6 +1,6 @@
 //! Every link fault, alone and together, and what is put down to it.
 
-use alliance_proto::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, Range};
+use alliance_proto::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, RangeFault};
 use proptest::prelude::*;
 
 use super::*;
@@ -137,10 +137,10 @@ fn who_does_not_hear_whom() {
         [(BLUE, GOLD)]
     );
     assert_eq!(
-        cut(Fault::Range(Range { range_m: 3.0 })),
+        cut(Fault::Range(RangeFault { range_m: 3.0 })),
         [(BLUE, GREEN), (GREEN, BLUE)]
     );
-    assert_eq!(cut(Fault::Range(Range { range_m: 6.0 })), []);
+    assert_eq!(cut(Fault::Range(RangeFault { range_m: 6.0 })), []);
 }
 
 #[test]

@@ -124,7 +124,7 @@ fn every_part_counts_in_its_section() {
         messages
     );
     assert_eq!(
-        changed(|tick| tick.blue().1.receptions[0].fate = Delivery::Lost),
+        changed(|tick| tick.blue().1.receptions[0].delivery = Delivery::Lost),
         messages
     );
     let said = |change: fn(&mut Said)| {

@@ -3,13 +3,13 @@
 use super::*;
 
 /// A reception of gold's `seq`-th message by blue.
-fn reception(seq: u64, at_ms: u64, fate: Delivery) -> Reception {
+fn reception(seq: u64, at_ms: u64, delivery: Delivery) -> Reception {
     Reception {
         at: SimTime(at_ms),
         sender: GOLD,
         incarnation: 1,
         sent: SimTime(0),
-        fate,
+        delivery,
         said: Some(Said {
             seq,
             kind: BroadcastKind::Heartbeat,

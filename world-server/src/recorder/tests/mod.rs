@@ -203,7 +203,7 @@ fn sample() -> Vec<OwnedTick> {
         sender: GOLD,
         incarnation: 1,
         sent: SimTime(0),
-        fate: Delivery::Heard,
+        delivery: Delivery::Heard,
         said: Some(Said {
             seq: 0,
             kind: BroadcastKind::Heartbeat,
@@ -217,7 +217,7 @@ fn sample() -> Vec<OwnedTick> {
     blue.receptions = vec![
         heard,
         Reception {
-            fate: Delivery::Lost,
+            delivery: Delivery::Lost,
             said: None,
             ..heard
         },

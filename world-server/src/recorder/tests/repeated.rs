@@ -84,12 +84,12 @@ fn any_reception() -> impl Strategy<Value = Reception> {
         mostly(Delivery::Heard, vec![Delivery::Lost, Delivery::Duplicate]),
         prop_oneof![8 => said.prop_map(Some), 1 => Just(None)],
     )
-        .prop_map(|(sender, incarnation, sent, fate, said)| Reception {
+        .prop_map(|(sender, incarnation, sent, delivery, said)| Reception {
             at: SimTime::default(),
             sender: RobotId(sender),
             incarnation,
             sent,
-            fate,
+            delivery,
             said,
         })
 }
