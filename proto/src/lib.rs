@@ -3,7 +3,7 @@
 //! - [`ids`], [`time`]: robots by rank, tasks, sets, ticks, simulated time in ms.
 //! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
-//! - [`team`]: what robots tell each other.
+//! - [`team`]: what robots tell each other; [`allocation`]: what their allocators do.
 //! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
 //! - [`scenario`]: what a run is made of.
@@ -11,6 +11,7 @@
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
+pub mod allocation;
 pub mod codec;
 pub mod control;
 pub mod event;

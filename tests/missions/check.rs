@@ -11,7 +11,8 @@ use alliance_proto::time::SimTime;
 use launch::check::Check;
 use launch::check::forecast::Takeover;
 use launch::in_process::Team;
-use robot_agent::alliance::{Engine, StepInput, StepOutput};
+use robot_agent::allocator::Outcome;
+use robot_agent::allocators::alliance::{Engine, StepInput};
 use robot_agent::roster::Roster;
 use world_server::recorder::{EventRow, LogLevel, Memory, MessageRow};
 
@@ -136,7 +137,7 @@ fn a_silent_teammate_is_taken_over_when_it_says() {
                         applicable: &[true, false, false, false],
                         progressed: &[],
                     },
-                    &mut StepOutput::default(),
+                    &mut Outcome::default(),
                 );
                 now = now + SimTime(setup.alliance.step_ms);
             }

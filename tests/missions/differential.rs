@@ -12,7 +12,8 @@ use alliance_tests::recompute::compare;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_agent::alliance::{Engine, StepInput, StepOutput};
+use robot_agent::allocator::Outcome;
+use robot_agent::allocators::alliance::{Engine, StepInput};
 use robot_agent::roster::Roster;
 use world_server::recorder::{EventRow, MessageRow, MotivationRow};
 
@@ -211,7 +212,7 @@ fn both_calculations_agree_on_whatever_is_said() {
                 let unheard = random_message(&mut chance, now);
                 messages.push(rows.message(now, &unheard, fate[chance.random_range(0..5)]));
             }
-            let mut output = StepOutput::default();
+            let mut output = Outcome::default();
             let applicable: Vec<bool> = (0..4).map(|_| chance.random_bool(0.99)).collect();
             let input = StepInput {
                 now,

@@ -40,6 +40,9 @@ pub struct MissionArgs {
     /// When robots step: all at once, or one after the other in rank order [default: the preset's]
     #[arg(long, value_name = "ORDER", value_parser = step_order)]
     pub step_order: Option<StepOrder>,
+    /// The rule by which all robots choose their tasks; beats the scenario's; see `alliance allocators`
+    #[arg(long, value_name = "NAME")]
+    pub allocator: Option<String>,
     /// End the run after this much simulated time, in seconds [default: the scenario's]
     #[arg(long, value_name = "SIM-SECONDS", value_parser = positive, allow_negative_numbers = true)]
     pub limit: Option<f64>,
@@ -109,6 +112,12 @@ impl MissionArgs {
         }
         if let Some(order) = self.step_order {
             scenario.alliance.switches.step_order = Some(order);
+        }
+        if let Some(name) = &self.allocator {
+            scenario.allocator = Some(name.clone());
+            for robot in &mut scenario.robots {
+                robot.allocator = None;
+            }
         }
         let parameters = match &self.params {
             None => None,

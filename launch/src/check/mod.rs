@@ -88,6 +88,7 @@ impl CheckCommand {
             seed: 1,
             params: self.params.clone(),
             step_order: None::<StepOrder>,
+            allocator: None,
             limit: None,
         };
         mission.setup(scenarios::text_of)

@@ -11,6 +11,7 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::view::View;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use robot_agent::allocator::{ConfigError, Registry};
 use world_server::barrier::Presence;
 use world_server::input::{Input, InputLine};
 use world_server::recorder::{LogLevel, RecordError, Recorder, RunFile, Sink};
@@ -24,6 +25,17 @@ type Outside = BTreeMap<Tick, Vec<Input>>;
 /// So many robots sense, then perceive, then think, then act, then report: each of these runs through much code, which is at hand
 /// if several do the same one after the other.
 const TOGETHER: usize = 32;
+
+/// Why a run in one process cannot begin.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The log cannot be written.
+    #[error(transparent)]
+    Log(#[from] RecordError),
+    /// This program does not know an allocator of the run, or not with these parameters.
+    #[error(transparent)]
+    Allocator(#[from] ConfigError),
+}
 
 /// A team and its world, stepped by hand.
 pub struct Team<S> {
@@ -46,8 +58,8 @@ impl<S: Sink> Team<S> {
     /// All robots of the scenario that are not absent, ready for tick 0.
     ///
     /// # Errors
-    /// When the log cannot be written.
-    pub fn new(setup: Setup, log: LogLevel, sink: S) -> Result<Self, RecordError> {
+    /// [`StartError`].
+    pub fn new(setup: Setup, log: LogLevel, sink: S) -> Result<Self, StartError> {
         let present = setup.scenario.robots.iter().filter(|robot| !robot.absent);
         let joins: Vec<InputLine> = present
             .map(|robot| InputLine {
@@ -71,7 +83,7 @@ impl<S: Sink> Team<S> {
         inputs: Vec<InputLine>,
         log: LogLevel,
         sink: S,
-    ) -> Result<Self, RecordError> {
+    ) -> Result<Self, StartError> {
         let recorder = Recorder::new(&setup, log, sink)?;
         let mut outside = Outside::new();
         let mut lives = BTreeMap::new();
@@ -90,7 +102,7 @@ impl<S: Sink> Team<S> {
             }
         }
         let mut team = Self {
-            common: TeamConfig::of(&setup),
+            common: TeamConfig::of(&setup, Registry::of_this_program())?,
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
             asked: Vec::new(),
@@ -235,7 +247,7 @@ impl<S: Sink> Team<S> {
     }
 
     fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let agent = Agent::with_shared(robot, incarnation, self.simulation.setup(), &self.common);
+        let agent = Agent::new(robot, incarnation, self.simulation.setup(), &self.common);
         self.agents[robot.index()] = Some(agent);
     }
 

@@ -121,6 +121,9 @@ impl RunCommand {
         if let Some(order) = mission.step_order {
             push("step-order", order.as_str().to_owned());
         }
+        if let Some(name) = &mission.allocator {
+            push("allocator", name.clone());
+        }
         if let Some(limit) = mission.limit {
             push("limit", limit.to_string());
         }

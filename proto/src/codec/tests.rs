@@ -6,6 +6,7 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
+use crate::allocation::AllocationRow;
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
 use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
@@ -357,6 +358,17 @@ fn reception() -> impl Strategy<Value = Reception> {
         )
 }
 
+fn allocation_row() -> impl Strategy<Value = AllocationRow> {
+    (task(), real(), option::of(robot()), set_state()).prop_map(|(task, utility, holder, state)| {
+        AllocationRow {
+            task,
+            utility: f64::from(utility),
+            holder,
+            state,
+        }
+    })
+}
+
 fn report() -> impl Strategy<Value = Report> {
     let gripper = prop::sample::select(vec![Gripper::Keep, Gripper::Pick, Gripper::Drop]);
     let actuation = (real(), real(), gripper, any::<bool>()).prop_map(
@@ -372,6 +384,8 @@ fn report() -> impl Strategy<Value = Report> {
         vec(change(), 0..4),
         vec(note(), 0..4),
         vec(reception(), 0..4),
+        option::of(set()),
+        vec(allocation_row(), 0..4),
     );
     (robot(), any::<(u32, u64, u16, u32)>(), actuation, logged).prop_map(
         |(robot, (incarnation, tick, broadcasts, broadcast_bytes), actuation, logged)| Report {
@@ -385,6 +399,8 @@ fn report() -> impl Strategy<Value = Report> {
             changes: logged.1,
             notes: logged.2,
             receptions: logged.3,
+            active: logged.4,
+            allocation: logged.5,
         },
     )
 }

@@ -86,8 +86,23 @@ pub struct Scenario {
     pub faults: Faults,
     /// How many robots may work on a task, and its priority; by task name.
     pub tasks: BTreeMap<String, TaskSection>,
+    /// The rule by which robots choose their tasks; absent: ALLIANCE.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allocator: Option<String>,
+    /// Parameters of allocators, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub allocators: BTreeMap<String, serde_json::Map<String, serde_json::Value>>,
     /// ALLIANCE: preset, switches, parameters.
     pub alliance: AllianceSection,
+}
+
+impl Scenario {
+    /// The allocator of a robot, by name.
+    #[must_use]
+    pub fn allocator_of<'a>(&'a self, robot: &'a Robot) -> &'a str {
+        let stated = robot.allocator.as_deref().or(self.allocator.as_deref());
+        stated.unwrap_or("alliance")
+    }
 }
 
 impl Default for Scenario {
@@ -113,6 +128,8 @@ impl Default for Scenario {
             obstacles: Vec::new(),
             faults: Faults::default(),
             tasks: BTreeMap::new(),
+            allocator: None,
+            allocators: BTreeMap::new(),
             alliance: AllianceSection::default(),
         }
     }
@@ -398,6 +415,9 @@ pub struct Robot {
     /// The tasks that it has behavior sets for, by name; empty: all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<String>,
+    /// Its allocator; absent: the team's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allocator: Option<String>,
 }
 
 /// Where a robot starts.

@@ -23,8 +23,6 @@ pub struct Answer {
     pub counts: bool,
     /// What the agent did; where that does not count, what it did last.
     pub report: Report,
-    /// The behavior set that is active according to that.
-    pub active: Option<BehaviorId>,
     /// What became of the messages that it lists.
     pub deliveries: Deliveries,
     hashes: Option<Hashes>,
@@ -110,18 +108,17 @@ impl Answers {
             messages: has_messages.then(|| self.hash.of(&(report.broadcasts, &report.receptions))),
             motivations: match before {
                 Some(before) if same_motivations => before.motivations,
-                _ => self
-                    .hash
-                    .of(&(&report.motivations, &report.changes, &report.notes)),
+                _ => self.hash.of(&(
+                    report.active,
+                    &report.motivations,
+                    &report.allocation,
+                    &report.changes,
+                    &report.notes,
+                )),
             },
             commands: self.hash.of(&report.actuation),
         });
         answer.deliveries = Deliveries::of(&report.receptions);
-        if !same_motivations {
-            let mut motivations = report.motivations.iter();
-            let active = motivations.find(|motivation| motivation.state == BehaviorState::Active);
-            answer.active = active.map(|motivation| motivation.set);
-        }
         answer.keep(report, same_motivations);
     }
 
@@ -159,7 +156,9 @@ impl Answer {
         kept.broadcasts = report.broadcasts;
         kept.broadcast_bytes = report.broadcast_bytes;
         if !same_motivations {
+            kept.active = report.active;
             kept.motivations.clone_from(&report.motivations);
+            kept.allocation.clone_from(&report.allocation);
             kept.changes.clone_from(&report.changes);
             kept.notes.clone_from(&report.notes);
         }
@@ -185,6 +184,9 @@ fn have_same_motivations(a: &Report, b: &Report) -> bool {
     let is_quiet = |report: &Report| report.changes.is_empty() && report.notes.is_empty();
     is_quiet(a)
         && is_quiet(b)
+        && a.active == b.active
+        && a.allocation.is_empty()
+        && b.allocation.is_empty()
         && a.motivations.len() == b.motivations.len()
         && a.motivations
             .iter()

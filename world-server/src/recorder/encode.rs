@@ -88,6 +88,27 @@ pub(super) fn motivations(
     }
 }
 
+/// allocation.csv: a row per task that a robot's allocator says something about.
+pub(super) fn allocation(
+    names: &Names,
+    repeated: &Repeated,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    for answer in record.counted() {
+        for row in &answer.report.allocation {
+            Row::new(rows)
+                .fields(&repeated.now)
+                .text(names.robot(answer.report.robot))
+                .text(names.task(Some(row.task)))
+                .real(row.utility)
+                .text(row.holder.map_or("", |holder| names.robot(holder)))
+                .word(row.state.as_str())
+                .end();
+        }
+    }
+}
+
 /// messages.csv: a row per broadcast and receiver, once its last word is said; second copies have rows of their own.
 pub(super) fn messages(
     names: &Names,

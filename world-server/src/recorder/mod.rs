@@ -53,7 +53,9 @@ pub use hash::Section;
 pub use level::LogLevel;
 pub use read::{ReadError, RunLog, Seal};
 pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
-pub use rows::{EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow};
+pub use rows::{
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
+};
 pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
 pub use sink::{Document, Folder, Memory, Sink};
 pub use table::Table;
@@ -313,6 +315,14 @@ impl<S: Sink> Record for Recorder<S> {
         pages.add(Table::Motivations, |rows| {
             encode::motivations(names, repeated, record, rows)
         });
+        if record
+            .counted()
+            .any(|answer| !answer.report.allocation.is_empty())
+        {
+            pages.add_optional(Table::Allocation, |rows| {
+                encode::allocation(names, repeated, record, rows)
+            });
+        }
         pages.add(Table::Messages, |rows| {
             encode::messages(names, repeated, &mut self.on_their_way, record, rows)
         });

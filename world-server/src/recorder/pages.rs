@@ -25,6 +25,8 @@ struct Page {
     hash: Xxh3,
     /// Whether something came after the last seal.
     grown: bool,
+    /// Whether the header line is there.
+    begun: bool,
 }
 
 impl Pages {
@@ -34,12 +36,26 @@ impl Pages {
             level,
             tables: Default::default(),
         };
-        for table in Table::ALL {
-            pages.add(table, |bytes| {
-                bytes.extend_from_slice(table.header().as_bytes())
-            });
+        for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {
+            pages.begin(table);
         }
         pages
+    }
+
+    /// Writes the header line of a table.
+    fn begin(&mut self, table: Table) {
+        self.tables[table as usize].begun = true;
+        self.add(table, |bytes| {
+            bytes.extend_from_slice(table.header().as_bytes())
+        });
+    }
+
+    /// Adds rows to a table that is there only if it has rows.
+    pub fn add_optional(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
+        if !self.tables[table as usize].begun {
+            self.begin(table);
+        }
+        self.add(table, rows);
     }
 
     /// Adds rows to a table, if the level keeps it.

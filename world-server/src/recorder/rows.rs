@@ -38,6 +38,23 @@ impl TableRow for MotivationRow {
     const TABLE: Table = Table::Motivations;
 }
 
+/// A row of allocation.csv.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // As in `allocation::AllocationRow`; an empty holder is nobody.
+pub struct AllocationRow {
+    pub t_ms: SimTime,
+    pub robot: String,
+    pub task: String,
+    pub utility: f64,
+    pub holder: String,
+    pub state: String,
+}
+
+impl TableRow for AllocationRow {
+    const TABLE: Table = Table::Allocation;
+}
+
 /// A row of messages.csv.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,6 +5,8 @@
 pub enum Table {
     /// The motivations of each robot's behavior sets, with their factors.
     Motivations,
+    /// What allocators without motivations hold of each task; there only if a robot of the run has one.
+    Allocation,
     /// Every broadcast at every receiver.
     Messages,
     /// What happened.
@@ -21,8 +23,9 @@ pub enum Table {
 
 impl Table {
     /// All, in the order in which a flush writes them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Motivations,
+        Self::Allocation,
         Self::Messages,
         Self::Events,
         Self::Poses,
@@ -36,6 +39,7 @@ impl Table {
     pub fn file_name(self) -> &'static str {
         match self {
             Self::Motivations => "motivations.csv",
+            Self::Allocation => "allocation.csv",
             Self::Messages => "messages.csv",
             Self::Events => "events.csv",
             Self::Poses => "poses.csv",
@@ -43,6 +47,12 @@ impl Table {
             Self::Inputs => "inputs.jsonl",
             Self::Ticks => "ticks.csv",
         }
+    }
+
+    /// Whether the file is there only if it has rows.
+    #[must_use]
+    pub fn is_optional(self) -> bool {
+        self == Self::Allocation
     }
 
     /// First line with its line end; empty for JSON lines (DESIGN §8).
@@ -53,6 +63,7 @@ impl Table {
                 "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,\
                  impatience_reset,acquiescence,state\n"
             }
+            Self::Allocation => "t_ms,robot,task,utility,holder,state\n",
             Self::Messages => {
                 "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate\n"
             }
@@ -85,6 +96,7 @@ mod tests {
                     "motivations.csv",
                     "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,impatience_reset,acquiescence,state\n"
                 ),
+                ("allocation.csv", "t_ms,robot,task,utility,holder,state\n"),
                 (
                     "messages.csv",
                     "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate\n"

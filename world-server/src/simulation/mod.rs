@@ -516,7 +516,7 @@ impl Simulation {
         let mut hits: Vec<FaultIndex> = Vec::new();
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;
-            self.active[report.robot.index()] = answer.active;
+            self.active[report.robot.index()] = report.active;
             self.memories.remember(now, report);
             if !answer.deliveries.are_usual() {
                 self.note_losses(report, inputs);
@@ -567,7 +567,14 @@ impl Simulation {
         let sets = self.catalog.sets.len();
         let threshold = self.setup.alliance.threshold;
         report.robot.index() < robots
+            && report.active.is_none_or(|active| active.index() < sets)
             && report.motivations.len() <= sets
+            && report.allocation.len() <= sets
+            && report.allocation.iter().all(|row| {
+                row.task.index() < self.catalog.tasks.len()
+                    && row.utility.is_finite()
+                    && row.holder.is_none_or(|holder| holder.index() < robots)
+            })
             && report.changes.len() <= 8 * sets
             && report.motivations.iter().all(|motivation| {
                 motivation.set.index() < sets

@@ -179,7 +179,10 @@ fn populated() -> Scenario {
                 heading_deg: 0.0,
             }),
             tasks: vec!["x".to_owned()],
+            allocator: None,
         }],
+        allocator: None,
+        allocators: BTreeMap::new(),
         faults: Faults {
             timeline: every_fault().map(Order::now).collect(),
             random: Some(Campaign {

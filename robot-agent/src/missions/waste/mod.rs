@@ -4,6 +4,7 @@
 //! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border. `memory`: what it knows about the
 //!   mission, from own sight and from hearsay. `teammates`: what it last heard of each of the others.
 //! - `find`, `spill`, `report`: the behavior sets; `sight` and `views` are what the work on a spill sees.
+//! - `costs`: what each behavior would cost, for allocators that compare.
 //! - `perceiving` and `acting`: the two halves of a step, which use them all.
 //!
 //! Decided here:
@@ -21,6 +22,7 @@
 
 mod acting;
 mod briefing;
+mod costs;
 mod extremes;
 mod find;
 mod map;
@@ -55,6 +57,7 @@ use spill::SpillWork;
 use teammates::Teammates;
 
 pub use acting::Action;
+pub use costs::planned_cost_ms;
 pub use map::Map;
 pub use perceiving::Perception;
 

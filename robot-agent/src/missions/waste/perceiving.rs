@@ -127,6 +127,7 @@ impl WasteMission {
                     self.stands_back_since = Some(now);
                 }
             }
+            Content::Allocation(_) => {}
         }
     }
 

@@ -21,7 +21,8 @@ use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
 use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
 use alliance_proto::time::SimTime;
 
-use super::{Announcement, Engine, StepInput, StepOutput};
+use super::{Engine, StepInput};
+use crate::allocator::{Announcement, Outcome};
 use crate::roster::Roster;
 
 /// The sets of the default mission without a side sensor, by their place among the robot's own sets; the tasks have the
@@ -117,7 +118,7 @@ fn heartbeat(
     let announcement = Announcement {
         state,
         since,
-        set: (state != TaskState::Idle).then(|| set(index)),
+        behavior: (state != TaskState::Idle).then(|| set(index)),
         task: (state != TaskState::Idle).then(|| task(index)),
         progress: 0,
     };
@@ -135,7 +136,7 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, it: &Announcement) -> Bro
         body: Content::Heartbeat(Heartbeat {
             state: it.state,
             since: it.since,
-            set: it.set,
+            set: it.behavior,
             task: it.task,
             progress: it.progress,
             position: None,
@@ -164,7 +165,7 @@ impl Solo {
     }
 
     /// A step at `now`, which moves on after it.
-    fn step(&mut self, applicable: [bool; 4], heard: &[Broadcast]) -> StepOutput {
+    fn step(&mut self, applicable: [bool; 4], heard: &[Broadcast]) -> Outcome {
         let heard = &shared(heard);
         let output = step_of(
             &mut self.engine,
@@ -194,8 +195,8 @@ impl Solo {
 }
 
 /// One step of an engine.
-fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> StepOutput {
-    let mut output = StepOutput::default();
+fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> Outcome {
+    let mut output = Outcome::default();
     engine.step(input, &mut output);
     output
 }
@@ -233,7 +234,7 @@ impl Team {
     }
 
     /// One step of all robots; what is applicable, by rank.
-    fn step(&mut self, applicable: &[[bool; 4]]) -> Vec<StepOutput> {
+    fn step(&mut self, applicable: &[[bool; 4]]) -> Vec<Outcome> {
         self.step_with(applicable, &[])
     }
 
@@ -242,7 +243,7 @@ impl Team {
         &mut self,
         applicable: &[[bool; 4]],
         progressed: &[(RobotId, TaskId)],
-    ) -> Vec<StepOutput> {
+    ) -> Vec<Outcome> {
         let mut later = vec![Vec::new(); self.engines.len()];
         let mut outputs = Vec::new();
         for (rank, applicable) in applicable.iter().enumerate() {

@@ -15,7 +15,7 @@ fn staggered(step_ms: u64) -> Setup {
     setup
 }
 
-fn motivations(output: &StepOutput) -> Vec<f64> {
+fn motivations(output: &Outcome) -> Vec<f64> {
     output.motivations.iter().map(|it| it.motivation).collect()
 }
 

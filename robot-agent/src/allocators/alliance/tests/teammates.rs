@@ -1,7 +1,7 @@
 //! What teammates are taken to do.
 
 use super::*;
-use crate::alliance::teammates::Teammates;
+use crate::allocators::alliance::teammates::Teammates;
 
 use TaskState::{Executing, Idle, Released, Waiting};
 

@@ -1,29 +1,16 @@
 //! What a robot announces and when: at once on every change of state or progress, then every 1/ρ (ALLIANCE.md §3
 //! "Messages").
 
-use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::ids::TaskId;
 use alliance_proto::team::TaskState;
 use alliance_proto::telemetry::{BehaviorState, StateChange};
 use alliance_proto::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
+use crate::allocator::Announcement;
+
 use super::behavior::{Awake, Behavior, Stance};
 use super::params::{Config, OwnBehavior, USUAL_BEHAVIORS};
-
-/// The ALLIANCE part of a heartbeat that is to be broadcast in this step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Announcement {
-    /// What the robot does about the task.
-    pub state: TaskState,
-    /// Since when.
-    pub since: SimTime,
-    /// The behavior set; `None` when idle.
-    pub set: Option<BehaviorId>,
-    /// Its task; `None` when idle.
-    pub task: Option<TaskId>,
-    /// Effects that the robot has achieved on the task so far; 0 when idle.
-    pub progress: u32,
-}
 
 /// The schedule of a robot's heartbeats.
 #[derive(Clone, Debug)]
@@ -138,7 +125,7 @@ impl Heartbeats {
         Some(Announcement {
             state: TaskState::Idle,
             since,
-            set: None,
+            behavior: None,
             task: None,
             progress: 0,
         })
@@ -174,7 +161,7 @@ fn about(
     Announcement {
         state,
         since,
-        set: Some(set.id),
+        behavior: Some(set.id),
         task: Some(set.task),
         progress: happened.progress[set.own_task],
     }

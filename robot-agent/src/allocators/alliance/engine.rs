@@ -11,11 +11,12 @@ use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
 
 use super::behavior::{Awake, Behavior, Stance};
-use super::heartbeats::{Announcement, Happened, Heartbeats};
+use super::heartbeats::{Happened, Heartbeats};
 use super::history::History;
 use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
+use crate::allocator::{Input, Mind, Outcome};
 use crate::roster::Roster;
 
 /// The motivational behaviors of one robot.
@@ -24,19 +25,19 @@ use crate::roster::Roster;
 /// long the mission lasts.
 #[derive(Clone, Debug)]
 pub struct Engine {
-    config: Config,
-    behaviors: SmallVec<[Behavior; USUAL_BEHAVIORS]>,
-    awake: Awake,
-    history: History,
-    teammates: Teammates,
-    heartbeats: Heartbeats,
+    pub(super) config: Config,
+    pub(super) behaviors: SmallVec<[Behavior; USUAL_BEHAVIORS]>,
+    pub(super) awake: Awake,
+    pub(super) history: History,
+    pub(super) teammates: Teammates,
+    pub(super) heartbeats: Heartbeats,
     /// Progress by own task.
     progress: Vec<u32>,
     /// Whether a step has been made: the first one is m(0) = 0.
     started: bool,
     /// The rows of the latest step, and until when they stay as they are.
-    rows: SmallVec<[Motivation; USUAL_BEHAVIORS]>,
-    steady_until: SimTime,
+    pub(super) rows: SmallVec<[Motivation; USUAL_BEHAVIORS]>,
+    pub(super) steady_until: SimTime,
     /// What the sets at θ are to do in this step; kept for its memory.
     options: Vec<(usize, Next)>,
 }
@@ -52,17 +53,6 @@ pub struct StepInput<'a> {
     pub applicable: &'a [bool],
     /// Tasks on which the robot itself achieved an effect on the world since its last step, one entry per effect.
     pub progressed: &'a [TaskId],
-}
-
-/// What comes out of a step.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct StepOutput {
-    /// One per own set, in the order of [`Engine::sets`].
-    pub motivations: Vec<Motivation>,
-    /// Changes of state, in the order in which they happened; at most one per set.
-    pub changes: Vec<StateChange>,
-    /// Each becomes one heartbeat of this step, in this order.
-    pub announcements: Vec<Announcement>,
 }
 
 impl Engine {
@@ -126,7 +116,7 @@ impl Engine {
     ///
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.
-    pub fn step(&mut self, input: &StepInput<'_>, output: &mut StepOutput) {
+    pub fn step(&mut self, input: &StepInput<'_>, output: &mut Outcome) {
         let now = input.now;
         let own_task = |task| self.config.own_task(task);
         let mut news = false;
@@ -147,20 +137,24 @@ impl Engine {
             }
         }
 
-        let StepOutput {
+        let Outcome {
             motivations,
             changes,
             announcements,
+            active,
+            ..
         } = output;
         changes.clear();
         announcements.clear();
         if !news && self.is_steady(input) {
             motivations.clear();
             motivations.extend_from_slice(&self.rows);
+            *active = self.active();
             return;
         }
         self.evaluate(input, changes, motivations);
         self.choose(now, changes);
+        *active = self.active();
         for change in changes.iter() {
             // The last one of a set tells.
             let changed = motivations.iter_mut().find(|row| row.set == change.set);
@@ -189,84 +183,6 @@ impl Engine {
             self.rows.extend_from_slice(motivations);
             self.steady_until = self.next_turn(now).unwrap_or_default();
         }
-    }
-
-    /// Makes the next step whole, whether or not anything can have changed.
-    #[cfg(test)]
-    pub(super) fn weigh_anew(&mut self) {
-        self.steady_until = SimTime::ZERO;
-    }
-
-    /// Whether a step in which nothing new is heard would give the same as the latest one: a robot at work or one that waits, of
-    /// which each set stays at θ or at 0, so that only time can change anything, and has not yet.
-    fn is_steady(&self, input: &StepInput<'_>) -> bool {
-        let applicable = || self.rows.iter().map(|row| row.sensory_feedback);
-        input.now < self.steady_until
-            && input.progressed.is_empty()
-            && applicable().eq(input.applicable.iter().copied())
-    }
-
-    /// When time alone changes the outcome of a step next: a heartbeat is due, a window of a teammate opens or ends (eq. 2.4), the
-    /// active set has been active for ψ or λ (eq. 2.6), or a wait ends. `None` where every step changes it, for a set is getting
-    /// impatient.
-    fn next_turn(&self, now: SimTime) -> Option<SimTime> {
-        let mut next = match self.awake {
-            Awake {
-                active: Some(active),
-                waiting: 0,
-            } => self.end_of_activity(active, now)?,
-            Awake { active: None, .. } => self.end_of_waiting(now)?,
-            Awake { .. } => return None,
-        };
-        for set in &self.config.sets {
-            for (teammate, record) in self.history.about(set.own_task) {
-                // Toward a robot that is none of the team there is no rate, and no turn.
-                let phi = set
-                    .params
-                    .toward(*teammate)
-                    .map_or(SimTime::ZERO, |it| it.phi);
-                next = record
-                    .turns(set.params.tau, phi, now)
-                    .fold(next, SimTime::min);
-            }
-        }
-        Some(next)
-    }
-
-    /// When time alone next changes what the active set does. The others are suppressed; what teammates claim only ages, which
-    /// makes nobody give way.
-    fn end_of_activity(&self, active: usize, now: SimTime) -> Option<SimTime> {
-        let Stance::Active { since, .. } = self.behaviors[active].stance else {
-            return None;
-        };
-        let set = &self.config.sets[active];
-        let ends = [set.params.psi, set.params.lambda].map(|span| since + span);
-        let ends = ends.into_iter().filter(|&end| end >= now);
-        Some(ends.fold(self.heartbeats.next(active, set), SimTime::min))
-    }
-
-    /// When time alone next changes what the waiting sets do: claims expire, and waits are bounded. `None` where another set gets
-    /// impatient, or where none waits.
-    fn end_of_waiting(&self, now: SimTime) -> Option<SimTime> {
-        let mut next = None;
-        let sets = self.behaviors.iter().zip(&self.config.sets);
-        for (index, (behavior, set)) in sets.enumerate() {
-            match behavior.stance {
-                Stance::Waiting { since } => {
-                    let left = set.params.waiting_bound().since(behavior.spent_waiting());
-                    // It ends once it is longer than its bound.
-                    let bound = since + left + SimTime(1);
-                    let claims = self.teammates.expiries(set.task, set.params.tau, now);
-                    let heartbeat = self.heartbeats.next(index, set);
-                    let ends = claims.chain([bound, heartbeat]).min();
-                    next = ends.into_iter().chain(next).min();
-                }
-                // Not applicable, so that it stays at 0.
-                _ if !self.rows[index].sensory_feedback => {}
-                _ => return None,
-            }
-        }
-        next
     }
 
     /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Writes a row per own
@@ -467,4 +383,26 @@ impl Engine {
 enum Next {
     Wait,
     Activate(Reason),
+}
+
+impl Mind for Engine {
+    fn checkpoint(&self) -> Box<dyn Mind> {
+        Box::new(self.clone())
+    }
+
+    fn weighs_costs(&self) -> bool {
+        false
+    }
+
+    fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {
+        let input = StepInput {
+            now: input.now,
+            heard: input.heard,
+            applicable: input.applicable,
+            progressed: input.progressed,
+        };
+        outcome.rows.clear();
+        outcome.say.clear();
+        Self::step(self, &input, outcome);
+    }
 }

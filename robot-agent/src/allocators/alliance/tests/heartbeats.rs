@@ -5,7 +5,7 @@ use super::*;
 use TaskState::{Executing, Idle, Released, Waiting};
 
 /// (time in ms, state, since in ms, task) of each announcement of a step.
-fn said(at: SimTime, output: &StepOutput) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
+fn said(at: SimTime, output: &Outcome) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
     let announcements = output.announcements.iter();
     announcements
         .map(|it| (at.0, it.state, it.since.0, it.task))
@@ -177,7 +177,7 @@ fn no_release_while_another_set_goes_on_with_the_task() {
         );
         let announcements = output.announcements.into_iter();
         announcements
-            .map(|it| (it.state, it.set))
+            .map(|it| (it.state, it.behavior))
             .collect::<Vec<_>>()
     };
     let methodical = Some(BehaviorId(0));

@@ -66,7 +66,7 @@ prop_compose! {
         let mut message = broadcast(RobotId(sender), seq, ms(since), &Announcement {
             state,
             since: ms(since),
-            set: None,
+            behavior: None,
             task: task.map(TaskId),
             progress,
         });
@@ -142,7 +142,7 @@ fn steps_of(talk: &[Talk]) -> Vec<Step> {
         let said = Announcement {
             state,
             since: ms(0),
-            set: None,
+            behavior: None,
             task: Some(self::task(task)),
             progress: 0,
         };
@@ -366,16 +366,16 @@ prop_compose! {
     }
 }
 
-fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<StepOutput> {
+fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<Outcome> {
     team.link = Box::new(move |from, to| links[3 * from.index() + to.index()]);
     let progressed = progress.then_some((BLUE, task(TOP)));
     team.step_with(&[ONLY_TOP; 3], progressed.as_slice())
 }
 
 /// Each set that executes says so as the robot's last word; who has nothing to do is never said to do something.
-fn check_announcements(switches: &Switches, output: &StepOutput, states: &[BehaviorState; 4]) {
+fn check_announcements(switches: &Switches, output: &Outcome, states: &[BehaviorState; 4]) {
     for (place, it) in output.announcements.iter().enumerate() {
-        let index = it.set.map(|id| id.index() - 1);
+        let index = it.behavior.map(|id| id.index() - 1);
         let state = index.map(|index| states[index]);
         match it.state {
             TaskState::Executing => {

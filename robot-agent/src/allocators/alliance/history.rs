@@ -80,7 +80,7 @@ impl History {
                 (task, weight, heartbeat.progress)
             }
             Content::PositionUpdate { task, progress, .. } => (*task, Weight::Full, *progress),
-            Content::Withdrawal(_) => return false,
+            Content::Withdrawal(_) | Content::Allocation(_) => return false,
         };
         // What others do about tasks that the robot has no set for changes nothing for it.
         let Some(own) = own_task(task) else {

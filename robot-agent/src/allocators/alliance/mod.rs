@@ -9,7 +9,9 @@
 //! - `motivation`: the equations 2.3 to 2.7, one function each;
 //! - `behavior`: a behavior set's motivation and state;
 //! - `heartbeats`: what to announce, and when;
-//! - `params`: the values in force, by rank.
+//! - `params`: the values in force, by rank;
+//! - `steady`: steps that can be left out, for speed alone;
+//! - `kind`: ALLIANCE as an allocator that scenarios name.
 //!
 //! # What the sources leave open
 //!
@@ -40,12 +42,14 @@ mod behavior;
 mod engine;
 mod heartbeats;
 mod history;
+mod kind;
 mod motivation;
 mod params;
+mod steady;
 mod teammates;
 #[cfg(test)]
 mod tests;
 
-pub use engine::{Engine, StepInput, StepOutput};
-pub use heartbeats::Announcement;
+pub use engine::{Engine, StepInput};
+pub use kind::Alliance;
 pub use params::Parameters;

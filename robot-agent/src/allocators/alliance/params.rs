@@ -152,7 +152,7 @@ impl Config {
         let task = match &broadcast.body {
             Content::Heartbeat(heartbeat) => heartbeat.task,
             Content::PositionUpdate { task, .. } => Some(*task),
-            Content::Withdrawal(_) => None,
+            Content::Withdrawal(_) | Content::Allocation(_) => None,
         };
         broadcast.sender != self.robot
             && broadcast.sender.index() < self.team

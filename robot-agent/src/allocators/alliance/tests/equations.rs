@@ -1,11 +1,11 @@
 //! Each equation by itself, against tables worked out by hand.
 
 use super::*;
-use crate::alliance::history::History;
-use crate::alliance::motivation::{
+use crate::allocators::alliance::history::History;
+use crate::allocators::alliance::motivation::{
     Factors, acquiescence, impatience, impatience_reset, motivation,
 };
-use crate::alliance::params::{Params, Toward};
+use crate::allocators::alliance::params::{Params, Toward};
 
 /// τ = 5 s; toward gold δ_slow = 1, φ = 30 s; toward green δ_slow = 2, φ = 10 s.
 fn params() -> Params {

@@ -3,7 +3,7 @@
 use alliance_proto::team::{Fact, Locations};
 
 use super::*;
-use crate::alliance::history::{History, Record};
+use crate::allocators::alliance::history::{History, Record};
 
 use TaskState::{Executing, Released, Waiting};
 
