@@ -12,7 +12,6 @@ use alliance_proto::tick::{Report, TickMessage};
 use crate::alliance::{Announcement, Engine, Parameters, StepInput, StepOutput};
 use crate::links::{Heard, Links};
 use crate::missions::waste::{Action, Map, Perception, WasteMission};
-use crate::roster::Roster;
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
@@ -30,7 +29,6 @@ pub struct Agent {
 /// What all robots of a run know beforehand; there once, however many of them share a process.
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
-    roster: Arc<Roster>,
     parameters: Arc<Parameters>,
     map: Arc<Map>,
 }
@@ -39,10 +37,8 @@ impl TeamConfig {
     /// What the robots of that run know.
     #[must_use]
     pub fn of(setup: &Setup) -> Self {
-        let roster = Roster::of(&setup.scenario);
         Self {
-            parameters: Arc::new(Parameters::of(setup, &roster)),
-            roster: Arc::new(roster),
+            parameters: Arc::new(Parameters::of(setup)),
             map: Arc::new(Map::of(&setup.scenario)),
         }
     }
@@ -85,8 +81,8 @@ impl Agent {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            engine: Engine::with_shared(robot, setup, &common.roster, &common.parameters),
-            mission: WasteMission::new(robot, setup, &common.roster, &common.map),
+            engine: Engine::with_shared(robot, setup, &common.parameters),
+            mission: WasteMission::new(robot, setup, &common.map),
             next_seq: 0,
         }
     }

@@ -5,7 +5,6 @@
 //!   motivations with [`alliance`].
 //! - [`alliance`]: motivational behaviors, comm history, heartbeats (ALLIANCE.md).
 //! - [`missions`]: behavior sets and knowledge.
-//! - [`roster`]: names and ids.
 //! - [`body`]: driving and obstacle avoidance.
 //! - `by_rank`: lists of what is kept of each teammate.
 //!
@@ -20,4 +19,3 @@ pub mod links;
 pub mod missions;
 pub mod process;
 pub mod radio;
-pub mod roster;

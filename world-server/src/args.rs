@@ -108,7 +108,7 @@ impl MissionArgs {
             scenario.limit_s = limit;
         }
         if let Some(order) = self.step_order {
-            scenario.alliance.switches.step_order = Some(order);
+            scenario.set_step_order(order);
         }
         let parameters = match &self.params {
             None => None,

@@ -1,7 +1,7 @@
 //! When a behavior set activates, takes a task over, yields and gives up (ALLIANCE.md §4): closed forms, exact but for the
 //! steps in which things are noticed and heard.
 
-use alliance_proto::scenario::{BehaviorParams, Catalog, HistoryOrigin, Setup, Switches};
+use alliance_proto::scenario::{BehaviorParams, HistoryOrigin, Setup, Switches};
 
 use super::work;
 
@@ -47,7 +47,7 @@ pub struct Takeover {
 #[must_use]
 pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     let scenario = &setup.scenario;
-    let catalog = Catalog::of(scenario);
+    let catalog = &setup.catalog;
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     let mut forecasts = Vec::new();
     for robot in &scenario.robots {

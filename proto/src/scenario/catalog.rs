@@ -52,7 +52,7 @@ pub struct Catalog {
 }
 
 impl Catalog {
-    /// The catalog of a waste clean-up.
+    /// The catalog of a scenario. That of a run stands in its [`Setup`](super::Setup).
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let task = |name: String| {

@@ -2,11 +2,11 @@
 
 use serde::de::DeserializeOwned;
 
-use super::Scenario;
 use super::document::Document;
 use super::error::{Problem, ScenarioError};
 use super::path::{Path, Step};
 use super::resolve::check;
+use super::{Catalog, Scenario};
 
 impl Scenario {
     /// Reads a scenario file; `file_name` is for error messages. What the file does not mention has its default.
@@ -18,7 +18,7 @@ impl Scenario {
         let document = Document::parse(file_name, text)?;
         document
             .to()
-            .and_then(|scenario| check(&scenario, None).map(|_| scenario))
+            .and_then(checked)
             .map_err(|problem| problem.located(Some((file_name, &document))))
     }
 
@@ -31,9 +31,15 @@ impl Scenario {
         let document = Document::parse("scenario", &text)?;
         document
             .to()
-            .and_then(|scenario| check(&scenario, None).map(|_| scenario))
+            .and_then(checked)
             .map_err(|problem| problem.located(None))
     }
+}
+
+/// The scenario, if nothing is wrong with it.
+fn checked(scenario: Scenario) -> Result<Scenario, Problem> {
+    check(&scenario, &Catalog::of(&scenario), None)?;
+    Ok(scenario)
 }
 
 /// A file in TOML, with the lines of its values.

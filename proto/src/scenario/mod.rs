@@ -13,6 +13,8 @@ mod load;
 mod path;
 mod properties;
 mod resolve;
+mod roster;
+mod setup;
 mod statement;
 #[cfg(test)]
 mod tests;
@@ -38,18 +40,9 @@ pub use load::TomlFile;
 pub use path::Step;
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
+pub use roster::Roster;
+pub use setup::Setup;
 pub use validate::{MAX_ROBOTS, MAX_SPILLS};
-
-/// A run, complete: what the world sends to every agent and writes to run.json.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
-    /// Seed of all random streams.
-    pub seed: u64,
-    /// Scenario with all defaults filled in.
-    pub scenario: Scenario,
-    /// Every ALLIANCE value in force.
-    pub alliance: Alliance,
-}
 
 /// A scenario file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +56,9 @@ pub struct Scenario {
     pub step_ms: u64,
     /// Simulated time after which the run ends incomplete, s.
     pub limit_s: f64,
+    /// When robots step and hear each other; absent: as the preset of `[alliance]` has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_order: Option<StepOrder>,
     /// The border.
     pub room: Room,
     /// Body and drive, the same for all robots.
@@ -97,6 +93,7 @@ impl Default for Scenario {
             description: String::new(),
             step_ms: 50,
             limit_s: 3600.0,
+            step_order: None,
             room: Room::default(),
             body: Body::default(),
             sensors: Sensors::default(),
@@ -115,6 +112,22 @@ impl Default for Scenario {
             tasks: BTreeMap::new(),
             alliance: AllianceSection::default(),
         }
+    }
+}
+
+impl Scenario {
+    /// The step order in force. It may stand among ALLIANCE's switches too, where it used to be.
+    #[must_use]
+    pub fn step_order(&self) -> StepOrder {
+        self.step_order
+            .or(self.alliance.switches.step_order)
+            .unwrap_or_else(|| self.alliance.preset.step_order())
+    }
+
+    /// States the step order, in the place of whatever states it so far.
+    pub fn set_step_order(&mut self, order: StepOrder) {
+        self.step_order = Some(order);
+        self.alliance.switches.step_order = None;
     }
 }
 

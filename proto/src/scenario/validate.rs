@@ -88,6 +88,11 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
         return Err(Problem::at(Path::of(["step_ms"]), what, remedy));
     }
     TIME.check(Path::of(["limit_s"]), scenario.limit_s)?;
+    if scenario.step_order.is_some() && scenario.alliance.switches.step_order.is_some() {
+        let at = Path::of(["alliance", "switches", "step_order"]);
+        let what = "the scenario's own step_order states it already";
+        return Err(Problem::at(at, what, "state it once"));
+    }
 
     LENGTH.check(Path::of(["room", "width_m"]), scenario.room.width_m)?;
     LENGTH.check(Path::of(["room", "height_m"]), scenario.room.height_m)?;
@@ -128,7 +133,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     robots(scenario, catalog)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
-    faults(scenario)?;
+    faults(scenario, catalog)?;
     alliance(scenario, catalog)
 }
 
@@ -252,12 +257,12 @@ fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
     Ok(())
 }
 
-fn faults(scenario: &Scenario) -> Result<(), Problem> {
+fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let at = Path::of(["faults", "timeline"]);
     let mut first = BTreeMap::new();
     for (index, order) in scenario.faults.timeline.iter().enumerate() {
         let at = at.index(index);
-        order.check(scenario).map_err(|error| {
+        order.check(scenario, catalog).map_err(|error| {
             let path = error
                 .field
                 .iter()

@@ -217,6 +217,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use alliance_proto::fault::Mix;
+    use alliance_proto::scenario::Catalog;
 
     use super::*;
 
@@ -249,7 +250,7 @@ mod tests {
         let orders = expand(&Campaign::default(), &scenario, 1);
         for (index, order) in orders.iter().enumerate() {
             assert_eq!(order.id, Some(format!("random-{}", index + 1)));
-            order.check(&scenario).unwrap();
+            order.check(&scenario, &Catalog::of(&scenario)).unwrap();
             assert!(order.at_s.unwrap() < scenario.limit_s);
         }
         assert!(orders.is_sorted_by_key(Order::at));

@@ -43,7 +43,7 @@ fn unknown_keys() {
     check(&[
         (
             "nam = 'a'",
-            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance)",
+            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance)",
         ),
         (
             "\n\n[room]\nwidht_m = 3",
@@ -51,11 +51,11 @@ fn unknown_keys() {
         ),
         (
             "a.b.c = 1",
-            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
+            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
         ),
         (
             "\"a\\nb\" = 1",
-            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
+            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
         ),
         (
             "[[obstacles]]\nx_m = 1\ny_m = 1\nwidth_m = 1\nheight_m = 1\ncolor = 'red'",
@@ -129,6 +129,10 @@ fn unknown_choices() {
         (
             "[alliance]\npreset = 3",
             "s.toml:2: alliance.preset: the integer does not fit; write one of thesis, par98, team",
+        ),
+        (
+            "step_order = 'in-order'\n[alliance.switches]\nstep_order = 'in-order'",
+            "s.toml:3: alliance.switches.step_order: the scenario's own step_order states it already; state it once",
         ),
         (
             "[alliance.switches]\nhistory_origin = 'start'",
