@@ -63,7 +63,11 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
                             name: &teammate.name,
                             set: &theirs.name,
                             params: params_of(&teammate.name, &theirs.name),
-                            work_s: work::unit_s(scenario, theirs.kind),
+                            work_s: work::unit_s(
+                                scenario,
+                                &scenario.body_of(teammate),
+                                theirs.kind,
+                            ),
                         };
                         takeovers.push(rival.takeover(setup, own));
                     }
@@ -76,7 +80,7 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
                 activates_s: setup.alliance.threshold / own.fast_impatience,
                 yields_s: own.before_yielding_s,
                 gives_up_s: own.before_giving_up_s,
-                work_s: work::unit_s(scenario, set.kind),
+                work_s: work::unit_s(scenario, &scenario.body_of(robot), set.kind),
                 takeovers,
             });
         }

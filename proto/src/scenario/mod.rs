@@ -4,12 +4,14 @@
 //! times in seconds, rectangles by their lower left corner and size.
 
 mod alliance;
+mod allocators;
 mod catalog;
 mod document;
 mod error;
 mod family;
 mod geometry;
 mod load;
+mod parameters;
 mod path;
 mod properties;
 mod resolve;
@@ -21,6 +23,7 @@ mod tests;
 mod toml_value;
 mod validate;
 mod values;
+mod vocabulary;
 
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -33,16 +36,19 @@ pub use alliance::{
     Alliance, AllianceSection, BehaviorParams, BehaviorSection, HistoryOrigin, Preset, RobotParams,
     RobotSection, StepOrder, SwitchSection, Switches,
 };
+pub use allocators::{AllocatorSpec, Allocators};
 pub use catalog::{BehaviorKind, BehaviorSpec, Catalog, TaskSpec};
 pub use error::ScenarioError;
 pub(crate) use error::instead;
 pub use load::TomlFile;
+pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
 pub use path::Step;
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
 pub use roster::Roster;
 pub use setup::Setup;
 pub use validate::{MAX_ROBOTS, MAX_SPILLS};
+pub use vocabulary::Vocabulary;
 
 /// A scenario file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,9 +65,12 @@ pub struct Scenario {
     /// When robots step and hear each other; absent: as the preset of `[alliance]` has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_order: Option<StepOrder>,
+    /// What decides which behavior set of a robot is active; absent: [`Scenario::DEFAULT_ALLOCATOR`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allocator: Option<String>,
     /// The border.
     pub room: Room,
-    /// Body and drive, the same for all robots.
+    /// Body and drive; robots may have a speed and a turn rate of their own.
     pub body: Body,
     /// Ranges of the sensors.
     pub sensors: Sensors,
@@ -84,6 +93,9 @@ pub struct Scenario {
     pub tasks: BTreeMap<String, TaskSection>,
     /// ALLIANCE: preset, switches, parameters.
     pub alliance: AllianceSection,
+    /// Parameters of the other allocators.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub allocators: Allocators,
 }
 
 impl Default for Scenario {
@@ -94,6 +106,7 @@ impl Default for Scenario {
             step_ms: 50,
             limit_s: 3600.0,
             step_order: None,
+            allocator: None,
             room: Room::default(),
             body: Body::default(),
             sensors: Sensors::default(),
@@ -111,6 +124,7 @@ impl Default for Scenario {
             faults: Faults::default(),
             tasks: BTreeMap::new(),
             alliance: AllianceSection::default(),
+            allocators: Allocators::new(),
         }
     }
 }
@@ -128,6 +142,18 @@ impl Scenario {
     pub fn set_step_order(&mut self, order: StepOrder) {
         self.step_order = Some(order);
         self.alliance.switches.step_order = None;
+    }
+}
+
+impl Scenario {
+    /// Body and drive of one robot of the team.
+    #[must_use]
+    pub fn body_of(&self, robot: &Robot) -> Body {
+        Body {
+            speed_m_s: robot.speed_m_s.unwrap_or(self.body.speed_m_s),
+            turn_deg_s: robot.turn_deg_s.unwrap_or(self.body.turn_deg_s),
+            ..self.body
+        }
     }
 }
 
@@ -411,6 +437,33 @@ pub struct Robot {
     /// The tasks that it has behavior sets for, by name; empty: all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<String>,
+    /// Top speed on neutral ground, m/s; absent: that of `[body]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_m_s: Option<f32>,
+    /// Top turn rate, degrees per second; absent: that of `[body]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_deg_s: Option<f32>,
+    /// Devices that it has beside those that all robots have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub devices: Vec<String>,
+    /// How good it is at what a mission calls skills, by their names; what is not named it cannot do.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub skills: BTreeMap<String, f64>,
+    /// Its own allocator; absent: the team's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allocator: Option<String>,
+}
+
+impl Robot {
+    /// The device that `side_sensor = true` stands for.
+    pub const SIDE_BORDER: &str = "side-border";
+
+    /// Whether it has a device that not all robots have.
+    #[must_use]
+    pub fn has_device(&self, device: &str) -> bool {
+        let by_flag = self.side_sensor && device == Self::SIDE_BORDER;
+        by_flag || self.devices.iter().any(|own| own == device)
+    }
 }
 
 /// Where a robot starts.

@@ -15,7 +15,8 @@ use crate::world::limited;
 /// The broken actuators of all robots.
 #[derive(Clone, Debug)]
 pub struct Actuators {
-    body: Body,
+    /// By rank.
+    bodies: Vec<Body>,
     roster: Arc<Roster>,
     /// In the order of arming.
     broken: Vec<(FaultIndex, RobotId, Defect)>,
@@ -32,8 +33,10 @@ impl Actuators {
     /// Intact actuators.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let bodies = scenario.robots.iter().map(|robot| scenario.body_of(robot));
         Self {
-            body: setup.scenario.body,
+            bodies: bodies.collect(),
             roster: Arc::clone(&setup.roster),
             broken: Vec::new(),
         }
@@ -66,10 +69,11 @@ impl Actuators {
     }
 
     fn alter(&self, robot: RobotId, command: &mut Actuation) -> Vec<FaultIndex> {
+        let body = &self.bodies[robot.index()];
         let mut hits = Vec::new();
         for (fault, _, defect) in self.broken.iter().filter(|(_, whose, _)| *whose == robot) {
-            let told = limited(&self.body, *command);
-            *command = limited(&self.body, defect.act(&self.body, told));
+            let told = limited(body, *command);
+            *command = limited(body, defect.act(body, told));
             if *command != told {
                 hits.push(*fault);
             }

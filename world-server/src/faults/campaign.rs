@@ -148,7 +148,8 @@ fn actuator(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
 /// Any device that the robot has, in any way in which it can fail.
 #[must_use]
 pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
-    let has = |device: &Device| *device != Device::SideBorder || robot.side_sensor;
+    let side_sensor = robot.has_device(Robot::SIDE_BORDER);
+    let has = |device: &Device| *device != Device::SideBorder || side_sensor;
     let devices: Vec<Device> = Device::ALL.into_iter().filter(has).collect();
     let device = devices[choice(rng, devices.len())];
     let turns = device == Device::Position;

@@ -7,9 +7,9 @@ use serde_json::Value;
 use crate::fault::tests::one_of_each;
 use crate::fault::{Campaign, Fault, Faults, Mix, Order};
 use crate::scenario::{
-    AllianceSection, BehaviorSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset,
-    Radio, ReportSite, Robot, RobotSection, Room, Scenario, Sensors, Setup, Spill, Spot, Start,
-    StepOrder, SwitchSection, TaskSection, WasteSection,
+    AllianceSection, Allocators, BehaviorSection, Body, Deposit, Energy, HistoryOrigin, Obstacle,
+    Preset, Radio, ReportSite, Robot, RobotSection, Room, Scenario, Sensors, Setup, Spill, Spot,
+    Start, StepOrder, SwitchSection, TaskSection, WasteSection,
 };
 
 const REFERENCE: &str = include_str!("../../../../launch/scenarios/reference.toml");
@@ -128,6 +128,7 @@ fn populated() -> Scenario {
         step_ms: 50,
         limit_s: 1.0,
         step_order: Some(StepOrder::Simultaneous),
+        allocator: Some("x".to_owned()),
         room: Room {
             width_m: 1.0,
             height_m: 1.0,
@@ -179,6 +180,12 @@ fn populated() -> Scenario {
         robots: vec![Robot {
             name: String::new(),
             side_sensor: true,
+            speed_m_s: Some(1.0),
+            turn_deg_s: Some(1.0),
+            devices: vec!["x".to_owned()],
+            // The waste clean-up knows none.
+            skills: BTreeMap::new(),
+            allocator: Some("x".to_owned()),
             absent: true,
             start: Some(Start {
                 x_m: 1.0,
@@ -219,6 +226,8 @@ fn populated() -> Scenario {
             sets,
             robots: BTreeMap::from([("x".to_owned(), robot)]),
         },
+        // Their keys are those of the allocators that there are.
+        allocators: Allocators::new(),
     }
 }
 

@@ -80,7 +80,7 @@ impl Briefing {
             own_behaviors,
             own_spills,
             border: waste.border_known.then_some(border),
-            chassis: Chassis::of(scenario),
+            chassis: Chassis::of(scenario, own),
             reach_m: scenario.body.radius_m + scenario.body.reach_m,
             sight_m: scenario.body.radius_m + scenario.sensors.waste_range_m,
             silence: longest(|set| set.ceased_after_s),
