@@ -18,7 +18,6 @@ use crate::allocator::{
 use crate::allocators::fixed;
 use crate::links::{Heard, Links};
 use crate::missions::waste::{Action, Map, Perception, WasteMission, planned_cost_ms};
-use crate::roster::Roster;
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
@@ -38,7 +37,6 @@ pub struct Agent {
 /// What all robots of a run know beforehand; there once, however many of them share a process.
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
-    roster: Arc<Roster>,
     map: Arc<Map>,
     /// By rank.
     allocators: Vec<Arc<dyn Prepared>>,
@@ -53,7 +51,6 @@ impl TeamConfig {
     /// When the registry lacks an allocator of the run, or its parameters are not such as it takes.
     pub fn of(setup: &Setup, registry: &Registry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
-        let roster = Roster::of(scenario);
         let mut prepared: BTreeMap<&str, Arc<dyn Prepared>> = BTreeMap::new();
         let mut allocators = Vec::with_capacity(scenario.robots.len());
         for robot in &scenario.robots {
@@ -67,13 +64,12 @@ impl TeamConfig {
         }
         // The work of an assignment grows with the cube of the team, so it is made only for those who look at it.
         let assignment = if prepared.contains_key("static") {
-            fixed::assign(&planned_cost_ms(scenario, &roster.catalog))
+            fixed::assign(&planned_cost_ms(scenario, &setup.catalog))
         } else {
             Vec::new()
         };
         Ok(Self {
             map: Arc::new(Map::of(scenario)),
-            roster: Arc::new(roster),
             allocators,
             assignment,
         })
@@ -81,7 +77,7 @@ impl TeamConfig {
 
     fn me(&self, robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Me {
         let own = &setup.scenario.robots[robot.index()];
-        let catalog = &self.roster.catalog;
+        let catalog = &setup.catalog;
         let behaviors = catalog.behaviors_of(own).map(|id| {
             let task = catalog.sets[id.index()].task;
             let spec = &catalog.tasks[task.index()];
@@ -139,7 +135,7 @@ impl Agent {
             incarnation,
             links: Links::new(robot, setup),
             mind: team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup),
-            mission: WasteMission::new(robot, setup, &team.roster, &team.map),
+            mission: WasteMission::new(robot, setup, &team.map),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,

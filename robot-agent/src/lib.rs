@@ -5,7 +5,6 @@
 //!   choices with its allocator.
 //! - [`allocator`]: the seam to the rule that chooses; [`allocators`]: the rules, ALLIANCE among them.
 //! - [`missions`]: behavior sets and knowledge.
-//! - [`roster`]: names and ids.
 //! - [`body`]: driving and obstacle avoidance.
 //! - [`testkit`]: what every allocator must keep, for tests of other crates too.
 //! - `by_rank`: lists of what is kept of each teammate.
@@ -22,5 +21,4 @@ pub mod links;
 pub mod missions;
 pub mod process;
 pub mod radio;
-pub mod roster;
 pub mod testkit;

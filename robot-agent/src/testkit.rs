@@ -108,17 +108,18 @@ impl Trial {
             let position = self.chance.random_bool(0.9).then_some(Vec2::ONE);
             let is_laden = self.chance.random_bool(0.1);
             let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
+            let (seed, step_s, flat) = (self.seed, self.me.step_s, Flat(&choices));
             let input = |heard, robot| Input {
                 now,
-                step_s: self.me.step_s,
+                step_s,
                 position,
                 is_laden,
                 applicable: &applicable,
                 choices: &choices,
                 progressed: &progressed,
                 heard,
-                route: &Flat(&choices),
-                draws: Draws::of(self.seed, robot, tick),
+                route: &flat,
+                draws: Draws::of(seed, robot, tick),
             };
             let twice: Vec<Arc<Broadcast>> = heard
                 .iter()

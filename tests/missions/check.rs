@@ -13,7 +13,6 @@ use launch::check::forecast::Takeover;
 use launch::in_process::Team;
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
-use robot_agent::roster::Roster;
 use world_server::recorder::{EventRow, LogLevel, Memory, MessageRow};
 
 use crate::harness::Lab;
@@ -121,7 +120,7 @@ fn a_silent_teammate_is_taken_over_when_it_says() {
     for preset in PRESETS {
         for defaults in parameters() {
             let setup = stuck(preset, &defaults, SwitchSection::default());
-            let mut gold = Engine::new(RobotId(1), &setup, &Roster::of(&setup.scenario));
+            let mut gold = Engine::new(RobotId(1), &setup);
             let first_word = SimTime(4000);
             let mut now = SimTime::ZERO;
             while gold.active().is_none() {

@@ -13,7 +13,7 @@ pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
         limit_s,
         ..Scenario::default()
     };
-    scenario.alliance.switches.step_order = Some(order);
+    scenario.step_order = Some(order);
     Setup::resolve(scenario, seed, None).unwrap().setup
 }
 

@@ -28,7 +28,7 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
                 let mut scenario = Scenario::parse(&builtin.file_name(), builtin.text).unwrap();
                 scenario.limit_s = limit_s;
                 scenario.alliance.preset = preset;
-                scenario.alliance.switches.step_order = Some(order);
+                scenario.step_order = Some(order);
                 setups.push(Setup::resolve(scenario, seed, None).unwrap().setup);
             }
         }
@@ -61,7 +61,7 @@ fn name_of(setup: &Setup) -> String {
         "{} with {:?}, {}, seed {}",
         setup.scenario.name,
         alliance.preset,
-        setup.alliance.switches.step_order.as_str(),
+        setup.step_order.as_str(),
         setup.seed
     )
 }

@@ -12,7 +12,8 @@ use alliance_proto::tick::Report;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_agent::agent::{Agent, TentativeAgent, Workspace};
+use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
+use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
 use world_server::recorder::{LogLevel, Memory, RecordError, Recorder};
 use world_server::simulation::Simulation;
@@ -97,7 +98,9 @@ impl Team {
     fn join(&mut self, name: &str) -> Option<Member> {
         let (robot, incarnation, _) = self.simulation.invite(name).ok()?;
         self.simulation.arrive(robot, incarnation);
-        let agent = Agent::new(robot, incarnation, self.simulation.setup());
+        let setup = self.simulation.setup();
+        let team = TeamConfig::of(setup, Registry::of_this_program()).ok()?;
+        let agent = Agent::new(robot, incarnation, setup, &team);
         Some(Member {
             incarnation,
             agent: TentativeAgent::new(agent),

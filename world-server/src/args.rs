@@ -111,7 +111,7 @@ impl MissionArgs {
             scenario.limit_s = limit;
         }
         if let Some(order) = self.step_order {
-            scenario.alliance.switches.step_order = Some(order);
+            scenario.set_step_order(order);
         }
         if let Some(name) = &self.allocator {
             scenario.allocator = Some(name.clone());

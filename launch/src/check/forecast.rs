@@ -1,7 +1,7 @@
 //! When a behavior set activates, takes a task over, yields and gives up (ALLIANCE.md §4): closed forms, exact but for the
 //! steps in which things are noticed and heard.
 
-use alliance_proto::scenario::{BehaviorParams, Catalog, HistoryOrigin, Setup, Switches};
+use alliance_proto::scenario::{BehaviorParams, HistoryOrigin, Setup, Switches};
 
 use super::work;
 
@@ -47,7 +47,7 @@ pub struct Takeover {
 #[must_use]
 pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     let scenario = &setup.scenario;
-    let catalog = Catalog::of(scenario);
+    let catalog = &setup.catalog;
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     let mut forecasts = Vec::new();
     for robot in &scenario.robots {
@@ -63,7 +63,11 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
                             name: &teammate.name,
                             set: &theirs.name,
                             params: params_of(&teammate.name, &theirs.name),
-                            work_s: work::unit_s(scenario, theirs.kind),
+                            work_s: work::unit_s(
+                                scenario,
+                                &scenario.body_of(teammate),
+                                theirs.kind,
+                            ),
                         };
                         takeovers.push(rival.takeover(setup, own));
                     }
@@ -76,7 +80,7 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
                 activates_s: setup.alliance.threshold / own.fast_impatience,
                 yields_s: own.before_yielding_s,
                 gives_up_s: own.before_giving_up_s,
-                work_s: work::unit_s(scenario, set.kind),
+                work_s: work::unit_s(scenario, &scenario.body_of(robot), set.kind),
                 takeovers,
             });
         }

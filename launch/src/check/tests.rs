@@ -191,7 +191,7 @@ fn every_way_of_finding_has_its_takeover() {
 #[test]
 fn units_of_work_of_the_default_room() {
     let scenario = Scenario::default();
-    let unit = |kind| unit_s(&scenario, kind);
+    let unit = |kind| unit_s(&scenario, &scenario.body, kind);
     // 12 m at 0.5 m/s, 90° at 90°/s.
     assert!((unit(BehaviorKind::FindLocationsMethodical) - 25.0).abs() < 1e-4);
     // From (9.6, 4.5) to (4, 6): √(5.6² + 1.5²) = 5.797 m, 0.2 m less for the deposit's and the spill's radius.

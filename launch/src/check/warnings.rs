@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use alliance_proto::scenario::{BehaviorKind, BehaviorParams, Catalog, Setup};
+use alliance_proto::scenario::{BehaviorKind, BehaviorParams, Setup};
 
 use super::forecast::Forecast;
 
@@ -51,7 +51,7 @@ impl Kind {
 /// All warnings, by set in the catalog's order, then by rule.
 #[must_use]
 pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
-    let catalog = Catalog::of(&setup.scenario);
+    let catalog = &setup.catalog;
     let mut found: BTreeMap<(usize, Kind, String), Vec<String>> = BTreeMap::new();
     for forecast in forecasts {
         let place = catalog.sets.iter().position(|set| set.name == forecast.set);
@@ -142,7 +142,7 @@ fn heard_every_s(setup: &Setup, params: &BehaviorParams) -> f64 {
 /// one is due.
 fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let scenario = &setup.scenario;
-    let catalog = Catalog::of(scenario);
+    let catalog = &setup.catalog;
     let set = catalog.behavior_named(&forecast.set)?;
     if catalog.sets[set.index()].kind != BehaviorKind::ReportProgress {
         return None;

@@ -3,16 +3,16 @@
 //! Estimated from the room's geometry at the body's top speed and turn rate, for the longest way of each kind, as if there
 //! were nothing in between: obstacles, slow ground and teammates make it longer, near items shorter.
 
-use alliance_proto::scenario::{BehaviorKind, Scenario};
+use alliance_proto::scenario::{BehaviorKind, Body, Scenario};
 use glam::Vec2;
 
-/// Estimated length of a unit of work, s.
+/// Estimated length of a unit of work for a robot with that body, s.
 ///
 /// - Finding the locations: along the longest wall, and a quarter turn.
 /// - Moving a spill: from the deposit's edge to the far side of the spill and back, and two half turns.
 /// - Reporting: to the report site from the spill or deposit that is farthest from it, and a half turn.
 #[must_use]
-pub fn unit_s(scenario: &Scenario, kind: BehaviorKind) -> f64 {
+pub fn unit_s(scenario: &Scenario, body: &Body, kind: BehaviorKind) -> f64 {
     let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
     let waste = &scenario.waste;
     let deposits = || waste.deposits().map(|spot| spot.in_room(&scenario.room));
@@ -41,5 +41,5 @@ pub fn unit_s(scenario: &Scenario, kind: BehaviorKind) -> f64 {
             (places.map(to_site).fold(0.0, f32::max), 180.0)
         }
     };
-    f64::from(way_m / scenario.body.speed_m_s + turn_deg / scenario.body.turn_deg_s)
+    f64::from(way_m / body.speed_m_s + turn_deg / body.turn_deg_s)
 }

@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 
 use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::scenario::{BehaviorParams, Catalog, Scenario, Setup};
+use alliance_proto::scenario::{BehaviorParams, Scenario, Setup};
 use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
 
@@ -25,7 +25,6 @@ const STEPS: u64 = 4;
 #[derive(Clone, Debug)]
 pub struct Exclusive {
     setup: Setup,
-    catalog: Catalog,
     /// Ticks that two robots, by rank, have gone on together with a task, and have heard each other.
     together: BTreeMap<(usize, usize, TaskId), u64>,
     waits: BTreeMap<(usize, BehaviorId), Wait>,
@@ -43,7 +42,6 @@ impl Exclusive {
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         Self {
-            catalog: Catalog::of(&setup.scenario),
             setup: setup.clone(),
             together: BTreeMap::new(),
             waits: BTreeMap::new(),
@@ -62,10 +60,10 @@ impl Exclusive {
             .collect();
         for (place, &(other, theirs)) in executing.iter().enumerate() {
             for &(one, own) in &executing[..place] {
-                let task = self.catalog.sets[own.index()].task;
-                let is_exclusive = self.catalog.tasks[task.index()].max_robots == 1;
+                let task = self.setup.catalog.sets[own.index()].task;
+                let is_exclusive = self.setup.catalog.tasks[task.index()].max_robots == 1;
                 if !is_exclusive
-                    || task != self.catalog.sets[theirs.index()].task
+                    || task != self.setup.catalog.sets[theirs.index()].task
                     || !hear_each_other(scenario, state, one, other)
                 {
                     continue;
@@ -79,7 +77,7 @@ impl Exclusive {
                         "{} and {} hear each other and have both gone on with {} for {ticks} ticks, but {bound} are the bound",
                         name(one),
                         name(other),
-                        self.catalog.task_name(task)
+                        self.setup.catalog.task_name(task)
                     ));
                 }
                 together.insert(key, ticks);
@@ -111,7 +109,7 @@ impl Exclusive {
 
     fn params(&self, rank: usize, set: BehaviorId) -> &BehaviorParams {
         let robot = &self.setup.scenario.robots[rank].name;
-        &self.setup.alliance.robots[robot].sets[self.catalog.behavior_name(set)]
+        &self.setup.alliance.robots[robot].sets[self.setup.catalog.behavior_name(set)]
     }
 
     fn note_waits(&mut self, state: &WorldState) {

@@ -6,7 +6,7 @@
 //! [`Termination::due_s`]. If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
 
 use alliance_proto::control::{FaultStatus, Phase};
-use alliance_proto::scenario::{BehaviorParams, Catalog, Scenario, Setup};
+use alliance_proto::scenario::{BehaviorParams, Body, Scenario, Setup};
 use alliance_proto::time::SimTime;
 
 use super::WorldState;
@@ -39,8 +39,17 @@ impl Termination {
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
-        let sets = Catalog::of(scenario).sets;
-        let units = sets.iter().map(|set| unit_s(scenario, set.kind));
+        let bodies = scenario.robots.iter().map(|robot| scenario.body_of(robot));
+        let slowest = bodies.fold(scenario.body, |slowest, body| Body {
+            speed_m_s: slowest.speed_m_s.min(body.speed_m_s),
+            turn_deg_s: slowest.turn_deg_s.min(body.turn_deg_s),
+            ..slowest
+        });
+        let units = setup
+            .catalog
+            .sets
+            .iter()
+            .map(|set| unit_s(scenario, &slowest, set.kind));
         let unit_s = units.fold(0.0, f64::max);
         let robots = setup.alliance.robots.values();
         let params: Vec<&BehaviorParams> = robots.flat_map(|robot| robot.sets.values()).collect();

@@ -280,6 +280,7 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     use super::*;
+    use alliance_proto::scenario::Setup;
 
     fn orders(until_s: f64) -> Vec<Order> {
         let faults = RandomFaults {
@@ -294,9 +295,10 @@ mod tests {
 
     #[test]
     fn everything_has_healed_in_time_but_what_never_does() {
+        let setup = Setup::default_for(1);
         for until_s in [1.0, 5.0, 240.0] {
             for order in orders(until_s) {
-                order.check(&Scenario::default()).unwrap();
+                order.check(&setup.scenario, &setup.catalog).unwrap();
                 let Some(at_s) = order.at_s else {
                     assert!(order.when.is_some());
                     assert_eq!(order.for_s.is_none(), order.fault.is_momentary());

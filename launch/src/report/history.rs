@@ -1,9 +1,9 @@
 //! What a full log says, sorted by robot and behavior set: the rows of all ticks become spans, moments and levels.
 
-use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use alliance_proto::fault::Fault;
-use alliance_proto::ids::TaskId;
+use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::scenario::{BehaviorParams, Catalog, Obstacle, Setup};
 use alliance_proto::time::SimTime;
 use world_server::recorder::{
@@ -18,7 +18,7 @@ pub struct History {
     /// Scenario and parameters.
     pub setup: Setup,
     /// Its tasks and behavior sets.
-    pub catalog: Catalog,
+    pub catalog: Arc<Catalog>,
     /// Length of a step.
     pub step: SimTime,
     /// End of the last tick; 0 without any.
@@ -31,7 +31,6 @@ pub struct History {
     pub mission: Vec<MissionRow>,
     /// Rectangles that lay on the floor: the scenario's, and those that faults put there at some time.
     pub obstacles: Vec<Obstacle>,
-    ranks: BTreeMap<String, usize>,
 }
 
 /// One robot.
@@ -147,7 +146,7 @@ impl History {
     /// A run of that length of which nothing is known yet.
     #[must_use]
     pub fn new(setup: Setup, end: SimTime) -> Self {
-        let catalog = Catalog::of(&setup.scenario);
+        let catalog = Arc::clone(&setup.catalog);
         let robots: Vec<RobotHistory> = setup
             .scenario
             .robots
@@ -167,10 +166,7 @@ impl History {
                 track: Vec::new(),
             })
             .collect();
-        let ranks = robots.iter().enumerate();
-        let ranks = ranks.map(|(rank, robot)| (robot.name.clone(), rank));
         Self {
-            ranks: ranks.collect(),
             step: SimTime(setup.scenario.step_ms),
             catalog,
             end,
@@ -240,18 +236,13 @@ impl History {
     /// Rank of the robot of that name.
     #[must_use]
     pub fn rank(&self, robot: &str) -> Option<usize> {
-        self.ranks.get(robot).copied()
+        self.setup.roster.robot_named(robot).map(RobotId::index)
     }
 
     /// The task of that name.
     #[must_use]
     pub fn task_named(&self, name: &str) -> Option<TaskId> {
-        let index = self
-            .catalog
-            .tasks
-            .iter()
-            .position(|task| task.name == name)?;
-        Some(TaskId(index as u16))
+        self.catalog.task_named(name)
     }
 
     /// All tasks, in the catalog's order.

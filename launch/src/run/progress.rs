@@ -2,6 +2,7 @@
 //! every few seconds.
 
 use std::io::IsTerminal;
+use std::sync::Arc;
 use std::time::Duration;
 
 use alliance_proto::control::AgentState;
@@ -17,7 +18,7 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Shows views as they come.
 pub struct Progress {
     names: Vec<String>,
-    catalog: Catalog,
+    catalog: Arc<Catalog>,
     started: Option<(Instant, f64)>,
     style: Style,
 }
@@ -71,7 +72,7 @@ impl Progress {
         };
         Self {
             names,
-            catalog: Catalog::of(&setup.scenario),
+            catalog: Arc::clone(&setup.catalog),
             started: None,
             style,
         }

@@ -6,7 +6,7 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
-use crate::allocation::AllocationRow;
+use crate::allocation::{AllocationMessage, AllocationRow, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
 use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
@@ -237,7 +237,10 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
     let body = prop_oneof![
         heartbeat,
         update,
-        withdrawal().prop_map(Content::Withdrawal)
+        withdrawal().prop_map(Content::Withdrawal),
+        (any::<String>(), vec(any::<u8>(), 0..40)).prop_map(|(schema, bytes)| {
+            Content::Allocation(AllocationMessage::Open(OpenMessage { schema, bytes }))
+        })
     ];
     (robot(), any::<(u32, u64, u16, u64)>(), time(), body).prop_map(
         |(sender, (incarnation, tick, index, seq), sent, body)| Broadcast {

@@ -52,7 +52,7 @@ pub struct Catalog {
 }
 
 impl Catalog {
-    /// The catalog of a waste clean-up.
+    /// The catalog of a scenario. That of a run stands in its [`Setup`](super::Setup).
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let task = |name: String| {
@@ -126,7 +126,7 @@ impl Catalog {
     /// The behavior sets of one robot, in the catalog's order: those for its tasks, but find-locations-methodical only with
     /// a side sensor.
     pub fn behaviors_of(&self, robot: &Robot) -> impl Iterator<Item = BehaviorId> + '_ {
-        let side_sensor = robot.side_sensor;
+        let side_sensor = robot.has_device(Robot::SIDE_BORDER);
         let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
         let mut tasks: Vec<TaskId> = named.collect();
         if robot.tasks.is_empty() {

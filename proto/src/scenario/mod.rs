@@ -4,21 +4,26 @@
 //! times in seconds, rectangles by their lower left corner and size.
 
 mod alliance;
+mod allocators;
 mod catalog;
 mod document;
 mod error;
 mod family;
 mod geometry;
 mod load;
+mod parameters;
 mod path;
 mod properties;
 mod resolve;
+mod roster;
+mod setup;
 mod statement;
 #[cfg(test)]
 mod tests;
 mod toml_value;
 mod validate;
 mod values;
+mod vocabulary;
 
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -31,25 +36,19 @@ pub use alliance::{
     Alliance, AllianceSection, BehaviorParams, BehaviorSection, HistoryOrigin, Preset, RobotParams,
     RobotSection, StepOrder, SwitchSection, Switches,
 };
+pub use allocators::{AllocatorSpec, Allocators};
 pub use catalog::{BehaviorKind, BehaviorSpec, Catalog, TaskSpec};
 pub use error::ScenarioError;
 pub(crate) use error::instead;
 pub use load::TomlFile;
+pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
 pub use path::Step;
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
+pub use roster::Roster;
+pub use setup::Setup;
 pub use validate::{MAX_ROBOTS, MAX_SPILLS};
-
-/// A run, complete: what the world sends to every agent and writes to run.json.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
-    /// Seed of all random streams.
-    pub seed: u64,
-    /// Scenario with all defaults filled in.
-    pub scenario: Scenario,
-    /// Every ALLIANCE value in force.
-    pub alliance: Alliance,
-}
+pub use vocabulary::Vocabulary;
 
 /// A scenario file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,9 +62,15 @@ pub struct Scenario {
     pub step_ms: u64,
     /// Simulated time after which the run ends incomplete, s.
     pub limit_s: f64,
+    /// When robots step and hear each other; absent: as the preset of `[alliance]` has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_order: Option<StepOrder>,
+    /// What decides which behavior set of a robot is active; absent: [`Scenario::DEFAULT_ALLOCATOR`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allocator: Option<String>,
     /// The border.
     pub room: Room,
-    /// Body and drive, the same for all robots.
+    /// Body and drive; robots may have a speed and a turn rate of their own.
     pub body: Body,
     /// Ranges of the sensors.
     pub sensors: Sensors,
@@ -86,23 +91,11 @@ pub struct Scenario {
     pub faults: Faults,
     /// How many robots may work on a task, and its priority; by task name.
     pub tasks: BTreeMap<String, TaskSection>,
-    /// The rule by which robots choose their tasks; absent: ALLIANCE.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub allocator: Option<String>,
-    /// Parameters of allocators, by name.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub allocators: BTreeMap<String, serde_json::Map<String, serde_json::Value>>,
     /// ALLIANCE: preset, switches, parameters.
     pub alliance: AllianceSection,
-}
-
-impl Scenario {
-    /// The allocator of a robot, by name.
-    #[must_use]
-    pub fn allocator_of<'a>(&'a self, robot: &'a Robot) -> &'a str {
-        let stated = robot.allocator.as_deref().or(self.allocator.as_deref());
-        stated.unwrap_or("alliance")
-    }
+    /// Parameters of the other allocators.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub allocators: Allocators,
 }
 
 impl Default for Scenario {
@@ -112,6 +105,8 @@ impl Default for Scenario {
             description: String::new(),
             step_ms: 50,
             limit_s: 3600.0,
+            step_order: None,
+            allocator: None,
             room: Room::default(),
             body: Body::default(),
             sensors: Sensors::default(),
@@ -128,9 +123,36 @@ impl Default for Scenario {
             obstacles: Vec::new(),
             faults: Faults::default(),
             tasks: BTreeMap::new(),
-            allocator: None,
-            allocators: BTreeMap::new(),
             alliance: AllianceSection::default(),
+            allocators: Allocators::new(),
+        }
+    }
+}
+
+impl Scenario {
+    /// The step order in force. It may stand among ALLIANCE's switches too, where it used to be.
+    #[must_use]
+    pub fn step_order(&self) -> StepOrder {
+        self.step_order
+            .or(self.alliance.switches.step_order)
+            .unwrap_or_else(|| self.alliance.preset.step_order())
+    }
+
+    /// States the step order, in the place of whatever states it so far.
+    pub fn set_step_order(&mut self, order: StepOrder) {
+        self.step_order = Some(order);
+        self.alliance.switches.step_order = None;
+    }
+}
+
+impl Scenario {
+    /// Body and drive of one robot of the team.
+    #[must_use]
+    pub fn body_of(&self, robot: &Robot) -> Body {
+        Body {
+            speed_m_s: robot.speed_m_s.unwrap_or(self.body.speed_m_s),
+            turn_deg_s: robot.turn_deg_s.unwrap_or(self.body.turn_deg_s),
+            ..self.body
         }
     }
 }
@@ -415,9 +437,33 @@ pub struct Robot {
     /// The tasks that it has behavior sets for, by name; empty: all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<String>,
-    /// Its allocator; absent: the team's.
+    /// Top speed on neutral ground, m/s; absent: that of `[body]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_m_s: Option<f32>,
+    /// Top turn rate, degrees per second; absent: that of `[body]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_deg_s: Option<f32>,
+    /// Devices that it has beside those that all robots have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub devices: Vec<String>,
+    /// How good it is at what a mission calls skills, by their names; what is not named it cannot do.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub skills: BTreeMap<String, f64>,
+    /// Its own allocator; absent: the team's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,
+}
+
+impl Robot {
+    /// The device that `side_sensor = true` stands for.
+    pub const SIDE_BORDER: &str = "side-border";
+
+    /// Whether it has a device that not all robots have.
+    #[must_use]
+    pub fn has_device(&self, device: &str) -> bool {
+        let by_flag = self.side_sensor && device == Self::SIDE_BORDER;
+        by_flag || self.devices.iter().any(|own| own == device)
+    }
 }
 
 /// Where a robot starts.

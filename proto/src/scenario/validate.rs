@@ -7,7 +7,7 @@ use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
 use super::error::{Problem, instead};
 use super::path::Path;
-use super::{Scenario, WasteSection};
+use super::{Robot, Scenario, WasteSection};
 use crate::fault::Campaign;
 use crate::keys::is_name;
 
@@ -51,6 +51,8 @@ const LENGTH: Limits = above_zero(1e3, "m");
 const FRACTION: Limits = closed(0.0, 1.0, "");
 const PENETRABILITY: Limits = closed(0.0, 100.0, "");
 const TIME: Limits = above_zero(1e9, "s");
+const SPEED: Limits = above_zero(1e3, "m/s");
+const TURN_RATE: Limits = above_zero(3600.0, "deg/s");
 const POWER: Limits = closed(0.0, 1e9, "W");
 
 impl Limits {
@@ -88,14 +90,19 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
         return Err(Problem::at(Path::of(["step_ms"]), what, remedy));
     }
     TIME.check(Path::of(["limit_s"]), scenario.limit_s)?;
+    if scenario.step_order.is_some() && scenario.alliance.switches.step_order.is_some() {
+        let at = Path::of(["alliance", "switches", "step_order"]);
+        let what = "the scenario's own step_order states it already";
+        return Err(Problem::at(at, what, "state it once"));
+    }
 
     LENGTH.check(Path::of(["room", "width_m"]), scenario.room.width_m)?;
     LENGTH.check(Path::of(["room", "height_m"]), scenario.room.height_m)?;
 
     let body = &scenario.body;
     LENGTH.check(Path::of(["body", "radius_m"]), body.radius_m)?;
-    above_zero(1e3, "m/s").check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
-    above_zero(3600.0, "deg/s").check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
+    SPEED.check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
+    TURN_RATE.check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
     LENGTH.check(Path::of(["body", "reach_m"]), body.reach_m)?;
     PENETRABILITY.check(
         Path::of(["body", "robot_penetrability"]),
@@ -128,7 +135,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     robots(scenario, catalog)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
-    faults(scenario)?;
+    faults(scenario, catalog)?;
     alliance(scenario, catalog)
 }
 
@@ -228,8 +235,32 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
                 known("task", task, tasks, &at)?;
             }
         }
+        let at = robots.index(index);
+        if let Some(speed_m_s) = robot.speed_m_s {
+            SPEED.check(at.key("speed_m_s"), speed_m_s)?;
+        }
+        if let Some(turn_deg_s) = robot.turn_deg_s {
+            TURN_RATE.check(at.key("turn_deg_s"), turn_deg_s)?;
+        }
+        for (number, device) in robot.devices.iter().enumerate() {
+            let at = at.key("devices").index(number);
+            known(
+                "optional device",
+                device,
+                [Robot::SIDE_BORDER].into_iter(),
+                &at,
+            )?;
+        }
+        if let Some(skill) = robot.skills.keys().next() {
+            known(
+                "skill",
+                skill,
+                std::iter::empty(),
+                &at.key("skills").key(skill),
+            )?;
+        }
         let Some(start) = &robot.start else { continue };
-        let at = robots.index(index).key("start");
+        let at = at.key("start");
         let inside = |size: f32| closed(0.0, size.into(), "m");
         inside(scenario.room.width_m).check(at.key("x_m"), start.x_m)?;
         inside(scenario.room.height_m).check(at.key("y_m"), start.y_m)?;
@@ -252,12 +283,12 @@ fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
     Ok(())
 }
 
-fn faults(scenario: &Scenario) -> Result<(), Problem> {
+fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let at = Path::of(["faults", "timeline"]);
     let mut first = BTreeMap::new();
     for (index, order) in scenario.faults.timeline.iter().enumerate() {
         let at = at.index(index);
-        order.check(scenario).map_err(|error| {
+        order.check(scenario, catalog).map_err(|error| {
             let path = error
                 .field
                 .iter()

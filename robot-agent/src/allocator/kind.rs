@@ -4,18 +4,15 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{AllocatorSpec, Setup};
 use serde::de::DeserializeOwned;
 
 use super::{Allocator, Framed, Me, Mind};
 
 /// An allocator that scenarios can name.
 pub trait Kind: Debug + Send + Sync {
-    /// Its name, as scenarios and `--allocator` state it.
-    fn name(&self) -> &str;
-
-    /// What it does, in one line.
-    fn about(&self) -> &str;
+    /// Its name, as scenarios and `--allocator` state it, what it does in one line, and its parameters.
+    fn spec(&self) -> AllocatorSpec;
 
     /// Reads the run's parameters for it, once for all robots of a process.
     ///
@@ -42,8 +39,8 @@ pub struct ConfigError {
 
 /// The kind of a type that implements [`Allocator`].
 pub struct Typed<A> {
-    name: String,
-    about: String,
+    name: &'static str,
+    about: &'static str,
     of: PhantomData<fn() -> A>,
 }
 
@@ -56,35 +53,33 @@ impl<A> Debug for Typed<A> {
 impl<A: Allocator> Typed<A> {
     /// That type under a name.
     #[must_use]
-    pub fn new(name: &str, about: &str) -> Self {
+    pub fn new(name: &'static str, about: &'static str) -> Self {
         Self {
-            name: name.to_owned(),
-            about: about.to_owned(),
+            name,
+            about,
             of: PhantomData,
         }
     }
 }
 
 impl<A: Allocator> Kind for Typed<A> {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn about(&self) -> &str {
-        &self.about
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: self.name,
+            about: self.about,
+            parameters: A::parameters(),
+        }
     }
 
     fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
-        let config: A::Config = config(setup, &self.name)?;
+        let config: A::Config = config(setup, self.name)?;
         Ok(Arc::new(Parameters::<A>(config)))
     }
 }
 
 /// `[allocators.NAME]` of the run's scenario.
 fn config<C: DeserializeOwned>(setup: &Setup, name: &str) -> Result<C, ConfigError> {
-    let stated = setup.scenario.allocators.get(name);
-    let table = stated.cloned().unwrap_or_default();
-    C::deserialize(serde_json::Value::Object(table)).map_err(|error| ConfigError {
+    C::deserialize(setup.scenario.allocator_values(name)).map_err(|error| ConfigError {
         allocator: name.to_owned(),
         why: error.to_string(),
     })

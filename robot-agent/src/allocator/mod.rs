@@ -28,6 +28,7 @@ use std::sync::Arc;
 use alliance_proto::allocation::{AllocationMessage, AllocationRow};
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use alliance_proto::rng::{self, Purpose};
+use alliance_proto::scenario::ParameterSpec;
 use alliance_proto::team::{Broadcast, TaskState};
 use alliance_proto::telemetry::{Motivation, Reason, StateChange};
 use alliance_proto::time::SimTime;
@@ -42,6 +43,12 @@ pub use registry::Registry;
 pub trait Allocator: Clone + Debug + Send + 'static {
     /// Its parameters, as `[allocators.NAME]` of a scenario states them; every key has a default, and unknown keys are refused.
     type Config: serde::de::DeserializeOwned + Send + Sync + 'static;
+
+    /// The keys of its parameters, for people and for checks: unit, default, meaning and range of each.
+    #[must_use]
+    fn parameters() -> Vec<ParameterSpec> {
+        Vec::new()
+    }
 
     /// A robot at the start of an incarnation: it has heard nothing yet.
     fn new(me: &Me, config: &Self::Config) -> Self;

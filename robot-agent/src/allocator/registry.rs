@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Setup, Vocabulary};
 
 use super::{Allocator, ConfigError, Kind, Prepared, Typed};
 use crate::allocators::alliance::Alliance;
@@ -62,15 +62,18 @@ impl Registry {
 
     /// With one more, or another one under that name.
     #[must_use]
-    pub fn with<A: Allocator>(mut self, name: &str, about: &str) -> Self {
-        self.kinds.retain(|kind| kind.name() != name);
+    pub fn with<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self {
+        self.kinds.retain(|kind| kind.spec().name != name);
         self.kinds.push(Arc::new(Typed::<A>::new(name, about)));
         self
     }
 
-    /// All of them, in the order in which they were added.
-    pub fn kinds(&self) -> impl Iterator<Item = &dyn Kind> {
-        self.kinds.iter().map(AsRef::as_ref)
+    /// What scenarios may say of them: all, in the order in which they were added.
+    #[must_use]
+    pub fn vocabulary(&self) -> Vocabulary {
+        Vocabulary {
+            allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
+        }
     }
 
     /// The one of that name, with the parameters of a run.
@@ -78,13 +81,18 @@ impl Registry {
     /// # Errors
     /// When there is none, or the parameters are not such as it takes.
     pub fn prepare(&self, name: &str, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
-        let kind = self.kinds().find(|kind| kind.name() == name);
-        let unknown = || ConfigError {
-            allocator: name.to_owned(),
-            why: format!(
-                "there is no such allocator; there are {}",
-                self.kinds().map(Kind::name).collect::<Vec<_>>().join(", ")
-            ),
+        let kind = self.kinds.iter().find(|kind| kind.spec().name == name);
+        let unknown = || {
+            let names: Vec<_> = self
+                .vocabulary()
+                .allocators
+                .iter()
+                .map(|it| it.name)
+                .collect();
+            ConfigError {
+                allocator: name.to_owned(),
+                why: format!("there is no such allocator; there are {}", names.join(", ")),
+            }
         };
         kind.ok_or_else(unknown)?.prepare(setup)
     }

@@ -1,6 +1,7 @@
 //! `random`: any applicable task with the same probability, drawn when the robot is free and every `redraw_s`. It reads nothing of
 //! what others say, and its draws depend on no message.
 
+use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use alliance_proto::telemetry::Reason;
 use alliance_proto::time::SimTime;
 use rand::RngExt;
@@ -33,6 +34,16 @@ impl Default for Config {
 
 impl Allocator for Random {
     type Config = Config;
+
+    fn parameters() -> Vec<ParameterSpec> {
+        vec![ParameterSpec {
+            key: "redraw_s",
+            unit: "s",
+            default: ParameterDefault::Number(Config::default().redraw_s),
+            about: "time after which a robot draws again",
+            range: ParameterRange::Above(0.0, 1e9),
+        }]
+    }
 
     fn new(me: &Me, config: &Config) -> Self {
         Self {

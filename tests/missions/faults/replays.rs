@@ -96,7 +96,7 @@ fn whatever_happens_in_one_process_is_repeated() {
             ..Scenario::default()
         };
         scenario.alliance.preset = [Preset::Team, Preset::Thesis, Preset::Par98][seed as usize % 3];
-        scenario.alliance.switches.step_order = Some(order);
+        scenario.step_order = Some(order);
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
         let rates = Rates {
             loss: 0.02,

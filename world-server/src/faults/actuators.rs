@@ -2,10 +2,12 @@
 //!
 //! Several faults of one robot act one after the other, in the order in which they were armed.
 
+use std::sync::Arc;
+
 use alliance_proto::fault::{ActuatorMode, Fault, Side};
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::{Actuation, Gripper};
-use alliance_proto::scenario::{Body, Scenario};
+use alliance_proto::scenario::{Body, Roster, Setup};
 
 use super::schedule::FaultIndex;
 use crate::world::limited;
@@ -13,9 +15,9 @@ use crate::world::limited;
 /// The broken actuators of all robots.
 #[derive(Clone, Debug)]
 pub struct Actuators {
-    body: Body,
     /// By rank.
-    names: Vec<String>,
+    bodies: Vec<Body>,
+    roster: Arc<Roster>,
     /// In the order of arming.
     broken: Vec<(FaultIndex, RobotId, Defect)>,
 }
@@ -30,11 +32,12 @@ enum Defect {
 impl Actuators {
     /// Intact actuators.
     #[must_use]
-    pub fn new(scenario: &Scenario) -> Self {
-        let names = scenario.robots.iter().map(|robot| robot.name.clone());
+    pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let bodies = scenario.robots.iter().map(|robot| scenario.body_of(robot));
         Self {
-            body: scenario.body,
-            names: names.collect(),
+            bodies: bodies.collect(),
+            roster: Arc::clone(&setup.roster),
             broken: Vec::new(),
         }
     }
@@ -48,8 +51,8 @@ impl Actuators {
                 Fault::Power(robot) | Fault::Babble(robot) => (robot, Defect::Deaf),
                 _ => continue,
             };
-            if let Some(rank) = self.names.iter().position(|known| known == name) {
-                self.broken.push((index, RobotId(rank as u16), defect));
+            if let Some(robot) = self.roster.robot_named(name) {
+                self.broken.push((index, robot, defect));
             }
         }
     }
@@ -66,10 +69,11 @@ impl Actuators {
     }
 
     fn alter(&self, robot: RobotId, command: &mut Actuation) -> Vec<FaultIndex> {
+        let body = &self.bodies[robot.index()];
         let mut hits = Vec::new();
         for (fault, _, defect) in self.broken.iter().filter(|(_, whose, _)| *whose == robot) {
-            let told = limited(&self.body, *command);
-            *command = limited(&self.body, defect.act(&self.body, told));
+            let told = limited(body, *command);
+            *command = limited(body, defect.act(body, told));
             if *command != told {
                 hits.push(*fault);
             }
@@ -156,7 +160,7 @@ mod tests {
     }
 
     fn obeyed(faults: &[Fault], robot: RobotId, told: Actuation) -> (Actuation, Vec<usize>) {
-        let mut actuators = Actuators::new(&Scenario::default());
+        let mut actuators = Actuators::new(&Setup::default_for(1));
         let faults = faults.iter().enumerate();
         actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
         let mut command = Some(told);
@@ -251,7 +255,7 @@ mod tests {
             assert!(hits.is_empty());
         }
         let mut none = None;
-        let mut actuators = Actuators::new(&Scenario::default());
+        let mut actuators = Actuators::new(&Setup::default_for(1));
         let fault = Fault::Babble("blue".to_owned());
         actuators.begin([(FaultIndex(0), &fault)].into_iter());
         assert!(actuators.disobey(BLUE, &mut none).is_empty());

@@ -7,11 +7,13 @@
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use alliance_proto::fault::{Device, Fault, SensorError, SensorMode};
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::readings::Readings;
 use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Roster, Setup};
 use alliance_proto::tick::TickMessage;
 use glam::Vec2;
 use rand_chacha::ChaCha8Rng;
@@ -26,18 +28,13 @@ const MOST_NUMBERS: u64 = 16;
 /// The broken sensors of all robots.
 #[derive(Clone, Debug)]
 pub struct Sensors {
-    /// By rank.
-    robots: Vec<Robot>,
+    roster: Arc<Roster>,
+    /// By rank: the stream that its errors and dropouts are drawn from.
+    draws: Vec<ChaCha8Rng>,
     /// In the order of arming.
     broken: Vec<Broken>,
     /// Whether there ever were any.
     ever_broken: bool,
-}
-
-#[derive(Clone, Debug)]
-struct Robot {
-    name: String,
-    draws: ChaCha8Rng,
 }
 
 #[derive(Clone, Debug)]
@@ -65,13 +62,11 @@ impl Sensors {
     /// Intact sensors.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
-        let robots = setup.scenario.robots.iter().enumerate();
-        let robots = robots.map(|(rank, robot)| Robot {
-            name: robot.name.clone(),
-            draws: robot_stream(setup.seed, Purpose::Sensor, RobotId(rank as u16)),
-        });
+        let robots = (0..setup.roster.names().len() as u16).map(RobotId);
+        let draws = robots.map(|robot| robot_stream(setup.seed, Purpose::Sensor, robot));
         Self {
-            robots: robots.collect(),
+            roster: Arc::clone(&setup.roster),
+            draws: draws.collect(),
             broken: Vec::new(),
             ever_broken: false,
         }
@@ -143,7 +138,7 @@ impl Sensors {
         readings: &mut Readings,
     ) -> Vec<FaultIndex> {
         let mut hits = Vec::new();
-        let draws = &mut self.robots[robot.index()].draws;
+        let draws = &mut self.draws[robot.index()];
         let broken = self.broken.iter_mut();
         for broken in broken.filter(|broken| broken.robot == robot) {
             let intact = readings.clone();
@@ -156,9 +151,7 @@ impl Sensors {
     }
 
     fn rank_of(&self, fault: &Fault) -> Option<RobotId> {
-        let name = fault.robot()?;
-        let rank = self.robots.iter().position(|robot| robot.name == name)?;
-        Some(RobotId(rank as u16))
+        self.roster.robot_named(fault.robot()?)
     }
 
     fn same_before(&self, robot: RobotId, device: Device, mode: SensorMode) -> u64 {

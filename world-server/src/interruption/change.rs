@@ -2,7 +2,7 @@
 
 use alliance_proto::fault::{Fault, MoveRobot, MoveWaste, WasteFault};
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::scenario::{Obstacle, Scenario};
+use alliance_proto::scenario::{Obstacle, Roster};
 use glam::Vec2;
 
 use crate::world::{ChangeError, ComponentId, ObstacleId, World};
@@ -30,7 +30,7 @@ impl Interruption {
     /// The change that a fault makes; `None` if it is not about the world itself. The order has been
     /// [checked](alliance_proto::fault::Order::check).
     #[must_use]
-    pub fn of(fault: &Fault, scenario: &Scenario) -> Option<Self> {
+    pub fn of(fault: &Fault, roster: &Roster) -> Option<Self> {
         Some(Self(match fault {
             Fault::Obstacle(obstacle) => Change::Obstacle {
                 obstacle: *obstacle,
@@ -38,14 +38,10 @@ impl Interruption {
             },
             Fault::Waste(waste) => Change::Waste(*waste),
             Fault::MoveWaste(moved) => Change::MoveWaste(*moved),
-            Fault::MoveRobot(to) => {
-                let mut robots = scenario.robots.iter();
-                let rank = robots.position(|robot| robot.name == to.robot)?;
-                Change::MoveRobot {
-                    robot: RobotId(rank as u16),
-                    to: to.clone(),
-                }
-            }
+            Fault::MoveRobot(to) => Change::MoveRobot {
+                robot: roster.robot_named(&to.robot)?,
+                to: to.clone(),
+            },
             _ => return None,
         }))
     }
@@ -107,7 +103,7 @@ mod tests {
 
     fn interruption(json: &str) -> Interruption {
         let fault = serde_json::from_str(json).unwrap();
-        Interruption::of(&fault, &Scenario::default()).unwrap()
+        Interruption::of(&fault, &Setup::default_for(1).roster).unwrap()
     }
 
     fn world() -> World {
@@ -169,7 +165,7 @@ mod tests {
 
     #[test]
     fn other_faults_are_none() {
-        let scenario = Scenario::default();
-        assert!(Interruption::of(&Fault::Mute("blue".to_owned()), &scenario).is_none());
+        let roster = Setup::default_for(1).roster;
+        assert!(Interruption::of(&Fault::Mute("blue".to_owned()), &roster).is_none());
     }
 }

@@ -1,8 +1,10 @@
 //! The rows of each table that a tick adds (DESIGN §8).
 
+use std::sync::Arc;
+
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::scenario::{Catalog, Roster, Setup};
 use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
 
@@ -16,32 +18,26 @@ use crate::input::{Input, InputLine};
 /// The names that stand in the tables for the ids of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Names {
-    robots: Vec<String>,
-    catalog: Catalog,
+    roster: Arc<Roster>,
+    catalog: Arc<Catalog>,
 }
 
 impl Names {
     pub fn of(setup: &Setup) -> Self {
-        let robots = &setup.scenario.robots;
         Self {
-            robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            catalog: Catalog::of(&setup.scenario),
+            roster: Arc::clone(&setup.roster),
+            catalog: Arc::clone(&setup.catalog),
         }
     }
 
     /// Name of a robot of the scenario.
     pub fn robot(&self, robot: RobotId) -> &str {
-        self.robots.get(robot.index()).map_or("?", String::as_str)
+        self.roster.name(robot)
     }
 
     /// Names by rank.
     pub fn robots(&self) -> impl Iterator<Item = &str> {
-        self.robots.iter().map(String::as_str)
-    }
-
-    fn rank(&self, robot: &str) -> Option<RobotId> {
-        let rank = self.robots.iter().position(|name| name == robot)?;
-        Some(RobotId(rank as u16))
+        self.roster.names()
     }
 
     fn set(&self, set: Option<BehaviorId>) -> &str {
@@ -129,7 +125,7 @@ pub(super) fn messages(
         if let Input::Gone {
             robot, incarnation, ..
         } = input
-            && let Some(receiver) = names.rank(robot)
+            && let Some(receiver) = names.roster.robot_named(robot)
         {
             let left = on_their_way.end_of(receiver, *incarnation);
             pending(names, repeated, &left, rows);
@@ -285,7 +281,7 @@ pub(super) fn poses(
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
 ) {
-    let bodies = record.bodies.iter().zip(&names.robots);
+    let bodies = record.bodies.iter().zip(names.robots());
     for ((body, name), tail) in bodies.zip(&mut repeated.poses) {
         if !body.present {
             continue;

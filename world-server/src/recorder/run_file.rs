@@ -1,10 +1,11 @@
 //! run.json: what the run was and what came of it.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::RobotId;
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Roster, Setup};
 use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
@@ -109,7 +110,7 @@ pub(super) struct Tally {
     figures: Figures,
     /// By rank.
     robots: Vec<RobotFigures>,
-    names: Vec<String>,
+    roster: Arc<Roster>,
     step: SimTime,
     report_period: SimTime,
     last_report: SimTime,
@@ -122,11 +123,7 @@ impl Tally {
         Self {
             figures: Figures::default(),
             robots: vec![RobotFigures::default(); scenario.robots.len()],
-            names: scenario
-                .robots
-                .iter()
-                .map(|robot| robot.name.clone())
-                .collect(),
+            roster: Arc::clone(&setup.roster),
             step: SimTime(scenario.step_ms),
             report_period: SimTime::from_secs_f64(scenario.waste.report_period_s),
             last_report: SimTime::ZERO,
@@ -140,9 +137,9 @@ impl Tally {
         self.figures.items = record.items;
         for input in record.inputs {
             if let Input::Join { robot, .. } = input
-                && let Some(rank) = self.names.iter().position(|name| name == robot)
+                && let Some(robot) = self.roster.robot_named(robot)
             {
-                self.robots[rank].lives += 1;
+                self.robots[robot.index()].lives += 1;
             }
         }
         for (figures, answer) in self.robots.iter_mut().zip(record.answers) {
@@ -186,7 +183,11 @@ impl Tally {
     /// The figures so far.
     pub fn figures(&self) -> Figures {
         let mut figures = self.figures.clone();
-        let robots = self.names.iter().cloned().zip(self.robots.iter().copied());
+        let robots = self
+            .roster
+            .names()
+            .map(str::to_owned)
+            .zip(self.robots.iter().copied());
         figures.robots = robots.collect();
         figures
     }

@@ -112,7 +112,7 @@ impl Simulation {
 
     /// A change of the world; of what only acts while it is in force there is nothing to be done.
     fn interrupt_world(&mut self, index: FaultIndex, fault: &Fault) {
-        let Some(mut change) = Interruption::of(fault, &self.setup.scenario) else {
+        let Some(mut change) = Interruption::of(fault, &self.setup.roster) else {
             return;
         };
         match change.begin(&mut self.world) {

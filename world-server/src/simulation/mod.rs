@@ -48,7 +48,6 @@ use view::Memories;
 /// A run.
 pub struct Simulation {
     setup: Setup,
-    catalog: Catalog,
     world: World,
     barrier: Barrier,
     /// What each robot was sent last, by rank.
@@ -109,12 +108,10 @@ impl Simulation {
     /// refused.
     #[must_use]
     pub fn new(setup: Setup, has_launcher: bool) -> Self {
-        let catalog = Catalog::of(&setup.scenario);
         let world = World::new(&setup);
         let robots = setup.scenario.robots.len();
-        let barrier = Barrier::new(&setup.scenario.robots, setup.alliance.switches.step_order);
+        let barrier = Barrier::new(&setup.scenario.robots, setup.step_order);
         let mut simulation = Self {
-            catalog,
             world,
             barrier,
             messages: vec![TickMessage::default(); robots],
@@ -124,7 +121,7 @@ impl Simulation {
             schedule: Schedule::default(),
             links: Links::new(&setup),
             sensors: Sensors::new(&setup),
-            actuators: Actuators::new(&setup.scenario),
+            actuators: Actuators::new(&setup),
             interruptions: BTreeMap::new(),
             handlers: Vec::new(),
             has_launcher,
@@ -377,7 +374,7 @@ impl Simulation {
     }
 
     fn steps_in_order(&self) -> bool {
-        self.setup.alliance.switches.step_order == StepOrder::InOrder
+        self.setup.step_order == StepOrder::InOrder
     }
 
     /// Once everybody has reported: what that triggers, and the kills of this tick.
@@ -483,20 +480,17 @@ impl Simulation {
     /// The tasks and behavior sets of the run.
     #[must_use]
     pub fn catalog(&self) -> &Catalog {
-        &self.catalog
+        &self.setup.catalog
     }
 
     fn name(&self, robot: RobotId) -> &str {
-        let robot = self.setup.scenario.robots.get(robot.index());
-        robot.map_or("", |robot| robot.name.as_str())
+        self.setup.roster.name(robot)
     }
 
     /// The robot of that name.
     #[must_use]
     pub fn robot_named(&self, name: &str) -> Option<RobotId> {
-        let mut robots = self.setup.scenario.robots.iter();
-        let rank = robots.position(|robot| robot.name == name)?;
-        Some(RobotId(rank as u16))
+        self.setup.roster.robot_named(name)
     }
 
     /// Robots as they are before this tick's commands move them.
@@ -564,14 +558,14 @@ impl Simulation {
     /// Whether ids and numbers of a report are such as an agent of this run would send.
     fn is_well_formed(&self, report: &Report) -> bool {
         let robots = self.setup.scenario.robots.len();
-        let sets = self.catalog.sets.len();
+        let sets = self.setup.catalog.sets.len();
         let threshold = self.setup.alliance.threshold;
         report.robot.index() < robots
             && report.active.is_none_or(|active| active.index() < sets)
             && report.motivations.len() <= sets
             && report.allocation.len() <= sets
             && report.allocation.iter().all(|row| {
-                row.task.index() < self.catalog.tasks.len()
+                row.task.index() < self.setup.catalog.tasks.len()
                     && row.utility.is_finite()
                     && row.holder.is_none_or(|holder| holder.index() < robots)
             })
@@ -591,7 +585,7 @@ impl Simulation {
                         said.set.is_none_or(|set| set.index() < sets)
                             && said
                                 .task
-                                .is_none_or(|task| task.index() < self.catalog.tasks.len())
+                                .is_none_or(|task| task.index() < self.setup.catalog.tasks.len())
                     })
             })
     }

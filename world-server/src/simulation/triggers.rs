@@ -32,7 +32,7 @@ impl Simulation {
                 BehaviorState::Waiting => Happening::Waits,
                 BehaviorState::Hibernating => Happening::Hibernates,
             },
-            subject: Some(self.catalog.behavior_name(change.set).to_owned()),
+            subject: Some(self.setup.catalog.behavior_name(change.set).to_owned()),
         });
         let finds = report
             .notes

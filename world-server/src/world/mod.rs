@@ -50,7 +50,7 @@ mod tests;
 
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::readings::{Actuation, Pose};
-use alliance_proto::scenario::{Body, Sensors, Setup};
+use alliance_proto::scenario::{Body, Robot as RobotSpec, Sensors, Setup};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 use glam::Vec2;
@@ -106,6 +106,7 @@ struct Robot {
     /// Over the last step.
     speed_m_s: f32,
     carrying: Option<ItemId>,
+    body: Body,
     side_sensor: bool,
     vicinity: Vicinity,
 }
@@ -163,7 +164,8 @@ impl World {
                 ahead: Vec2::X,
                 speed_m_s: 0.0,
                 carrying: None,
-                side_sensor: robot.side_sensor,
+                body: scenario.body_of(robot),
+                side_sensor: robot.has_device(RobotSpec::SIDE_BORDER),
                 vicinity: Vicinity::default(),
             };
             robot.face(pose.heading_rad);
@@ -206,7 +208,7 @@ impl World {
         for rank in 0..self.robots.len() {
             let can_act = self.robots[rank].can_act();
             let command = commands.get(rank).copied().flatten().filter(|_| can_act);
-            let command = limited(&self.body, command.unwrap_or_default());
+            let command = limited(&self.robots[rank].body, command.unwrap_or_default());
             let robot = RobotId(rank as u16);
             events.extend(self.grip(robot, command.gripper));
             if command.report_progress && self.waste.is_report_site(self.robots[rank].position()) {
@@ -227,8 +229,8 @@ impl World {
             if !robot.present || !robot.powered {
                 continue;
             }
-            let drive = if self.body.speed_m_s > 0.0 {
-                robot.speed_m_s / self.body.speed_m_s
+            let drive = if robot.body.speed_m_s > 0.0 {
+                robot.speed_m_s / robot.body.speed_m_s
             } else {
                 0.0
             };

@@ -3,7 +3,7 @@
 use std::io::{Seek, Write};
 
 use alliance_proto::control::AgentState;
-use alliance_proto::scenario::{Catalog, Obstacle, Setup};
+use alliance_proto::scenario::{Obstacle, Setup};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::{ItemView, RobotView, View};
 use foxglove::messages::{
@@ -40,7 +40,6 @@ const LETTERS: f64 = 0.22;
 /// The topics `/scene/…`.
 pub struct SceneTopics {
     setup: Setup,
-    catalog: Catalog,
     room: Part,
     site: Part,
     obstacles: Part,
@@ -119,7 +118,6 @@ impl SceneTopics {
             .collect::<anyhow::Result<_>>()?;
         Ok(Self {
             setup: setup.clone(),
-            catalog: Catalog::of(&setup.scenario),
             room,
             site,
             obstacles,
@@ -268,7 +266,7 @@ impl SceneTopics {
             |rgb: RGBColor| -> Option<Color> { Some(color(rgb, if alive { 1.0 } else { 0.4 })) };
         let does = match robot.active {
             _ if !alive => robot.state.as_str(),
-            Some(set) => self.catalog.behavior_name(set),
+            Some(set) => self.setup.catalog.behavior_name(set),
             None => "idle",
         };
         let name = &self.setup.scenario.robots[rank].name;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use anyhow::Context;
 use foxglove::Encode;
@@ -119,7 +119,7 @@ impl Tables {
         recording: &mut Recording<W>,
         setup: &Setup,
     ) -> anyhow::Result<Self> {
-        let catalog = Catalog::of(&setup.scenario);
+        let catalog = &setup.catalog;
         let mut motivations = BTreeMap::new();
         let mut poses = BTreeMap::new();
         for robot in &setup.scenario.robots {

@@ -17,7 +17,6 @@ use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
 use crate::allocator::{Input, Mind, Outcome};
-use crate::roster::Roster;
 
 /// The motivational behaviors of one robot.
 ///
@@ -61,8 +60,8 @@ impl Engine {
     /// # Panics
     /// If `setup` is not resolved: it must name the robot and hold values for each of its sets and teammates.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster) -> Self {
-        Self::with_shared(robot, setup, roster, &Parameters::of(setup, roster))
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
+        Self::with_shared(robot, setup, &Parameters::of(setup))
     }
 
     /// One of many robots in the same process.
@@ -70,13 +69,8 @@ impl Engine {
     /// # Panics
     /// See [`Engine::new`].
     #[must_use]
-    pub fn with_shared(
-        robot: RobotId,
-        setup: &Setup,
-        roster: &Roster,
-        parameters: &Parameters,
-    ) -> Self {
-        let config = Config::new(robot, setup, roster, parameters);
+    pub fn with_shared(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
+        let config = Config::new(robot, setup, parameters);
         let ids = config.sets.iter().map(|set| set.id);
         Self {
             behaviors: ids.map(Behavior::new).collect(),

@@ -4,12 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{BehaviorParams, Setup, Switches};
+use alliance_proto::scenario::{BehaviorParams, Roster, Setup, Switches};
 use alliance_proto::team::{Broadcast, Content};
 use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
-
-use crate::roster::Roster;
 
 /// Everything of a robot's ALLIANCE that does not change during a run.
 #[derive(Clone, Debug)]
@@ -89,10 +87,10 @@ pub struct Parameters {
 impl Parameters {
     /// Those of all robots of a resolved setup.
     #[must_use]
-    pub fn of(setup: &Setup, roster: &Roster) -> Self {
+    pub fn of(setup: &Setup) -> Self {
         let robots = setup.alliance.robots.values();
         let all = robots.flat_map(|robot| robot.sets.values());
-        let all = all.map(|values| Params::new(values, roster));
+        let all = all.map(|values| Params::new(values, &setup.roster));
         let distinct = all.map(|params| (format!("{params:?}"), Arc::new(params)));
         Self {
             distinct: distinct.collect(),
@@ -110,9 +108,9 @@ impl Config {
     ///
     /// # Panics
     /// If `setup.alliance` lacks a value for one of the robot's sets or teammates: resolving a scenario fills in all.
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Roster, parameters: &Parameters) -> Self {
+    pub fn new(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
         let own = &setup.scenario.robots[robot.index()];
-        let catalog = &roster.catalog;
+        let catalog = &setup.catalog;
         let named = &setup.alliance.robots[&own.name].sets;
         let specs = || {
             let ids = catalog.behaviors_of(own);
@@ -129,7 +127,7 @@ impl Config {
                 own_task: own_task.expect("the tasks of all sets are known"),
                 max_robots: task.max_robots as usize,
                 priority: task.priority,
-                params: parameters.shared(Params::new(&named[&spec.name], roster)),
+                params: parameters.shared(Params::new(&named[&spec.name], &setup.roster)),
             }
         });
         let sets: SmallVec<[OwnBehavior; USUAL_BEHAVIORS]> = sets.collect();
@@ -174,7 +172,7 @@ impl Params {
             phi: SimTime::from_secs_f64(values.phi_toward(name)),
         };
         let listed = values.slow_impatience.keys();
-        let listed = listed.filter_map(|name| Some((roster.rank_of(name)?, toward(name))));
+        let listed = listed.filter_map(|name| Some((roster.robot_named(name)?, toward(name))));
         let mut listed: Vec<(RobotId, Toward)> = listed.collect();
         listed.sort_unstable_by_key(|&(robot, _)| robot);
         let toward_most = match listed.first() {

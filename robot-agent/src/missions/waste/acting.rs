@@ -190,7 +190,7 @@ impl WasteMission {
                 self.memory.see_spill(spill, true, now);
                 action.notes.push(Note {
                     kind: NoteKind::SpillEmpty,
-                    detail: self.briefing.roster.catalog.task_name(task).to_owned(),
+                    detail: self.briefing.catalog.task_name(task).to_owned(),
                 });
             }
             Work::OutOfReach => self.memory.set_aside(spill, now),

@@ -40,7 +40,7 @@ impl WasteMission {
         let places = places(&self.briefing, &self.memory, &self.realms);
         let position = readings.pose.map(|pose| pose.position);
         for (own, &applicable) in self.briefing.own_behaviors.iter().zip(applicable) {
-            let spec = &self.briefing.roster.catalog.tasks[own.task.index()];
+            let spec = &self.briefing.catalog.tasks[own.task.index()];
             let is_laden = self.holding && self.load_of == Some(own.id);
             choices.push(Choice {
                 behavior: own.id,
@@ -150,9 +150,10 @@ pub fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option
         let start = robot
             .start
             .map_or(site, |start| Vec2::new(start.x_m, start.y_m));
+        let body = scenario.body_of(robot);
         let drive_s = |way_m: f32, turn_rad: f32| {
-            let turn_rad_s = scenario.body.turn_deg_s.to_radians();
-            f64::from(way_m / scenario.body.speed_m_s + turn_rad / turn_rad_s)
+            let turn_rad_s = body.turn_deg_s.to_radians();
+            f64::from(way_m / body.speed_m_s + turn_rad / turn_rad_s)
         };
         match kind {
             BehaviorKind::FindLocationsMethodical => METHODICAL_S,

@@ -46,7 +46,6 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::body::{Navigator, Status};
-use crate::roster::Roster;
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
@@ -102,8 +101,8 @@ impl WasteMission {
     /// # Panics
     /// If the setup has no such robot.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Arc<Roster>, map: &Arc<Map>) -> Self {
-        let briefing = Briefing::new(robot, setup, roster, map);
+    pub fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
+        let briefing = Briefing::new(robot, setup, map);
         Self {
             memory: Memory::new(robot, &briefing.own_spills, briefing.border),
             search_progress: 0,

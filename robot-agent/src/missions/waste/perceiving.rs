@@ -72,7 +72,7 @@ impl WasteMission {
             self.search_progress += u32::from(task == FIND);
             notes.push(Note {
                 kind: NoteKind::Progress,
-                detail: self.briefing.roster.catalog.task_name(task).to_owned(),
+                detail: self.briefing.catalog.task_name(task).to_owned(),
             });
         }
         progressed.clear();

@@ -28,8 +28,7 @@ struct Robot {
 
 /// A robot of the default scenario with these readings at the next steps.
 fn mission(robot: RobotId, setup: &Setup) -> WasteMission {
-    let (roster, map) = (Roster::of(&setup.scenario), Map::of(&setup.scenario));
-    WasteMission::new(robot, setup, &Arc::new(roster), &Arc::new(map))
+    WasteMission::new(robot, setup, &Arc::new(Map::of(&setup.scenario)))
 }
 
 fn robot() -> Robot {
@@ -76,12 +75,7 @@ impl Robot {
     }
 
     fn set(&self, name: &str) -> BehaviorId {
-        self.mission
-            .briefing
-            .roster
-            .catalog
-            .behavior_named(name)
-            .unwrap()
+        self.mission.briefing.catalog.behavior_named(name).unwrap()
     }
 
     /// Names of the applicable sets.
@@ -89,7 +83,7 @@ impl Robot {
         let applicable = self.perceive(readings, &[]).applicable;
         let sets = self.mission.briefing.own_behaviors.iter().zip(applicable);
         let sets = sets.filter(|(_, applicable)| *applicable);
-        let catalog = &self.mission.briefing.roster.catalog;
+        let catalog = &self.mission.briefing.catalog;
         sets.map(|(set, _)| catalog.behavior_name(set.id).to_owned())
             .collect()
     }

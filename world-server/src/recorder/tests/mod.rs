@@ -85,6 +85,8 @@ fn report(robot: RobotId, tick: Tick) -> Report {
         actuation: Actuation::default(),
         broadcasts: 0,
         broadcast_bytes: 0,
+        active: None,
+        allocation: Vec::new(),
         motivations: Vec::new(),
         changes: Vec::new(),
         notes: Vec::new(),

@@ -23,7 +23,6 @@ use alliance_proto::time::SimTime;
 
 use super::{Engine, StepInput};
 use crate::allocator::{Announcement, Outcome};
-use crate::roster::Roster;
 
 /// The sets of the default mission without a side sensor, by their place among the robot's own sets; the tasks have the
 /// same numbers.
@@ -90,7 +89,7 @@ fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
 }
 
 fn engine(robot: RobotId, setup: &Setup) -> Engine {
-    Engine::new(robot, setup, &Roster::of(&setup.scenario))
+    Engine::new(robot, setup)
 }
 
 fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {
@@ -224,7 +223,7 @@ impl Team {
                 .map(|rank| engine(RobotId(rank), setup))
                 .collect(),
             step_ms: setup.alliance.step_ms,
-            order: setup.alliance.switches.step_order,
+            order: setup.step_order,
             now: SimTime::ZERO,
             seq: 0,
             inboxes: vec![Vec::new(); count],

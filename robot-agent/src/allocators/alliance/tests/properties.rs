@@ -39,7 +39,6 @@ prop_compose! {
             wish_when_suppressed,
             reset_stops_active,
             history_origin: if literal { HistoryOrigin::MissionStart } else { HistoryOrigin::Progress },
-            step_order: StepOrder::Simultaneous,
             arbitration,
             release_message,
             idle_heartbeat,
