@@ -1,4 +1,4 @@
-//! What crosses the bus between world-server and robot-agents, and nothing else (DESIGN §2, §3).
+//! What crosses the bus between world-server and robot-agents, and what is written down of a run (DESIGN §2, §3, §8).
 //!
 //! - [`ids`], [`time`]: robots by rank, tasks, sets, ticks, simulated time in ms.
 //! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
@@ -6,7 +6,7 @@
 //! - [`team`]: what robots tell each other; [`allocation`]: what their allocators do.
 //! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
-//! - [`scenario`]: what a run is made of.
+//! - [`scenario`]: what a run is made of; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
@@ -21,6 +21,7 @@ pub mod ignored;
 pub mod join;
 pub mod keys;
 pub mod link;
+pub mod log;
 pub mod process;
 pub mod readings;
 pub mod rendezvous;

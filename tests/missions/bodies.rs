@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use alliance_proto::log::{LogLevel, PoseRow, RunLog};
 use alliance_proto::scenario::{Scenario, Setup};
-use world_server::recorder::{LogLevel, PoseRow, RunLog};
 
 use crate::in_process::run;
 

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use alliance_proto::log::{
+    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
+};
 use alliance_proto::tick::Outcome;
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use world_server::recorder::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
-};
 
 use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;

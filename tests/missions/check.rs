@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow};
 use alliance_proto::scenario::{
     BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection,
 };
 use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
 use alliance_proto::time::SimTime;
-use launch::check::Check;
-use launch::check::forecast::Takeover;
-use launch::in_process::Team;
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
-use world_server::recorder::{EventRow, LogLevel, Memory, MessageRow};
+use study::check::Check;
+use study::check::forecast::Takeover;
+use study::in_process::Team;
 
 use crate::harness::Lab;
 use crate::recompute::log_of;

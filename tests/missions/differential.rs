@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
 use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, Switches};
 use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Knowledge, Locations, TaskState};
 use alliance_proto::telemetry::Motivation;
@@ -14,7 +15,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
-use world_server::recorder::{EventRow, MessageRow, MotivationRow};
 
 const STEP_MS: u64 = 200;
 const GOLD: RobotId = RobotId(1);

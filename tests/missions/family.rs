@@ -4,13 +4,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::fault::{Fault, Order};
+use alliance_proto::log::{EventRow, LogLevel, MessageRow, MissionRow, PoseRow};
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
-use launch::in_process::Team;
-use launch::invariants::Invariants;
-use world_server::recorder::{EventRow, LogLevel, MessageRow, MissionRow, PoseRow};
+use study::in_process::Team;
+use study::invariants::Invariants;
 
 use crate::harness::Lab;
 use crate::in_process::run;
@@ -124,7 +124,7 @@ fn it_copes_with_deaths_and_all_that_must_hold_does() {
     let mut team = Team::new(
         setup,
         LogLevel::Full,
-        world_server::recorder::Memory::default(),
+        alliance_proto::log::Memory::default(),
     )
     .unwrap();
     let outcome = loop {

@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
+use alliance_proto::log::{EventRow, Input, MissionRow, RunLog};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use world_server::input::Input;
-use world_server::recorder::{EventRow, MissionRow, RunLog};
 
 use crate::harness::{Finished, Lab};
 use crate::team::Team;

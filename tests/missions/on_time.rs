@@ -1,7 +1,7 @@
 //! The default mission's parameters: progress reports on time, and the mission not the longer for it.
 
+use alliance_proto::log::{Document, Figures, LogLevel, RunFile};
 use alliance_proto::tick::Outcome;
-use world_server::recorder::{Document, Figures, LogLevel, RunFile};
 
 use crate::harness::Lab;
 use crate::in_process::run;

@@ -4,14 +4,15 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use alliance_proto::log::{
+    Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog,
+};
 use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
 use alliance_tests::recompute::{Comparison, compare, recompute};
-use launch::in_process::Team as InProcess;
 use launch::scenarios::builtins;
-use world_server::recorder::{
-    Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, Recorder, RunLog,
-};
+use study::in_process::Team as InProcess;
+use world_server::recorder::Recorder;
 
 use crate::harness::Lab;
 use crate::team::Team;

@@ -6,6 +6,7 @@
 
 use alliance_proto::fault::Order;
 use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Report;
@@ -15,7 +16,7 @@ use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
 use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
-use world_server::recorder::{LogLevel, Memory, RecordError, Recorder};
+use world_server::recorder::{RecordError, Recorder};
 use world_server::simulation::Simulation;
 
 /// How often things happen, as probabilities.

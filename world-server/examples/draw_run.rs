@@ -5,9 +5,9 @@
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
+use alliance_proto::log::{EventRow, PoseRow, RunLog};
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
-use world_server::recorder::{EventRow, PoseRow, RunLog};
 
 /// Pixels per meter.
 const SCALE: f32 = 80.0;

@@ -6,14 +6,15 @@ use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
 use alliance_proto::keys::is_name;
+use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::pace::Speed;
 use crate::process::{Options, serve};
-use crate::recorder::LogLevel;
 use crate::world::start_poses;
 
 /// Finds the text of a built-in scenario by its name.
@@ -72,7 +73,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub paused: bool,
     /// How much is logged; the hash is the same at every level
-    #[arg(long, value_name = "LEVEL", value_enum, default_value_t)]
+    #[arg(long, value_name = "LEVEL", value_parser = log_level(), default_value = LogLevel::default().as_str())]
     pub log: LogLevel,
     /// Go on without an agent that has not answered for this long, in seconds of wall-clock time
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive, allow_negative_numbers = true)]
@@ -332,6 +333,26 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
         "in-order" => Ok(StepOrder::InOrder),
         _ => Err("use 'simultaneous' or 'in-order'".to_owned()),
     }
+}
+
+/// A parser here and no `ValueEnum` there: who reads logs needs no command line.
+fn log_level() -> impl TypedValueParser<Value = LogLevel> {
+    let described = LogLevel::ALL.map(|level| {
+        PossibleValue::new(level.as_str()).help(match level {
+            LogLevel::Full => "Every table, every tick",
+            LogLevel::Summary => {
+                "Events, mission and inputs; ticks.csv with one seal per second of simulated time instead of all hashes"
+            }
+            LogLevel::Off => "Inputs only",
+        })
+    });
+    PossibleValuesParser::new(described).map(|asked| {
+        let mut levels = LogLevel::ALL.into_iter();
+        // The parser lets no other word through.
+        levels
+            .find(|level| level.as_str() == asked)
+            .expect("one of the possible values")
+    })
 }
 
 fn count<const MOST: usize>(text: &str) -> Result<usize, String> {

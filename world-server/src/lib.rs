@@ -3,7 +3,7 @@
 //! Pure, from the inside out:
 //! - [`world`]: components, movement, sensors, waste. [`interruption`]: what changes it from outside.
 //! - [`faults`]: when they begin and end, and what they make of readings and commands.
-//! - [`barrier`]: who takes part in a tick, which reports count, who hears what; [`input`]: what came from outside.
+//! - [`barrier`]: who takes part in a tick, which reports count, who hears what.
 //! - [`simulation`]: world and barrier together, a run tick by tick.
 //! - [`recorder`]: the run's log and hash.
 //!
@@ -13,7 +13,6 @@
 pub mod args;
 pub mod barrier;
 pub mod faults;
-pub mod input;
 pub mod interruption;
 pub mod pace;
 pub mod process;

@@ -8,6 +8,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::control::wire::Form;
 use alliance_proto::keys::Keys;
+use alliance_proto::log::LogLevel;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::{self, Secret};
@@ -23,7 +24,7 @@ use zenoh::{Session, Wait};
 
 use crate::interruption::InterruptionHandler;
 use crate::pace::{Pace, Speed};
-use crate::recorder::{Folder, LogLevel, RecordError, Recorder};
+use crate::recorder::{Folder, RecordError, Recorder};
 use crate::server::{Bus, Ended, Publishers, Server, lock};
 use crate::simulation::Simulation;
 

@@ -4,11 +4,11 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Args;
+use study::export::export_mcap;
 use world_server::args::{MissionArgs, RunArgs};
 
 use super::one_process;
 use super::supervise::{Plan, supervise};
-use crate::export::export_mcap;
 use crate::page::link::{Link, LinkArgs};
 use crate::scenarios;
 

@@ -1,11 +1,11 @@
 //! What a finished run shows: a table for people, JSON for programs.
 
 use alliance_proto::control::FaultStatus;
+use alliance_proto::log::{RunFile, RunOutcome};
 use alliance_proto::time::SimTime;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use serde_json::json;
-use world_server::recorder::{RunFile, RunOutcome};
 
 use super::supervise::Plan;
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use alliance_proto::control::AgentState;
+use alliance_proto::log::{RunFile, RunOutcome};
 use alliance_proto::process::ProcessState;
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::Setup;
@@ -14,7 +15,6 @@ use nix::sys::signal::Signal;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
-use world_server::recorder::{RunFile, RunOutcome};
 
 use super::bus::{Bus, Call};
 use super::children::{Change, Ending, Process};

@@ -3,15 +3,16 @@
 use std::time::Instant;
 
 use alliance_proto::codec::encode;
+use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::tick::ToAgent;
-use launch::in_process::Team;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
 use serde::Serialize;
-use world_server::recorder::{LogLevel, Memory, Recorder};
+use study::in_process::Team;
+use world_server::recorder::Recorder;
 use world_server::simulation::Simulation;
 
 /// Mean sizes in bytes, and how often agents broadcast.

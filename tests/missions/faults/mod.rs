@@ -10,8 +10,8 @@ mod replays;
 use std::collections::BTreeMap;
 
 use alliance_proto::control::FaultStatus;
+use alliance_proto::log::{EventRow, MissionRow, MotivationRow, RunLog};
 use alliance_proto::time::SimTime;
-use world_server::recorder::{EventRow, MissionRow, MotivationRow, RunLog};
 
 use crate::harness::Lab;
 

@@ -1,8 +1,8 @@
 //! A finished run on the page: every tick of it, as it was.
 
+use alliance_proto::log::{MissionRow, MotivationRow, PoseRow};
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use world_server::recorder::{MissionRow, MotivationRow, PoseRow};
 
 use super::client::Page;
 use crate::harness::{Lab, Process};

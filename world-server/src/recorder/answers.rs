@@ -3,11 +3,12 @@
 //! Not at the end of the tick: when a report comes its memory is at hand, and a world that waits for other robots has the time.
 
 use alliance_proto::ids::{BehaviorId, RobotId};
+use alliance_proto::log::Section;
 use alliance_proto::readings::Readings;
 use alliance_proto::telemetry::{BehaviorState, Delivery, Motivation, Reception};
 use alliance_proto::tick::Report;
 
-use super::hash::{Section, SectionHash};
+use super::hash::SectionHash;
 
 /// The latest answer of each robot.
 #[derive(Clone, Default)]

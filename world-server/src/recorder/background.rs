@@ -11,12 +11,12 @@ use std::thread::{self, JoinHandle};
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
+use alliance_proto::log::{Input, LogLevel};
 use alliance_proto::time::SimTime;
 use alliance_proto::view::ItemCounts;
 
 use super::encode::{self, Names};
-use super::{Answer, BodyRecord, Event, LogLevel, Record, RecordError, Recorder, Sink, TickRecord};
-use crate::input::Input;
+use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
 
 /// Most ticks that go over together.
 const BATCH_TICKS: usize = 64;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::log::{Input, InputLine};
 use alliance_proto::scenario::{Catalog, Roster, Setup};
 use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
@@ -13,7 +14,6 @@ use super::on_their_way::OnTheirWay;
 use super::record::{EventKind, TickRecord};
 use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};
-use crate::input::{Input, InputLine};
 
 /// The names that stand in the tables for the ids of a run.
 #[derive(Clone, Debug)]

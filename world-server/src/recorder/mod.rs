@@ -3,7 +3,7 @@
 //! What a robot senses and does is hashed section by section when its report comes ([`Answers`]). After every tick the
 //! simulation hands a [`TickRecord`] to the [`Recorder`]. It adds the tick to the hash of the run and rows to the tables that the
 //! [`LogLevel`] keeps, and writes them out in large pieces; a full log of a run by processes is made in the [`Background`].
-//! [`RunLog`] reads a folder back.
+//! [`RunLog`](alliance_proto::log::RunLog) reads a folder back.
 //!
 //! **Seals.** ticks.csv is written last and tells what counts. Beside the hash of each [`Section`] it holds, of the robot
 //! `world`, for each table that has grown a row with the table's file name as its section and the hash of the table's bytes
@@ -16,17 +16,13 @@ mod answers;
 mod background;
 mod encode;
 mod hash;
-mod level;
 mod on_their_way;
 mod pages;
-mod read;
 mod record;
 mod repeated;
 mod row;
-mod rows;
-mod run_file;
 mod sink;
-mod table;
+mod tally;
 #[cfg(test)]
 mod tests;
 
@@ -35,6 +31,7 @@ use std::path::{Path, PathBuf};
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::log::{Document, LogLevel, RunFile, RunOutcome, Section, Table};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
@@ -45,26 +42,12 @@ use hash::{RunHash, SectionHash};
 use on_their_way::OnTheirWay;
 use pages::Pages;
 use repeated::Repeated;
-use run_file::Tally;
+use tally::Tally;
 
 pub use answers::{Answer, Answers, Deliveries};
 pub use background::Background;
-pub use hash::Section;
-pub use level::LogLevel;
-pub use read::{ReadError, RunLog, Seal};
 pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
-pub use rows::{
-    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
-};
-pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
-pub use sink::{Document, Folder, Memory, Sink};
-pub use table::Table;
-
-/// The `robot` column of ticks.csv for what belongs to no robot.
-pub const WORLD: &str = "world";
-
-/// The `section` column of the row that ends a tick in ticks.csv.
-pub const RUN_SECTION: &str = "run";
+pub use sink::{Folder, Sink};
 
 /// Buffered bytes that make the recorder write.
 const FLUSH_BYTES: usize = 64 * 1024;

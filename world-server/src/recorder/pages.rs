@@ -1,13 +1,12 @@
 //! What is encoded of each table but not yet written, and the seals that go between the ticks.
 
+use alliance_proto::log::{LogLevel, RUN_SECTION, Table};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::level::LogLevel;
+use super::RecordError;
 use super::repeated::Repeated;
 use super::row::{Fields, Row};
 use super::sink::Sink;
-use super::table::Table;
-use super::{RUN_SECTION, RecordError};
 
 /// The tables of a run.
 pub(super) struct Pages {

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use alliance_proto::ids::{BehaviorId, RobotId, Tick};
+use alliance_proto::log::Input;
 use alliance_proto::readings::Pose;
 use alliance_proto::telemetry::{BehaviorState, NoteKind};
 use alliance_proto::time::SimTime;
@@ -10,7 +11,6 @@ use alliance_proto::view::ItemCounts;
 use serde::{Serialize, Serializer};
 
 use super::answers::Answer;
-use crate::input::Input;
 
 /// Everything that happened in one tick.
 #[derive(Clone, Copy, Debug)]

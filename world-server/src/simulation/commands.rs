@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use alliance_proto::control::{Armed, Cleared, FaultStatus, Phase};
 use alliance_proto::fault::Order;
 use alliance_proto::ids::Tick;
+use alliance_proto::log::Input;
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 
 use super::Simulation;
-use crate::input::Input;
 use crate::recorder::FaultEvent;
 
 /// A command that waits for its turn before the next tick.

@@ -20,6 +20,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
+use alliance_proto::log::Input;
 use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
@@ -34,7 +35,6 @@ use crate::faults::campaign;
 use crate::faults::links::Links;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
-use crate::input::Input;
 use crate::interruption::{Interruption, InterruptionHandler};
 use crate::recorder::{
     Answer, Answers, BodyRecord, Event, EventKind, FaultEvent, Record, RecordError, TickRecord,

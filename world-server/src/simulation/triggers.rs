@@ -2,13 +2,13 @@
 
 use alliance_proto::fault::{Fault, Happening, When};
 use alliance_proto::ids::RobotId;
+use alliance_proto::log::Input;
 use alliance_proto::telemetry::{BehaviorState, NoteKind};
 use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
 
 use super::Simulation;
 use crate::faults::schedule::FaultIndex;
-use crate::input::Input;
 use crate::world::WorldEvent;
 
 /// Something that has happened, as a trigger names it.

@@ -9,6 +9,10 @@ mod repeated;
 mod torn;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId, Tick};
+use alliance_proto::log::{
+    EventRow, Input, Memory, MessageRow, MissionRow, MotivationRow, PoseRow, RUN_SECTION,
+    RobotFigures, RunLog, TickRow,
+};
 use alliance_proto::readings::{Actuation, Pose, Readings};
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::{BroadcastKind, TaskState};
@@ -21,7 +25,6 @@ use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 
 use super::*;
-use crate::input::Input;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use alliance_proto::log::InputLine;
 use proptest::prelude::*;
 
 use super::*;
-use crate::input::InputLine;
 
 type Rows = (
     Vec<MotivationRow>,

@@ -1,0 +1,98 @@
+//! `alliance check`: what a scenario's parameters mean, before anything runs.
+//!
+//! - [`forecast`]: when sets activate, take over, yield and give up, in closed form;
+//! - [`work`]: how long a unit of work takes, estimated from the room;
+//! - [`mod@warnings`]: parameters that do not go together;
+//! - `show`: the same as a table for people or JSON for programs.
+
+pub mod forecast;
+mod show;
+pub mod warnings;
+pub mod work;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use alliance_proto::scenario::{Setup, StepOrder};
+use clap::Args;
+use world_server::args::{Builtin, MissionArgs, SizeArgs};
+
+use forecast::{Forecast, forecasts};
+use warnings::{Warning, warnings};
+
+/// Say what the parameters of a scenario mean, and which of them do not go together.
+#[derive(Args, Clone, Debug)]
+pub struct CheckCommand {
+    /// Scenario: the name of a built-in one, or a TOML file
+    #[arg(value_name = "SCENARIO|FILE")]
+    scenario: Option<String>,
+    #[command(flatten)]
+    size: SizeArgs,
+    /// Parameter file of the thesis' form (Fig. 3.4); its values beat the scenario's
+    #[arg(long, value_name = "FILE")]
+    params: Option<PathBuf>,
+    /// Print the result as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// Everything that is known of a scenario's parameters before it runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// One per robot and behavior set, by rank and in the catalog's order.
+    pub forecasts: Vec<Forecast>,
+    /// What does not go together.
+    pub warnings: Vec<Warning>,
+}
+
+impl Check {
+    /// Works it out.
+    #[must_use]
+    pub fn of(setup: &Setup) -> Self {
+        let forecasts = forecasts(setup);
+        let warnings = warnings(setup, &forecasts);
+        Self {
+            forecasts,
+            warnings,
+        }
+    }
+}
+
+impl CheckCommand {
+    /// Exit status 0, with or without warnings, or 2 for a mistake in scenario or parameters.
+    #[must_use]
+    pub fn run(&self, builtin: Builtin) -> ExitCode {
+        match self.setup(builtin) {
+            Ok(setup) => {
+                let check = Check::of(&setup);
+                if self.json {
+                    println!("{:#}", show::json(&setup, &check));
+                } else {
+                    eprint!("{}", show::text(&setup, &check));
+                }
+                ExitCode::SUCCESS
+            }
+            Err(error) => {
+                eprintln!("alliance check: {error:#}");
+                ExitCode::from(2)
+            }
+        }
+    }
+
+    /// Nothing that a run takes beside scenario and parameters changes the answer.
+    fn setup(&self, builtin: Builtin) -> anyhow::Result<Setup> {
+        let mission = MissionArgs {
+            scenario: self.scenario.clone(),
+            size: self.size,
+            seed: 1,
+            params: self.params.clone(),
+            step_order: None::<StepOrder>,
+            allocator: None,
+            limit: None,
+        };
+        mission.setup(builtin)
+    }
+}
+
+#[cfg(test)]
+mod tests;
