@@ -4,7 +4,8 @@
 //! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
 //! - [`team`]: what robots tell each other; [`allocation`]: what their allocators do.
-//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see.
+//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see;
+//!   [`items`]: the mission's items, counted.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
 //! - [`scenario`]: what a run is made of; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
@@ -18,10 +19,12 @@ pub mod event;
 pub mod fault;
 pub mod ids;
 pub mod ignored;
+pub mod items;
 pub mod join;
 pub mod keys;
 pub mod link;
 pub mod log;
+mod obstacle;
 pub mod process;
 pub mod readings;
 pub mod rendezvous;

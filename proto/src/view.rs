@@ -5,11 +5,11 @@
 //! [`crate::scenario::Setup`].
 
 use glam::Vec2;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::control::{AgentState, ClockStatus, FaultStatus};
 use crate::ids::{BehaviorId, Incarnation, ItemId, RobotId, Tick};
+use crate::items::ItemCounts;
 use crate::readings::{Pose, Readings};
 use crate::scenario::Obstacle;
 use crate::telemetry::{Motivation, Reception};
@@ -48,27 +48,6 @@ pub struct View {
     pub messages_left_out: u64,
     /// How the run ended, once it has: such a view is the last one.
     pub outcome: Option<Outcome>,
-}
-
-/// How many items are where (mission.csv).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct ItemCounts {
-    /// Inside an initial spill.
-    pub in_spills: u32,
-    /// In a gripper.
-    pub carried: u32,
-    /// Elsewhere on the floor.
-    pub on_floor: u32,
-    /// In the deposit.
-    pub delivered: u32,
-}
-
-impl ItemCounts {
-    /// All items: none is ever lost or doubled, and only the fault `waste` adds any.
-    #[must_use]
-    pub fn total(&self) -> u32 {
-        self.in_spills + self.carried + self.on_floor + self.delivered
-    }
 }
 
 /// An item.

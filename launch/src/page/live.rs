@@ -273,7 +273,7 @@ impl Heard {
 #[cfg(test)]
 mod tests {
     use alliance_proto::event::EventLine;
-    use alliance_proto::view::ItemCounts;
+    use alliance_proto::items::ItemCounts;
     use tokio::sync::broadcast::error::TryRecvError;
 
     use super::*;

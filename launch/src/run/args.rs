@@ -8,7 +8,8 @@ use study::export::export_mcap;
 use world_server::args::{MissionArgs, RunArgs};
 
 use super::one_process;
-use super::supervise::{Plan, supervise};
+use super::plan::Plan;
+use super::supervise::supervise;
 use crate::page::link::{Link, LinkArgs};
 use crate::scenarios;
 

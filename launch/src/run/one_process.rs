@@ -11,9 +11,10 @@ use study::invariants::{Invariants, replayed};
 use tokio::time::Instant;
 use world_server::recorder::Folder;
 
+use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
-use super::supervise::{Plan, link_latest};
+use super::supervise::link_latest;
 
 /// How often the progress is shown.
 const INTERVAL: Duration = Duration::from_millis(200);

@@ -7,7 +7,7 @@ use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use serde_json::json;
 
-use super::supervise::Plan;
+use super::plan::Plan;
 
 /// Shows it.
 pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {

@@ -10,6 +10,7 @@ use crate::allocation::{AllocationMessage, AllocationRow, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
 use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
+use crate::items::ItemCounts;
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
 use crate::process::{ProcessNews, ProcessState};
@@ -24,7 +25,7 @@ use crate::telemetry::{
 };
 use crate::tick::{ManifestEntry, Outcome, Report, TickMessage, ToAgent};
 use crate::time::SimTime;
-use crate::view::{BehaviorView, ItemCounts, ItemView, MessageView, RobotView, View};
+use crate::view::{BehaviorView, ItemView, MessageView, RobotView, View};
 
 fn robot() -> impl Strategy<Value = RobotId> {
     any::<u16>().prop_map(RobotId)

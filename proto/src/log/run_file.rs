@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::control::FaultStatus;
+use crate::items::ItemCounts;
 use crate::scenario::Setup;
 use crate::tick::Outcome;
 use crate::time::SimTime;
-use crate::view::ItemCounts;
 use serde::{Deserialize, Serialize};
 
 use super::level::LogLevel;

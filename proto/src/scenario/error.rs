@@ -2,18 +2,17 @@
 
 use std::fmt;
 
-use super::document::Document;
 use super::path::Path;
 
 /// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: what is wrong; what would be
 /// right`; file and line are missing where the scenario does not come from a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct ScenarioError {
-    file: Option<String>,
-    line: Option<usize>,
-    key: String,
-    what: String,
-    remedy: String,
+    pub(super) file: Option<String>,
+    pub(super) line: Option<usize>,
+    pub(super) key: String,
+    pub(super) what: String,
+    pub(super) remedy: String,
 }
 
 impl ScenarioError {
@@ -83,25 +82,6 @@ impl Problem {
             place: Place::Scenario(path),
             what: what.into(),
             remedy: remedy.into(),
-        }
-    }
-
-    /// The error for people; `file` is the name of the scenario's file and its contents.
-    pub fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
-        let (name, line, key) = match self.place {
-            Place::Scenario(path) => (
-                file.map(|(name, _)| name.to_owned()),
-                file.and_then(|(_, document)| document.line_of(&path)),
-                path.to_string(),
-            ),
-            Place::Parameters { file, line, key } => (Some(file), Some(line), key),
-        };
-        ScenarioError {
-            file: name,
-            line,
-            key,
-            what: self.what,
-            remedy: self.remedy,
         }
     }
 }

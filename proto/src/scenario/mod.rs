@@ -32,6 +32,7 @@ use std::collections::BTreeMap;
 
 use crate::fault::Faults;
 
+pub use crate::obstacle::Obstacle;
 pub use alliance::{
     Alliance, AllianceSection, BehaviorParams, BehaviorSection, HistoryOrigin, Preset, RobotParams,
     RobotSection, StepOrder, SwitchSection, Switches,
@@ -481,23 +482,6 @@ pub struct Start {
 
 fn facing_left() -> f32 {
     180.0
-}
-
-/// A rectangle on the floor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Obstacle {
-    /// Lower left corner, m.
-    pub x_m: f32,
-    /// Lower left corner, m.
-    pub y_m: f32,
-    /// Extent in x, m.
-    pub width_m: f32,
-    /// Extent in y, m.
-    pub height_m: f32,
-    /// [0, 0.1] solid, (0.1, 1) slows by that factor, 1 neutral, above 1 speeds up (thesis §3.2.2.1).
-    #[serde(default)]
-    pub penetrability: f32,
 }
 
 /// What a task's definition says beside its behavior sets (thesis §3.3.1).

@@ -11,9 +11,9 @@ use std::thread::{self, JoinHandle};
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
+use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{Input, LogLevel};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 
 use super::encode::{self, Names};
 use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};

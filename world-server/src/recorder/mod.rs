@@ -31,11 +31,11 @@ use std::path::{Path, PathBuf};
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{Document, LogLevel, RunFile, RunOutcome, Section, Table};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 
 use encode::Names;
 use hash::{RunHash, SectionHash};

@@ -3,11 +3,11 @@
 use std::fmt;
 
 use alliance_proto::ids::{BehaviorId, RobotId, Tick};
+use alliance_proto::items::ItemCounts;
 use alliance_proto::log::Input;
 use alliance_proto::readings::Pose;
 use alliance_proto::telemetry::{BehaviorState, NoteKind};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 use serde::{Serialize, Serializer};
 
 use super::answers::Answer;

@@ -19,6 +19,7 @@ mod view;
 use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
+use alliance_proto::items::ItemCounts;
 use alliance_proto::join::Refusal;
 use alliance_proto::log::Input;
 use alliance_proto::process::ProcessAct;
@@ -27,7 +28,6 @@ use alliance_proto::scenario::{Catalog, Setup, StepOrder};
 use alliance_proto::telemetry::{Delivery, Motivation};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
 use crate::faults::actuators::Actuators;

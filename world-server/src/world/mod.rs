@@ -49,10 +49,10 @@ mod waste;
 mod tests;
 
 use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::items::ItemCounts;
 use alliance_proto::readings::{Actuation, Pose};
 use alliance_proto::scenario::{Body, Robot as RobotSpec, Sensors, Setup};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 
 pub use aspect::{Aspect, Battery};

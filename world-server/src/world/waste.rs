@@ -1,11 +1,11 @@
 //! The world's side of the waste clean-up: spills, deposit, items and report site (thesis §4.1.1).
 
 use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::items::ItemCounts;
 use alliance_proto::readings::{Pose, Zone};
 use alliance_proto::rng::{self, Purpose};
 use alliance_proto::scenario::{Scenario, Spill};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 use rand::Rng;
 

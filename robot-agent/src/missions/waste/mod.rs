@@ -1,7 +1,7 @@
 //! The waste clean-up (thesis §4.1, DESIGN §7): behavior sets and knowledge. Pure.
 //!
 //! A tour:
-//! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border. `memory`: what it knows about the
+//! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border, by `compass`. `memory`: what it knows about the
 //!   mission, from own sight and from hearsay. `teammates`: what it last heard of each of the others.
 //! - `find`, `spill`, `report`: the behavior sets; `sight` and `views` are what the work on a spill sees.
 //! - `costs`: what each behavior would cost, for allocators that compare.
@@ -22,6 +22,7 @@
 
 mod acting;
 mod briefing;
+mod compass;
 mod costs;
 mod extremes;
 mod find;

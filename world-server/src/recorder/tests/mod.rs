@@ -9,6 +9,7 @@ mod repeated;
 mod torn;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId, Tick};
+use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{
     EventRow, Input, Memory, MessageRow, MissionRow, MotivationRow, PoseRow, RUN_SECTION,
     RobotFigures, RunLog, TickRow,
@@ -21,7 +22,6 @@ use alliance_proto::telemetry::{
 };
 use alliance_proto::tick::{Outcome, Report};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 
 use super::*;

@@ -1,9 +1,9 @@
 //! Spills, gripper, deposit and report site.
 
 use alliance_proto::ids::ItemId;
+use alliance_proto::items::ItemCounts;
 use alliance_proto::readings::SensedWaste;
 use alliance_proto::scenario::Room;
-use alliance_proto::view::ItemCounts;
 
 use super::*;
 
