@@ -1,9 +1,6 @@
-//! What allocators tell each other, and what the log shows of their reasoning.
+//! What allocators tell each other.
 
 use serde::{Deserialize, Serialize};
-
-use crate::ids::{RobotId, TaskId};
-use crate::telemetry::BehaviorState;
 
 /// Most bytes of an [`OpenMessage`].
 pub const OPEN_MESSAGE_MAX: usize = 1200;
@@ -23,17 +20,4 @@ pub struct OpenMessage {
     pub schema: String,
     /// At most [`OPEN_MESSAGE_MAX`] bytes.
     pub bytes: Vec<u8>,
-}
-
-/// One row of allocation.csv: what a robot's allocator holds of a task at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct AllocationRow {
-    /// The task.
-    pub task: TaskId,
-    /// What it is worth to the robot, in the allocator's own measure; finite.
-    pub utility: f64,
-    /// Who has the task as far as the robot knows.
-    pub holder: Option<RobotId>,
-    /// What the robot does about it.
-    pub state: BehaviorState,
 }

@@ -244,3 +244,16 @@ impl fmt::Display for NoteKind {
         })
     }
 }
+
+/// One row of allocation.csv: what a robot's allocator holds of a task at the end of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AllocationRow {
+    /// The task.
+    pub task: TaskId,
+    /// What it is worth to the robot, in the allocator's own measure; finite.
+    pub utility: f64,
+    /// Who has the task as far as the robot knows.
+    pub holder: Option<RobotId>,
+    /// What the robot does about it.
+    pub state: BehaviorState,
+}

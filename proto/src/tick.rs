@@ -2,11 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::allocation::AllocationRow;
 use crate::ids::{BehaviorId, Incarnation, RobotId, Tick};
 use crate::link::LinkState;
 use crate::readings::{Actuation, Readings};
-use crate::telemetry::{Motivation, Note, Reception, StateChange};
+use crate::telemetry::{AllocationRow, Motivation, Note, Reception, StateChange};
 use crate::time::SimTime;
 
 /// World → one agent: sense, hear, think and act for this tick.

@@ -6,7 +6,7 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
-use crate::allocation::{AllocationMessage, AllocationRow, OpenMessage};
+use crate::allocation::{AllocationMessage, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
 use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
@@ -21,7 +21,8 @@ use crate::team::{
     TaskState, Withdrawal,
 };
 use crate::telemetry::{
-    BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said, StateChange,
+    AllocationRow, BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said,
+    StateChange,
 };
 use crate::tick::{ManifestEntry, Outcome, Report, TickMessage, ToAgent};
 use crate::time::SimTime;

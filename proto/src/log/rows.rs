@@ -41,7 +41,7 @@ impl TableRow for MotivationRow {
 /// A row of allocation.csv.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // As in `allocation::AllocationRow`; an empty holder is nobody.
+#[allow(missing_docs)] // As in `telemetry::AllocationRow`; an empty holder is nobody.
 pub struct AllocationRow {
     pub t_ms: SimTime,
     pub robot: String,

@@ -26,7 +26,6 @@ mod values;
 mod vocabulary;
 
 use glam::Vec2;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -25,12 +25,12 @@ pub mod utility;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use alliance_proto::allocation::{AllocationMessage, AllocationRow};
+use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use alliance_proto::rng::{self, Purpose};
 use alliance_proto::scenario::ParameterSpec;
 use alliance_proto::team::{Broadcast, TaskState};
-use alliance_proto::telemetry::{Motivation, Reason, StateChange};
+use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use rand_chacha::ChaCha8Rng;

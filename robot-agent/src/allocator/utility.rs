@@ -6,9 +6,8 @@
 
 use std::cmp::Ordering;
 
-use alliance_proto::allocation::AllocationRow;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::telemetry::BehaviorState;
+use alliance_proto::telemetry::{AllocationRow, BehaviorState};
 use alliance_proto::time::SimTime;
 
 use super::{Choice, Decision, Input, Me};

@@ -1,6 +1,6 @@
 //! Straight to the goal, giving way to teammates, and round whatever blocks the way.
 
-use alliance_proto::readings::{Actuation, Hit, Pose, Proximity, Readings};
+use alliance_proto::readings::Actuation;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 

@@ -15,7 +15,8 @@ use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{Input, LogLevel};
 use alliance_proto::time::SimTime;
 
-use super::encode::{self, Names};
+use super::encode;
+use super::names::Names;
 use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
 
 /// Most ticks that go over together.

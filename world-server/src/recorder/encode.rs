@@ -1,58 +1,17 @@
 //! The rows of each table that a tick adds (DESIGN §8).
 
-use std::sync::Arc;
-
 use alliance_proto::event::EventLine;
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::ids::RobotId;
 use alliance_proto::log::{Input, InputLine};
-use alliance_proto::scenario::{Catalog, Roster, Setup};
 use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
 
 use super::answers::motivation_bits;
+use super::names::Names;
 use super::on_their_way::OnTheirWay;
 use super::record::{EventKind, TickRecord};
 use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};
-
-/// The names that stand in the tables for the ids of a run.
-#[derive(Clone, Debug)]
-pub(super) struct Names {
-    roster: Arc<Roster>,
-    catalog: Arc<Catalog>,
-}
-
-impl Names {
-    pub fn of(setup: &Setup) -> Self {
-        Self {
-            roster: Arc::clone(&setup.roster),
-            catalog: Arc::clone(&setup.catalog),
-        }
-    }
-
-    /// Name of a robot of the scenario.
-    pub fn robot(&self, robot: RobotId) -> &str {
-        self.roster.name(robot)
-    }
-
-    /// Names by rank.
-    pub fn robots(&self) -> impl Iterator<Item = &str> {
-        self.roster.names()
-    }
-
-    fn set(&self, set: Option<BehaviorId>) -> &str {
-        set.map_or("", |set| self.catalog.behavior_name(set))
-    }
-
-    fn task(&self, task: Option<TaskId>) -> &str {
-        task.map_or("", |task| self.catalog.task_name(task))
-    }
-
-    /// The task of a behavior set.
-    fn task_of(&self, set: BehaviorId) -> &str {
-        self.task(self.catalog.sets.get(set.index()).map(|set| set.task))
-    }
-}
 
 /// motivations.csv: a row per behavior set of each robot that counted.
 pub(super) fn motivations(

@@ -16,6 +16,7 @@ mod answers;
 mod background;
 mod encode;
 mod hash;
+mod names;
 mod on_their_way;
 mod pages;
 mod record;
@@ -37,8 +38,8 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 
-use encode::Names;
 use hash::{RunHash, SectionHash};
+use names::Names;
 use on_their_way::OnTheirWay;
 use pages::Pages;
 use repeated::Repeated;

@@ -7,7 +7,7 @@ use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
 
 use super::answers::MotivationBits;
-use super::encode::Names;
+use super::names::Names;
 use super::record::BodyRecord;
 use super::row::{Fields, Tail};
 

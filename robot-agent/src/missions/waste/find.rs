@@ -1,7 +1,5 @@
 //! find-locations: find the border's extremes, in two ways (thesis §4.1.2.1, Fig. 4.4).
 
-use std::f32::consts::{FRAC_PI_2, PI};
-
 use alliance_proto::readings::Readings;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -167,6 +165,8 @@ impl Wander {
 
 #[cfg(test)]
 mod tests {
+    use std::f32::consts::PI;
+
     use alliance_proto::readings::Pose;
 
     use super::*;
