@@ -9,9 +9,11 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+pub use robot_agent::allocator::Registry;
 use robot_agent::args::AgentArgs;
-use world_server::args::{WorldArgs, log_to_stderr};
+use world_server::args::{Known, WorldArgs, log_to_stderr};
 
+mod allocators_command;
 mod arguments;
 mod clock;
 mod control;
@@ -64,11 +66,24 @@ enum Part {
     Check(study::check::CheckCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
+    /// List the allocators, or the parameters of one
+    Allocators(allocators_command::AllocatorsCommand),
 }
 
-/// The whole command: reads the arguments of this process and does what they say.
+/// What scenarios of this program may speak of, and which are built in.
 #[must_use]
-pub fn main() -> ExitCode {
+pub fn known() -> Known {
+    Known {
+        builtin: scenarios::text_of,
+        vocabulary: Registry::of_this_program().vocabulary(),
+    }
+}
+
+/// The whole command: reads the arguments of this process and does what they say. The registry says which allocators there are; every
+/// process that the command starts is this program again, so it knows them too.
+#[must_use]
+pub fn main(registry: Registry) -> ExitCode {
+    registry.install();
     alliance_proto::session::prepare_process();
     // Before anything else: a child whose launcher has died meanwhile shall not begin.
     if let Err(error) = run::children::die_with_launcher() {
@@ -82,7 +97,7 @@ pub fn main() -> ExitCode {
     };
     match command.part {
         Part::Run(command) => command.run(),
-        Part::World(world) => world.run(scenarios::text_of),
+        Part::World(world) => world.run(&known()),
         Part::Agent(agent) => agent.run(),
         Part::Replay(command) => command.run(),
         Part::Diff(command) => command.run(),
@@ -93,8 +108,9 @@ pub fn main() -> ExitCode {
         Part::View(command) => command.run(),
         Part::Report(command) => command.run(),
         Part::Export(command) => command.run(),
-        Part::Sweep(command) => command.run(scenarios::text_of),
-        Part::Check(command) => command.run(scenarios::text_of),
+        Part::Sweep(command) => command.run(&known()),
+        Part::Check(command) => command.run(&known()),
         Part::Scenarios(command) => command.run(),
+        Part::Allocators(command) => command.run(),
     }
 }

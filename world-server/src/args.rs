@@ -7,7 +7,9 @@ use std::time::{Duration, SystemTime};
 
 use alliance_proto::keys::is_name;
 use alliance_proto::log::LogLevel;
-use alliance_proto::scenario::{MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder};
+use alliance_proto::scenario::{
+    MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder, Vocabulary,
+};
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -17,8 +19,14 @@ use crate::pace::Speed;
 use crate::process::{Options, serve};
 use crate::world::start_poses;
 
-/// Finds the text of a built-in scenario by its name.
-pub type Builtin = fn(&str) -> Option<&'static str>;
+/// What a program that reads scenarios knows beforehand.
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// Built-in scenarios: the text of each, by name.
+    pub builtin: fn(&str) -> Option<&'static str>,
+    /// What scenarios may speak of.
+    pub vocabulary: Vocabulary,
+}
 
 /// The built-in scenario that comes in any size.
 pub const FAMILY: &str = "waste-cleanup";
@@ -100,11 +108,11 @@ impl MissionArgs {
     ///
     /// # Errors
     /// One line that says which file, where, what is wrong and what would be right.
-    pub fn setup(&self, builtin: Builtin) -> anyhow::Result<Setup> {
+    pub fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
         let mut scenario = match &self.scenario {
             Some(asked) => match self.size.scenario(asked)? {
                 Some(sized) => sized,
-                None => read_scenario(asked, builtin)?,
+                None => read_scenario(asked, known)?,
             },
             None => self.size.scenario(FAMILY)?.unwrap_or_default(),
         };
@@ -120,6 +128,7 @@ impl MissionArgs {
                 robot.allocator = None;
             }
         }
+        scenario.check_allocators(&known.vocabulary.allocators)?;
         let parameters = match &self.params {
             None => None,
             Some(path) => Some(ParameterFile::parse(
@@ -225,8 +234,8 @@ impl WorldArgs {
     /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
     /// arguments, 3 when the bus or the log failed.
     #[must_use]
-    pub fn run(&self, builtin: Builtin) -> ExitCode {
-        let prepared = self.mission.setup(builtin).and_then(|setup| {
+    pub fn run(&self, known: &Known) -> ExitCode {
+        let prepared = self.mission.setup(known).and_then(|setup| {
             self.refuse_process_faults(&setup)?;
             Ok((self.run.folder(&setup)?, setup))
         });
@@ -290,9 +299,9 @@ impl WorldArgs {
 ///
 /// # Errors
 /// One line that says what is wrong with it, and where.
-pub fn read_scenario(asked: &str, builtin: Builtin) -> anyhow::Result<Scenario> {
-    if let Some(text) = builtin(asked) {
-        return Ok(Scenario::parse(asked, text)?);
+pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
+    if let Some(text) = (known.builtin)(asked) {
+        return Ok(Scenario::parse_with(asked, text, &known.vocabulary)?);
     }
     let path = Path::new(asked);
     if !path.exists() {
@@ -301,7 +310,7 @@ pub fn read_scenario(asked: &str, builtin: Builtin) -> anyhow::Result<Scenario> 
         );
     }
     let text = std::fs::read_to_string(path).with_context(|| asked.to_owned())?;
-    Ok(Scenario::parse(asked, &text)?)
+    Ok(Scenario::parse_with(asked, &text, &known.vocabulary)?)
 }
 
 /// An id that no other live run on this machine has: at most 32 characters of scenario name and process id.

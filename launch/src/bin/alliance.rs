@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use launch::Registry;
+
 fn main() -> ExitCode {
-    launch::main()
+    launch::main(Registry::built_in())
 }

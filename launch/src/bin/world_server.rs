@@ -16,5 +16,5 @@ struct WorldCli {
 fn main() -> ExitCode {
     alliance_proto::session::prepare_process();
     log_to_stderr();
-    WorldCli::parse().world.run(|_| None)
+    WorldCli::parse().world.run(&launch::known())
 }

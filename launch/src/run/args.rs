@@ -11,7 +11,6 @@ use super::one_process;
 use super::plan::Plan;
 use super::supervise::supervise;
 use crate::page::link::{Link, LinkArgs};
-use crate::scenarios;
 
 /// Run a mission: one world and one process per robot.
 #[derive(Args, Clone, Debug)]
@@ -49,7 +48,7 @@ impl RunCommand {
         // Everything is read and checked here, before the first process starts.
         let prepared = self
             .mission
-            .setup(scenarios::text_of)
+            .setup(&crate::known())
             .and_then(|setup| Ok((self.run.folder(&setup)?, setup, self.link()?)));
         let (folder, setup, link) = match prepared {
             Ok(prepared) => prepared,

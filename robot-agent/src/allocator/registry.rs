@@ -27,19 +27,19 @@ impl Registry {
         Self {
             kinds: vec![Arc::new(Alliance)],
         }
-        .with::<Nearest>(
+        .allocator::<Nearest>(
             "nearest",
             "the applicable task of highest utility, whatever the others do",
         )
-        .with::<FirstCome>(
+        .allocator::<FirstCome>(
             "first-come",
             "the best task that nobody is heard to execute; kept until a unit of it is done",
         )
-        .with::<Random>(
+        .allocator::<Random>(
             "random",
             "any applicable task, drawn anew from time to time",
         )
-        .with::<Fixed>(
+        .allocator::<Fixed>(
             "static",
             "the tasks that an assignment before the start gave to the robot",
         )
@@ -62,7 +62,7 @@ impl Registry {
 
     /// With one more, or another one under that name.
     #[must_use]
-    pub fn with<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self {
+    pub fn allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self {
         self.kinds.retain(|kind| kind.spec().name != name);
         self.kinds.push(Arc::new(Typed::<A>::new(name, about)));
         self

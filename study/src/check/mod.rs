@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 use alliance_proto::scenario::{Setup, StepOrder};
 use clap::Args;
-use world_server::args::{Builtin, MissionArgs, SizeArgs};
+use world_server::args::{Known, MissionArgs, SizeArgs};
 
 use forecast::{Forecast, forecasts};
 use warnings::{Warning, warnings};
@@ -61,8 +61,8 @@ impl Check {
 impl CheckCommand {
     /// Exit status 0, with or without warnings, or 2 for a mistake in scenario or parameters.
     #[must_use]
-    pub fn run(&self, builtin: Builtin) -> ExitCode {
-        match self.setup(builtin) {
+    pub fn run(&self, known: &Known) -> ExitCode {
+        match self.setup(known) {
             Ok(setup) => {
                 let check = Check::of(&setup);
                 if self.json {
@@ -80,7 +80,7 @@ impl CheckCommand {
     }
 
     /// Nothing that a run takes beside scenario and parameters changes the answer.
-    fn setup(&self, builtin: Builtin) -> anyhow::Result<Setup> {
+    fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
         let mission = MissionArgs {
             scenario: self.scenario.clone(),
             size: self.size,
@@ -90,7 +90,7 @@ impl CheckCommand {
             allocator: None,
             limit: None,
         };
-        mission.setup(builtin)
+        mission.setup(known)
     }
 }
 

@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
-use world_server::args::{Builtin, read_scenario};
+use world_server::args::{Known, read_scenario};
 
 use super::figures::draw;
 use super::folder::{FAILURES, PLAN, SCENARIO, put};
@@ -78,9 +78,9 @@ impl SweepCommand {
     /// Exit status 0 when all runs are done, however their missions ended; 1 when runs failed or it was interrupted; 2 for a
     /// mistake in plan or arguments, or runs that are missing; 3 when its files cannot be written.
     #[must_use]
-    pub fn run(&self, builtin: Builtin) -> ExitCode {
+    pub fn run(&self, known: &Known) -> ExitCode {
         // Everything is read and checked here, before the first run.
-        let task = match self.prepare(builtin) {
+        let task = match self.prepare(known) {
             Ok(task) => task,
             Err(error) => {
                 eprintln!("alliance sweep: {error:#}");
@@ -102,7 +102,7 @@ impl SweepCommand {
         }
     }
 
-    fn prepare(&self, builtin: Builtin) -> anyhow::Result<Task> {
+    fn prepare(&self, known: &Known) -> anyhow::Result<Task> {
         if self.merge {
             return self.gather();
         }
@@ -110,7 +110,7 @@ impl SweepCommand {
             bail!("name one FILE; several DIRs go with --merge");
         };
         let text = fs::read_to_string(file).with_context(|| file.display().to_string())?;
-        let plan = read_plan(file, &text, builtin)?;
+        let plan = read_plan(file, &text, known)?;
         let runs = plan.design.runs().unwrap_or_default();
         if let Some(run) = self.scenario {
             if run >= runs {
@@ -208,15 +208,15 @@ impl SweepCommand {
     }
 }
 
-fn read_plan(file: &Path, text: &str, builtin: Builtin) -> anyhow::Result<Plan> {
+fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
     let folder = file.parent().unwrap_or(Path::new(""));
     Plan::parse(&file.display().to_string(), text, |name| {
         // Files are found from where the plan is, whoever runs it.
-        let asked = match builtin(name) {
+        let asked = match (known.builtin)(name) {
             Some(_) => name.to_owned(),
             None => folder.join(name).display().to_string(),
         };
-        read_scenario(&asked, builtin)
+        read_scenario(&asked, known)
     })
 }
 
@@ -497,6 +497,7 @@ fn jobs(text: &str) -> Result<NonZeroUsize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alliance_proto::scenario::Vocabulary;
 
     #[test]
     fn paths_for_a_shell() {
@@ -510,8 +511,11 @@ mod tests {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/gone-or-not.toml");
         let text = fs::read_to_string(&file).unwrap();
         // The default mission, which an empty file is.
-        let builtin = |name: &str| (name == "waste-cleanup").then_some("");
-        let plan = read_plan(&file, &text, builtin).unwrap();
+        let known = Known {
+            builtin: |name| (name == "waste-cleanup").then_some(""),
+            vocabulary: Vocabulary::default(),
+        };
+        let plan = read_plan(&file, &text, &known).unwrap();
         assert_eq!(plan.design.runs(), Some(3 * 2 * 2 * 5));
     }
 }

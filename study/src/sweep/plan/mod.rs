@@ -7,8 +7,9 @@ mod file;
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile};
+use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
 use anyhow::{Context, bail};
+use robot_agent::allocator::Registry;
 use world_server::world::start_poses;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -66,7 +67,7 @@ impl Plan {
             Some(_) => [key("limit_s")],
             None => [key("scenario")],
         };
-        Scenario::from_table(&base).with_context(|| place(&source))?;
+        Scenario::from_table_with(&base, &vocabulary()).with_context(|| place(&source))?;
 
         let mut factors = Vec::new();
         let mut stated = Vec::new();
@@ -98,7 +99,7 @@ impl Plan {
                     .map_err(anyhow::Error::msg)
                     .with_context(|| place(at))?;
             }
-            Scenario::from_table(&table).with_context(|| place(at))?;
+            Scenario::from_table_with(&table, &vocabulary()).with_context(|| place(at))?;
         }
 
         let design = Design { factors };
@@ -153,7 +154,8 @@ impl Plan {
         if self.mission == RandomMission::default() {
             return Ok(table);
         }
-        let scenario = Scenario::from_table(&table).map_err(|error| error.to_string())?;
+        let scenario =
+            Scenario::from_table_with(&table, &vocabulary()).map_err(|error| error.to_string())?;
         let drawn = self.mission.draw(scenario, self.design.seed(run));
         // By its text, as the scenario itself.
         let text = toml::to_string(&drawn).map_err(|error| error.to_string())?;
@@ -166,7 +168,12 @@ impl Plan {
 /// # Errors
 /// What is wrong with the scenario.
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
-    let scenario = Scenario::from_table(scenario)?;
+    let scenario = Scenario::from_table_with(scenario, &vocabulary())?;
     start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
+}
+
+/// What scenarios of this program may speak of.
+fn vocabulary() -> Vocabulary {
+    Registry::of_this_program().vocabulary()
 }
