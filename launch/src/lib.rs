@@ -16,6 +16,7 @@ mod arguments;
 mod clock;
 mod control;
 mod fault;
+mod missions_command;
 pub mod observer;
 pub mod page;
 pub mod run;
@@ -64,6 +65,8 @@ enum Part {
     Check(study::check::CheckCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
+    /// List the missions, or the parameters of one
+    Missions(missions_command::MissionsCommand),
 }
 
 /// The whole command: reads the arguments of this process and does what they say.
@@ -96,5 +99,6 @@ pub fn main() -> ExitCode {
         Part::Sweep(command) => command.run(scenarios::text_of),
         Part::Check(command) => command.run(scenarios::text_of),
         Part::Scenarios(command) => command.run(),
+        Part::Missions(command) => command.run(),
     }
 }
