@@ -18,6 +18,7 @@ mod arguments;
 mod clock;
 mod control;
 mod fault;
+mod missions_command;
 pub mod observer;
 pub mod page;
 pub mod run;
@@ -68,6 +69,8 @@ enum Part {
     Scenarios(scenarios_command::ScenariosCommand),
     /// List the allocators, or the parameters of one
     Allocators(allocators_command::AllocatorsCommand),
+    /// List the missions, or the parameters of one
+    Missions(missions_command::MissionsCommand),
 }
 
 /// What scenarios of this program may speak of, and which are built in.
@@ -112,5 +115,6 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Check(command) => command.run(&known()),
         Part::Scenarios(command) => command.run(),
         Part::Allocators(command) => command.run(),
+        Part::Missions(command) => command.run(),
     }
 }

@@ -7,7 +7,7 @@
 //! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see;
 //!   [`items`]: the mission's items, counted.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
-//! - [`scenario`]: what a run is made of; [`log`]: what it leaves on the disk.
+//! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
@@ -24,6 +24,7 @@ pub mod join;
 pub mod keys;
 pub mod link;
 pub mod log;
+pub mod mission;
 mod obstacle;
 pub mod process;
 pub mod readings;

@@ -56,7 +56,7 @@ impl<'t> Document<'t> {
 
 impl Problem {
     /// The error for people; `file` is the name of the scenario's file and its contents.
-    pub fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
+    pub(super) fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
         let (name, line, key) = match self.place {
             Place::Scenario(path) => (
                 file.map(|(name, _)| name.to_owned()),

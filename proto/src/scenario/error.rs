@@ -69,14 +69,15 @@ pub(super) enum Place {
 
 /// A mistake and its place, before the place is known as a line of the scenario's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Problem {
-    pub place: Place,
-    pub what: String,
-    pub remedy: String,
+pub struct Problem {
+    pub(super) place: Place,
+    pub(super) what: String,
+    pub(super) remedy: String,
 }
 
 impl Problem {
     /// A mistake at that place of the scenario.
+    #[must_use]
     pub fn at(path: Path, what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             place: Place::Scenario(path),

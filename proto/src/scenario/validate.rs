@@ -1,84 +1,21 @@
 //! Ranges and names: what is wrong with a scenario whatever its geometry and parameters are.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 
 use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
 use super::error::{Problem, instead};
+use super::limits::{
+    LENGTH, Limits, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, closed, name, named,
+};
 use super::path::Path;
-use super::{Robot, Scenario, WasteSection};
+use super::{Robot, Scenario};
 use crate::fault::Campaign;
-use crate::keys::is_name;
 
 /// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
 pub const MAX_ROBOTS: usize = 10_000;
-/// Most spills of a scenario, and most deposits.
-pub const MAX_SPILLS: usize = 10_000;
-/// Most items of a spill.
-const MAX_ITEMS: u32 = 1000;
 /// Most random faults that a mission may be expected to see.
 const MAX_RANDOM_FAULTS: f64 = 1e5;
-
-/// The numbers that a key may have.
-struct Limits {
-    from: f64,
-    /// Whether `from` itself is not among them.
-    open: bool,
-    to: f64,
-    unit: &'static str,
-}
-
-const fn above_zero(to: f64, unit: &'static str) -> Limits {
-    Limits {
-        from: 0.0,
-        open: true,
-        to,
-        unit,
-    }
-}
-
-const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
-    Limits {
-        from,
-        open: false,
-        to,
-        unit,
-    }
-}
-
-const LENGTH: Limits = above_zero(1e3, "m");
-const FRACTION: Limits = closed(0.0, 1.0, "");
-const PENETRABILITY: Limits = closed(0.0, 100.0, "");
-const TIME: Limits = above_zero(1e9, "s");
-const SPEED: Limits = above_zero(1e3, "m/s");
-const TURN_RATE: Limits = above_zero(3600.0, "deg/s");
-const POWER: Limits = closed(0.0, 1e9, "W");
-
-impl Limits {
-    /// Refuses a number at `path` that is not among these; NaN never is.
-    fn check<T: Copy + Display + Into<f64>>(&self, path: Path, number: T) -> Result<(), Problem> {
-        let value: f64 = number.into();
-        let high_enough = if self.open {
-            value > self.from
-        } else {
-            value >= self.from
-        };
-        if high_enough && value <= self.to {
-            return Ok(());
-        }
-        let low = match (self.open, self.from) {
-            (true, from) => format!("above {from}"),
-            (false, from) => format!("at least {from}"),
-        };
-        let remedy = format!("it must be {low} and at most {} {}", self.to, self.unit);
-        Err(Problem::at(
-            path,
-            format!("{number} is out of range"),
-            remedy.trim_end(),
-        ))
-    }
-}
 
 /// Refuses the first mistake of a scenario, in the order of its fields.
 pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
@@ -131,92 +68,12 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     if let Some(range_m) = scenario.radio.range_m {
         above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
     }
-    waste(&scenario.waste)?;
+    catalog.mission.check(scenario)?;
     robots(scenario, catalog)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
     faults(scenario, catalog)?;
     alliance(scenario, catalog)
-}
-
-fn name(path: Path, name: &str) -> Result<(), Problem> {
-    if is_name(name) {
-        return Ok(());
-    }
-    let remedy =
-        "use at most 32 letters, digits, '-' and '_', with a letter or a digit first".to_owned();
-    Err(Problem::at(path, format!("'{name}' is not a name"), remedy))
-}
-
-/// Checks how many things a list has, and that their names are names, each there once.
-fn named<'a>(
-    list: &Path,
-    names: impl ExactSizeIterator<Item = &'a str>,
-    most: usize,
-) -> Result<(), Problem> {
-    if !(1..=most).contains(&names.len()) {
-        let what = format!("{} entries", names.len());
-        return Err(Problem::at(list.clone(), what, format!("give 1 to {most}")));
-    }
-    let mut first = BTreeMap::new();
-    for (index, each) in names.enumerate() {
-        let path = list.index(index).key("name");
-        name(path.clone(), each)?;
-        if let Some(first) = first.insert(each, index) {
-            let what = format!("'{each}' is already the name of {list}[{first}]");
-            return Err(Problem::at(path, what, "give each its own name"));
-        }
-    }
-    Ok(())
-}
-
-fn waste(waste: &WasteSection) -> Result<(), Problem> {
-    let at = Path::of(["waste"]);
-    let spills = at.key("spills");
-    named(
-        &spills,
-        waste.spills.iter().map(|spill| spill.name.as_str()),
-        MAX_SPILLS,
-    )?;
-    for (index, spill) in waste.spills.iter().enumerate() {
-        let at = spills.index(index);
-        closed(0.0, f64::from(MAX_ITEMS), "").check(at.key("items"), spill.items)?;
-        FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
-        FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
-    }
-    LENGTH.check(at.key("spill_radius_m"), waste.spill_radius_m)?;
-    LENGTH.check(at.key("item_radius_m"), waste.item_radius_m)?;
-    if waste.item_radius_m > waste.spill_radius_m {
-        let what = format!(
-            "an item of radius {} m is larger than a spill",
-            waste.item_radius_m
-        );
-        let remedy = format!(
-            "it must be at most spill_radius_m, {} m",
-            waste.spill_radius_m
-        );
-        return Err(Problem::at(at.key("item_radius_m"), what, remedy));
-    }
-    let deposit = at.key("deposit");
-    LENGTH.check(deposit.key("radius_m"), waste.deposit.radius_m)?;
-    FRACTION.check(deposit.key("x_fraction"), waste.deposit.x_fraction)?;
-    FRACTION.check(deposit.key("y_fraction"), waste.deposit.y_fraction)?;
-    let further = at.key("further_deposits");
-    if waste.further_deposits.len() >= MAX_SPILLS {
-        let what = format!("{} entries", waste.further_deposits.len());
-        let remedy = format!("give at most {}", MAX_SPILLS - 1);
-        return Err(Problem::at(further, what, remedy));
-    }
-    for (index, spot) in waste.further_deposits.iter().enumerate() {
-        let at = further.index(index);
-        FRACTION.check(at.key("x_fraction"), spot.x_fraction)?;
-        FRACTION.check(at.key("y_fraction"), spot.y_fraction)?;
-    }
-    let site = at.key("report_site");
-    LENGTH.check(site.key("width_m"), waste.report_site.width_m)?;
-    LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
-    closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
-    TIME.check(at.key("report_period_s"), waste.report_period_s)
 }
 
 fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
@@ -227,6 +84,7 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         let remedy = "let at least one be there from the start";
         return Err(Problem::at(robots, what, remedy));
     }
+    let skills = catalog.mission.skills(scenario);
     for (index, robot) in scenario.robots.iter().enumerate() {
         for (number, task) in robot.tasks.iter().enumerate() {
             if catalog.task_named(task).is_none() {
@@ -251,13 +109,10 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
                 &at,
             )?;
         }
-        if let Some(skill) = robot.skills.keys().next() {
-            known(
-                "skill",
-                skill,
-                std::iter::empty(),
-                &at.key("skills").key(skill),
-            )?;
+        for (skill, level) in &robot.skills {
+            let at = at.key("skills").key(skill);
+            known("skill", skill, skills.iter().map(String::as_str), &at)?;
+            closed(0.0, 1e3, "").check(at, *level)?;
         }
         let Some(start) = &robot.start else { continue };
         let at = at.key("start");

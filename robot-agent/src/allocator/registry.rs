@@ -73,6 +73,7 @@ impl Registry {
     pub fn vocabulary(&self) -> Vocabulary {
         Vocabulary {
             allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
+            ..Vocabulary::default()
         }
     }
 

@@ -1,9 +1,9 @@
 //! When a behavior set activates, takes a task over, yields and gives up (ALLIANCE.md §4): closed forms, exact but for the
 //! steps in which things are noticed and heard.
 
-use alliance_proto::scenario::{BehaviorParams, HistoryOrigin, Setup, Switches};
-
-use super::work;
+use alliance_proto::scenario::{
+    BehaviorParams, BehaviorSpec, HistoryOrigin, Robot, Setup, Switches,
+};
 
 /// Times of one behavior set of one robot, s.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +48,10 @@ pub struct Takeover {
 pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
+    let unit_s = |robot: &Robot, set: &BehaviorSpec| {
+        let body = scenario.body_of(robot);
+        catalog.mission.unit_s(scenario, &body, set)
+    };
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     let mut forecasts = Vec::new();
     for robot in &scenario.robots {
@@ -63,11 +67,7 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
                             name: &teammate.name,
                             set: &theirs.name,
                             params: params_of(&teammate.name, &theirs.name),
-                            work_s: work::unit_s(
-                                scenario,
-                                &scenario.body_of(teammate),
-                                theirs.kind,
-                            ),
+                            work_s: unit_s(teammate, theirs),
                         };
                         takeovers.push(rival.takeover(setup, own));
                     }
@@ -80,7 +80,7 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
                 activates_s: setup.alliance.threshold / own.fast_impatience,
                 yields_s: own.before_yielding_s,
                 gives_up_s: own.before_giving_up_s,
-                work_s: work::unit_s(scenario, &scenario.body_of(robot), set.kind),
+                work_s: unit_s(robot, set),
                 takeovers,
             });
         }

@@ -1,14 +1,12 @@
 //! `alliance check`: what a scenario's parameters mean, before anything runs.
 //!
 //! - [`forecast`]: when sets activate, take over, yield and give up, in closed form;
-//! - [`work`]: how long a unit of work takes, estimated from the room;
 //! - [`mod@warnings`]: parameters that do not go together;
 //! - `show`: the same as a table for people or JSON for programs.
 
 pub mod forecast;
 mod show;
 pub mod warnings;
-pub mod work;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -5,7 +5,6 @@ use alliance_proto::scenario::{BehaviorKind, Scenario, Setup};
 use super::forecast::{Forecast, rise_s};
 use super::warnings::Kind;
 use super::*;
-use crate::check::work::unit_s;
 
 /// A scenario file, resolved.
 fn setup(text: &str) -> Setup {
@@ -190,8 +189,14 @@ fn every_way_of_finding_has_its_takeover() {
 
 #[test]
 fn units_of_work_of_the_default_room() {
-    let scenario = Scenario::default();
-    let unit = |kind| unit_s(&scenario, &scenario.body, kind);
+    let Setup {
+        scenario, catalog, ..
+    } = Setup::default_for(1);
+    let unit = |kind| {
+        let mut sets = catalog.sets.iter();
+        let set = sets.find(|set| BehaviorKind::of(set) == kind).unwrap();
+        catalog.mission.unit_s(&scenario, &scenario.body, set)
+    };
     // 12 m at 0.5 m/s, 90° at 90°/s.
     assert!((unit(BehaviorKind::FindLocationsMethodical) - 25.0).abs() < 1e-4);
     // From (9.6, 4.5) to (4, 6): √(5.6² + 1.5²) = 5.797 m, 0.2 m less for the deposit's and the spill's radius.

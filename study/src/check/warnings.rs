@@ -144,7 +144,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
     let set = catalog.behavior_named(&forecast.set)?;
-    if catalog.sets[set.index()].kind != BehaviorKind::ReportProgress {
+    if BehaviorKind::of(&catalog.sets[set.index()]) != BehaviorKind::ReportProgress {
         return None;
     }
     let report_period_s = scenario.waste.report_period_s;
@@ -159,7 +159,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     }
     let moving = || {
         let sets = catalog.sets.iter();
-        sets.filter(|set| matches!(set.kind, BehaviorKind::MoveSpill(_)))
+        sets.filter(|set| matches!(BehaviorKind::of(set), BehaviorKind::MoveSpill(_)))
     };
     let places: u64 = moving()
         .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))

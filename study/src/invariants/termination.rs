@@ -12,7 +12,6 @@ use alliance_proto::time::SimTime;
 use super::WorldState;
 use super::coverage::{is_covered, is_sound, is_within_reach};
 use super::strewn::Strewn;
-use crate::check::work::unit_s;
 
 /// How many times longer than by one robot alone, in an empty room, a mission may take.
 const PATIENCE: f64 = 5.0;
@@ -49,7 +48,7 @@ impl Termination {
             .catalog
             .sets
             .iter()
-            .map(|set| unit_s(scenario, &slowest, set.kind));
+            .map(|set| setup.catalog.mission.unit_s(scenario, &slowest, set));
         let unit_s = units.fold(0.0, f64::max);
         let robots = setup.alliance.robots.values();
         let params: Vec<&BehaviorParams> = robots.flat_map(|robot| robot.sets.values()).collect();

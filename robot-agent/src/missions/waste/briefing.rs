@@ -59,7 +59,7 @@ impl Briefing {
         };
         let own_behaviors = setup.catalog.behaviors_of(own).map(|id| {
             let spec = &setup.catalog.sets[id.index()];
-            let (task, kind) = (spec.task, spec.kind);
+            let (task, kind) = (spec.task, BehaviorKind::of(spec));
             OwnBehavior { id, task, kind }
         });
         let own_behaviors: SmallVec<[OwnBehavior; 6]> = own_behaviors.collect();

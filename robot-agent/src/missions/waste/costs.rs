@@ -173,7 +173,7 @@ pub fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option
         let mut row = vec![None; catalog.tasks.len()];
         for id in catalog.behaviors_of(robot) {
             let spec = &catalog.sets[id.index()];
-            let cost_ms = (1000.0 * cost_s(robot, spec.kind)) as i64;
+            let cost_ms = (1000.0 * cost_s(robot, BehaviorKind::of(spec))) as i64;
             let cell: &mut Option<i64> = &mut row[spec.task.index()];
             *cell = Some(cell.map_or(cost_ms, |other| other.min(cost_ms)));
         }

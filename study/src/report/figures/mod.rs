@@ -105,7 +105,7 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
             )
         };
         let mut sets = history.catalog.sets.iter();
-        if sets.any(|set| set.task == task && finds(set.kind))
+        if sets.any(|set| set.task == task && finds(BehaviorKind::of(set)))
             && let Some(window) = applicable(&run, task.index())
         {
             let caption = format!(

@@ -10,7 +10,8 @@
 //!   districts that would take longer than the work: there the robots know the border beforehand.
 //! - Teams of more than 20 robots have radios of such a range that each hears about 20.
 
-use super::{Radio, Robot, Scenario, Spill, Spot, Start, WasteSection};
+use super::{Spill, Spot, WasteSection};
+use crate::scenario::{Radio, Robot, Scenario, Start};
 
 /// Most robots and spills of a district: those of the default mission.
 const ROBOTS: usize = 3;
@@ -223,8 +224,8 @@ fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec<usize> {
 mod tests {
     use std::collections::BTreeMap;
 
-    use super::super::{Catalog, Setup};
     use super::*;
+    use crate::scenario::{Catalog, Setup};
 
     #[test]
     fn with_three_robots_and_two_spills_it_is_the_default_mission() {

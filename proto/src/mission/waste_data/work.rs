@@ -3,16 +3,17 @@
 //! Estimated from the room's geometry at the body's top speed and turn rate, for the longest way of each kind, as if there
 //! were nothing in between: obstacles, slow ground and teammates make it longer, near items shorter.
 
-use alliance_proto::scenario::{BehaviorKind, Body, Scenario};
 use glam::Vec2;
+
+use super::BehaviorKind;
+use crate::scenario::{Body, Scenario};
 
 /// Estimated length of a unit of work for a robot with that body, s.
 ///
 /// - Finding the locations: along the longest wall, and a quarter turn.
 /// - Moving a spill: from the deposit's edge to the far side of the spill and back, and two half turns.
 /// - Reporting: to the report site from the spill or deposit that is farthest from it, and a half turn.
-#[must_use]
-pub fn unit_s(scenario: &Scenario, body: &Body, kind: BehaviorKind) -> f64 {
+pub(super) fn unit_s(scenario: &Scenario, body: &Body, kind: BehaviorKind) -> f64 {
     let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
     let waste = &scenario.waste;
     let deposits = || waste.deposits().map(|spot| spot.in_room(&scenario.room));
