@@ -1,8 +1,9 @@
 //! What every allocator must keep, as one call from a test of the crate that it lives in (ALLOCATORS.md §1, laws G1 to G4).
 //!
 //! ```
-//! use robot_agent::allocators::nearest::{Config, Nearest};
-//! robot_agent::testkit::allocator::<Nearest>(&Config::default());
+//! use robot_agent::allocator::NoParameters;
+//! use robot_agent::allocators::nearest::Nearest;
+//! robot_agent::testkit::allocator::<Nearest>(&NoParameters {});
 //! ```
 
 use std::sync::Arc;

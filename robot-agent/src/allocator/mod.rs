@@ -34,6 +34,7 @@ use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
 
 pub use framed::Framed;
 pub use kind::{ConfigError, Kind, Prepared, Typed};
@@ -56,6 +57,11 @@ pub trait Allocator: Clone + Debug + Send + 'static {
     /// One step. `decision` is empty when it comes, but for [`Decision::active`], which is what it was after the step before.
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision);
 }
+
+/// The parameters of an allocator that has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoParameters {}
 
 /// What a robot knows of itself and its team for the whole run.
 #[derive(Clone, Debug, PartialEq)]

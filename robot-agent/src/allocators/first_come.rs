@@ -8,10 +8,9 @@ use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::team::{Content, TaskState};
 use alliance_proto::telemetry::Reason;
 use alliance_proto::time::SimTime;
-use serde::Deserialize;
 
 use crate::allocator::utility::{UnderWay, best};
-use crate::allocator::{Allocator, Decision, Input, Me};
+use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
 
 /// One robot's choice.
 #[derive(Clone, Debug)]
@@ -32,11 +31,6 @@ struct Claim {
     since: SimTime,
     task: Option<TaskId>,
 }
-
-/// No parameters.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Config {}
 
 impl FirstCome {
     fn hear(&mut self, input: &Input<'_>) {
@@ -76,9 +70,9 @@ impl FirstCome {
 }
 
 impl Allocator for FirstCome {
-    type Config = Config;
+    type Config = NoParameters;
 
-    fn new(me: &Me, _: &Config) -> Self {
+    fn new(me: &Me, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
             under_way: UnderWay::default(),

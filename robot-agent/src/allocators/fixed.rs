@@ -9,10 +9,9 @@ use std::sync::Arc;
 use alliance_proto::ids::{RobotId, TaskId};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
-use serde::Deserialize;
 
 use crate::allocator::utility::{UnderWay, best};
-use crate::allocator::{Allocator, Decision, Input, Me};
+use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
 
 /// One robot's part.
 #[derive(Clone, Debug)]
@@ -21,15 +20,10 @@ pub struct Fixed {
     under_way: UnderWay,
 }
 
-/// No parameters.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Config {}
-
 impl Allocator for Fixed {
-    type Config = Config;
+    type Config = NoParameters;
 
-    fn new(me: &Me, _: &Config) -> Self {
+    fn new(me: &Me, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
             under_way: UnderWay::default(),

@@ -1,10 +1,8 @@
 //! `nearest`: the applicable task of highest utility, whatever the others do. It reads no claims; what teammates know of the
 //! mission reaches it all the same, through its mission.
 
-use serde::Deserialize;
-
 use crate::allocator::utility::{UnderWay, best};
-use crate::allocator::{Allocator, Decision, Input, Me};
+use crate::allocator::{Allocator, Decision, Input, Me, NoParameters};
 
 /// One robot's choice.
 #[derive(Clone, Debug)]
@@ -13,15 +11,10 @@ pub struct Nearest {
     under_way: UnderWay,
 }
 
-/// No parameters.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Config {}
-
 impl Allocator for Nearest {
-    type Config = Config;
+    type Config = NoParameters;
 
-    fn new(me: &Me, _: &Config) -> Self {
+    fn new(me: &Me, _: &NoParameters) -> Self {
         Self {
             me: me.clone(),
             under_way: UnderWay::default(),
