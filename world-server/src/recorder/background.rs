@@ -11,7 +11,6 @@ use std::thread::{self, JoinHandle};
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
-use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{Input, LogLevel};
 use alliance_proto::time::SimTime;
 

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use alliance_proto::ids::{BehaviorId, RobotId, Tick};
-use alliance_proto::items::ItemCounts;
 use alliance_proto::log::Input;
 use alliance_proto::readings::Pose;
 use alliance_proto::telemetry::{BehaviorState, NoteKind};

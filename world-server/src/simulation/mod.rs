@@ -19,7 +19,6 @@ mod view;
 use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
-use alliance_proto::items::ItemCounts;
 use alliance_proto::join::Refusal;
 use alliance_proto::log::Input;
 use alliance_proto::process::ProcessAct;
