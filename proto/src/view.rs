@@ -20,7 +20,7 @@ use crate::time::SimTime;
 pub const MESSAGES_MAX: usize = 256;
 
 /// Marks that a view has at most: it has to fit into a message.
-pub const MARKS_MAX: usize = 1000;
+pub const MARKS_MAX: usize = 300;
 
 /// What an observer sees.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -97,7 +97,10 @@ mod tests {
                         "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,impatience_reset,acquiescence,state\n"
                     )
                 ),
-                ("allocation.csv", "t_ms,robot,task,utility,holder,state\n"),
+                (
+                    "allocation.csv",
+                    Some("t_ms,robot,task,utility,holder,state\n")
+                ),
                 (
                     "messages.csv",
                     Some(
