@@ -3,7 +3,8 @@
 //! - [`ids`], [`time`]: robots by rank, tasks, sets, ticks, simulated time in ms.
 //! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
-//! - [`team`]: what robots tell each other; [`allocation`]: what their allocators do.
+//! - [`mission`]: what only one mission senses and does. [`team`]: what robots tell each other; [`allocation`]: what their
+//!   allocators do.
 //! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see;
 //!   [`items`]: the mission's items, counted.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.

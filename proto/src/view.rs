@@ -19,8 +19,11 @@ use crate::time::SimTime;
 /// Messages that a view tells at most: the newest.
 pub const MESSAGES_MAX: usize = 256;
 
+/// Marks that a view has at most: it has to fit into a message.
+pub const MARKS_MAX: usize = 300;
+
 /// What an observer sees.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct View {
     /// The tick under way: those before it are finished.
     pub tick: Tick,
@@ -38,6 +41,8 @@ pub struct View {
     pub site_colored: bool,
     /// When the last progress report was made.
     pub last_report: Option<SimTime>,
+    /// What there is to see of the mission, [`MARKS_MAX`] at most.
+    pub marks: Vec<Mark>,
     /// One entry per robot, by rank.
     pub robots: Vec<RobotView>,
     /// Faults that are armed or in force.
@@ -48,6 +53,84 @@ pub struct View {
     pub messages_left_out: u64,
     /// How the run ended, once it has: such a view is the last one.
     pub outcome: Option<Outcome>,
+}
+
+impl View {
+    /// Adds a mark, if there is room for it: the important ones come first.
+    pub fn mark(&mut self, mark: Mark) {
+        if self.marks.len() < MARKS_MAX {
+            self.marks.push(mark);
+        }
+    }
+}
+
+/// Something of a mission that can be seen, for eyes that do not know the mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mark {
+    /// What tells it from the others; the same in every view.
+    pub id: String,
+    /// Where it is.
+    pub outline: MarkOutline,
+    /// What it is there for.
+    pub role: MarkRole,
+    /// How much of it is done, 0 to 1; `None`: that means nothing here.
+    pub share: Option<f32>,
+    /// What people call it; may be empty.
+    pub label: String,
+}
+
+/// The outline of a mark, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MarkOutline {
+    /// A disc.
+    Disc {
+        /// Its center.
+        center: Vec2,
+        /// Its radius.
+        radius_m: f32,
+    },
+    /// A rectangle parallel to the axes.
+    Rectangle {
+        /// Lower left corner.
+        min: Vec2,
+        /// Upper right corner.
+        max: Vec2,
+    },
+    /// A bar with round ends.
+    Bar {
+        /// One end.
+        from: Vec2,
+        /// The other end.
+        to: Vec2,
+        /// Half of its thickness.
+        half_width_m: f32,
+    },
+    /// A line.
+    Line {
+        /// One end.
+        from: Vec2,
+        /// The other end.
+        to: Vec2,
+    },
+}
+
+/// What a mark is there for: eyes have a color for each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MarkRole {
+    /// Something that robots take.
+    Item,
+    /// Something that robots look for or watch.
+    Target,
+    /// A place where something is, or is to be done.
+    Zone,
+    /// Where something is to be brought.
+    Goal,
+    /// How far something reaches.
+    Range,
+    /// What belongs together.
+    Link,
 }
 
 /// An item.

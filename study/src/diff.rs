@@ -234,7 +234,9 @@ fn first_field(
     b: &RunLog,
     place: &TickRow,
 ) -> Option<(String, String, String)> {
-    let columns: Vec<&str> = table.header().trim_end().split(',').collect();
+    let header = a.table(table).split(|&byte| byte == b'\n').next();
+    let header = String::from_utf8_lossy(header.unwrap_or_default());
+    let columns: Vec<&str> = header.split(',').collect();
     let whose = columns
         .iter()
         .position(|column| matches!(*column, "robot" | "receiver"));

@@ -16,6 +16,7 @@ use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
 use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
+use world_server::missions;
 use world_server::recorder::{RecordError, Recorder};
 use world_server::simulation::Simulation;
 
@@ -51,9 +52,10 @@ const ORDERS: [&str; 8] = [
 /// # Errors
 /// Never: memory takes everything.
 pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, RecordError> {
-    let mut recorder = Recorder::new(setup, LogLevel::Full, Memory::default())?;
+    let mission = missions::of(&setup.scenario);
+    let mut recorder = Recorder::new(setup, mission, LogLevel::Full, Memory::default())?;
     let mut team = Team {
-        simulation: Simulation::new(setup.clone(), true),
+        simulation: Simulation::new(setup.clone(), mission, true),
         members: Vec::new(),
         rates,
         chance: ChaCha8Rng::seed_from_u64(seed),
@@ -65,8 +67,7 @@ pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, R
     loop {
         team.tick(&mut recorder)?;
         if let Some(outcome) = team.simulation.outcome() {
-            let faults = team.simulation.faults();
-            recorder.finish(outcome, team.simulation.is_unscripted(), faults)?;
+            recorder.finish(outcome, team.simulation.ending())?;
             return Ok(recorder);
         }
     }

@@ -7,6 +7,7 @@ use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use alliance_proto::time::SimTime;
 use world_server::interruption::InterruptionHandler;
+use world_server::missions;
 use world_server::recorder::{Event, EventKind, FaultEvent};
 use world_server::world::{ObstacleId, World};
 
@@ -59,7 +60,7 @@ fn main() {
         Ok(resolved) => resolved.setup,
         Err(error) => panic!("{error}"),
     };
-    let mut world = World::new(&setup);
+    let mut world = World::new(&setup, missions::of(&setup.scenario));
     let mut door = Door {
         period: SimTime(5000),
         leaf: Obstacle {

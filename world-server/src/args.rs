@@ -15,6 +15,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use crate::missions;
 use crate::pace::Speed;
 use crate::process::{Options, serve};
 use crate::world::start_poses;
@@ -138,7 +139,9 @@ impl MissionArgs {
         };
         let resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
         let name = &resolved.setup.scenario.name;
-        start_poses(&resolved.setup.scenario).with_context(|| format!("scenario '{name}'"))?;
+        let scenario = &resolved.setup.scenario;
+        let area = (missions::of(scenario).start_area)(scenario);
+        start_poses(scenario, area).with_context(|| format!("scenario '{name}'"))?;
         if !resolved.skipped.is_empty() {
             let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
             eprintln!(

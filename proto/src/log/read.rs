@@ -192,26 +192,32 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> Option<Seal> {
         .collect();
     let whole = ends.values().map(Vec::len).min().unwrap_or(0);
     for (table, bytes) in tables {
-        let header = table.header().as_bytes();
         let end = match whole.checked_sub(1) {
             Some(last) => ends[table][last],
-            None if bytes.starts_with(header) => header.len(),
-            None => 0,
+            None => header_length(*table, bytes),
         };
         bytes.truncate(end);
     }
     Some(seals.get(whole.checked_sub(1)?)?.seal)
 }
 
+/// Length of a table's header line, if it has a whole one.
+fn header_length(table: Table, bytes: &[u8]) -> usize {
+    match table.header() {
+        Some(header) if bytes.starts_with(header.as_bytes()) => header.len(),
+        Some(_) => 0,
+        None => whole_lines(bytes).next().map_or(0, <[u8]>::len),
+    }
+}
+
 /// The seals of ticks.csv up to its first torn or malformed row.
 fn seals(bytes: &[u8]) -> Vec<SealRows> {
-    let header = Table::Ticks.header();
     let mut seals = Vec::new();
-    let mut lines = whole_lines(bytes);
-    if lines.next() != Some(header.as_bytes()) {
+    let mut end = header_length(Table::Ticks, bytes);
+    if end == 0 {
         return seals;
     }
-    let mut end = header.len();
+    let lines = whole_lines(bytes).skip(1);
     let mut hashes = BTreeMap::new();
     for line in lines {
         let Some((seal, robot, section)) = tick_row(line) else {

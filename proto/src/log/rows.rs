@@ -117,23 +117,6 @@ impl TableRow for PoseRow {
     const TABLE: Table = Table::Poses;
 }
 
-/// A row of mission.csv.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // The columns of DESIGN §8, as in `TickRecord`.
-pub struct MissionRow {
-    pub t_ms: SimTime,
-    pub items_in_spills: u32,
-    pub items_carried: u32,
-    pub items_on_floor: u32,
-    pub items_delivered: u32,
-    pub last_report_ms: Option<SimTime>,
-}
-
-impl TableRow for MissionRow {
-    const TABLE: Table = Table::Mission;
-}
-
 /// A row of ticks.csv.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::control::FaultStatus;
-use crate::items::ItemCounts;
+use crate::mission::MissionFigures;
 use crate::scenario::Setup;
 use crate::tick::Outcome;
 use crate::time::SimTime;
@@ -52,21 +52,15 @@ pub struct Figures {
     pub ticks: u64,
     /// Simulated time at the end of the last tick, ms.
     pub sim_time_ms: SimTime,
-    /// Where the items were at the end.
-    pub items: ItemCounts,
-    /// Progress reports made.
-    pub reports_made: u32,
-    /// How much later than the wanted period after the report before it, or after the start, a report came: the mean over
-    /// all reports, ms; `None` without reports. Early ones count as 0.
-    pub report_lateness_mean_ms: Option<f64>,
-    /// The same of the latest one.
-    pub report_lateness_max_ms: Option<u64>,
+    /// Those of the mission.
+    #[serde(flatten)]
+    pub mission: MissionFigures,
     /// By robot name.
     pub robots: BTreeMap<String, RobotFigures>,
 }
 
 /// One robot's result figures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotFigures {
     /// Lives of its agent.
     pub lives: u32,
@@ -74,10 +68,9 @@ pub struct RobotFigures {
     pub ticks_counted: u64,
     /// Times that a behavior set became active.
     pub activations: u32,
-    /// Items brought to the deposit.
-    pub items_delivered: u32,
-    /// Progress reports made.
-    pub reports_made: u32,
+    /// Those of the mission.
+    #[serde(flatten)]
+    pub mission: MissionFigures,
     /// Broadcasts sent.
     pub messages_sent: u64,
     /// Their payloads together, each once: encoded and sealed, without what zenoh and TCP add.

@@ -55,10 +55,11 @@ impl Table {
         self == Self::Allocation
     }
 
-    /// First line with its line end; empty for JSON lines (DESIGN §8).
+    /// First line with its line end; empty for JSON lines (DESIGN §8). `None` of mission.csv: the mission has
+    /// [its own](crate::mission::MissionKind::columns), after `t_ms`.
     #[must_use]
-    pub fn header(self) -> &'static str {
-        match self {
+    pub fn header(self) -> Option<&'static str> {
+        Some(match self {
             Self::Motivations => {
                 "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,\
                  impatience_reset,acquiescence,state\n"
@@ -71,12 +72,10 @@ impl Table {
             Self::Poses => {
                 "t_ms,robot,x_m,y_m,heading_rad,speed_m_s,carrying,behavior_set,energy\n"
             }
-            Self::Mission => {
-                "t_ms,items_in_spills,items_carried,items_on_floor,items_delivered,last_report_ms\n"
-            }
+            Self::Mission => return None,
             Self::Inputs => "",
             Self::Ticks => "t_ms,tick,robot,section,hash\n",
-        }
+        })
     }
 }
 
@@ -94,24 +93,31 @@ mod tests {
             [
                 (
                     "motivations.csv",
-                    "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,impatience_reset,acquiescence,state\n"
+                    Some(
+                        "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,impatience_reset,acquiescence,state\n"
+                    )
                 ),
-                ("allocation.csv", "t_ms,robot,task,utility,holder,state\n"),
+                (
+                    "allocation.csv",
+                    Some("t_ms,robot,task,utility,holder,state\n")
+                ),
                 (
                     "messages.csv",
-                    "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate\n"
+                    Some(
+                        "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate\n"
+                    )
                 ),
-                ("events.csv", "t_ms,kind,robot,subject,reason,detail\n"),
+                (
+                    "events.csv",
+                    Some("t_ms,kind,robot,subject,reason,detail\n")
+                ),
                 (
                     "poses.csv",
-                    "t_ms,robot,x_m,y_m,heading_rad,speed_m_s,carrying,behavior_set,energy\n"
+                    Some("t_ms,robot,x_m,y_m,heading_rad,speed_m_s,carrying,behavior_set,energy\n")
                 ),
-                (
-                    "mission.csv",
-                    "t_ms,items_in_spills,items_carried,items_on_floor,items_delivered,last_report_ms\n"
-                ),
-                ("inputs.jsonl", ""),
-                ("ticks.csv", "t_ms,tick,robot,section,hash\n"),
+                ("mission.csv", None),
+                ("inputs.jsonl", Some("")),
+                ("ticks.csv", Some("t_ms,tick,robot,section,hash\n")),
             ]
         );
     }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use alliance_proto::codec::encode;
 use alliance_proto::ids::Tick;
 use alliance_proto::link::{LinkState, Probability};
-use alliance_proto::readings::{Pose, Proximity, Readings, Zone};
+use alliance_proto::mission::Sensed;
+use alliance_proto::mission::waste::{WasteSensed, Zone};
+use alliance_proto::readings::{Pose, Proximity, Readings};
 use alliance_proto::scenario::Scenario;
 use alliance_proto::secret::Secret;
 use alliance_proto::tick::ManifestEntry;
@@ -71,10 +73,12 @@ fn readings() -> impl Strategy<Value = Readings> {
             front_border: Some(front),
             side_border: Some(side),
             proximity: Some(Proximity::default()),
-            waste: Some(waste.into_iter().map(Vec2::from).collect()),
-            zone: Some([Zone::None, Zone::Spill, Zone::Deposit][usize::from(zone)]),
-            report_site: Some(report_site),
-            holding: Some(holding),
+            mission: Sensed::Waste(WasteSensed {
+                waste: Some(waste.into_iter().map(Vec2::from).collect()),
+                zone: Some([Zone::None, Zone::Spill, Zone::Deposit][usize::from(zone)]),
+                report_site: Some(report_site),
+                holding: Some(holding),
+            }),
             ..Readings::default()
         },
     )

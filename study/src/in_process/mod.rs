@@ -14,6 +14,7 @@ use alliance_proto::view::View;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 use robot_agent::allocator::{ConfigError, Registry};
 use world_server::barrier::Presence;
+use world_server::missions;
 use world_server::recorder::{RecordError, Recorder, Sink};
 use world_server::simulation::Simulation;
 
@@ -84,7 +85,8 @@ impl<S: Sink> Team<S> {
         log: LogLevel,
         sink: S,
     ) -> Result<Self, StartError> {
-        let recorder = Recorder::new(&setup, log, sink)?;
+        let mission = missions::of(&setup.scenario);
+        let recorder = Recorder::new(&setup, mission, log, sink)?;
         let mut outside = Outside::new();
         let mut lives = BTreeMap::new();
         for line in inputs {
@@ -107,7 +109,7 @@ impl<S: Sink> Team<S> {
             air: Air::new(setup.scenario.robots.len()),
             asked: Vec::new(),
             spaces: Vec::new(),
-            simulation: Simulation::new(setup, true),
+            simulation: Simulation::new(setup, mission, true),
             recorder,
             outside,
             lives,
@@ -210,9 +212,8 @@ impl<S: Sink> Team<S> {
     /// # Errors
     /// When it cannot be written.
     pub fn end(mut self, outcome: Outcome) -> Result<(RunFile, Recorder<S>), RecordError> {
-        let unscripted = self.simulation.is_unscripted();
-        let faults = self.simulation.faults();
-        let run = self.recorder.finish(outcome, unscripted, faults)?;
+        let ending = self.simulation.ending();
+        let run = self.recorder.finish(outcome, ending)?;
         Ok((run, self.recorder))
     }
 

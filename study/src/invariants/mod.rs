@@ -45,6 +45,8 @@ pub enum Invariant {
     NumbersInRange,
     /// A robot has one active behavior set at most.
     OneActiveBehavior,
+    /// What the mission itself says must hold.
+    MissionHolds,
     /// Two robots that hear each other do not both go on with an exclusive task.
     ExclusiveTasks,
     /// A mission that is covered ends (ALLIANCE.md §5).
@@ -61,6 +63,7 @@ impl fmt::Display for Invariant {
             Self::NoOverlap => "no overlap",
             Self::NumbersInRange => "numbers in range",
             Self::OneActiveBehavior => "one active set",
+            Self::MissionHolds => "mission holds",
             Self::ExclusiveTasks => "exclusive tasks",
             Self::Termination => "termination",
             Self::ReplayIdentical => "replay identical",
@@ -121,7 +124,13 @@ impl Invariants {
                 }),
             };
         }
-        self.check(&WorldState::of(simulation))
+        self.check(&WorldState::of(simulation))?;
+        let world = simulation.world();
+        world.mission().holds(world).map_err(|what| Violation {
+            invariant: Invariant::MissionHolds,
+            tick: simulation.tick().saturating_sub(1),
+            what,
+        })
     }
 
     /// Looks at what there is after a tick.

@@ -6,6 +6,7 @@ use alliance_proto::readings::Pose;
 use alliance_proto::scenario::Scenario;
 use alliance_proto::telemetry::Motivation;
 use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
 use glam::Vec2;
 use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
@@ -75,17 +76,19 @@ impl WorldState {
     pub fn of(simulation: &Simulation) -> Self {
         let (world, barrier) = (simulation.world(), simulation.barrier());
         let tick = simulation.tick().saturating_sub(1);
+        let mut seen = View::default();
+        world.mission().show(world, &mut seen);
         let robots = barrier.robots().map(|robot| RobotState {
             present: world.is_present(robot),
             takes_part: barrier.presence(robot) == Presence::Present,
             pose: world.pose(robot),
             speed_m_s: world.speed_m_s(robot),
             energy_j: world.energy_j(robot),
-            carrying: world.carrying(robot),
+            carrying: world.mission().load(robot),
             motivations: simulation.motivations(robot).to_vec(),
         });
-        let items = world.items().iter().map(|item| Item {
-            position: item.position(),
+        let items = seen.waste.iter().map(|item| Item {
+            position: item.position,
             carrier: item.carrier,
         });
         Self {

@@ -122,6 +122,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::Setup;
+    use world_server::missions;
     use world_server::world::start_poses;
 
     use super::*;
@@ -146,7 +147,7 @@ mod tests {
         for seed in 0..500 {
             let scenario = mission().draw(Scenario::default(), seed);
             assert_eq!(scenario, mission().draw(Scenario::default(), seed));
-            start_poses(&scenario).unwrap();
+            start_poses(&scenario, (missions::of(&scenario).start_area)(&scenario)).unwrap();
             obstacles.insert(scenario.obstacles.len());
             robots.insert(scenario.robots.len());
             faults.insert(scenario.faults.timeline.len());

@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::log::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunLog,
-};
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, ReadError, RunLog};
+use alliance_proto::mission::waste::WasteRow;
 use alliance_proto::scenario::{BehaviorParams, Catalog, Obstacle, Setup};
 use alliance_proto::time::SimTime;
 
@@ -28,7 +27,7 @@ pub struct History {
     /// The rows of events.csv.
     pub events: Vec<EventRow>,
     /// The rows of mission.csv.
-    pub mission: Vec<MissionRow>,
+    pub mission: Vec<WasteRow>,
     /// Rectangles that lay on the floor: the scenario's, and those that faults put there at some time.
     pub obstacles: Vec<Obstacle>,
 }

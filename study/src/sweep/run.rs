@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use alliance_proto::control::FaultStatus;
 use alliance_proto::fault::Fault;
 use alliance_proto::log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
+use alliance_proto::mission::waste::WasteFigures;
 use alliance_proto::tick::Outcome;
 use serde::{Deserialize, Serialize};
 
@@ -151,16 +152,17 @@ impl Figures {
     fn of(run: &RunFile, outcome: Outcome) -> Self {
         debug_assert_eq!(run.outcome, RunOutcome::Ended(outcome));
         let result = &run.result;
+        let waste = WasteFigures::of(&result.mission);
         let robots = || result.robots.values();
         Self {
             outcome,
             hash: run.hash.clone().unwrap_or_default(),
             sim_time_ms: result.sim_time_ms.0,
-            items_delivered: result.items.delivered,
-            items_total: result.items.total(),
-            reports_made: result.reports_made,
-            report_lateness_mean_ms: result.report_lateness_mean_ms,
-            report_lateness_max_ms: result.report_lateness_max_ms,
+            items_delivered: waste.items.delivered,
+            items_total: waste.items.total(),
+            reports_made: waste.reports_made,
+            report_lateness_mean_ms: waste.report_lateness_mean_ms,
+            report_lateness_max_ms: waste.report_lateness_max_ms,
             activations: robots().map(|robot| u64::from(robot.activations)).sum(),
             messages_sent: robots().map(|robot| robot.messages_sent).sum(),
             bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),

@@ -12,6 +12,7 @@ use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
 use serde::Serialize;
 use study::in_process::Team;
+use world_server::missions;
 use world_server::recorder::Recorder;
 use world_server::simulation::Simulation;
 
@@ -47,8 +48,9 @@ impl Count {
 impl Traffic {
     /// Of a whole run.
     pub fn of(setup: &Setup) -> Self {
-        let mut recorder = Recorder::new(setup, LogLevel::Off, Memory::default()).unwrap();
-        let mut simulation = Simulation::new(setup.clone(), false);
+        let mission = missions::of(&setup.scenario);
+        let mut recorder = Recorder::new(setup, mission, LogLevel::Off, Memory::default()).unwrap();
+        let mut simulation = Simulation::new(setup.clone(), mission, false);
         let mut agents = Vec::new();
         let team = TeamConfig::of(setup, Registry::of_this_program()).unwrap();
         for robot in &setup.scenario.robots {

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use alliance_proto::fault::{ActuatorMode, Fault, Side};
 use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Actuation, Gripper};
+use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Body, Roster, Setup};
 
 use super::schedule::FaultIndex;
+use crate::mission::WorldMission;
 use crate::world::limited;
 
 /// The broken actuators of all robots.
@@ -60,20 +61,30 @@ impl Actuators {
     /// Turns the command of a robot into what its body does. Returns the faults that changed what an intact body would have
     /// done, in the order of arming.
     #[inline]
-    pub fn disobey(&self, robot: RobotId, command: &mut Option<Actuation>) -> Vec<FaultIndex> {
+    pub fn disobey(
+        &self,
+        mission: &dyn WorldMission,
+        robot: RobotId,
+        command: &mut Option<Actuation>,
+    ) -> Vec<FaultIndex> {
         match command {
-            Some(command) if !self.broken.is_empty() => self.alter(robot, command),
+            Some(command) if !self.broken.is_empty() => self.alter(mission, robot, command),
             // As in most runs.
             _ => Vec::new(),
         }
     }
 
-    fn alter(&self, robot: RobotId, command: &mut Actuation) -> Vec<FaultIndex> {
+    fn alter(
+        &self,
+        mission: &dyn WorldMission,
+        robot: RobotId,
+        command: &mut Actuation,
+    ) -> Vec<FaultIndex> {
         let body = &self.bodies[robot.index()];
         let mut hits = Vec::new();
         for (fault, _, defect) in self.broken.iter().filter(|(_, whose, _)| *whose == robot) {
             let told = limited(body, *command);
-            *command = limited(body, defect.act(body, told));
+            *command = limited(body, defect.act(mission, body, told));
             if *command != told {
                 hits.push(*fault);
             }
@@ -83,7 +94,7 @@ impl Actuators {
 }
 
 impl Defect {
-    fn act(self, body: &Body, told: Actuation) -> Actuation {
+    fn act(self, mission: &dyn WorldMission, body: &Body, mut told: Actuation) -> Actuation {
         let mode = match self {
             Self::Actuator(mode) => mode,
             Self::Deaf => return Actuation::default(),
@@ -100,10 +111,10 @@ impl Defect {
                 }
             }
             ActuatorMode::OneWheel(dead) => one_wheel(body, told, dead),
-            ActuatorMode::Gripper => Actuation {
-                gripper: Gripper::Keep,
-                ..told
-            },
+            ActuatorMode::Gripper => {
+                mission.disable("gripper", &mut told.deed);
+                told
+            }
         }
     }
 }
@@ -133,8 +144,12 @@ fn one_wheel(body: &Body, told: Actuation, dead: Side) -> Actuation {
 #[cfg(test)]
 mod tests {
     use alliance_proto::fault::ActuatorFault;
+    use alliance_proto::mission::waste::{Gripper, WasteDeed};
+    use alliance_proto::scenario::Setup;
 
     use super::*;
+    use crate::missions::waste::WASTE;
+    use crate::world::World;
 
     const BLUE: RobotId = RobotId(0);
     const GOLD: RobotId = RobotId(1);
@@ -164,7 +179,8 @@ mod tests {
         let faults = faults.iter().enumerate();
         actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
         let mut command = Some(told);
-        let hits = actuators.disobey(robot, &mut command);
+        let world = World::new(&Setup::default_for(1), &WASTE);
+        let hits = actuators.disobey(world.mission(), robot, &mut command);
         let hits = hits.into_iter().map(|fault| fault.0).collect();
         (command.unwrap(), hits)
     }
@@ -226,16 +242,19 @@ mod tests {
     fn a_failed_gripper_keeps_and_the_drive_goes_on() {
         let told = Actuation {
             speed_m_s: 0.3,
-            gripper: Gripper::Pick,
+            deed: Gripper::Pick.into(),
             ..Actuation::default()
         };
         let faults = [actuator(ActuatorMode::Gripper)];
         let (done, hits) = obeyed(&faults, BLUE, told);
-        assert_eq!((done.speed_m_s, done.gripper), (0.3, Gripper::Keep));
+        assert_eq!(
+            (done.speed_m_s, done.deed.waste().gripper),
+            (0.3, Gripper::Keep)
+        );
         assert_eq!(hits, [0]);
         assert_eq!(obeyed(&faults, GOLD, told), (told, vec![]));
         let keeps = Actuation {
-            gripper: Gripper::Keep,
+            deed: Gripper::Keep.into(),
             ..told
         };
         assert_eq!(obeyed(&faults, BLUE, keeps), (keeps, vec![]));
@@ -244,7 +263,11 @@ mod tests {
     #[test]
     fn without_power_and_while_it_babbles_nothing_is_obeyed() {
         let told = Actuation {
-            report_progress: true,
+            deed: WasteDeed {
+                report_progress: true,
+                ..WasteDeed::default()
+            }
+            .into(),
             ..Actuation::default()
         };
         for fault in [Fault::Power as fn(String) -> Fault, Fault::Babble] {
@@ -258,7 +281,12 @@ mod tests {
         let mut actuators = Actuators::new(&Setup::default_for(1));
         let fault = Fault::Babble("blue".to_owned());
         actuators.begin([(FaultIndex(0), &fault)].into_iter());
-        assert!(actuators.disobey(BLUE, &mut none).is_empty());
+        let world = World::new(&Setup::default_for(1), &WASTE);
+        assert!(
+            actuators
+                .disobey(world.mission(), BLUE, &mut none)
+                .is_empty()
+        );
         assert_eq!(none, None);
     }
 

@@ -20,6 +20,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::draws::{WORDS, normal, uniform};
 use super::schedule::FaultIndex;
+use crate::mission::WorldMission;
 use crate::world::wrapped;
 
 /// Most numbers that a device tells in one tick: eight items of waste, x and y.
@@ -120,6 +121,7 @@ impl Sensors {
     #[inline]
     pub fn distort(
         &mut self,
+        mission: &dyn WorldMission,
         robot: RobotId,
         tick: Tick,
         readings: &mut Readings,
@@ -128,11 +130,12 @@ impl Sensors {
         if self.broken.is_empty() {
             return Vec::new();
         }
-        self.break_down(robot, tick, readings)
+        self.break_down(mission, robot, tick, readings)
     }
 
     fn break_down(
         &mut self,
+        mission: &dyn WorldMission,
         robot: RobotId,
         tick: Tick,
         readings: &mut Readings,
@@ -142,7 +145,7 @@ impl Sensors {
         let broken = self.broken.iter_mut();
         for broken in broken.filter(|broken| broken.robot == robot) {
             let intact = readings.clone();
-            broken.act(tick, draws, readings);
+            broken.act(mission, tick, draws, readings);
             if *readings != intact {
                 hits.push(broken.fault);
             }
@@ -178,7 +181,13 @@ fn told_before(sent: &TickMessage, tick: Tick) -> Option<Readings> {
 }
 
 impl Broken {
-    fn act(&mut self, tick: Tick, draws: &mut ChaCha8Rng, readings: &mut Readings) {
+    fn act(
+        &mut self,
+        mission: &dyn WorldMission,
+        tick: Tick,
+        draws: &mut ChaCha8Rng,
+        readings: &mut Readings,
+    ) {
         let (device, mode, before) = match self.defect {
             Defect::Device {
                 device,
@@ -191,20 +200,20 @@ impl Broken {
             }
         };
         match mode {
-            SensorMode::Dead => copy(device, &Readings::default(), readings),
+            SensorMode::Dead => copy(mission, device, &Readings::default(), readings),
             SensorMode::Stuck => {
                 let stuck_at = self.stuck_at.get_or_insert_with(|| readings.clone());
-                copy(device, stuck_at, readings);
+                copy(mission, device, stuck_at, readings);
             }
             SensorMode::Noise(size) => {
                 seek(draws, tick, device, before, 0);
-                mislead(device, readings, size, || normal(draws) as f32);
+                mislead(mission, device, readings, size, || normal(draws) as f32);
             }
-            SensorMode::Bias(size) => mislead(device, readings, size, || 1.0),
+            SensorMode::Bias(size) => mislead(mission, device, readings, size, || 1.0),
             SensorMode::Dropout(share) => {
                 seek(draws, tick, device, before, 1);
                 if uniform(draws) < share {
-                    copy(device, &Readings::default(), readings);
+                    copy(mission, device, &Readings::default(), readings);
                 }
             }
         }
@@ -222,23 +231,21 @@ fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: Device, before: u64, kind: u
 }
 
 /// Makes a device tell what it tells in other readings.
-fn copy(device: Device, from: &Readings, to: &mut Readings) {
+fn copy(mission: &dyn WorldMission, device: Device, from: &Readings, to: &mut Readings) {
     match device {
         Device::Position => to.pose = from.pose,
         Device::FrontBorder => to.front_border = from.front_border,
         Device::SideBorder => to.side_border = from.side_border,
         Device::Avoidance => to.proximity = from.proximity,
-        Device::Waste => to.waste.clone_from(&from.waste),
-        Device::SpillZone => to.zone = from.zone,
-        Device::ReportSite => to.report_site = from.report_site,
-        Device::Gripper => to.holding = from.holding,
         Device::Ground => to.ground = from.ground,
+        other => mission.copy_device(other.as_str(), &from.mission, &mut to.mission),
     }
 }
 
 /// Makes every number that a device tells wrong by an error in units of that size. Distances do not get negative, a free
-/// beam stays free, and waste stays sorted by its distance.
+/// beam stays free.
 fn mislead(
+    mission: &dyn WorldMission,
     device: Device,
     readings: &mut Readings,
     size: SensorError,
@@ -279,16 +286,11 @@ fn mislead(
                 }
             }
         }
-        Device::Waste => {
-            let Some(items) = &mut readings.waste else {
-                return;
-            };
-            for item in items.iter_mut() {
-                *item += size.m * Vec2::new(error(), error());
-            }
-            items.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        // It tells no lengths: an order that wants it is refused.
+        Device::Ground => {}
+        other => {
+            let sensed = &mut readings.mission;
+            mission.mislead(other.as_str(), sensed, &mut || size.m * error());
         }
-        // They tell no lengths: an order that wants it is refused.
-        Device::SpillZone | Device::ReportSite | Device::Gripper | Device::Ground => {}
     }
 }

@@ -12,6 +12,7 @@ use super::on_their_way::OnTheirWay;
 use super::record::{EventKind, TickRecord};
 use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};
+use crate::mission::Value;
 
 /// motivations.csv: a row per behavior set of each robot that counted.
 pub(super) fn motivations(
@@ -265,14 +266,14 @@ pub(super) fn poses(
 
 /// mission.csv: one row.
 pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
-    Row::new(rows)
-        .number(record.now.0)
-        .number(record.items.in_spills)
-        .number(record.items.carried)
-        .number(record.items.on_floor)
-        .number(record.items.delivered)
-        .optional(record.last_report.map(|time| time.0))
-        .end();
+    let first = Row::new(rows).number(record.now.0);
+    let values = record.mission.iter();
+    let all = values.fold(first, |row, value| match *value {
+        Value::Count(count) => row.number(count),
+        Value::Real(number) => row.real(number),
+        Value::None => row.text(""),
+    });
+    all.end();
 }
 
 /// inputs.jsonl: a line per input.

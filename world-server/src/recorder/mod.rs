@@ -30,13 +30,13 @@ mod tests;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{Document, LogLevel, RunFile, RunOutcome, Section, Table};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+
+use crate::mission::{MissionKind, Value};
 
 use hash::{RunHash, SectionHash};
 use names::Names;
@@ -49,6 +49,7 @@ pub use answers::{Answer, Answers, Deliveries};
 pub use background::Background;
 pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
 pub use sink::{Folder, Sink};
+pub use tally::Ending;
 
 /// Buffered bytes that make the recorder write.
 const FLUSH_BYTES: usize = 64 * 1024;
@@ -110,7 +111,7 @@ pub struct Recorder<S> {
     /// Messages whose rows are still to come.
     on_their_way: OnTheirWay,
     /// What the last row of mission.csv says.
-    mission: Option<(ItemCounts, Option<SimTime>)>,
+    mission: Option<Vec<Value>>,
     /// Latest tick.
     latest: Option<(Tick, SimTime)>,
     /// Latest tick with a seal.
@@ -123,7 +124,12 @@ impl<S: Sink> Recorder<S> {
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
+    pub fn new(
+        setup: &Setup,
+        mission: &MissionKind,
+        level: LogLevel,
+        sink: S,
+    ) -> Result<Self, RecordError> {
         let names = Names::of(setup);
         let mut recorder = Self {
             setup: setup.clone(),
@@ -131,7 +137,7 @@ impl<S: Sink> Recorder<S> {
             repeated: Repeated::new(&names),
             names,
             sink,
-            pages: Pages::new(level),
+            pages: Pages::new(level, mission),
             hash: RunHash::default(),
             section: SectionHash::default(),
             tally: Tally::new(setup),
@@ -142,7 +148,7 @@ impl<S: Sink> Recorder<S> {
             broken: false,
         };
         // First: without run.json a folder is not readable.
-        recorder.write_run(RunOutcome::Running, false, Vec::new())?;
+        recorder.write_run(RunOutcome::Running, Ending::default())?;
         recorder.flush()?;
         Ok(recorder)
     }
@@ -179,12 +185,7 @@ impl<S: Sink> Recorder<S> {
     ///
     /// # Errors
     /// Those of [`Recorder::flush`] and of the sink.
-    pub fn finish(
-        &mut self,
-        outcome: Outcome,
-        unscripted: bool,
-        faults: Vec<FaultStatus>,
-    ) -> Result<RunFile, RecordError> {
+    pub fn finish(&mut self, outcome: Outcome, ending: Ending) -> Result<RunFile, RecordError> {
         let left = self.on_their_way.end();
         if !left.is_empty() {
             let (names, repeated) = (&self.names, &mut self.repeated);
@@ -196,7 +197,7 @@ impl<S: Sink> Recorder<S> {
             self.seal();
         }
         self.flush()?;
-        self.write_run(RunOutcome::Ended(outcome), unscripted, faults)
+        self.write_run(RunOutcome::Ended(outcome), ending)
     }
 
     /// Where the log goes.
@@ -211,12 +212,12 @@ impl<S: Sink> Recorder<S> {
         self.sink
     }
 
-    fn write_run(
-        &mut self,
-        outcome: RunOutcome,
-        unscripted: bool,
-        faults: Vec<FaultStatus>,
-    ) -> Result<RunFile, RecordError> {
+    fn write_run(&mut self, outcome: RunOutcome, ending: Ending) -> Result<RunFile, RecordError> {
+        let Ending {
+            unscripted,
+            faults,
+            figures,
+        } = ending;
         let run = RunFile {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             log: self.level,
@@ -224,7 +225,7 @@ impl<S: Sink> Recorder<S> {
             outcome,
             unscripted,
             faults,
-            result: self.tally.figures(),
+            result: self.tally.figures(figures),
             setup: self.setup.clone(),
         };
         let text = serde_json::to_string_pretty(&run)
@@ -248,7 +249,7 @@ impl<S: Sink> Recorder<S> {
             let hash = self.section.of(&record.events);
             self.add_section(None, Section::Events, hash);
         }
-        let state = (record.bodies, record.items, record.last_report);
+        let state = (record.bodies, record.mission_state);
         let hash = self.section.of(&state);
         self.add_section(None, Section::State, hash);
         self.hash.end_tick();
@@ -317,9 +318,10 @@ impl<S: Sink> Record for Recorder<S> {
             encode::poses(names, repeated, record, rows)
         });
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
-        let mission = Some((record.items, record.last_report));
-        if self.mission != mission {
-            self.mission = mission;
+        if self.mission.as_deref() != Some(record.mission) {
+            let written = self.mission.get_or_insert_default();
+            written.clear();
+            written.extend_from_slice(record.mission);
             pages.add(Table::Mission, |rows| encode::mission(record, rows));
         }
         if self.seal_is_due(record.now) {

@@ -7,10 +7,13 @@ use super::RecordError;
 use super::repeated::Repeated;
 use super::row::{Fields, Row};
 use super::sink::Sink;
+use crate::mission::MissionKind;
 
 /// The tables of a run.
 pub(super) struct Pages {
     level: LogLevel,
+    /// Those of mission.csv after the time.
+    mission_columns: &'static [&'static str],
     /// In the order of [`Table::ALL`].
     tables: [Page; Table::ALL.len()],
 }
@@ -30,9 +33,10 @@ struct Page {
 
 impl Pages {
     /// Tables with nothing but header lines.
-    pub fn new(level: LogLevel) -> Self {
+    pub fn new(level: LogLevel, mission: &MissionKind) -> Self {
         let mut pages = Self {
             level,
+            mission_columns: mission.columns,
             tables: Default::default(),
         };
         for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {
@@ -43,17 +47,25 @@ impl Pages {
 
     /// Writes the header line of a table.
     fn begin(&mut self, table: Table) {
-        self.tables[table as usize].begun = true;
-        self.add(table, |bytes| {
-            bytes.extend_from_slice(table.header().as_bytes())
+        let begun = &mut self.tables[table as usize].begun;
+        if std::mem::replace(begun, true) {
+            return;
+        }
+        let columns = self.mission_columns;
+        self.add(table, |bytes| match table.header() {
+            Some(header) => bytes.extend_from_slice(header.as_bytes()),
+            None => {
+                let columns = ["t_ms"].iter().chain(columns);
+                columns
+                    .fold(Row::new(bytes), |row, name| row.text(name))
+                    .end();
+            }
         });
     }
 
     /// Adds rows to a table that is there only if it has rows.
     pub fn add_optional(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
-        if !self.tables[table as usize].begun {
-            self.begin(table);
-        }
+        self.begin(table);
         self.add(table, rows);
     }
 

@@ -1,15 +1,28 @@
 //! Adds up the figures of run.json.
 
+use std::iter;
 use std::sync::Arc;
 
-use alliance_proto::ids::RobotId;
+use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{Figures, Input, RobotFigures};
+use alliance_proto::mission::{MissionFigures, TeamFigures};
 use alliance_proto::scenario::{Roster, Setup};
 use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
 
 use super::answers::Answer;
-use super::record::{EventKind, TickRecord};
+use super::record::TickRecord;
+
+/// What a run that ends knows of itself and its log does not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ending {
+    /// Whether a stall or loss that the scenario did not ask for changed it.
+    pub unscripted: bool,
+    /// Its faults, with how often each has hit, in the order in which they were armed.
+    pub faults: Vec<FaultStatus>,
+    /// The mission's figures.
+    pub figures: TeamFigures,
+}
 
 /// Adds up the figures of a run.
 #[derive(Clone, Debug)]
@@ -19,9 +32,6 @@ pub struct Tally {
     robots: Vec<RobotFigures>,
     roster: Arc<Roster>,
     step: SimTime,
-    report_period: SimTime,
-    last_report: SimTime,
-    lateness_total_ms: u64,
 }
 
 impl Tally {
@@ -32,16 +42,12 @@ impl Tally {
             robots: vec![RobotFigures::default(); scenario.robots.len()],
             roster: Arc::clone(&setup.roster),
             step: SimTime(scenario.step_ms),
-            report_period: SimTime::from_secs_f64(scenario.waste.report_period_s),
-            last_report: SimTime::ZERO,
-            lateness_total_ms: 0,
         }
     }
 
     pub fn add(&mut self, record: &TickRecord<'_>) {
         self.figures.ticks += 1;
         self.figures.sim_time_ms = record.now + self.step;
-        self.figures.items = record.items;
         for input in record.inputs {
             if let Input::Join { robot, .. } = input
                 && let Some(robot) = self.roster.robot_named(robot)
@@ -54,49 +60,27 @@ impl Tally {
                 count(figures, answer);
             }
         }
-        for event in record.events {
-            match event.kind {
-                EventKind::Delivered => {
-                    if let Some(figures) = self.robot(event.robot) {
-                        figures.items_delivered += 1;
-                    }
-                }
-                EventKind::Reported => {
-                    if let Some(figures) = self.robot(event.robot) {
-                        figures.reports_made += 1;
-                    }
-                    self.add_report(record.now);
-                }
-                _ => {}
-            }
+    }
+
+    /// The figures so far, with those of the mission.
+    pub fn figures(&self, of_mission: TeamFigures) -> Figures {
+        let TeamFigures { mission, robots } = of_mission;
+        let of_mission = robots
+            .into_iter()
+            .chain(iter::repeat_with(MissionFigures::default));
+        let robots = self.roster.names().zip(&self.robots).zip(of_mission);
+        let robots = robots.map(|((name, robot), mission)| {
+            let figures = RobotFigures {
+                mission,
+                ..robot.clone()
+            };
+            (name.to_owned(), figures)
+        });
+        Figures {
+            mission,
+            robots: robots.collect(),
+            ..self.figures.clone()
         }
-    }
-
-    fn robot(&mut self, robot: Option<RobotId>) -> Option<&mut RobotFigures> {
-        self.robots.get_mut(robot?.index())
-    }
-
-    fn add_report(&mut self, now: SimTime) {
-        let late_ms = now.since(self.last_report + self.report_period).0;
-        self.last_report = now;
-        self.lateness_total_ms += late_ms;
-        let figures = &mut self.figures;
-        figures.reports_made += 1;
-        figures.report_lateness_max_ms = figures.report_lateness_max_ms.max(Some(late_ms));
-        figures.report_lateness_mean_ms =
-            Some(self.lateness_total_ms as f64 / f64::from(figures.reports_made));
-    }
-
-    /// The figures so far.
-    pub fn figures(&self) -> Figures {
-        let mut figures = self.figures.clone();
-        let robots = self
-            .roster
-            .names()
-            .map(str::to_owned)
-            .zip(self.robots.iter().copied());
-        figures.robots = robots.collect();
-        figures
     }
 }
 

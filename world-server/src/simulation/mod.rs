@@ -19,7 +19,6 @@ mod view;
 use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
-use alliance_proto::items::ItemCounts;
 use alliance_proto::join::Refusal;
 use alliance_proto::log::Input;
 use alliance_proto::process::ProcessAct;
@@ -36,10 +35,11 @@ use crate::faults::links::Links;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::interruption::{Interruption, InterruptionHandler};
+use crate::mission::{MissionKind, TeamFigures, Value};
 use crate::recorder::{
-    Answer, Answers, BodyRecord, Event, EventKind, FaultEvent, Record, RecordError, TickRecord,
+    Answer, Answers, BodyRecord, Ending, Event, FaultEvent, Record, RecordError, TickRecord,
 };
-use crate::world::{World, WorldEvent};
+use crate::world::World;
 
 use acts::{Act, Acts};
 use commands::QueuedCommand;
@@ -48,6 +48,7 @@ use view::Memories;
 /// A run.
 pub struct Simulation {
     setup: Setup,
+    kind: &'static MissionKind,
     world: World,
     barrier: Barrier,
     /// What each robot was sent last, by rank.
@@ -99,19 +100,22 @@ struct Ended {
     bodies: Vec<BodyRecord>,
     commands: Vec<Option<Actuation>>,
     events: Vec<Event>,
-    items: ItemCounts,
-    last_report: Option<SimTime>,
+    mission: Vec<Value>,
+    mission_state: u64,
+    /// The mission's figures as of then, once it has changed since.
+    figures: Option<TeamFigures>,
 }
 
 impl Simulation {
     /// A run at tick 0, nobody there yet. Without a launcher nobody starts or signals processes, and faults that need it are
     /// refused.
     #[must_use]
-    pub fn new(setup: Setup, has_launcher: bool) -> Self {
-        let world = World::new(&setup);
+    pub fn new(setup: Setup, kind: &'static MissionKind, has_launcher: bool) -> Self {
+        let world = World::new(&setup, kind);
         let robots = setup.scenario.robots.len();
         let barrier = Barrier::new(&setup.scenario.robots, setup.step_order);
         let mut simulation = Self {
+            kind,
             world,
             barrier,
             messages: vec![TickMessage::default(); robots],
@@ -253,10 +257,8 @@ impl Simulation {
     /// What a robot carries falls before the current tick is sensed.
     fn let_go(&mut self, robot: RobotId) {
         self.active[robot.index()] = None;
-        if let Some(dropped) = self.world.drop_carried(robot) {
-            let event = self.event(&dropped);
-            self.events.push(event);
-        }
+        self.keep_figures();
+        self.events.extend(self.world.lose(robot));
     }
 
     /// In a replay: see [`Barrier::skip_to`].
@@ -301,7 +303,7 @@ impl Simulation {
         if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
             self.open();
         }
-        let Some(question) = self.barrier.next_question(&self.world) else {
+        let Some(question) = self.barrier.next_question(&*self.world) else {
             // Nobody may be there to be asked.
             self.settle();
             return None;
@@ -323,9 +325,12 @@ impl Simulation {
         }
         self.news[robot.index()] = true;
         self.world.sense(robot, &mut message.readings);
-        let hits = self
-            .sensors
-            .distort(robot, message.tick, &mut message.readings);
+        let hits = self.sensors.distort(
+            self.world.mission(),
+            robot,
+            message.tick,
+            &mut message.readings,
+        );
         for fault in hits {
             self.hit(fault, 1);
         }
@@ -408,7 +413,7 @@ impl Simulation {
         let (tick, now) = (self.barrier.tick(), self.world.now());
         let mut ended = std::mem::take(&mut self.ended);
         let gathered = &mut ended.gathered;
-        self.barrier.finish(&self.world, gathered);
+        self.barrier.finish(&*self.world, gathered);
         (self.interrupted, self.opened, self.settled) = (false, false, false);
         let mut answers = std::mem::take(&mut self.answers);
         answers.count(&gathered.counted);
@@ -427,23 +432,26 @@ impl Simulation {
         commands.clear();
         for (robot, answer) in self.barrier.robots().zip(answers.all()) {
             let mut command = answer.counts.then_some(answer.report.actuation);
-            for fault in self.actuators.disobey(robot, &mut command) {
+            let mission = self.world.mission();
+            for fault in self.actuators.disobey(mission, robot, &mut command) {
                 self.hit(fault, 1);
             }
             commands.push(command);
         }
         let mut happened = self.world.step(commands);
-        let dead = gathered.dead.iter();
-        happened.extend(dead.filter_map(|robot| self.world.drop_carried(*robot)));
+        for robot in &gathered.dead {
+            happened.append(&mut self.world.lose(*robot));
+        }
         self.trigger_by_world(&happened, &ended.inputs);
         ended.events.clear();
         ended.events.append(&mut self.events);
-        let in_world = happened.iter().map(|event| self.event(event));
-        ended.events.extend(in_world);
+        ended.events.append(&mut happened);
 
         ended.at = Some((tick, now));
-        ended.items = self.world.item_counts();
-        ended.last_report = self.world.last_report();
+        ended.mission.clear();
+        self.world.mission().row(&mut ended.mission);
+        ended.mission_state = self.world.mission().state();
+        ended.figures = None;
         self.answers = answers;
         self.ended = ended;
         self.outcome = self.decide_outcome();
@@ -465,8 +473,8 @@ impl Simulation {
             bodies: &ended.bodies,
             answers: self.answers.all(),
             events: &ended.events,
-            items: ended.items,
-            last_report: ended.last_report,
+            mission: &ended.mission,
+            mission_state: ended.mission_state,
         })?;
         Ok(true)
     }
@@ -499,7 +507,7 @@ impl Simulation {
             present: self.world.is_present(robot),
             pose: self.world.pose(robot),
             speed_m_s: self.world.speed_m_s(robot),
-            carrying: self.world.carrying(robot).is_some(),
+            carrying: self.world.mission().load(robot).is_some(),
             energy_j: self.world.energy_j(robot),
             active: self.active[robot.index()],
         })
@@ -592,39 +600,31 @@ impl Simulation {
 
     fn decide_outcome(&self) -> Option<Outcome> {
         let limit = SimTime::from_secs_f64(self.setup.scenario.limit_s);
-        if self.world.is_complete() {
-            Some(Outcome::Complete)
-        } else if self.world.now() >= limit {
-            Some(Outcome::TimeLimit)
-        } else {
-            None
+        let end = self.world.mission().end(self.world.now());
+        end.or_else(|| (self.world.now() >= limit).then_some(Outcome::TimeLimit))
+    }
+
+    /// Before anything changes the mission between two ticks: its figures are those of the tick that has ended, as all that is
+    /// in the log.
+    fn keep_figures(&mut self) {
+        if self.ended.figures.is_none() {
+            self.ended.figures = Some(self.figures());
         }
     }
 
-    /// A row of events.csv for something that happened in the world.
-    fn event(&self, event: &WorldEvent) -> Event {
-        let item = |item: alliance_proto::ids::ItemId| format!("item-{}", item.0);
-        match *event {
-            WorldEvent::Picked { robot, item: id } => Event {
-                subject: item(id),
-                ..Event::new(EventKind::Picked, Some(robot))
-            },
-            WorldEvent::PickFailed { robot } => Event::new(EventKind::PickFailed, Some(robot)),
-            WorldEvent::Dropped {
-                robot,
-                item: id,
-                at,
-            } => Event {
-                subject: item(id),
-                detail: format!("{} {}", at.x, at.y),
-                ..Event::new(EventKind::Dropped, Some(robot))
-            },
-            WorldEvent::Delivered { robot, item: id } => Event {
-                subject: item(id),
-                ..Event::new(EventKind::Delivered, Some(robot))
-            },
-            WorldEvent::ReportMade { robot } => Event::new(EventKind::Reported, Some(robot)),
-            WorldEvent::EnergyOut { robot } => Event::new(EventKind::EnergyOut, Some(robot)),
+    fn figures(&self) -> TeamFigures {
+        let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
+        self.world.mission().figures(&mut figures);
+        figures
+    }
+
+    /// What the end of the log tells of the run.
+    #[must_use]
+    pub fn ending(&self) -> Ending {
+        Ending {
+            unscripted: self.unscripted,
+            faults: self.faults(),
+            figures: self.ended.figures.clone().unwrap_or_else(|| self.figures()),
         }
     }
 }

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-use alliance_proto::log::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, TableRow,
-};
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, TableRow};
+use alliance_proto::mission::waste::WasteRow;
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use anyhow::Context;
@@ -236,7 +235,7 @@ impl Tables {
         self.events.message(row.t_ms, &message)
     }
 
-    fn mission(&self, row: &MissionRow) -> Message {
+    fn mission(&self, row: &WasteRow) -> Message {
         let message = Mission {
             t_ms: row.t_ms.0,
             items_in_spills: row.items_in_spills,

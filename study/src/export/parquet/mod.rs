@@ -17,8 +17,9 @@ use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use alliance_proto::log::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
+    EventRow, MessageRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
 };
+use alliance_proto::mission::waste::WasteRow;
 use anyhow::{Context, anyhow, bail};
 
 use super::facts;
@@ -43,7 +44,7 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
         (MessageRow::TABLE, write_table::<MessageRow>),
         (EventRow::TABLE, write_table::<EventRow>),
         (PoseRow::TABLE, write_table::<PoseRow>),
-        (MissionRow::TABLE, write_table::<MissionRow>),
+        (WasteRow::TABLE, write_table::<WasteRow>),
         (TickRow::TABLE, write_table::<TickRow>),
     ];
     let (kept, left_out): (Vec<_>, Vec<_>) = tables

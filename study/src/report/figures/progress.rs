@@ -1,6 +1,6 @@
 //! How the mission went on: items over time, and the time between progress reports.
 
-use alliance_proto::log::MissionRow;
+use alliance_proto::mission::waste::WasteRow;
 use alliance_proto::time::SimTime;
 use plotters::element::Polygon;
 use plotters::prelude::DashedLineSeries;
@@ -30,7 +30,7 @@ const LATE: RGBColor = RGBColor(213, 94, 0);
 /// When it cannot be drawn.
 pub fn items(run: &RunFigures<'_>) -> anyhow::Result<String> {
     /// A number of a row, and its line: color, width, and length of its dashes and gaps, px.
-    type Line = (fn(&MissionRow) -> u32, RGBColor, f64, Option<(f64, f64)>);
+    type Line = (fn(&WasteRow) -> u32, RGBColor, f64, Option<(f64, f64)>);
     let lines: [Line; 4] = [
         (|row| row.items_delivered, DELIVERED, 2.5, None),
         (|row| row.items_in_spills, IN_SPILLS, 1.5, None),
@@ -84,11 +84,7 @@ fn frame(timeline: &Timeline<'_>) -> Frame {
 }
 
 /// A line of steps: each row holds until the next one.
-fn steps(
-    rows: &[MissionRow],
-    end: SimTime,
-    number: impl Fn(&MissionRow) -> u32,
-) -> Vec<(f64, f64)> {
+fn steps(rows: &[WasteRow], end: SimTime, number: impl Fn(&WasteRow) -> u32) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
     let mut before = None;
     for row in rows {

@@ -10,6 +10,7 @@ mod tests;
 use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
 use anyhow::{Context, bail};
 use robot_agent::allocator::Registry;
+use world_server::missions;
 use world_server::world::start_poses;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -169,7 +170,7 @@ impl Plan {
 /// What is wrong with the scenario.
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let scenario = Scenario::from_table_with(scenario, &vocabulary())?;
-    start_poses(&scenario)?;
+    start_poses(&scenario, (missions::of(&scenario).start_area)(&scenario))?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
 }
 

@@ -1,82 +1,47 @@
-//! The world's side of the waste clean-up: spills, deposit, items and report site (thesis §4.1.1).
+//! What lies on the floor: spills, deposit, items and report site (thesis §4.1.1).
 
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::items::ItemCounts;
-use alliance_proto::readings::{Pose, Zone};
+use alliance_proto::mission::waste::Zone;
 use alliance_proto::rng::{self, Purpose};
 use alliance_proto::scenario::{Scenario, Spill};
-use alliance_proto::time::SimTime;
 use glam::Vec2;
 use rand::Rng;
+use xxhash_rust::xxh3::xxh3_64;
 
-use super::grid::Grid;
-use super::space::{Space, nearest_place};
-use super::{Component, ComponentId, Outline, Penetrability, Shape};
+use crate::world::{Floor, Grid, Outline};
 
 /// Random places tried for an item before the nearest place to the spill's center that will do is taken.
 const TRIES: usize = 1000;
 
 /// A waste item.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Item {
-    /// Its body; while it is carried, its place is where it was picked up.
-    pub component: Component,
+    /// Where it lies; while it is carried, where it was picked up, m.
+    pub position: Vec2,
     /// Who carries it.
     pub carrier: Option<RobotId>,
-    id: ItemId,
-}
-
-impl Item {
-    fn new(index: usize, at: Vec2, radius_m: f32) -> Self {
-        let id = ItemId(index as u32);
-        Self {
-            id,
-            carrier: None,
-            component: Component {
-                id: ComponentId::Item(id),
-                pose: Pose {
-                    position: at,
-                    heading_rad: 0.0,
-                },
-                shape: Shape::Disc { radius_m },
-                penetrability: Penetrability::NEUTRAL,
-                aspects: Vec::new(),
-            },
-        }
-    }
-
-    /// Its id.
-    #[must_use]
-    pub fn id(&self) -> ItemId {
-        self.id
-    }
-
-    /// Where it lies, or was picked up, m.
-    #[must_use]
-    pub fn position(&self) -> Vec2 {
-        self.component.pose.position
-    }
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct WasteFloor {
     items: Vec<Item>,
+    /// Sum of the hashes of all items.
+    hash: u64,
     /// Those on the floor, by where they lie.
     floor: Grid,
     counts: ItemCounts,
     pub item_radius_m: f32,
-    pub last_report: Option<SimTime>,
     /// Deposits and spills.
     zones: Vec<(Zone, Outline)>,
     /// The same by their centers, and how far the largest reaches from its own, m.
     zone_centers: Grid,
     zone_reach_m: f32,
     report_site: Outline,
-    color: SimTime,
 }
 
 impl WasteFloor {
-    pub fn new(scenario: &Scenario, seed: u64, space: &Space) -> Self {
+    pub fn new(scenario: &Scenario, seed: u64, floor: &Floor) -> Self {
         let waste = &scenario.waste;
         let spills = waste.spills.iter().map(Spill::spot);
         let spills = spills.map(|spot| (Zone::Spill, spot, waste.spill_radius_m));
@@ -84,7 +49,7 @@ impl WasteFloor {
         let deposits = deposits.map(|spot| (Zone::Deposit, spot, waste.deposit.radius_m));
         let zone_reach_m = waste.spill_radius_m.max(waste.deposit.radius_m);
         let discs: Vec<_> = deposits.chain(spills).collect();
-        let mut zone_centers = Grid::new(space.size, zone_reach_m, discs.len());
+        let mut zone_centers = Grid::new(floor.size(), zone_reach_m, discs.len());
         let zones = discs.into_iter().enumerate();
         let zones = zones.map(|(index, (zone, spot, radius_m))| {
             let center = spot.in_room(&scenario.room);
@@ -93,18 +58,18 @@ impl WasteFloor {
         });
         let zones = zones.collect();
         let sensed_m = scenario.body.radius_m + scenario.sensors.waste_range_m;
-        let places = places_of_items(scenario, seed, space);
+        let [min, max] = report_site(scenario);
+        let places = places_of_items(scenario, seed, floor);
         let mut new = Self {
             items: Vec::new(),
-            floor: Grid::new(space.size, sensed_m, places.len()),
+            hash: 0,
+            floor: Grid::new(floor.size(), sensed_m, places.len()),
             counts: ItemCounts::default(),
             item_radius_m: waste.item_radius_m,
-            last_report: None,
             zones,
             zone_centers,
             zone_reach_m,
-            report_site: report_site(scenario),
-            color: SimTime::from_secs_f64(waste.report_site.color_s),
+            report_site: Outline::Rectangle { min, max },
         };
         for place in places {
             new.add(place);
@@ -115,6 +80,16 @@ impl WasteFloor {
     /// By id.
     pub fn items(&self) -> &[Item] {
         &self.items
+    }
+
+    /// Deposits and spills.
+    pub fn zones(&self) -> &[(Zone, Outline)] {
+        &self.zones
+    }
+
+    /// Where progress is reported.
+    pub fn report_site(&self) -> Outline {
+        self.report_site
     }
 
     /// Items on the floor within reach of a point and where they lie, and some that are not within reach.
@@ -160,9 +135,11 @@ impl WasteFloor {
 
     /// A new item on the floor.
     pub fn add(&mut self, at: Vec2) -> ItemId {
-        let item = Item::new(self.items.len(), at, self.item_radius_m);
-        let id = item.id;
-        self.items.push(item);
+        let id = ItemId(self.items.len() as u32);
+        self.items.push(Item {
+            position: at,
+            carrier: None,
+        });
         self.lay(id, at);
         id
     }
@@ -171,10 +148,12 @@ impl WasteFloor {
         self.take_up(item);
         self.items[item.0 as usize].carrier = Some(robot);
         self.counts.carried += 1;
+        self.hash = self.hash.wrapping_add(self.hash_of(item));
     }
 
     /// What was carried lies there now; says whether that is in the deposit.
     pub fn put_down(&mut self, item: ItemId, at: Vec2) -> bool {
+        self.hash = self.hash.wrapping_sub(self.hash_of(item));
         self.items[item.0 as usize].carrier = None;
         self.counts.carried -= 1;
         self.lay(item, at);
@@ -189,16 +168,34 @@ impl WasteFloor {
 
     fn lay(&mut self, item: ItemId, at: Vec2) {
         let index = item.0 as usize;
-        self.items[index].component.pose.position = at;
+        self.items[index].position = at;
         self.floor.insert(index, at);
         *self.count(at) += 1;
+        self.hash = self.hash.wrapping_add(self.hash_of(item));
     }
 
     fn take_up(&mut self, item: ItemId) {
+        self.hash = self.hash.wrapping_sub(self.hash_of(item));
         let index = item.0 as usize;
-        let from = self.items[index].position();
+        let from = self.items[index].position;
         self.floor.remove(index);
         *self.count(from) -= 1;
+    }
+
+    /// Hash of where each item is: it changes with the item that changes, and takes no look at the others.
+    pub fn hash(&self) -> u64 {
+        self.hash
+    }
+
+    fn hash_of(&self, item: ItemId) -> u64 {
+        let Item { position, carrier } = self.items[item.0 as usize];
+        let carrier = carrier.map_or(u32::MAX, |robot| robot.0.into());
+        let words = [item.0, position.x.to_bits(), position.y.to_bits(), carrier];
+        let mut bytes = [0; 16];
+        for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
+            place.copy_from_slice(&word.to_le_bytes());
+        }
+        xxh3_64(&bytes)
     }
 
     /// Number of items that lie in the same zone.
@@ -209,39 +206,33 @@ impl WasteFloor {
             Zone::None => &mut self.counts.on_floor,
         }
     }
-
-    pub fn site_colored(&self, now: SimTime) -> bool {
-        self.last_report
-            .is_some_and(|report| now.since(report) < self.color)
-    }
 }
 
-/// At the left wall, centered in y, cut off at the border.
-pub(super) fn report_site(scenario: &Scenario) -> Outline {
+/// At the left wall, centered in y, cut off at the border: lower left and upper right corner, m.
+pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
     let (room, site) = (scenario.room, scenario.waste.report_site);
     let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
-    Outline::Rectangle {
-        min: Vec2::new(0.0, center_y - half_height),
-        max: Vec2::new(site.width_m.min(room.width_m), center_y + half_height),
-    }
+    [
+        Vec2::new(0.0, center_y - half_height),
+        Vec2::new(site.width_m.min(room.width_m), center_y + half_height),
+    ]
 }
 
 /// Each item lies at a random place of its spill, inside the border and clear of solids, at which a robot can grip it.
-fn places_of_items(scenario: &Scenario, seed: u64, space: &Space) -> Vec<Vec2> {
+fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
     let waste = &scenario.waste;
     let mut rng = rng::stream(seed, Purpose::Items);
-    let will_do =
-        |place: Vec2| space.can_be_gripped(place, waste.item_radius_m, &scenario.body, |_| true);
+    let will_do = |place: Vec2| floor.can_be_gripped(place, waste.item_radius_m, |_| true);
     let mut places = Vec::new();
     for spill in &waste.spills {
-        let center = space.size * Vec2::new(spill.x_fraction, spill.y_fraction);
+        let center = floor.size() * Vec2::new(spill.x_fraction, spill.y_fraction);
         for _ in 0..spill.items {
             let mut tries =
                 (0..TRIES).map(|_| center + in_unit_disc(&mut rng) * waste.spill_radius_m);
             let place = tries
                 .find(|place| will_do(*place))
-                .or_else(|| nearest_place(center, space.size, will_do))
-                .unwrap_or_else(|| center.clamp(Vec2::ZERO, space.size));
+                .or_else(|| floor.nearest_place(center, will_do))
+                .unwrap_or_else(|| center.clamp(Vec2::ZERO, floor.size()));
             places.push(place);
         }
     }

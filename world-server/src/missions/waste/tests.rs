@@ -1,11 +1,107 @@
 //! Spills, gripper, deposit and report site.
 
-use alliance_proto::ids::ItemId;
+use std::any::Any;
+
 use alliance_proto::items::ItemCounts;
-use alliance_proto::readings::SensedWaste;
+use alliance_proto::mission::waste::SensedWaste;
+use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::Room;
+use glam::Vec2;
 
 use super::*;
+use crate::recorder::Event;
+use crate::world::World;
+use crate::world::tests::{
+    BLUE, GOLD, assert_at, drive, gripper, position, rectangle, robots, world,
+};
+
+pub(crate) fn waste(world: &World) -> &Waste {
+    let mission: &dyn Any = world.mission();
+    mission.downcast_ref().expect("it is the clean-up")
+}
+
+fn waste_mut(world: &mut World) -> (&mut Waste, &mut Floor) {
+    let (mission, floor) = world.mission_mut();
+    let mission: &mut dyn Any = mission;
+    (mission.downcast_mut().expect("it is the clean-up"), floor)
+}
+
+impl Waste {
+    pub(crate) fn counts(&self) -> ItemCounts {
+        self.floor.counts()
+    }
+
+    pub(crate) fn items(&self) -> &[Item] {
+        self.floor.items()
+    }
+}
+
+/// A world whose mission is the clean-up.
+pub(crate) trait CleanUp {
+    fn item_counts(&self) -> ItemCounts;
+    fn items(&self) -> &[Item];
+    fn carrying(&self, robot: RobotId) -> Option<ItemId>;
+    fn is_complete(&self) -> bool;
+    fn add_item(&mut self, near: Vec2) -> Result<ItemId, PlaceError>;
+    fn move_item(&mut self, item: ItemId, near: Vec2) -> Result<Vec2, PlaceError>;
+}
+
+impl CleanUp for World {
+    fn item_counts(&self) -> ItemCounts {
+        waste(self).counts()
+    }
+
+    fn items(&self) -> &[Item] {
+        waste(self).items()
+    }
+
+    fn carrying(&self, robot: RobotId) -> Option<ItemId> {
+        self.mission().load(robot)
+    }
+
+    fn is_complete(&self) -> bool {
+        self.mission().end(self.now()).is_some()
+    }
+
+    fn add_item(&mut self, near: Vec2) -> Result<ItemId, PlaceError> {
+        let (waste, floor) = waste_mut(self);
+        waste.add_item(near, floor)
+    }
+
+    fn move_item(&mut self, item: ItemId, near: Vec2) -> Result<Vec2, PlaceError> {
+        let (waste, floor) = waste_mut(self);
+        waste.move_item(item, near, floor)
+    }
+}
+
+fn seen(world: &World) -> View {
+    let mut view = View::default();
+    world.mission().show(world, &mut view);
+    view
+}
+
+/// Kind, rank and subject of each event.
+fn told(events: &[Event]) -> Vec<String> {
+    let told = events.iter().map(|event| {
+        let rank = event.robot.map_or(u16::MAX, |robot| robot.0);
+        format!("{} {rank} {}", event.kind, event.subject)
+    });
+    told.collect()
+}
+
+/// Where the only event says that an item fell.
+#[track_caller]
+pub(crate) fn dropped_at(events: &[Event]) -> Vec2 {
+    let [event] = events else {
+        panic!("{events:?}");
+    };
+    assert_eq!(event.kind.to_string(), DROPPED);
+    let numbers = event
+        .detail
+        .split(' ')
+        .map(|number| number.parse().unwrap());
+    Vec2::from_slice(&numbers.collect::<Vec<f32>>())
+}
 
 const REACH_M: f32 = 0.2;
 
@@ -30,13 +126,12 @@ fn items_start_in_their_spills() {
         }
     );
     for (index, item) in world.items().iter().enumerate() {
-        assert_eq!(item.id(), ItemId(index as u32));
         let spill = if index < 12 {
             Vec2::new(4.0, 6.0)
         } else {
             Vec2::new(4.0, 3.0)
         };
-        assert!(item.position().distance(spill) <= 0.8);
+        assert!(item.position.distance(spill) <= 0.8);
     }
     assert!(!world.is_complete());
 }
@@ -44,11 +139,11 @@ fn items_start_in_their_spills() {
 #[test]
 fn the_seed_decides_where_the_items_are() {
     let places = |seed| {
-        let world = World::new(&Setup::default_for(seed));
+        let world = World::new(&Setup::default_for(seed), &WASTE);
         world
             .items()
             .iter()
-            .map(super::super::Item::position)
+            .map(|item| item.position)
             .collect::<Vec<_>>()
     };
     assert_eq!(places(1), places(1));
@@ -66,8 +161,8 @@ fn carries_an_item_to_the_deposit() {
     let mut world = one_item(&[(3.7, 6.0, 0.0)]);
     let item = ItemId(0);
     assert_eq!(
-        world.step(&[gripper(Gripper::Pick)]),
-        [WorldEvent::Picked { robot: BLUE, item }]
+        told(&world.step(&[gripper(Gripper::Pick)])),
+        ["picked 0 item-0"]
     );
     assert_eq!(world.carrying(BLUE), Some(item));
     assert_eq!(
@@ -77,22 +172,17 @@ fn carries_an_item_to_the_deposit() {
             ..ItemCounts::default()
         }
     );
-    assert_eq!(world.readings(BLUE).waste, Some(SensedWaste::new()));
-    assert_eq!(world.readings(BLUE).holding, Some(true));
+    assert_eq!(
+        world.readings(BLUE).mission.waste().waste,
+        Some(SensedWaste::new())
+    );
+    assert_eq!(world.readings(BLUE).mission.waste().holding, Some(true));
     // A second pick changes nothing.
     assert_eq!(world.step(&[gripper(Gripper::Pick)]), []);
 
     let dropped = world.step(&[gripper(Gripper::Drop)]);
-    let [
-        WorldEvent::Dropped {
-            robot: BLUE,
-            item: ItemId(0),
-            at,
-        },
-    ] = dropped[..]
-    else {
-        panic!("{dropped:?}");
-    };
+    assert_eq!(told(&dropped), ["dropped 0 item-0"]);
+    let at = dropped_at(&dropped);
     // In front of the robot: radius, radius of the item and the skin.
     assert_at(at, 3.7 + 0.251, 6.0);
     assert_eq!(
@@ -116,8 +206,8 @@ fn carries_an_item_to_the_deposit() {
         world.step(&[drive(0.5, 0.0)]);
     }
     assert_eq!(
-        world.step(&[gripper(Gripper::Drop)]),
-        [WorldEvent::Delivered { robot: BLUE, item }]
+        told(&world.step(&[gripper(Gripper::Drop)])),
+        ["delivered 0 item-0"]
     );
     assert_eq!(
         world.item_counts(),
@@ -128,24 +218,33 @@ fn carries_an_item_to_the_deposit() {
     );
     assert!(world.is_complete());
     // It can be sensed there, but not taken out again.
-    assert_eq!(world.readings(BLUE).waste.map(|waste| waste.len()), Some(1));
     assert_eq!(
-        world.step(&[gripper(Gripper::Pick)]),
-        [WorldEvent::PickFailed { robot: BLUE }]
+        world
+            .readings(BLUE)
+            .mission
+            .waste()
+            .waste
+            .as_ref()
+            .map(|waste| waste.len()),
+        Some(1)
+    );
+    assert_eq!(
+        told(&world.step(&[gripper(Gripper::Pick)])),
+        ["pick-failed 0 "]
     );
 }
 
 #[test]
 fn the_gripper_reaches_from_the_edge_of_the_body() {
     let mut near = one_item(&[(3.6001, 6.0, 180.0)]);
-    assert!(matches!(
-        near.step(&[gripper(Gripper::Pick)])[..],
-        [WorldEvent::Picked { .. }]
-    ));
+    assert_eq!(
+        told(&near.step(&[gripper(Gripper::Pick)])),
+        ["picked 0 item-0"]
+    );
     let mut far = one_item(&[(3.5998, 6.0, 180.0)]);
     assert_eq!(
-        far.step(&[gripper(Gripper::Pick)]),
-        [WorldEvent::PickFailed { robot: BLUE }]
+        told(&far.step(&[gripper(Gripper::Pick)])),
+        ["pick-failed 0 "]
     );
 }
 
@@ -153,16 +252,7 @@ fn the_gripper_reaches_from_the_edge_of_the_body() {
 fn of_two_robots_that_pick_the_same_item_the_lower_rank_gets_it() {
     let mut world = one_item(&[(3.7, 6.0, 0.0), (4.3, 6.0, 180.0)]);
     let events = world.step(&[gripper(Gripper::Pick), gripper(Gripper::Pick)]);
-    assert_eq!(
-        events,
-        [
-            WorldEvent::Picked {
-                robot: BLUE,
-                item: ItemId(0)
-            },
-            WorldEvent::PickFailed { robot: GOLD },
-        ]
-    );
+    assert_eq!(told(&events), ["picked 0 item-0", "pick-failed 1 "]);
 }
 
 #[test]
@@ -170,16 +260,10 @@ fn the_gripper_works_where_the_robot_has_sensed_and_the_body_moves_after_that() 
     let mut world = one_item(&[(3.61, 6.0, 180.0)]);
     let command = Actuation {
         speed_m_s: 0.5,
-        gripper: Gripper::Pick,
+        deed: Gripper::Pick.into(),
         ..Actuation::default()
     };
-    assert_eq!(
-        world.step(&[Some(command)]),
-        [WorldEvent::Picked {
-            robot: BLUE,
-            item: ItemId(0)
-        }]
-    );
+    assert_eq!(told(&world.step(&[Some(command)])), ["picked 0 item-0"]);
     assert_at(position(&world, BLUE), 3.585, 6.0);
 }
 
@@ -193,13 +277,11 @@ fn what_a_robot_at_a_wall_lets_go_falls_beside_it() {
     });
     world.step(&[gripper(Gripper::Pick)]);
     world.add_obstacle(&rectangle(3.95, 4.0, 0.5, 4.0, 0.0));
-    let Some(WorldEvent::Dropped { at, .. }) = world.drop_carried(BLUE) else {
-        panic!("it carried the item");
-    };
+    let at = dropped_at(&world.lose(BLUE));
     // The first direction, in steps of 22.5 degrees, in which the item clears the wall at x = 3.95.
     let angle = 45.0_f32.to_radians();
     assert_at(at, 3.7 + 0.251 * angle.cos(), 6.0 + 0.251 * angle.sin());
-    assert_eq!(world.drop_carried(BLUE), None);
+    assert_eq!(world.lose(BLUE), []);
 }
 
 #[test]
@@ -217,9 +299,7 @@ fn an_item_let_go_in_a_corner_stays_inside_and_in_reach_of_others() {
             scenario.waste.spill_radius_m = 0.05;
         });
         world.step(&[gripper(Gripper::Pick)]);
-        let Some(WorldEvent::Dropped { at, .. }) = world.drop_carried(BLUE) else {
-            panic!("it carried the item");
-        };
+        let at = dropped_at(&world.lose(BLUE));
         let from_wall = at.min(Vec2::new(12.0, 9.0) - at).min_element();
         assert!(from_wall >= 0.05, "{at}");
         assert_eq!(world.item_counts().total(), 1);
@@ -240,8 +320,8 @@ fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
         }
     );
     for item in &covered.items()[..12] {
-        let outside = (item.position() - Vec2::new(4.0, 6.0)).abs().max_element() - 1.0;
-        assert!((0.05..0.2).contains(&outside), "{}", item.position());
+        let outside = (item.position - Vec2::new(4.0, 6.0)).abs().max_element() - 1.0;
+        assert!((0.05..0.2).contains(&outside), "{}", item.position);
     }
     // Nowhere at all: still as many items as there should be.
     let full = world(|scenario| {
@@ -271,7 +351,7 @@ fn no_item_starts_where_it_fits_but_no_robot_can_grip_it() {
     });
     let reach = 0.45;
     for item in &world.items()[..12] {
-        let Vec2 { x, y } = item.position();
+        let Vec2 { x, y } = item.position;
         let deep = (3.0..5.0).contains(&x) && (5.0 + reach..7.0 - reach).contains(&y);
         assert!(!deep, "({x}, {y})");
     }
@@ -297,26 +377,30 @@ fn items_that_begin_in_the_deposit_are_delivered() {
 #[test]
 fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
     let report = Some(Actuation {
-        report_progress: true,
+        deed: WasteDeed {
+            report_progress: true,
+            ..WasteDeed::default()
+        }
+        .into(),
         ..Actuation::default()
     });
     let mut away = world(robots(&[(3.0, 4.5, 0.0)]));
     assert_eq!(away.step(&[report]), []);
-    assert_eq!((away.last_report(), away.site_colored()), (None, false));
+    assert_eq!(
+        (seen(&away).last_report, seen(&away).site_colored),
+        (None, false)
+    );
 
     let mut world = world(robots(&[(0.3, 4.5, 0.0)]));
     world.step(&[None]);
-    assert_eq!(
-        world.step(&[report]),
-        [WorldEvent::ReportMade { robot: BLUE }]
-    );
-    assert_eq!(world.last_report().map(|time| time.0), Some(50));
+    assert_eq!(told(&world.step(&[report])), ["reported 0 "]);
+    assert_eq!(seen(&world).last_report.map(|time| time.0), Some(50));
     // For 5 s.
     while world.now().0 < 5050 {
-        assert!(world.site_colored());
+        assert!(seen(&world).site_colored);
         world.step(&[None]);
     }
-    assert!(!world.site_colored());
+    assert!(!seen(&world).site_colored);
 }
 
 #[test]
@@ -331,8 +415,41 @@ fn with_the_default_reach_a_dead_body_keeps_no_item_from_its_teammates() {
         world.step(&[None, drive(0.5, 0.0)]);
     }
     let events = world.step(&[None, gripper(Gripper::Pick)]);
-    assert!(matches!(
-        events[..],
-        [WorldEvent::Picked { robot: GOLD, .. }]
-    ));
+    assert_eq!(told(&events), ["picked 1 item-0"]);
+}
+
+#[test]
+fn whatever_the_steps_to_come_depend_on_is_in_the_state() {
+    let mut world = one_item(&[(3.7, 6.0, 0.0)]);
+    let mut states = vec![world.mission().state()];
+    let mut then = |world: &World| {
+        let state = world.mission().state();
+        assert!(!states.contains(&state));
+        states.push(state);
+    };
+    world.step(&[gripper(Gripper::Pick)]);
+    then(&world);
+    world.lose(BLUE);
+    then(&world);
+    world.move_item(ItemId(0), Vec2::new(2.0, 2.0)).unwrap();
+    then(&world);
+    world.add_item(Vec2::new(2.0, 2.0)).unwrap();
+    then(&world);
+    let (waste, floor) = waste_mut(&mut world);
+    waste.reports.add(floor.now());
+    then(&world);
+}
+
+#[test]
+fn eyes_see_zones_and_items_on_the_floor() {
+    let world = one_item(&[(3.7, 6.0, 0.0)]);
+    let view = seen(&world);
+    let marks = view.marks.iter().map(|mark| mark.id.as_str());
+    let marks: Vec<&str> = marks.collect();
+    assert_eq!(
+        marks,
+        ["zone-0", "zone-1", "zone-2", "report-site", "item-0"]
+    );
+    assert_eq!(view.waste.len(), 1);
+    assert_eq!(world.mission().holds(&world), Ok(()));
 }
