@@ -538,7 +538,7 @@ pub fn history_of(setup: Setup) -> History {
 
 #[test]
 fn whoever_resets_a_motivation_is_told() {
-    let text = scenarios::text_of("thesis-no-interruption").unwrap();
+    let text = include_str!("../../../launch/scenarios/thesis-no-interruption.toml");
     let scenario = Scenario::parse("thesis-no-interruption", text).unwrap();
     let history = history_of(Setup::resolve(scenario, 1, None).unwrap().setup);
     let mut told = 0;

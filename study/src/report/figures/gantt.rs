@@ -171,7 +171,6 @@ mod tests {
     use crate::report::figures::figures;
     use crate::report::metrics::Metrics;
     use crate::report::tests::run_of;
-    use crate::scenarios;
 
     /// An element of the drawing: its box in px, and its color.
     struct Painted {
@@ -225,7 +224,7 @@ mod tests {
     /// Gold and green search for two minutes, with an effect in every few steps: their bars are there all the same.
     #[test]
     fn effects_do_not_hide_the_bars_on_which_they_are_marked() {
-        let text = scenarios::text_of("thesis-trapped-robot").unwrap();
+        let text = include_str!("../../../../launch/scenarios/thesis-trapped-robot.toml");
         let scenario = Scenario::parse("thesis-trapped-robot", text).unwrap();
         let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
         let metrics = Metrics::of(&history, &run);
