@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use alliance_proto::ids::Tick;
 use alliance_proto::log::{
-    Input, InputLine, LogLevel, ReadError, RunLog, Section, Table, TickRow, WORLD,
+    Input, InputLine, LogLevel, ReadError, RunFile, RunLog, Section, Table, TickRow, WORLD,
 };
 use alliance_proto::time::SimTime;
 use clap::Args;
@@ -201,13 +201,11 @@ fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
     }
     let mut found = Vec::new();
     // Plain data with string keys, so nothing can fail; the parameters come last, for they follow from the scenario.
-    let value = |part| serde_json::to_value(part).unwrap_or_default();
-    let (one, other) = (value(&run_a.setup.scenario), value(&run_b.setup.scenario));
-    values_that_differ("", &one, &other, &mut found);
+    let value = |run: &RunFile| serde_json::to_value(&run.setup).unwrap_or_default();
+    let (one, other) = (value(run_a), value(run_b));
+    values_that_differ("", &one["scenario"], &other["scenario"], &mut found);
     if found.is_empty() {
-        let value = |part| serde_json::to_value(part).unwrap_or_default();
-        let (one, other) = (value(&run_a.setup.alliance), value(&run_b.setup.alliance));
-        values_that_differ("alliance", &one, &other, &mut found);
+        values_that_differ("alliance", &one["alliance"], &other["alliance"], &mut found);
     }
     if let Some(first) = found.first() {
         let more = match found.len() {
@@ -401,23 +399,29 @@ fn first_field(
 #[cfg(test)]
 mod tests {
     use alliance_proto::fault::{Fault, Order};
+    use alliance_proto::log::Memory;
     use alliance_proto::scenario::{Scenario, Setup};
-    use world_server::recorder::Memory;
 
     use super::*;
     use crate::in_process::Team;
 
-    /// A short run, with a kill that its scenario or an operator has asked for.
-    fn run(seed: u64, change: impl FnOnce(&mut Scenario), inputs: Vec<InputLine>) -> RunLog {
+    /// A short run, with an order that an operator gave, if any.
+    fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) -> RunLog {
         let mut scenario = Scenario {
             limit_s: 20.0,
             ..Scenario::default()
         };
         change(&mut scenario);
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
-        let team = Team::with_inputs(setup, inputs, LogLevel::Full, Memory::default()).unwrap();
-        let (_, recorder) = team.run().unwrap();
-        RunLog::from_memory(&recorder.into_sink()).unwrap()
+        let log = |team: Team<Memory>| {
+            let (_, recorder) = team.run().unwrap();
+            RunLog::from_memory(&recorder.into_sink()).unwrap()
+        };
+        let calm = log(Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap());
+        let Some(order) = order else { return calm };
+        let mut inputs = calm.inputs().unwrap();
+        inputs.push(order);
+        log(Team::with_inputs(setup, inputs, LogLevel::Full, Memory::default()).unwrap())
     }
 
     #[track_caller]
@@ -430,18 +434,14 @@ mod tests {
 
     #[test]
     fn seeds_and_scenarios_come_first() {
-        let first = run(1, |_| {}, Vec::new());
+        let first = run(1, |_| {}, None);
         check(
             &first,
-            &run(2, |_| {}, Vec::new()),
+            &run(2, |_| {}, None),
             "seed: 1 in A, 2 in B",
             "differs first in tick",
         );
-        let other = run(
-            1,
-            |scenario| scenario.waste.report_period_s = 60.0,
-            Vec::new(),
-        );
+        let other = run(1, |scenario| scenario.waste.report_period_s = 60.0, None);
         check(
             &first,
             &other,
@@ -452,7 +452,7 @@ mod tests {
 
     #[test]
     fn an_input_of_one_run_is_told_whichever_is_named_first() {
-        let inputs = vec![InputLine {
+        let order = InputLine {
             tick: 100,
             input: Input::Order {
                 order: Order {
@@ -460,8 +460,8 @@ mod tests {
                     ..Order::now(Fault::Mute("gold".to_owned()))
                 },
             },
-        }];
-        let (calm, broken) = (run(1, |_| {}, Vec::new()), run(1, |_| {}, inputs));
+        };
+        let (calm, broken) = (run(1, |_| {}, None), run(1, |_| {}, Some(order)));
         let place = "differs first in tick 100 (5.000 s): world inputs";
         check(
             &calm,

@@ -218,11 +218,11 @@ mod tests {
     use alliance_proto::log::MotivationRow;
     use alliance_proto::scenario::{Scenario, Setup};
     use serde_json::{Value, json};
+    use study::in_process::Team;
     use tempfile::TempDir;
     use world_server::recorder::Folder;
 
     use super::*;
-    use study::in_process::Team;
 
     /// What the page draws of a log is what the log says, at every activation and every reset, however long the window.
     #[test]
