@@ -15,7 +15,7 @@ import { obstacleMenu } from "./room/obstacle_menu.js";
 import { Room } from "./room/room.js";
 import { Tools } from "./room/tools.js";
 import { Api } from "./source/api.js";
-import { followLive } from "./source/live.js";
+import { followLive, wasLive } from "./source/live.js";
 import { LiveClock } from "./source/live_clock.js";
 import { Log } from "./source/log.js";
 import { Orders } from "./source/orders.js";
@@ -83,7 +83,8 @@ async function show(api, run) {
   const robots = new Robots(model, choices, orders);
   const links = new Links(model, orders);
   const events = new Events(model, seek, changed);
-  const charts = new Charts(model, seek);
+  const load = log && ((rank) => log.bends(rank).then((bends) => model.bend(bends), stop));
+  const charts = new Charts(model, seek, load);
   const timeline = player && new Timeline(model, player, events);
   const showTab = startTabs(changed);
   const select = (rank) => {
@@ -151,6 +152,8 @@ async function show(api, run) {
   if (model.isLive) {
     followLive(api, model);
   } else {
+    api.accompany();
+    if (wasLive(run)) player.seek(Infinity);
     const [all, whole] = await Promise.all([api.get("/api/events"), log.overview()]);
     model.addEvents(all);
     model.remember(whole);

@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::control::{ControlCommand, Reply, Request};
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{self, Rendezvous};
 use alliance_proto::secret::random;
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use serde::Serialize;
 use tokio::time::timeout;
@@ -26,7 +26,7 @@ const CLOSE_DEADLINE: Duration = Duration::from_millis(200);
 /// Which run is asked, and how its reply is shown.
 #[derive(Args, Clone, Debug)]
 pub struct ControlArgs {
-    /// Id of the run [default: the newest live one]
+    /// Id of the run [default: the one that is live; of several, what only looks takes the newest]
     #[arg(long, value_name = "ID", global = true)]
     run: Option<String>,
     /// Print the reply as JSON on stdout
@@ -37,7 +37,7 @@ pub struct ControlArgs {
 impl ControlArgs {
     /// Asks the run, and shows the reply on stderr in these words, or on stdout as JSON. `part` is the command's name.
     ///
-    /// Exit status 0, 2 when the world refuses, 3 when no run is live or none answers.
+    /// Exit status 0, 2 when the world refuses or it is not clear which run is meant, 3 when no run is live or none answers.
     #[must_use]
     pub fn ask(
         &self,
@@ -45,12 +45,27 @@ impl ControlArgs {
         command: ControlCommand,
         words: impl FnOnce(&Reply) -> String,
     ) -> ExitCode {
-        let reply = match self.reply_to(command) {
-            Ok(reply) => reply,
-            Err(error) => {
-                eprintln!("alliance {part}: {error:#}");
-                return ExitCode::from(3);
-            }
+        let failed = |error: anyhow::Error, status| {
+            eprintln!("alliance {part}: {error:#}");
+            ExitCode::from(status)
+        };
+        let live = match rendezvous::live() {
+            Ok(live) => live,
+            Err(error) => return failed(error.into(), 3),
+        };
+        let changes = !matches!(command, ControlCommand::Status | ControlCommand::List);
+        if changes && self.run.is_none() && live.len() > 1 {
+            let runs: Vec<&str> = live.iter().map(|run| run.run.as_str()).collect();
+            let which = anyhow!(
+                "{} runs are live; say --run {}",
+                runs.len(),
+                runs.join(" or --run ")
+            );
+            return failed(which, 2);
+        }
+        let (run, reply) = match self.reply_to(command) {
+            Ok(answered) => answered,
+            Err(error) => return failed(error, 3),
         };
         if self.json {
             print(&reply);
@@ -60,15 +75,24 @@ impl ControlArgs {
             return ExitCode::from(2);
         }
         if !self.json {
-            eprintln!("{}", words(&reply));
+            let words = words(&reply);
+            // What changes a run names it.
+            let whose = if changes {
+                format!(" [run {run}]")
+            } else {
+                String::new()
+            };
+            eprintln!("{words}{whose}");
         }
         ExitCode::SUCCESS
     }
 
-    fn reply_to(&self, command: ControlCommand) -> anyhow::Result<Reply> {
+    /// The id of the run that was asked, and its reply.
+    fn reply_to(&self, command: ControlCommand) -> anyhow::Result<(String, Reply)> {
         let run = Rendezvous::find(self.run.as_deref())?;
+        let id = run.run.clone();
         let runtime = runtime::start()?;
-        runtime.block_on(ask(run, command))
+        Ok((id, runtime.block_on(ask(run, command))?))
     }
 }
 

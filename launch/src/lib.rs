@@ -6,6 +6,7 @@
 //! - What is made of runs is [`study`]'s.
 //! - [`scenarios`]: the built-in ones.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -94,6 +95,7 @@ pub fn main(registry: Registry) -> ExitCode {
         eprintln!("alliance: {error:#}");
         return ExitCode::from(3);
     }
+    end_when_nobody_reads();
     log_to_stderr();
     let command: AllianceCli = match arguments::parse() {
         Ok(command) => command,
@@ -118,4 +120,21 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Allocators(command) => command.run(),
         Part::Missions(command) => command.run(),
     }
+}
+
+/// Who closes the pipe has read enough: a closed or full stdout or stderr is no crash. The standard library knows no other way
+/// to say so than a panic of `println!`.
+fn end_when_nobody_reads() {
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let said = panic.payload().downcast_ref::<String>();
+        match said.and_then(|said| said.strip_prefix("failed printing to ")) {
+            Some(why) if why.contains("Broken pipe") => std::process::exit(0),
+            Some(why) => {
+                let _ = writeln!(std::io::stderr(), "alliance: cannot write to {why}");
+                std::process::exit(3);
+            }
+            None => report(panic),
+        }
+    }));
 }

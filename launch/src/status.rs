@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use alliance_proto::control::{ControlCommand, Reply, RobotStatus, Status};
 use clap::Args;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
+use study::table;
 
 use crate::clock::describe;
 use crate::control::{ControlArgs, unexpected};
@@ -51,14 +51,13 @@ fn text(status: &Status) -> String {
         robots(&status.robots),
     );
     if !status.faults.is_empty() {
-        text += &format!("\n{}", fault::table(&status.faults));
+        text += &format!("\n{}", fault::in_a_table(&status.faults));
     }
     text
 }
 
 fn robots(robots: &[RobotStatus]) -> Table {
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED).set_header([
+    let mut table = table::new([
         "robot",
         "process",
         "life",

@@ -12,7 +12,7 @@ use crate::ids::{BehaviorId, Incarnation, ItemId, RobotId, Tick};
 use crate::items::ItemCounts;
 use crate::readings::{Pose, Readings};
 use crate::scenario::Obstacle;
-use crate::telemetry::{Motivation, Reception};
+use crate::telemetry::{BehaviorState, Motivation, Reception};
 use crate::tick::Outcome;
 use crate::time::SimTime;
 
@@ -51,6 +51,8 @@ pub struct View {
     pub messages: Vec<MessageView>,
     /// How many more there were.
     pub messages_left_out: u64,
+    /// Where curves of motivations have bent since the view before, by time for each robot; none in the first view.
+    pub bends: Vec<Bend>,
     /// How the run ended, once it has: such a view is the last one.
     pub outcome: Option<Outcome>,
 }
@@ -183,4 +185,21 @@ pub struct MessageView {
     pub receiver: RobotId,
     /// The message and its delivery.
     pub reception: Reception,
+}
+
+/// A corner of the curve of a motivation. Between two corners the curve is a straight line, but for a reset, which is a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bend {
+    /// Whose.
+    pub robot: RobotId,
+    /// Of which behavior set.
+    pub set: BehaviorId,
+    /// Time of the step, as in motivations.csv.
+    pub at: SimTime,
+    /// The motivation at its end.
+    pub level: f64,
+    /// The state at its end, until the next corner.
+    pub state: BehaviorState,
+    /// Whether the curve ends here, for the robot took no part in the step after it.
+    pub last: bool,
 }

@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::Duration;
 
+use alliance_proto::keys::is_name;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use clap::Args;
 use tokio::time::{Instant, sleep};
@@ -20,7 +21,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(10);
 #[derive(Args, Clone, Debug)]
 pub struct AgentArgs {
     /// Robot to be, one of the scenario's
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = robot_name)]
     pub robot: String,
     /// Run to join, by its id; default: the newest live run of this user
     #[arg(long, value_name = "ID")]
@@ -93,4 +94,13 @@ pub fn log_to_stderr() {
         // A log file wants no colors.
         .with_ansi(std::io::stderr().is_terminal())
         .init();
+}
+
+/// What could be no robot's name is refused here: nobody else would say so in words of this command.
+fn robot_name(text: &str) -> Result<String, String> {
+    if is_name(text) {
+        Ok(text.to_owned())
+    } else {
+        Err("use letters, digits, '-' and '_', at most 32".to_owned())
+    }
 }

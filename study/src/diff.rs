@@ -1,17 +1,19 @@
-//! Where two runs differ first: tick, robot, section and, where the log has it, field.
+//! Where two runs differ: first what they were given; then tick, robot, section and, where the log has it, field.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use alliance_proto::ids::Tick;
 use alliance_proto::log::{
-    LogLevel, RUN_SECTION, ReadError, RunLog, Section, Table, TickRow, WORLD,
+    Input, InputLine, LogLevel, ReadError, RunFile, RunLog, Section, Table, TickRow, WORLD,
 };
 use alliance_proto::time::SimTime;
 use clap::Args;
 use csv::StringRecord;
 use serde::Serialize;
+use serde_json::Value;
 
 /// Name the first difference between two runs.
 #[derive(Args, Clone, Debug)]
@@ -60,6 +62,8 @@ pub enum Comparison {
 /// The first difference of two runs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Difference {
+    /// Why they differ, in words: what the one was given and the other was not, if anything.
+    pub cause: Option<String>,
     /// First tick that differs; `None` where the logs do not tell.
     pub tick: Option<Tick>,
     /// Its simulated time.
@@ -98,6 +102,9 @@ impl fmt::Display for Comparison {
         match self {
             Self::Identical { ticks, hash } => write!(f, "identical: {ticks} ticks, hash {hash}"),
             Self::Differs(first) => {
+                if let Some(cause) = &first.cause {
+                    writeln!(f, "{cause}")?;
+                }
                 f.write_str("differs")?;
                 if let (Some(tick), Some(t_ms)) = (first.tick, first.t_ms) {
                     write!(f, " first in tick {tick} ({t_ms})")?;
@@ -120,12 +127,19 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
     let (rows_a, rows_b) = (ticks(a)?, ticks(b)?);
     let mut pairs = rows_a.iter().zip(&rows_b);
     if let Some((row_a, row_b)) = pairs.find(|(row_a, row_b)| row_a != row_b) {
-        return Ok(Comparison::Differs(name(a, b, row_a, row_b)));
+        let mut found = name(a, b, (row_a, row_b), (&rows_a, &rows_b));
+        found.cause = match setup_difference(a, b) {
+            None => input_difference(a, b, found.tick)?,
+            found => found,
+        };
+        return Ok(Comparison::Differs(found));
     }
     let outcome = |log: &RunLog| format!("{:?}", log.run.outcome);
     let last = |rows: &[TickRow]| rows.last().map_or(0, |row| row.tick + 1);
+    let given = setup_difference(a, b);
     let ends = |field: &str, a: String, b: String| {
         Ok(Comparison::Differs(Difference {
+            cause: given.clone(),
             tick: None,
             t_ms: None,
             robot: WORLD.to_owned(),
@@ -178,14 +192,122 @@ fn ticks(log: &RunLog) -> Result<Vec<TickRow>, ReadError> {
     Ok(rows)
 }
 
-/// Puts a name to the first pair of rows that differ.
-fn name(a: &RunLog, b: &RunLog, row_a: &TickRow, row_b: &TickRow) -> Difference {
-    // Where a section is missing on one side, the rows are out of step: the section that comes first is the one.
-    let same_place =
-        (row_a.tick, &row_a.robot, &row_a.section) == (row_b.tick, &row_b.robot, &row_b.section);
-    let b_first =
-        row_b.tick < row_a.tick || (row_b.tick == row_a.tick && row_a.section == RUN_SECTION);
-    let row = if !same_place && b_first { row_b } else { row_a };
+/// What seed, scenario or version the runs have that is not the same, in words.
+fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
+    let (run_a, run_b) = (&a.run, &b.run);
+    if run_a.setup.seed != run_b.setup.seed {
+        let (a, b) = (run_a.setup.seed, run_b.setup.seed);
+        return Some(format!("seed: {a} in A, {b} in B"));
+    }
+    let mut found = Vec::new();
+    // Plain data with string keys, so nothing can fail; the parameters come last, for they follow from the scenario.
+    let value = |run: &RunFile| serde_json::to_value(&run.setup).unwrap_or_default();
+    let (one, other) = (value(run_a), value(run_b));
+    values_that_differ("", &one["scenario"], &other["scenario"], &mut found);
+    if found.is_empty() {
+        values_that_differ("alliance", &one["alliance"], &other["alliance"], &mut found);
+    }
+    if let Some(first) = found.first() {
+        let more = match found.len() {
+            1 => String::new(),
+            all => format!(" (and {} more values)", all - 1),
+        };
+        return Some(format!("scenario: {first}{more}"));
+    }
+    let (one, other) = (&run_a.version, &run_b.version);
+    (one != other).then(|| format!("version: {one} in A, {other} in B"))
+}
+
+/// Adds a line for each value that is not the same, with its path.
+fn values_that_differ(path: &str, a: &Value, b: &Value, found: &mut Vec<String>) {
+    let below = |key: &dyn fmt::Display| {
+        let dot = if path.is_empty() { "" } else { "." };
+        format!("{path}{dot}{key}")
+    };
+    match (a, b) {
+        (Value::Object(one), Value::Object(other)) => {
+            let keys: BTreeSet<&String> = one.keys().chain(other.keys()).collect();
+            for key in keys {
+                values_that_differ(&below(key), &a[key], &b[key], found);
+            }
+        }
+        (Value::Array(one), Value::Array(other)) if one.len() == other.len() => {
+            for (index, (one, other)) in one.iter().zip(other).enumerate() {
+                values_that_differ(&below(&index), one, other, found);
+            }
+        }
+        _ if a == b => {}
+        _ => {
+            let say = |value: &Value| match value {
+                Value::Null => "not given".to_owned(),
+                Value::Array(list) => format!("{} entries", list.len()),
+                Value::Object(_) => "given".to_owned(),
+                plain => plain.to_string(),
+            };
+            found.push(format!("{path}: {} in A, {} in B", say(a), say(b)));
+        }
+    }
+}
+
+/// What came from outside in the one run and not in the other, in words, if that is in the first tick that differs.
+fn input_difference(
+    a: &RunLog,
+    b: &RunLog,
+    tick: Option<Tick>,
+) -> Result<Option<String>, ReadError> {
+    let (inputs_a, inputs_b) = (a.inputs()?, b.inputs()?);
+    let of_tick = |inputs: &[InputLine]| -> Vec<Input> {
+        let inputs = inputs.iter().filter(|line| Some(line.tick) == tick);
+        inputs.map(|line| line.input.clone()).collect()
+    };
+    let (only_a, only_b) = (of_tick(&inputs_a), of_tick(&inputs_b));
+    let t_ms = SimTime(tick.unwrap_or(0) * a.run.setup.scenario.step_ms);
+    let say = |these: &[Input], others: &[Input], name: &str| {
+        let here = these.iter().filter(|input| !others.contains(input));
+        here.map(|input| format!("{} at {} s in {name}", in_words(input), t_ms.as_secs_f64()))
+            .collect::<Vec<_>>()
+    };
+    let mut said = say(&only_a, &only_b, "A");
+    said.extend(say(&only_b, &only_a, "B"));
+    Ok((!said.is_empty()).then(|| format!("inputs: {}", said.join("; "))))
+}
+
+fn in_words(input: &Input) -> String {
+    match input {
+        Input::Join { robot, .. } => format!("{robot} joined"),
+        Input::Gone { robot, .. } => format!("{robot} died"),
+        Input::StallBegin { robot, .. } => format!("{robot} fell silent"),
+        Input::StallEnd { robot, .. } => format!("{robot} was back"),
+        Input::Lost {
+            receiver, sender, ..
+        } => format!("{receiver} lost a message of {sender}"),
+        Input::Order { order } => format!("'{}' was ordered", order.fault),
+        Input::Clear { ids } => format!("{} cleared", ids.join(", ")),
+        Input::Failed { robot, .. } => format!("an order to the process of {robot} failed"),
+    }
+}
+
+/// Puts a name to the first pair of rows that differ; `rows` are all of both.
+fn name(
+    a: &RunLog,
+    b: &RunLog,
+    (row_a, row_b): (&TickRow, &TickRow),
+    rows: (&[TickRow], &[TickRow]),
+) -> Difference {
+    fn place(row: &TickRow) -> (Tick, &str, &str) {
+        (row.tick, &row.robot, &row.section)
+    }
+    let same_place = place(row_a) == place(row_b);
+    // Where a section is missing on one side, the rows are out of step: the section that the other side lacks is the one.
+    let is_missing = |rows: &[TickRow], row: &TickRow| {
+        let from = rows.partition_point(|other| other.tick < row.tick);
+        let mut same_tick = rows[from..]
+            .iter()
+            .take_while(|other| other.tick == row.tick);
+        !same_tick.any(|other| place(other) == place(row))
+    };
+    let only_b = row_b.tick < row_a.tick || (row_b.tick == row_a.tick && is_missing(rows.0, row_b));
+    let row = if !same_place && only_b { row_b } else { row_a };
     let field = tables_of(&row.section)
         .iter()
         .find_map(|table| first_field(*table, a, b, row));
@@ -201,6 +323,7 @@ fn name(a: &RunLog, b: &RunLog, row_a: &TickRow, row_b: &TickRow) -> Difference 
         None => (None, said(row_a), said(row_b)),
     };
     Difference {
+        cause: None,
         tick: Some(row.tick),
         t_ms: Some(row.t_ms),
         robot: row.robot.clone(),
@@ -273,4 +396,86 @@ fn first_field(
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::fault::{Fault, Order};
+    use alliance_proto::log::Memory;
+    use alliance_proto::scenario::{Scenario, Setup};
+
+    use super::*;
+    use crate::in_process::Team;
+
+    /// A short run, with an order that an operator gave, if any.
+    fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) -> RunLog {
+        let mut scenario = Scenario {
+            limit_s: 20.0,
+            ..Scenario::default()
+        };
+        change(&mut scenario);
+        let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
+        let log = |team: Team<Memory>| {
+            let (_, recorder) = team.run().unwrap();
+            RunLog::from_memory(&recorder.into_sink()).unwrap()
+        };
+        let calm = log(Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap());
+        let Some(order) = order else { return calm };
+        let mut inputs = calm.inputs().unwrap();
+        inputs.push(order);
+        log(Team::with_inputs(setup, inputs, LogLevel::Full, Memory::default()).unwrap())
+    }
+
+    #[track_caller]
+    fn check(a: &RunLog, b: &RunLog, cause: &str, second: &str) {
+        let said = compare(a, b).unwrap().to_string();
+        let (first, rest) = said.split_once('\n').unwrap_or((&said, ""));
+        assert_eq!(first, cause, "{said}");
+        assert!(rest.starts_with(second), "{said}");
+    }
+
+    #[test]
+    fn seeds_and_scenarios_come_first() {
+        let first = run(1, |_| {}, None);
+        check(
+            &first,
+            &run(2, |_| {}, None),
+            "seed: 1 in A, 2 in B",
+            "differs first in tick",
+        );
+        let other = run(1, |scenario| scenario.waste.report_period_s = 60.0, None);
+        check(
+            &first,
+            &other,
+            "scenario: waste.report_period_s: 120.0 in A, 60.0 in B",
+            "differs first in tick",
+        );
+    }
+
+    #[test]
+    fn an_input_of_one_run_is_told_whichever_is_named_first() {
+        let order = InputLine {
+            tick: 100,
+            input: Input::Order {
+                order: Order {
+                    id: Some("f1".to_owned()),
+                    ..Order::now(Fault::Mute("gold".to_owned()))
+                },
+            },
+        };
+        let (calm, broken) = (run(1, |_| {}, None), run(1, |_| {}, Some(order)));
+        let place = "differs first in tick 100 (5.000 s): world inputs";
+        check(
+            &calm,
+            &broken,
+            "inputs: 'mute gold' was ordered at 5 s in B",
+            place,
+        );
+        check(
+            &broken,
+            &calm,
+            "inputs: 'mute gold' was ordered at 5 s in A",
+            place,
+        );
+    }
 }

@@ -5,7 +5,7 @@
 //! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
 //! - [`sweep`]: many runs, and what is common to them; [`random_mission`]: missions that are drawn for it; [`invariants`]: what must
 //!   hold in every run.
-//! - [`check`]: what a scenario's parameters mean, before anything runs.
+//! - [`check`]: what a scenario's parameters mean, before anything runs. [`table`]: how tables look in a terminal.
 //!
 //! Logs are read by [`alliance_proto::log`]. Each subcommand of `alliance` that is about runs stands with what it does.
 
@@ -21,3 +21,4 @@ pub mod replay;
 pub mod report;
 pub mod retrace;
 pub mod sweep;
+pub mod table;

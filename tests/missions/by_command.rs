@@ -100,7 +100,10 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
 fn every_process_is_a_child_and_the_result_is_on_stdout_as_json() {
     let lab = Lab::new();
     // Held until all have been looked at, however busy the machine.
-    let team = Team::start(&lab, &["--seed", "7", "--limit", "20", "--paused"]);
+    let team = Team::start(
+        &lab,
+        &["--seed", "7", "--limit", "20", "--paused", "--speed", "max"],
+    );
     let pids = assert_world_and_one_agent_per_robot(&team);
     wait_until("a live run", || lab.run(&["status"]).status.success());
     lab.run(&["clock", "resume"]).expect(0);

@@ -22,7 +22,12 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     let alliance = |command: &str| lab.run(&command.split(' ').collect::<Vec<_>>());
 
     let paused = alliance("clock pause").expect(0);
-    assert!(line(&paused).ends_with(": paused"), "{}", paused.stderr);
+    let run = format!(" [run {}]", team.id);
+    assert!(
+        line(&paused).ends_with(&format!(": paused{run}")),
+        "{}",
+        paused.stderr
+    );
 
     let drop = "drop --from green --to all --p 0.3";
     let armed = alliance(&format!("fault {drop} --for 60s --id noise")).expect(0);
@@ -30,7 +35,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
         .strip_prefix(&format!("noise: {drop} from tick "))
         .and_then(|rest| rest.split(' ').next()?.parse::<u64>().ok());
     let t_s = tick.unwrap() as f64 * 0.05;
-    let end = format!(" ({t_s:.3} s) for 60 s");
+    let end = format!(" ({t_s:.3} s) for 60 s{run}");
     assert!(line(&armed).ends_with(&end), "{}", armed.stderr);
 
     let late = lab
@@ -83,7 +88,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     assert_eq!(resumed["clock"]["speed"], Value::Null);
     let resumed = alliance("clock resume").expect(0);
     assert!(
-        line(&resumed).ends_with(": as fast as possible"),
+        line(&resumed).ends_with(&format!(": as fast as possible{run}")),
         "{}",
         resumed.stderr
     );

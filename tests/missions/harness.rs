@@ -57,6 +57,11 @@ impl Lab {
 
     /// Starts the command with these arguments, in this lab.
     pub fn start(&self, arguments: &[&str]) -> Process {
+        self.start_with(arguments, &[])
+    }
+
+    /// The same, with these environment variables.
+    pub fn start_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
         static COUNT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
         let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let output = self.path(&format!("process-{number}"));
@@ -64,6 +69,7 @@ impl Lab {
         std::fs::create_dir_all(&runtime).unwrap();
         let child = Command::new(env!("CARGO_BIN_EXE_alliance-under-test"))
             .args(arguments)
+            .envs(variables.iter().copied())
             .current_dir(self.folder.path())
             .env("XDG_RUNTIME_DIR", &runtime)
             .env("RUST_BACKTRACE", "0")

@@ -73,6 +73,10 @@ fn arguments() {
             &["'a/b'", "--run", "letters, digits"],
         ),
         (&["agent"], &["--robot <NAME>"]),
+        (
+            &["agent", "--robot", "blue#"],
+            &["'blue#'", "letters, digits"],
+        ),
         (&["scenarios", "nowhere"], &["'nowhere'", "waste-cleanup"]),
     ];
     for (arguments, texts) in cases {

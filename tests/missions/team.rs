@@ -11,7 +11,7 @@ use crate::harness::{Finished, Lab, Process, command_line, wait_until};
 pub struct Team<'l> {
     lab: &'l Lab,
     launcher: Process,
-    id: String,
+    pub id: String,
     pids: Vec<(String, u32)>,
 }
 

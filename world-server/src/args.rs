@@ -75,9 +75,9 @@ pub struct RunArgs {
     /// Folder of the run's log [default: runs/SCENARIO-seedN-TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Pace: max, or a factor of real time such as 1x
-    #[arg(long, value_name = "max|FACTORx", default_value = "max")]
-    pub speed: Speed,
+    /// Pace: max, or a factor of real time such as 1x [default: max; 1x where somebody looks on from the beginning]
+    #[arg(long, value_name = "max|FACTORx")]
+    pub speed: Option<Speed>,
     /// Begin with the clock held, until somebody lets it go on
     #[arg(long)]
     pub paused: bool,
@@ -218,12 +218,22 @@ impl RunArgs {
         Ok(folder)
     }
 
+    /// The pace that was asked for, or else one that eyes can follow where the clock is held at first.
+    #[must_use]
+    pub fn pace(&self, paused: bool) -> Speed {
+        self.speed.unwrap_or(if paused {
+            Speed::Factor(1.0)
+        } else {
+            Speed::Max
+        })
+    }
+
     fn options(&self, run: String, folder: PathBuf, launched: bool) -> Options {
         Options {
             run,
             folder,
             launched,
-            speed: self.speed,
+            speed: self.pace(self.paused),
             paused: self.paused,
             log: self.log,
             stall_after: Duration::from_secs_f64(self.stall_after),

@@ -8,13 +8,14 @@
 //! - [`simulation`]: world and barrier together, a run tick by tick.
 //! - [`recorder`]: the run's log and hash.
 //!
-//! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`args`] is its
+//! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`latest`] leads to it, [`args`] is its
 //! command line.
 
 pub mod args;
 pub mod barrier;
 pub mod faults;
 pub mod interruption;
+pub mod latest;
 pub mod mission;
 pub mod missions;
 pub mod pace;

@@ -2,7 +2,7 @@
 
 use std::net::{Ipv4Addr, TcpListener};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -23,6 +23,7 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::interruption::InterruptionHandler;
+use crate::latest::link_latest;
 use crate::missions;
 use crate::pace::{Pace, Speed};
 use crate::recorder::{Folder, RecordError, Recorder};
@@ -102,6 +103,8 @@ pub async fn serve(
     let mission = missions::of(&setup.scenario);
     let folder = Folder::create(&options.folder)?;
     let recorder = Recorder::new(&setup, mission, options.log, folder)?;
+    // A convenience: where it cannot be made, it is missing.
+    let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = Keys::new(&options.run);
     let (session, endpoint) = open().await?;
     let token = format!("{:032x}", secret::random()?);

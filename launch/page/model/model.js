@@ -2,6 +2,7 @@
 
 import { robotColors, setStyles } from "../ui/colors.js";
 import { inThesisWords } from "../ui/words.js";
+import { Curves } from "./curves.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
 
@@ -39,7 +40,8 @@ export class Model {
     const styles = setStyles(catalog);
     this.sets = catalog.sets.map((set, id) => ({ ...set, ...styles[id], words: inThesisWords(set.name) }));
     this.tasks = catalog.tasks.map((task) => ({ ...task, words: inThesisWords(task.name) }));
-    this.history = new History(this.names.length, this.sets.length);
+    this.history = new History(this.names.length);
+    this.curves = new Curves(this.sets.length);
     this.traffic = new Traffic(this.names.length, run.log !== null);
     this.#changed = changed;
   }
@@ -77,7 +79,7 @@ export class Model {
     this.absorb(view);
   }
 
-  /** Takes in views of which only what the robots did counts: samples of a whole log. */
+  /** Takes in views of which only where the robots were counts: samples of a whole log. */
   remember(views) {
     for (const view of views) this.history.add(view, this.now);
     this.#changed();
@@ -87,6 +89,23 @@ export class Model {
   hear(messages) {
     this.traffic.hear(messages);
     this.#changed();
+  }
+
+  /** Takes in corners of curves. */
+  bend(bends) {
+    this.curves.add(bends);
+    this.#changed();
+  }
+
+  /** The corners of that set of a robot; in a live run up to now. */
+  corners(rank, set) {
+    const corners = this.curves.of(rank, set);
+    const robot = this.isLive ? this.view.robots[rank] : null;
+    const motivation = robot?.state === "present" && robot.sets.find((each) => each.motivation.set === set)?.motivation;
+    // A view stands between two steps.
+    const at = this.now - this.run.scenario.step_ms;
+    if (!motivation || !(corners.at(-1)?.at < at)) return corners;
+    return [...corners, { at, level: motivation.motivation, state: motivation.state, last: true }];
   }
 
   addEvents(events) {

@@ -1,7 +1,7 @@
 // The motivations of the robots as running charts: one chart per robot, one line per behavior set, the threshold, and the states
 // as bands. Drawn by uPlot, which index.html loads.
 
-import { ACTIVE, WAITING } from "../model/history.js";
+import { ACTIVE, WAITING } from "../model/curves.js";
 import { levels } from "../model/levels.js";
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
@@ -20,11 +20,18 @@ export class Charts {
   #shown;
   #hidden = new Set();
   #charts = new Map();
+  #load;
+  // Ranks whose curves a log has been asked for.
+  #asked = new Set();
 
-  /** `seek(ms)` is called on a click into a chart; null where there is nothing to seek. */
-  constructor(model, seek) {
+  /**
+   * `seek(ms)` is called on a click into a chart; null where there is nothing to seek. `load(rank)` gets the curves of a robot
+   * into the model; null where they come by themselves.
+   */
+  constructor(model, seek, load) {
     this.#model = model;
     this.#seek = seek;
+    this.#load = load;
     this.#shown = new Set(model.names.slice(0, SHOWN));
     this.#buildLegend();
     this.#buildRobots();
@@ -136,6 +143,10 @@ export class Charts {
   }
 
   #build(rank) {
+    if (this.#load && !this.#asked.has(rank)) {
+      this.#asked.add(rank);
+      this.#load(rank);
+    }
     const { names, colors, sets, view } = this.#model;
     const owned = view.robots[rank].sets.map(({ motivation }) => motivation.set);
     const values = new Map();
@@ -217,12 +228,13 @@ export class Charts {
   #update(rank, { width, height }) {
     const chart = this.#charts.get(rank);
     const { history, sets } = this.#model;
+    const curves = sets.map((_, set) => this.#model.corners(rank, set));
     const size = `${width}×${height}`;
     if (chart.size !== size) {
       chart.size = size;
       chart.plot.setSize({ width, height });
     }
-    const { columns, bands } = levels(history, sets.length, rank, ...this.#range());
+    const { columns, bands } = levels(curves, history.samples, rank, ...this.#range());
     Object.assign(chart, { columns, bands });
     for (const { motivation } of this.#model.view.robots[rank].sets) {
       if (!chart.values.has(motivation.set)) chart.addValue(motivation.set);

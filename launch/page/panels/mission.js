@@ -26,12 +26,13 @@ export function drawState(model, state) {
   ended.hidden = model.ended === null;
   if (model.ended) {
     const { outcome, folder, isServerGone } = model.ended;
+    const next = model.run.stays ? "Its log follows here." : `Look at it again with: alliance view ${folder}`;
     const how = outcome ? `The run is over: ${outcome}.` : "The run has gone without a word.";
     text(
       ended,
       isServerGone
         ? `The process that serves this page has gone; the run may go on. See it again with: alliance watch ${model.run.run}`
-        : `${how} Look at it again with: alliance view ${folder}`,
+        : `${how} ${next}`,
     );
   }
 }

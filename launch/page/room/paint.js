@@ -1,13 +1,12 @@
 // Draws the room on a canvas. Everything is in CSS pixels of the canvas; `p` is the projection from meters.
 
+import { trail } from "../model/trail.js";
 import { themeColor } from "../ui/colors.js";
 import { percent } from "../ui/words.js";
 
 /** Up to this penetrability an obstacle is solid. */
 const SOLID = 0.1;
 const FULL_TURN = 2 * Math.PI;
-/** A robot cannot have come this far between two samples of its trail that lie close together: it was put there. */
-const LEAP_M = 1.5;
 
 /** The colors of the theme, read once per picture. */
 export function readPalette() {
@@ -168,27 +167,16 @@ export function paintWaste(c, p, view, scenario, palette) {
   c.stroke();
 }
 
-/** Where the robots came along in the last `lasts_ms`, at most some hundred points each. */
+/** Where the robots came along in the last `lasts_ms`. */
 export function paintTrails(c, p, model, lasts_ms) {
-  const { samples } = model.history;
-  const grain_ms = lasts_ms / 240;
-  const first = model.history.indexAt(model.now - lasts_ms);
+  const { view, now, run } = model;
   c.lineWidth = 2;
   c.globalAlpha = 0.8;
   model.names.forEach((_, rank) => {
     const way = new Path2D();
-    let grain = -1;
-    let last = null;
-    for (let index = first; index < samples.length && samples[index].t <= model.now; index += 1) {
-      const { t, places, agents } = samples[index];
-      const isNewest = t === model.now;
-      if ((Math.floor(t / grain_ms) === grain && !isNewest) || agents[rank] === "absent") continue;
-      grain = Math.floor(t / grain_ms);
-      const [x, y] = [places[2 * rank], places[2 * rank + 1]];
-      const leaps = !last || (Math.hypot(x - last.x, y - last.y) > LEAP_M && t - last.t < 1000);
-      if (leaps) way.moveTo(p.x(x), p.y(y));
-      else way.lineTo(p.x(x), p.y(y));
-      last = { x, y, t };
+    for (const line of trail(model.history, rank, now - lasts_ms, now, run.scenario.body.radius_m, view.obstacles)) {
+      way.moveTo(p.x(line[0][0]), p.y(line[0][1]));
+      for (const [x, y] of line.slice(1)) way.lineTo(p.x(x), p.y(y));
     }
     c.strokeStyle = model.colors[rank];
     c.stroke(way);

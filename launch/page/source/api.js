@@ -20,8 +20,17 @@ export class Api {
 
   /** A socket on which the live run comes. */
   live() {
+    return this.#socket("/api/live");
+  }
+
+  /** A socket that tells the server of a log that this page is open. */
+  accompany() {
+    return this.#socket("/api/page");
+  }
+
+  #socket(path) {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    return new WebSocket(`${scheme}://${location.host}/api/live`, ["alliance", this.#token]);
+    return new WebSocket(`${scheme}://${location.host}${path}`, ["alliance", this.#token]);
   }
 
   async #call(path, options) {

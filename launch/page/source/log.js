@@ -56,6 +56,11 @@ export class Log {
     return view && earlier ? { view, before: [...earlier, ...views.slice(0, place)] } : null;
   }
 
+  /** The corners of all curves of a robot. */
+  async bends(rank) {
+    return this.#api.get(`/api/bends?robot=${rank}`);
+  }
+
   /** Some hundred views of the whole run. */
   async overview() {
     const step = Math.max(1, Math.ceil(this.count / this.#size)) * this.#every;

@@ -11,8 +11,8 @@ use alliance_proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase
 use alliance_proto::fault::Order;
 use alliance_proto::time::SimTime;
 use clap::{Args, Subcommand};
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
+use study::table;
 
 use crate::control::{ControlArgs, print, unexpected};
 
@@ -73,7 +73,7 @@ impl FaultArgs {
             Ok(command) => self.control.ask("fault", command, |reply| match reply {
                 Reply::Cleared(cleared) => cleared_in_words(cleared),
                 Reply::Faults(faults) if faults.is_empty() => "no faults".to_owned(),
-                Reply::Faults(faults) => table(faults).to_string(),
+                Reply::Faults(faults) => in_a_table(faults).to_string(),
                 other => unexpected(other),
             }),
             Err(why) => refuse(&why),
@@ -119,11 +119,8 @@ fn cleared_in_words(cleared: &Cleared) -> String {
 }
 
 /// The faults of a run.
-pub fn table(faults: &[FaultStatus]) -> Table {
-    let mut table = Table::new();
-    table
-        .load_style(UTF8_FULL_CONDENSED)
-        .set_header(["id", "fault", "phase", "applied", "healed", "hits"]);
+pub fn in_a_table(faults: &[FaultStatus]) -> Table {
+    let mut table = table::new(["id", "fault", "phase", "applied", "healed", "hits"]);
     let time = |t_ms: Option<SimTime>| t_ms.map_or_else(|| "–".to_owned(), |t| t.to_string());
     for fault in faults {
         table.add_row([

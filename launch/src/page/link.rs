@@ -70,6 +70,18 @@ impl Link {
         (self.listener, (TOKEN, self.token))
     }
 
+    /// The same socket once more, for another server after this one.
+    ///
+    /// # Errors
+    /// When the operating system refuses it.
+    pub fn try_clone(&self) -> anyhow::Result<Self> {
+        Ok(Self {
+            listener: self.listener.try_clone().context("the page's socket")?,
+            port: self.port,
+            token: self.token.clone(),
+        })
+    }
+
     /// The link for a browser.
     #[must_use]
     pub fn url(&self) -> String {

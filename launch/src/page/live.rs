@@ -36,7 +36,7 @@ struct Heard {
     memory: Mutex<Memory>,
     /// The newest view, as a frame.
     view: watch::Sender<Utf8Bytes>,
-    /// Events and what has become of messages, as frames.
+    /// Events and what has become of messages and curves, as frames.
     news: broadcast::Sender<Utf8Bytes>,
     /// Whether the run is over, and how it ended if that is known.
     over: watch::Sender<Option<Option<Outcome>>>,
@@ -52,11 +52,11 @@ struct Memory {
 }
 
 impl Live {
-    /// Joins a run and begins to observe it.
+    /// Joins a run and begins to observe it; `stays`: its log is shown at the same link afterwards.
     ///
     /// # Errors
     /// When the run cannot be reached or does not say what it is.
-    pub async fn join(run: Rendezvous) -> anyhow::Result<Arc<Self>> {
+    pub async fn join(run: Rendezvous, stays: bool) -> anyhow::Result<Arc<Self>> {
         let observer = Observer::join(run).await?;
         let described = control::query(&observer, ControlCommand::Describe).await?;
         let Reply::Description(description) = described else {
@@ -86,7 +86,8 @@ impl Live {
             .map_err(anyhow::Error::from_boxed)?;
 
         let folder = description.folder;
-        let about = about("live", &observer.run.run, &folder, &setup, Value::Null);
+        let mut about = about("live", &observer.run.run, &folder, &setup, Value::Null);
+        about["stays"] = stays.into();
         Ok(Arc::new(Self {
             observer,
             about,
@@ -206,7 +207,7 @@ impl Heard {
         }
     }
 
-    /// The newest view wins; what has become of messages does not come twice, and so goes its own way.
+    /// The newest view wins; what has become of messages and curves does not come twice, and so goes its own way.
     fn view(&self, mut view: View) {
         let mut memory = self.memory();
         if memory.view.is_some_and(|newest| view.tick < newest) {
@@ -223,6 +224,13 @@ impl Heard {
             let frame = json!({"messages": {"receptions": messages, "left_out": left_out}});
             // While the lock is held, as with events.
             let _ = self.news.send(frame.to_string().into());
+        }
+        let bends = std::mem::take(&mut view.bends);
+        if !bends.is_empty() {
+            for bend in &bends {
+                memory.past.keep_bend(json!(bend).to_string());
+            }
+            let _ = self.news.send(json!({"bends": bends}).to_string().into());
         }
         // Its maps have string keys and it goes to memory, so nothing is left to fail.
         let text = serde_json::to_string(&view).unwrap_or_default();
@@ -273,6 +281,9 @@ impl Heard {
 #[cfg(test)]
 mod tests {
     use alliance_proto::event::EventLine;
+    use alliance_proto::ids::{BehaviorId, RobotId};
+    use alliance_proto::telemetry::BehaviorState;
+    use alliance_proto::view::Bend;
     use tokio::sync::broadcast::error::TryRecvError;
 
     use super::*;
@@ -333,6 +344,38 @@ mod tests {
         }
         assert!(events.try_recv().is_ok());
         assert_eq!(events.try_recv(), Err(TryRecvError::Empty));
+    }
+
+    #[test]
+    fn corners_of_curves_are_in_no_view_and_lost_with_none() {
+        let heard = Heard::new(SimTime(50));
+        let (_, mut news) = heard.catch_up();
+        for tick in 0..3 {
+            let bend = Bend {
+                robot: RobotId(0),
+                set: BehaviorId(1),
+                at: SimTime(50 * tick),
+                level: 7.5,
+                state: BehaviorState::Waiting,
+                last: false,
+            };
+            heard.view(View {
+                bends: vec![bend],
+                ..view(tick, None)
+            });
+        }
+        let shown: Value = serde_json::from_str(&heard.view.subscribe().borrow()).unwrap();
+        assert_eq!(shown["view"]["bends"], json!([]));
+        for tick in 0..3 {
+            let told: Value = serde_json::from_str(&news.try_recv().unwrap()).unwrap();
+            assert_eq!(
+                told["bends"],
+                json!([{"robot": 0, "set": 1, "at": 50 * tick, "level": 7.5, "state": "Waiting", "last": false}])
+            );
+        }
+        let (past, _) = heard.catch_up();
+        let past: Value = serde_json::from_str(&past).unwrap();
+        assert_eq!(past["past"]["bends"].as_array().unwrap().len(), 3);
     }
 
     #[test]

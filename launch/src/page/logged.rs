@@ -1,13 +1,21 @@
 //! A finished run: every tick of it, ready to be shown in any order.
 
+use std::future::Future;
 use std::path::Path;
+use std::time::Duration;
 
+use alliance_proto::control::AgentState;
 use alliance_proto::event::EventLine;
-use alliance_proto::ids::Tick;
-use alliance_proto::log::{EventRow, LogLevel, RunLog};
-use alliance_proto::view::{MESSAGES_MAX, View};
+use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::log::{EventRow, LogLevel, RunLog, RunOutcome};
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::{Bend, MESSAGES_MAX, View};
+use axum::extract::ws::WebSocket;
 use serde_json::{Value, json};
 use study::retrace::retrace;
+use tokio::sync::watch;
+use tokio::time::timeout;
 
 use super::about::about;
 
@@ -17,15 +25,23 @@ const VIEWS_MAX: u64 = 20_000;
 /// Robots in all views together at most: about half a kilobyte each.
 const ROBOTS_MAX: u64 = 400_000;
 
+/// How long no page may be open before nobody is taken to come back.
+const DESERTED: Duration = Duration::from_secs(5);
+
 /// Views that are told at once at most.
 pub const COUNT_MAX: u64 = 1000;
 
-/// What `GET /api/run`, `/api/views` and `/api/events` tell.
+/// What `GET /api/run`, `/api/views`, `/api/bends` and `/api/events` tell.
 pub struct Logged {
     about: Value,
     views: Vec<View>,
     every: u64,
+    /// Corners of the curves of all ticks, by rank.
+    bends: Vec<Vec<Bend>>,
     events: Vec<EventLine>,
+    /// Pages that are open.
+    pages: watch::Sender<usize>,
+    interrupted: bool,
     /// Why what is shown is not quite what was logged.
     pub warning: Option<String>,
 }
@@ -43,9 +59,16 @@ impl Logged {
         let mut views = Vec::new();
         let mut messages = Vec::new();
         let mut left_out = 0;
+        let mut bends = vec![Vec::new(); logged.run.setup.scenario.robots.len()];
+        let step = SimTime(logged.run.setup.scenario.step_ms);
+        let mut ends = Vec::new();
         let again = retrace(&logged, LogLevel::Summary, |mut view| {
             messages.append(&mut view.messages);
             left_out += view.messages_left_out;
+            for bend in view.bends.drain(..) {
+                bends[bend.robot.index()].push(bend);
+            }
+            ends = last_levels(&view, step);
             if view.tick % every == 0 {
                 let surplus = messages.len().saturating_sub(MESSAGES_MAX);
                 view.messages = messages.drain(..).skip(surplus).collect();
@@ -53,6 +76,9 @@ impl Logged {
                 views.push(view);
             }
         })?;
+        for bend in ends {
+            bends[bend.robot.index()].push(bend);
+        }
         let events = again
             .log
             .each_row()
@@ -81,9 +107,44 @@ impl Logged {
             about,
             views,
             every,
+            bends,
             events,
+            pages: watch::Sender::new(0),
+            interrupted: logged.run.outcome == RunOutcome::Ended(Outcome::Interrupted),
             warning: again.differs,
         })
+    }
+
+    /// Whether somebody has ended the run.
+    #[must_use]
+    pub fn was_interrupted(&self) -> bool {
+        self.interrupted
+    }
+
+    /// Counts a page, until it goes.
+    pub async fn accompany(&self, mut page: WebSocket) {
+        self.pages.send_modify(|open| *open += 1);
+        // A page has nothing to say here.
+        while let Some(Ok(_)) = page.recv().await {}
+        self.pages.send_modify(|open| *open -= 1);
+    }
+
+    /// Until the last page has gone and none has come for a while: one that is loaded again goes first.
+    pub fn deserted(&self) -> impl Future<Output = ()> + Send + 'static {
+        let mut pages = self.pages.subscribe();
+        async move {
+            let mut seen = false;
+            loop {
+                seen |= *pages.borrow_and_update() > 0;
+                let empty = *pages.borrow() == 0;
+                match timeout(DESERTED, pages.changed()).await {
+                    // The sender goes with the server.
+                    Ok(Err(_)) => return,
+                    Err(_) if seen && empty => return,
+                    Ok(Ok(())) | Err(_) => {}
+                }
+            }
+        }
     }
 
     /// What does not change.
@@ -103,11 +164,35 @@ impl Logged {
             .collect()
     }
 
+    /// The corners of all curves of a robot, by time; none of a robot that is not there.
+    #[must_use]
+    pub fn bends(&self, rank: usize) -> &[Bend] {
+        self.bends.get(rank).map_or(&[], Vec::as_slice)
+    }
+
     /// All events.
     #[must_use]
     pub fn events(&self) -> &[EventLine] {
         &self.events
     }
+}
+
+/// Where the curves of those who take part end, if that view is the last one: it stands between two steps.
+fn last_levels(view: &View, step: SimTime) -> Vec<Bend> {
+    let there = (0..).zip(&view.robots);
+    let there = there.filter(|(_, robot)| robot.state == AgentState::Present);
+    there
+        .flat_map(|(rank, robot)| {
+            robot.sets.iter().map(move |set| Bend {
+                robot: RobotId(rank),
+                set: set.motivation.set,
+                at: view.now - step,
+                level: set.motivation.motivation,
+                state: set.motivation.state,
+                last: true,
+            })
+        })
+        .collect()
 }
 
 /// Of a log that did not end.
@@ -123,5 +208,62 @@ fn line(row: EventRow) -> EventLine {
         subject: row.subject,
         reason: row.reason,
         detail: row.detail,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use alliance_proto::log::MotivationRow;
+    use alliance_proto::scenario::{Scenario, Setup};
+    use serde_json::{Value, json};
+    use study::in_process::Team;
+    use tempfile::TempDir;
+    use world_server::recorder::Folder;
+
+    use super::*;
+
+    /// What the page draws of a log is what the log says, at every activation and every reset, however long the window.
+    #[test]
+    fn charts_show_every_activation_and_reset_of_the_log() {
+        let folder = TempDir::new().unwrap();
+        let setup = Setup::resolve(Scenario::default(), 1, None).unwrap().setup;
+        let sink = Folder::create(folder.path()).unwrap();
+        Team::new(setup, LogLevel::Full, sink)
+            .unwrap()
+            .run()
+            .unwrap();
+        let logged = Logged::open(folder.path()).unwrap();
+        let about = logged.about();
+        let log = RunLog::open(folder.path()).unwrap();
+        let rows: Vec<Value> = log
+            .each_row::<MotivationRow>()
+            .map(|row| {
+                let row = row.unwrap();
+                json!([
+                    row.t_ms,
+                    row.robot,
+                    row.behavior_set,
+                    row.motivation,
+                    row.state
+                ])
+            })
+            .collect();
+        let robots = about["scenario"]["robots"].as_array().unwrap();
+        let bends: Vec<&[Bend]> = (0..robots.len()).map(|rank| logged.bends(rank)).collect();
+        let told = json!({
+            "robots": robots.iter().map(|robot| &robot["name"]).collect::<Vec<_>>(),
+            "sets": about["catalog"]["sets"],
+            "duration_ms": about["log"]["duration_ms"],
+            "bends": bends,
+            "rows": rows,
+        });
+        let file = folder.path().join("told.json");
+        std::fs::write(&file, told.to_string()).unwrap();
+        crate::page::node(
+            Command::new("node").env("ALLIANCE_LOG", &file),
+            "log.test.js",
+        );
     }
 }

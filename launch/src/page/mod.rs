@@ -13,9 +13,11 @@
 //! |---|---|
 //! | `GET /`, `GET /assets/PATH` | the page's files |
 //! | `GET /api/run` | mode `live` or `log`, seed, scenario and ALLIANCE parameters as in run.json, catalog of tasks and behavior sets, length of a log |
-//! | WebSocket `/api/live` | first `{"past": {"views", "messages", "events"}}`, then `{"view"}` ([`View`](alliance_proto::view::View), the newest, without its messages), `{"messages": {"receptions", "left_out"}}` (those), `{"events"}` (rows of events.csv), `{"missed"}` (so much of the latter two a slow page did not get), at last `{"ended": {"outcome", "folder"}}`; it closes without that when only this server ends |
+//! | WebSocket `/api/live` | first `{"past": {"views", "messages", "bends", "events"}}`, then `{"view"}` ([`View`](alliance_proto::view::View), the newest, without its messages and bends), `{"messages": {"receptions", "left_out"}}` and `{"bends"}` (those), `{"events"}` (rows of events.csv), `{"missed"}` (so much of the latter three a slow page did not get), at last `{"ended": {"outcome", "folder"}}`; it closes without that when only this server ends |
 //! | `POST /api/control` | a command in the words of `docs/CONTROL.md`, and the world's reply |
 //! | `GET /api/views?from=TICK&count=N&step=K` | of a finished run: at most 1000 views |
+//! | `GET /api/bends?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Bend`](alliance_proto::view::Bend)) |
+//! | WebSocket `/api/page` | of a finished run: nothing; it is open as long as the page is |
 //! | `GET /api/events` | of a finished run: all rows of events.csv |
 //!
 //! Who may not ask, and a command that is none, is answered with `{"error": "…"}`.
@@ -30,3 +32,34 @@ mod past;
 pub mod server;
 pub mod view;
 pub mod watch;
+
+/// Runs a file of `launch/page-tests/` with `node --test`. Where there is no node it fails, unless `ALLIANCE_SKIP_NODE` is set.
+#[cfg(test)]
+#[track_caller]
+fn node(command: &mut std::process::Command, file: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("page-tests")
+        .join(file);
+    match command.arg("--test").arg(path).output() {
+        Ok(output) => assert!(
+            output.status.success(),
+            "{}{}",
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr)
+        ),
+        Err(_) if std::env::var_os("ALLIANCE_SKIP_NODE").is_some() => {}
+        Err(error) => panic!(
+            "node: {error}; the page's own tests need Node.js 20 (ALLIANCE_SKIP_NODE=1 skips them)"
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    #[test]
+    fn the_page_draws_what_happened() {
+        super::node(&mut Command::new("node"), "curves.test.js");
+    }
+}

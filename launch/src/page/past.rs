@@ -16,7 +16,10 @@ const EVENTS_MAX: usize = 5000;
 /// What has become of messages: so much is kept at most, the newest.
 const MESSAGES_MAX: usize = 2000;
 
-/// Views, messages and events as JSON texts.
+/// Corners of curves that are kept at most, the newest.
+const BENDS_MAX: usize = 20_000;
+
+/// Views, messages, corners and events as JSON texts.
 #[derive(Debug)]
 pub struct Past {
     /// Oldest first, at least `spacing` apart.
@@ -26,6 +29,7 @@ pub struct Past {
     messages: VecDeque<String>,
     /// How many more messages there were.
     messages_left_out: u64,
+    bends: VecDeque<String>,
     events: VecDeque<String>,
 }
 
@@ -39,6 +43,7 @@ impl Past {
             bytes: 0,
             messages: VecDeque::new(),
             messages_left_out: 0,
+            bends: VecDeque::new(),
             events: VecDeque::new(),
         }
     }
@@ -79,6 +84,14 @@ impl Past {
         self.messages_left_out += count;
     }
 
+    /// Keeps a corner of a curve.
+    pub fn keep_bend(&mut self, bend: String) {
+        if self.bends.len() == BENDS_MAX {
+            self.bends.pop_front();
+        }
+        self.bends.push_back(bend);
+    }
+
     /// Keeps an event.
     pub fn keep_event(&mut self, event: String) {
         if self.events.len() == EVENTS_MAX {
@@ -87,7 +100,8 @@ impl Past {
         self.events.push_back(event);
     }
 
-    /// All of it as JSON: `{"views": […], "messages": {"receptions": […], "left_out": N}, "events": […]}`.
+    /// All of it as JSON: `{"views": […], "messages": {"receptions": […], "left_out": N},
+    /// "bends": […], "events": […]}`.
     #[must_use]
     pub fn to_json(&self) -> String {
         let views: Vec<&str> = self.views.iter().map(|(_, view)| view.as_str()).collect();
@@ -96,10 +110,11 @@ impl Past {
             texts.join(",")
         };
         format!(
-            r#"{{"views":[{}],"messages":{{"receptions":[{}],"left_out":{}}},"events":[{}]}}"#,
+            r#"{{"views":[{}],"messages":{{"receptions":[{}],"left_out":{}}},"bends":[{}],"events":[{}]}}"#,
             views.join(","),
             join(&self.messages),
             self.messages_left_out,
+            join(&self.bends),
             join(&self.events)
         )
     }
@@ -142,7 +157,8 @@ mod tests {
     #[test]
     fn json_has_all_that_is_kept() {
         let mut past = Past::new(SimTime(50));
-        let nothing = r#"{"views":[],"messages":{"receptions":[],"left_out":0},"events":[]}"#;
+        let nothing =
+            r#"{"views":[],"messages":{"receptions":[],"left_out":0},"bends":[],"events":[]}"#;
         assert_eq!(past.to_json(), nothing);
         past.keep_view(SimTime(0), r#"{"tick":0}"#);
         past.keep_view(SimTime(10), r#"{"tick":1}"#);
@@ -154,6 +170,9 @@ mod tests {
             past.keep_message(number.to_string());
         }
         past.leave_messages_out(7);
+        for number in 0..BENDS_MAX + 4 {
+            past.keep_bend(number.to_string());
+        }
         let json: Value = serde_json::from_str(&past.to_json()).unwrap();
         assert_eq!(json["messages"]["left_out"], 9);
         let receptions = json["messages"]["receptions"].as_array().unwrap();
@@ -164,5 +183,7 @@ mod tests {
         assert_eq!(json["views"], serde_json::json!([{"tick": 0}, {"tick": 2}]));
         assert_eq!(json["events"].as_array().unwrap().len(), EVENTS_MAX);
         assert_eq!(json["events"][0], 3);
+        assert_eq!(json["bends"].as_array().unwrap().len(), BENDS_MAX);
+        assert_eq!(json["bends"][0], 4);
     }
 }

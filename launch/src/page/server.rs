@@ -81,6 +81,8 @@ pub async fn serve(
             Shown::Logged(logged) => Router::new()
                 .route("/api/run", get(about_logged))
                 .route("/api/views", get(views))
+                .route("/api/page", get(accompany))
+                .route("/api/bends", get(bends))
                 .route("/api/events", get(events))
                 .with_state(Arc::new(logged)),
         })
@@ -167,6 +169,12 @@ async fn about_logged(State(logged): State<Arc<Logged>>) -> Response {
     Json(logged.about()).into_response()
 }
 
+async fn accompany(State(logged): State<Arc<Logged>>, upgrade: WebSocketUpgrade) -> Response {
+    upgrade
+        .protocols([SUBPROTOCOL])
+        .on_upgrade(move |page| async move { logged.accompany(page).await })
+}
+
 /// Which views a page wants.
 #[derive(Deserialize)]
 struct Wanted {
@@ -182,6 +190,16 @@ fn one() -> u64 {
 
 async fn views(State(logged): State<Arc<Logged>>, Query(wanted): Query<Wanted>) -> Response {
     Json(logged.views(wanted.from, wanted.count, wanted.step)).into_response()
+}
+
+/// Whose curves a page wants.
+#[derive(Deserialize)]
+struct Whose {
+    robot: usize,
+}
+
+async fn bends(State(logged): State<Arc<Logged>>, Query(whose): Query<Whose>) -> Response {
+    Json(logged.bends(whose.robot)).into_response()
 }
 
 async fn events(State(logged): State<Arc<Logged>>) -> Response {

@@ -1,6 +1,7 @@
 //! `alliance view`: a finished run on the page, with its time to go back and forth in.
 
-use std::path::PathBuf;
+use std::future::Future;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -53,18 +54,48 @@ impl ViewCommand {
             // The link stands there all the same.
             let _ = link.open().map_err(|error| eprintln!("{error:#}"));
         }
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .context("starting the runtime")?;
-        runtime.block_on(async {
-            let (listener, token) = link.into_server()?;
-            let until = async {
-                // Without signals only the process's end is left.
-                let _ = ctrl_c().await;
-                LEAVE
-            };
-            serve(listener, token, Shown::Logged(logged), until).await
-        })
+        serve_log(link, logged, std::future::pending())
     }
+}
+
+/// Shows a run that was just watched as a log, at the same link, until somebody ends it or no page looks at it any more. A run
+/// that somebody has ended is not shown: whoever did so wants to go.
+///
+/// # Errors
+/// When the run cannot be shown, or the server fails.
+pub fn stay_with_log(link: Link, folder: &Path) -> anyhow::Result<()> {
+    let logged = Logged::open(folder)?;
+    if logged.was_interrupted() {
+        return Ok(());
+    }
+    eprintln!(
+        "page    {} shows the log (Ctrl-C, or closing it, ends this)",
+        link.url()
+    );
+    let deserted = logged.deserted();
+    serve_log(link, logged, deserted)
+}
+
+/// Serves it until Ctrl-C, or until then.
+fn serve_log(
+    link: Link,
+    logged: Logged,
+    over: impl Future<Output = ()> + Send + 'static,
+) -> anyhow::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("starting the runtime")?;
+    runtime.block_on(async {
+        let (listener, token) = link.into_server()?;
+        let until = async {
+            // Without signals only the process's end is left.
+            tokio::select! {
+                _ = ctrl_c() => {}
+                () = over => {}
+            }
+            LEAVE
+        };
+        serve(listener, token, Shown::Logged(logged), until).await
+    })
 }

@@ -26,6 +26,9 @@ pub struct WatchCommand {
     /// The launcher has made the page's socket
     #[arg(long, hide = true)]
     inherited: bool,
+    /// The launcher shows the log at the same link afterwards
+    #[arg(long, hide = true)]
+    stays: bool,
 }
 
 impl WatchCommand {
@@ -60,7 +63,7 @@ impl WatchCommand {
         runtime.block_on(async {
             let run = self.find().await?;
             let id = run.run.clone();
-            let live = Live::join(run).await?;
+            let live = Live::join(run, self.stays).await?;
             if !self.inherited {
                 eprintln!("run {id}: {}", link.url());
                 if self.link.open {

@@ -11,6 +11,7 @@ use super::one_process;
 use super::plan::Plan;
 use super::supervise::supervise;
 use crate::page::link::{Link, LinkArgs};
+use crate::page::view::stay_with_log;
 
 /// Run a mission: one world and one process per robot.
 #[derive(Args, Clone, Debug)]
@@ -57,6 +58,15 @@ impl RunCommand {
                 return ExitCode::from(2);
             }
         };
+        // The socket outlives the run: whoever looks at its page goes on to look at its log.
+        let stay = link.as_ref().filter(|_| self.page.open);
+        let stay = match stay.map(Link::try_clone).transpose() {
+            Ok(stay) => stay,
+            Err(error) => {
+                eprintln!("alliance run: {error:#}");
+                return ExitCode::from(3);
+            }
+        };
         let plan = Plan {
             run: world_server::args::run_id_for(&setup),
             world_arguments: self.world_arguments(),
@@ -66,7 +76,13 @@ impl RunCommand {
             open: self.page.open,
             json: self.json,
         };
-        match self.carry_out(&plan, link) {
+        let carried_out = self.carry_out(&plan, link).and_then(|complete| {
+            if let Some(link) = stay {
+                stay_with_log(link, &plan.folder)?;
+            }
+            Ok(complete)
+        });
+        match carried_out {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
@@ -112,7 +128,7 @@ impl RunCommand {
         }
         let mut push = |name: &str, value: String| arguments.push(format!("--{name}={value}"));
         push("seed", mission.seed.to_string());
-        push("speed", self.run.speed.to_string());
+        push("speed", self.run.pace(self.is_paused()).to_string());
         push("log", self.run.log.as_str().to_owned());
         push("stall-after", self.run.stall_after.to_string());
         if let Some(params) = &mission.params {

@@ -1,5 +1,6 @@
 //! `alliance run --in-process`: the same world, the same agents and the same bytes, without processes and sockets.
 
+use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::log::{LogLevel, RunLog};
@@ -9,12 +10,12 @@ use study::in_process::Team;
 use study::interrupted::Interrupted;
 use study::invariants::{Invariants, replayed};
 use tokio::time::Instant;
+use world_server::latest::link_latest;
 use world_server::recorder::Folder;
 
 use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
-use super::supervise::link_latest;
 
 /// How often the progress is shown.
 const INTERVAL: Duration = Duration::from_millis(200);
@@ -32,7 +33,10 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     let mut progress = Progress::new(&plan.setup);
     progress.say(&format!("run {}, in one process", plan.run));
     let (began, wall) = (Instant::now(), unix_ms());
-    let mut team = Team::new(plan.setup.clone(), log, Folder::create(&plan.folder)?)?;
+    let folder = Folder::create(&plan.folder)?;
+    // A convenience: where it cannot be made, it is missing.
+    let _ = link_latest(Path::new("runs"), &plan.folder);
+    let mut team = Team::new(plan.setup.clone(), log, folder)?;
     let mut shown = began;
     let mut invariants = check.then(|| Invariants::new(&plan.setup));
     let mut violation = None;
@@ -70,7 +74,6 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
         "pids": {"world": std::process::id()},
     }))?;
     progress.clear();
-    link_latest(&plan.folder);
     summary::show(plan, &run)?;
     if check && violation.is_none() {
         violation = replayed::check(&RunLog::open(&plan.folder)?).err();

@@ -1,12 +1,12 @@
 //! What a finished run shows: a table for people, JSON for programs.
 
 use alliance_proto::control::FaultStatus;
-use alliance_proto::log::{RunFile, RunOutcome};
+use alliance_proto::log::{LogLevel, RunFile, RunOutcome};
 use alliance_proto::mission::waste::{WasteFigures, WasteRobotFigures};
 use alliance_proto::time::SimTime;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use serde_json::json;
+use study::table;
 
 use super::plan::Plan;
 
@@ -59,6 +59,13 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     eprintln!("folder  {}", plan.folder.display());
     eprintln!("seed    {}", run.setup.seed);
     eprintln!("hash    {}", run.hash.as_deref().unwrap_or("none"));
+    if !plan.open {
+        let folder = plan.folder.display();
+        eprintln!("next    alliance view {folder}");
+        if run.log == LogLevel::Full {
+            eprintln!("        alliance report {folder}");
+        }
+    }
     Ok(())
 }
 
@@ -69,34 +76,39 @@ fn outcome(run: &RunFile) -> &'static str {
     }
 }
 
-/// How many faults have hit, and which never did: those have tested nothing.
+/// How many faults have hit, which never did, for those have tested nothing, and how many the run was too short for.
 fn faults(faults: &[FaultStatus]) -> Option<String> {
-    let idle: Vec<&str> = faults
-        .iter()
-        .filter(|fault| fault.hits == 0)
-        .map(|fault| fault.id.as_str())
-        .collect();
-    let hit = faults.len() - idle.len();
-    match (faults, idle.as_slice()) {
-        ([], _) => None,
-        (_, []) => Some(format!("faults  all {hit} have hit")),
-        (all, idle) => Some(format!(
-            "faults  {hit} of {} have hit; never: {}",
-            all.len(),
-            idle.join(", ")
-        )),
+    if faults.is_empty() {
+        return None;
     }
+    // What was due after the end has tested nothing either, but is nobody's mistake.
+    let (due, later): (Vec<_>, Vec<_>) = faults
+        .iter()
+        .partition(|fault| fault.hits > 0 || fault.applied_ms.is_some());
+    let idle = due.iter().filter(|fault| fault.hits == 0);
+    let idle: Vec<&str> = idle.map(|fault| fault.id.as_str()).collect();
+    let hit = due.len() - idle.len();
+    let mut line = match hit {
+        hit if hit == faults.len() => format!("faults  all {hit} have hit"),
+        hit => format!("faults  {hit} of {} have hit", faults.len()),
+    };
+    if !idle.is_empty() {
+        line += &format!("; never: {}", idle.join(", "));
+    }
+    if !later.is_empty() {
+        line += &format!("; not due before the end: {}", later.len());
+    }
+    Some(line)
 }
 
 fn robots(plan: &Plan, run: &RunFile) -> Table {
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED).set_header([
+    let mut table = table::new([
         "robot",
         "lives",
         "activations",
-        "items delivered",
+        "items\ndelivered",
         "reports",
-        "messages sent",
+        "messages\nsent",
         "heard",
         "lost",
     ]);

@@ -50,7 +50,6 @@ pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
         watched?;
         team.check_world()
     })?;
-    link_latest(&plan.folder);
     let run = read_run(&plan.folder)?;
     summary::show(plan, &run)?;
     Ok(run.outcome == RunOutcome::Ended(alliance_proto::tick::Outcome::Complete))
@@ -118,7 +117,12 @@ impl Team {
         let url = link.url();
         let opened = open.then(|| link.open());
         let (socket, token) = link.into_heritage();
-        let arguments = ["watch", &self.run, "--inherited"].map(ToOwned::to_owned);
+        let mut arguments = ["watch", &self.run, "--inherited"]
+            .map(ToOwned::to_owned)
+            .to_vec();
+        if open {
+            arguments.push("--stays".to_owned());
+        }
         let page = Process::start_with(
             "page",
             &self.logs.join("page.log"),
@@ -377,15 +381,4 @@ fn read_run(folder: &Path) -> anyhow::Result<RunFile> {
     let path = folder.join("run.json");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     serde_json::from_str(&text).with_context(|| path.display().to_string())
-}
-
-/// `runs/latest` leads to the newest run below `runs/`. A convenience: where it cannot be made, it is missing.
-pub(super) fn link_latest(folder: &Path) {
-    if folder.parent() == Some(Path::new("runs"))
-        && let Some(name) = folder.file_name()
-    {
-        let link = Path::new("runs/latest");
-        let _ = std::fs::remove_file(link);
-        let _ = std::os::unix::fs::symlink(name, link);
-    }
 }

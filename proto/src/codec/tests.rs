@@ -535,6 +535,7 @@ fn view() -> impl Strategy<Value = View> {
                 faults,
                 messages,
                 messages_left_out,
+                bends: Vec::new(),
                 outcome,
             }
         },

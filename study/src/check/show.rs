@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use alliance_proto::scenario::Setup;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use serde_json::{Value, json};
 
 use super::Check;
 use super::forecast::{Forecast, Takeover};
+use crate::table;
 
 /// The table, what it says, and the warnings.
 pub fn text(setup: &Setup, check: &Check) -> String {
@@ -43,8 +43,7 @@ fn table(forecasts: &[Forecast]) -> Table {
             None => rows.push((vec![&forecast.robot], figures)),
         }
     }
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED).set_header([
+    let mut table = table::new([
         "robots",
         "behavior set",
         "activates",

@@ -136,6 +136,9 @@ mod tests {
         assert_eq!(files(&out), FILES);
         let page = fs::read_to_string(out.join("report.html")).unwrap();
         assert_eq!(page.matches("<svg ").count(), FILES.len() - 1);
+        let place = |text: &str| page.find(text).unwrap();
+        assert!(place("id=\"gantt\"") < place("<h2>Robots"));
+        assert!(place("<h2>Figures") < place("id=\"map\""));
         let page = page.replace("http://www.w3.org/2000/svg", "");
         for reference in ["http", "src=", "href=", "url(", "@import"] {
             assert!(!page.contains(reference), "{reference}");

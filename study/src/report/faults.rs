@@ -3,6 +3,11 @@
 use alliance_proto::log::EventRow;
 use alliance_proto::time::SimTime;
 
+use super::spans::Span;
+
+/// Faults that happen in a moment and do not last.
+const MOMENTARY: [&str; 5] = ["continue", "restart", "waste", "move-waste", "move-robot"];
+
 /// An event to be marked in the figures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
@@ -54,6 +59,106 @@ fn fault(event: &EventRow) -> Option<Fault> {
     })
 }
 
+/// A time in which something was wrong; an empty one is the moment in which something was done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FaultSpan {
+    /// When.
+    pub span: Span,
+    /// What, in a few words.
+    pub label: String,
+}
+
+/// The faults of a run that lasted until `end`, by their beginning. Deaths and stops that no fault asked for are among them;
+/// several of the same words and the same time are one.
+#[must_use]
+pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
+    // Each with the event's subject or robot, by which its end finds it.
+    let mut all: Vec<(&str, FaultSpan)> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for event in events {
+        let at = event.t_ms;
+        let asked = |words: &[&str]| {
+            let mut same = events.iter().filter(|other| other.t_ms == at);
+            same.any(|other| {
+                let (kind, whom) = other.detail.split_once(' ').unwrap_or_default();
+                other.kind == "applied" && words.contains(&kind) && whom == event.robot
+            })
+        };
+        let begun = match event.kind.as_str() {
+            "applied" => Some((event.subject.as_str(), in_words(&event.detail))),
+            "gone" if !asked(&["kill", "terminate", "remove", "restart"]) => {
+                Some((event.robot.as_str(), format!("{} died", event.robot)))
+            }
+            "stalled" if !asked(&["pause"]) => {
+                Some((event.robot.as_str(), format!("{} stopped", event.robot)))
+            }
+            _ => None,
+        };
+        let whose = match event.kind.as_str() {
+            "healed" => event.subject.as_str(),
+            "joined" | "back" => event.robot.as_str(),
+            _ => "",
+        };
+        open.retain(|place| {
+            let (owner, fault) = &mut all[*place];
+            let ends = *owner == whose;
+            if ends {
+                fault.span.to = at;
+            }
+            !ends
+        });
+        if let Some((owner, label)) = begun {
+            let kind = event.detail.split(' ').next().unwrap_or_default();
+            let lasts = event.kind != "applied" || !MOMENTARY.contains(&kind);
+            if lasts {
+                open.push(all.len());
+            }
+            let to = if lasts { end } else { at };
+            let span = Span { from: at, to };
+            all.push((owner, FaultSpan { span, label }));
+        }
+    }
+    let mut merged: Vec<(usize, FaultSpan)> = Vec::new();
+    for (_, fault) in all {
+        match merged.iter_mut().find(|(_, other)| *other == fault) {
+            Some((count, _)) => *count += 1,
+            None => merged.push((1, fault)),
+        }
+    }
+    let named = merged.into_iter().map(|(count, fault)| match count {
+        1 => fault,
+        _ => FaultSpan {
+            label: format!("{count} × {}", fault.label),
+            ..fault
+        },
+    });
+    named.collect()
+}
+
+/// A fault as the log has it, for a figure: `drop --from green --to all --p 0.3` is `drop green→all 0.3`. Where something lies
+/// the map shows.
+fn in_words(detail: &str) -> String {
+    let words: Vec<&str> = detail.split(' ').collect();
+    let kind = words[0];
+    if matches!(kind, "obstacle" | "waste") {
+        return kind.to_owned();
+    }
+    let option = |name: &str| {
+        let place = words.iter().position(|word| *word == name)?;
+        words.get(place + 1).copied()
+    };
+    let mut said = vec![kind.to_owned()];
+    if let (Some(from), Some(to)) = (option("--from"), option("--to")) {
+        said.push(format!("{from}→{to}"));
+    }
+    let rest = words[1..].iter().enumerate().filter(|(place, word)| {
+        let of_link = matches!(words[*place], "--from" | "--to");
+        !word.starts_with("--") && !of_link
+    });
+    said.extend(rest.map(|(_, word)| (*word).to_owned()));
+    said.join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +172,46 @@ mod tests {
             reason: String::new(),
             detail: String::new(),
         }
+    }
+
+    #[test]
+    fn spans_with_words() {
+        let told = |t_ms, kind, robot, subject, detail: &str| EventRow {
+            detail: detail.to_owned(),
+            ..event(t_ms, kind, robot, subject)
+        };
+        let drop = "drop --from green --to all --p 0.3";
+        let events = [
+            event(0, "joined", "blue", ""),
+            told(0, "armed", "", "f1", "kill gold"),
+            told(100, "gone", "gold", "", "incarnation 1"),
+            told(100, "applied", "gold", "f1", "kill gold"),
+            told(150, "applied", "", "f2", "obstacle 0 6.55 0.05 1"),
+            told(150, "applied", "", "f3", "obstacle 0.62 6.55 0.2 1"),
+            told(200, "applied", "", "f4", drop),
+            event(220, "hit", "gold", "f4"),
+            told(250, "joined", "gold", "", "incarnation 2"),
+            told(250, "healed", "gold", "f1", "kill gold"),
+            told(300, "applied", "", "f5", "waste 1 1 --items 1"),
+            told(350, "healed", "", "f4", drop),
+            event(400, "gone", "blue", ""),
+            event(450, "stalled", "green", ""),
+            event(500, "back", "green", ""),
+        ];
+        let found: Vec<_> = fault_spans(&events, SimTime(900))
+            .into_iter()
+            .map(|fault| (fault.span.from.0, fault.span.to.0, fault.label))
+            .collect();
+        let expected = [
+            (100, 250, "kill gold"),
+            (150, 900, "2 × obstacle"),
+            (200, 350, "drop green→all 0.3"),
+            (300, 300, "waste"),
+            (400, 900, "blue died"),
+            (450, 500, "green stopped"),
+        ]
+        .map(|(from, to, label)| (from, to, label.to_owned()));
+        assert_eq!(found, expected);
     }
 
     #[test]

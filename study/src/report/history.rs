@@ -45,6 +45,8 @@ pub struct RobotHistory {
     pub heard: Vec<Claim>,
     /// Where it was at the start of each tick.
     pub track: Vec<Place>,
+    /// As `heard`, with what teammates said that waited for the task: that resets a motivation under some presets.
+    may_reset: Vec<Claim>,
 }
 
 /// One behavior set of one robot. A tick counts from its start to the start of the next one.
@@ -65,7 +67,7 @@ pub struct SetHistory {
     /// State waiting.
     pub waiting: Spans,
     /// Steps in which impatience_reset = 0 took away motivation.
-    pub resets: Vec<SimTime>,
+    pub resets: Vec<Reset>,
     /// Steps in which the rate of impatience rose to δ_fast.
     pub hurries: Vec<SimTime>,
     /// Rate of impatience in the latest step, motivation/s.
@@ -81,6 +83,16 @@ pub struct Claim {
     pub sender: usize,
     /// The task.
     pub task: TaskId,
+}
+
+/// A step in which the message of a teammate took away motivation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reset {
+    /// When.
+    pub at: SimTime,
+    /// Ranks of those whose claims came in this step: as a rule one. Of several, those that had not claimed the task before, if
+    /// there are any.
+    pub by: Vec<usize>,
 }
 
 /// Where a robot was, and whether it carried something.
@@ -124,6 +136,9 @@ impl History {
         for row in log.each_row::<MessageRow>() {
             history.add_message(&row?)?;
         }
+        for robot in &mut history.robots {
+            robot.tell_resets();
+        }
         for row in log.each_row::<PoseRow>() {
             history.add_pose(&row?)?;
         }
@@ -163,6 +178,7 @@ impl History {
                     .collect(),
                 heard: Vec::new(),
                 track: Vec::new(),
+                may_reset: Vec::new(),
             })
             .collect();
         Self {
@@ -203,7 +219,8 @@ impl History {
     pub fn add_message(&mut self, row: &MessageRow) -> Result<(), HistoryError> {
         const TABLE: &str = "messages.csv";
         let heard = matches!(row.fate.as_str(), "heard" | "delayed");
-        if !heard || !(row.state == "executing" || row.kind == "position") {
+        let claims = row.state == "executing" || row.kind == "position";
+        if !heard || !(claims || row.state == "waiting") {
             return Ok(());
         }
         let sender = self.known_rank(TABLE, &row.sender)?;
@@ -211,11 +228,16 @@ impl History {
         let task = self
             .task_named(&row.task)
             .ok_or_else(|| unknown(TABLE, &row.task))?;
-        self.robots[receiver].heard.push(Claim {
+        let claim = Claim {
             at: row.t_ms,
             sender,
             task,
-        });
+        };
+        let receiver = &mut self.robots[receiver];
+        if claims {
+            receiver.heard.push(claim);
+        }
+        receiver.may_reset.push(claim);
         Ok(())
     }
 
@@ -295,6 +317,33 @@ fn unknown(table: &'static str, name: &str) -> HistoryError {
 }
 
 impl RobotHistory {
+    /// Finds out by whom its motivations were reset.
+    fn tell_resets(&mut self) {
+        let claims = &self.may_reset;
+        for set in &mut self.sets {
+            let task = set.task;
+            for reset in &mut set.resets {
+                let from = claims.partition_point(|claim| claim.at < reset.at);
+                let now = claims[from..]
+                    .iter()
+                    .take_while(|claim| claim.at == reset.at);
+                let mut by: Vec<usize> = now
+                    .filter(|claim| claim.task == task)
+                    .map(|claim| claim.sender)
+                    .collect();
+                by.dedup();
+                let is_new = |sender: &usize| {
+                    let mut before = claims[..from].iter();
+                    !before.any(|claim| claim.sender == *sender && claim.task == task)
+                };
+                if by.iter().any(is_new) {
+                    by.retain(is_new);
+                }
+                reset.by = by;
+            }
+        }
+    }
+
     /// The time in which one of its behavior sets was active.
     #[must_use]
     pub fn active(&self) -> Spans {
@@ -322,7 +371,8 @@ impl SetHistory {
     fn add(&mut self, tick: Span, row: &MotivationRow) {
         let before = self.levels.last().map_or(0.0, |&(_, level)| level);
         if !row.impatience_reset && before > 0.0 {
-            self.resets.push(tick.from);
+            let at = tick.from;
+            self.resets.push(Reset { at, by: Vec::new() });
         }
         let fast = self.params.fast_impatience;
         if self.impatience < fast && row.impatience >= fast {

@@ -113,6 +113,17 @@ pub fn page(
             html! { p { "Too large for this page: " a href=(file) { (file) } "." } }
         });
     }
+    let shown = figures.iter().zip(&drawings).map(|(figure, drawing)| {
+        html! {
+            figure id=(figure.name) {
+                (drawing)
+                figcaption { (figure.caption) }
+            }
+        }
+    });
+    let shown: Vec<Markup> = shown.collect();
+    // Who did what comes before all tables: it explains the run.
+    let (first, rest) = shown.split_at(shown.len().min(1));
     let scenario = &run.setup.scenario;
     let title = format!("{}, seed {}", scenario.name, run.setup.seed);
     let text = html! {
@@ -128,6 +139,7 @@ pub fn page(
                 h1 { (title) }
                 p { (scenario.description) }
                 (overview(run, history, metrics))
+                @for figure in first { (figure) }
                 h2 { "Robots" }
                 (robots(history, metrics))
                 h2 { "Tasks" }
@@ -141,12 +153,7 @@ pub fn page(
                 h2 { "Faults" }
                 (fault_table(&faults(&history.events)))
                 h2 { "Figures" }
-                @for (figure, drawing) in figures.iter().zip(&drawings) {
-                    figure id=(figure.name) {
-                        (drawing)
-                        figcaption { (figure.caption) }
-                    }
-                }
+                @for figure in rest { (figure) }
                 h2 { "What is counted" }
                 dl {
                     @for (name, definition) in DEFINITIONS {

@@ -2,7 +2,8 @@
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{
-    EventRow, Figures, LogLevel, MessageRow, MotivationRow, RobotFigures, RunFile, RunOutcome,
+    EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, RobotFigures, RunFile, RunLog,
+    RunOutcome,
 };
 use alliance_proto::scenario::{Robot, Scenario, Setup, TaskSection};
 use alliance_proto::tick::Outcome;
@@ -13,6 +14,7 @@ use super::history::History;
 use super::metrics::{Metrics, ReportMade, Sent};
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
+use crate::in_process::Team;
 
 const BLUE: usize = 0;
 const GOLD: usize = 1;
@@ -515,9 +517,39 @@ fn resets_are_those_that_took_something_away() {
     }
     let sets = &made.history.robots[BLUE].sets;
     for set in sets {
-        assert_eq!(set.resets, [at(1.0)], "{}", set.name);
+        let resets: Vec<SimTime> = set.resets.iter().map(|reset| reset.at).collect();
+        assert_eq!(resets, [at(1.0)], "{}", set.name);
         assert_eq!(set.levels.len(), 4);
     }
+}
+
+/// The history of a run within this process, and what its run.json says.
+pub fn run_of(setup: Setup) -> (History, RunFile) {
+    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let (_, recorder) = team.run().unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    (History::read(&log).unwrap(), log.run)
+}
+
+/// The history of a run within this process.
+pub fn history_of(setup: Setup) -> History {
+    run_of(setup).0
+}
+
+#[test]
+fn whoever_resets_a_motivation_is_told() {
+    let text = include_str!("../../../launch/scenarios/thesis-no-interruption.toml");
+    let scenario = Scenario::parse("thesis-no-interruption", text).unwrap();
+    let history = history_of(Setup::resolve(scenario, 1, None).unwrap().setup);
+    let mut told = 0;
+    for (rank, robot) in history.robots.iter().enumerate() {
+        for reset in robot.sets.iter().flat_map(|set| &set.resets) {
+            assert!(!reset.by.is_empty(), "{} at {}", robot.name, reset.at);
+            assert!(!reset.by.contains(&rank), "{} at {}", robot.name, reset.at);
+            told += 1;
+        }
+    }
+    assert!(told > 10, "{told} resets");
 }
 
 #[test]

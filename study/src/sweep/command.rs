@@ -8,7 +8,6 @@ use std::thread::available_parallelism;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use world_server::args::{Known, read_scenario};
 
@@ -26,6 +25,7 @@ use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
 use super::workers::work;
 use crate::interrupted::Interrupted;
+use crate::table;
 
 /// The table of faults by kind.
 const FAULTS: &str = "faults.csv";
@@ -416,7 +416,6 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
 }
 
 fn terminal_table(page: &Page<'_>) -> Table {
-    let mut table = Table::new();
     let settings: Vec<&str> = page.setting_columns();
     let figures = [
         "runs",
@@ -427,9 +426,7 @@ fn terminal_table(page: &Page<'_>) -> Table {
         "lateness in s",
         "95 %",
     ];
-    table
-        .load_style(UTF8_FULL_CONDENSED)
-        .set_header(settings.iter().copied().chain(figures));
+    let mut table = table::new(settings.iter().copied().chain(figures));
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     for (cells, summary) in page.conditions {
         let share = summary.share().map_or_else(dash, percent);

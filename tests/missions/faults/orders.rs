@@ -148,7 +148,7 @@ fn a_world_without_a_launcher_leaves_processes_alone() {
 #[test]
 fn what_is_cleared_all_at_once_is_repeated_all_at_once() {
     let lab = Lab::new();
-    let team = Team::start(&lab, &["--paused", "--limit", "60"]);
+    let team = Team::start(&lab, &["--paused", "--speed", "max", "--limit", "60"]);
     crate::harness::wait_until("a live run", || lab.run(&["status"]).status.success());
     let step = |ticks: &str| {
         let until = ask(&lab, &["status"])["status"]["tick"].as_u64().unwrap()

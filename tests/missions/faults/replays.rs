@@ -129,7 +129,11 @@ fn a_difference_is_named_by_tick_robot_and_field() {
     std::fs::write(lab.path("other.toml"), altered).unwrap();
     lab.mission("b", &["other.toml", "--limit", "60"]).expect(1);
     let finished = lab.run(&["diff", "a", "b"]).expect(1);
-    let line = finished.stderr.trim_end();
+    let (cause, line) = finished.stderr.split_once('\n').unwrap();
+    assert!(
+        cause.starts_with("scenario: alliance.robots.gold."),
+        "{cause}"
+    );
     assert!(
         line.starts_with(
             "differs first in tick 0 (0.000 s): gold motivations, motivations.csv: impatience"

@@ -88,7 +88,11 @@ impl Page {
 
     /// A WebSocket as that origin would open it, with that token; `None` when it is refused.
     pub fn connect(&self, origin: &str, token: &str) -> Option<Ears> {
-        let mut request = format!("ws://{}/api/live", self.host())
+        self.connect_to("/api/live", origin, token)
+    }
+
+    fn connect_to(&self, path: &str, origin: &str, token: &str) -> Option<Ears> {
+        let mut request = format!("ws://{}{path}", self.host())
             .into_client_request()
             .unwrap();
         let headers = request.headers_mut();
@@ -97,6 +101,12 @@ impl Page {
         headers.insert("sec-websocket-protocol", protocols.parse().unwrap());
         let (socket, _) = tungstenite::connect(request).ok()?;
         Some(Ears { socket })
+    }
+
+    /// What tells the server of a log that a page is open, until it is dropped.
+    pub fn accompany(&self) -> Ears {
+        let origin = format!("http://{}", self.host());
+        self.connect_to("/api/page", &origin, &self.token).unwrap()
     }
 
     /// A WebSocket as the page itself opens it.

@@ -6,4 +6,5 @@ mod finished;
 mod gate;
 mod observer;
 mod replayed;
+mod stays;
 mod watched;

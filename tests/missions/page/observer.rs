@@ -58,7 +58,7 @@ fn whatever_becomes_of_the_page_no_byte_of_the_run_changes() {
 #[test]
 fn a_page_is_told_everything_and_how_the_run_ended() {
     let lab = Lab::new();
-    let mut team = Team::start_with_page(&lab, &["--paused", "--limit", "90"]);
+    let mut team = Team::start_with_page(&lab, &["--paused", "--speed", "max", "--limit", "90"]);
     team.wait_for_page();
     let page = Page::in_words(&team.launcher().stderr());
 
@@ -151,7 +151,7 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
 #[test]
 fn a_page_that_reads_late_still_hears_how_the_run_ended() {
     let lab = Lab::new();
-    let mut team = Team::start_with_page(&lab, &["--paused", "--limit", "10"]);
+    let mut team = Team::start_with_page(&lab, &["--paused", "--speed", "max", "--limit", "10"]);
     let server = team.wait_for_page();
     let world = team.pid("world");
     let page = Page::in_words(&team.launcher().stderr());

@@ -128,7 +128,7 @@ fn an_obstacle_drawn_where_a_robot_will_go_is_avoided_and_can_be_undone() {
     };
     let lab = Lab::new();
     // Where blue is a little later if nobody interferes.
-    let arguments = ["--limit", "60"];
+    let arguments = ["--speed", "max", "--limit", "60"];
     lab.mission("before", &arguments).expect(1);
     let way: Vec<PoseRow> = lab
         .log("before")
@@ -208,7 +208,7 @@ fn gold_is_killed_on_the_page_and_its_task_is_seen_to_be_taken_over() {
         return;
     };
     let lab = Lab::new();
-    let (mut team, page) = open(&lab, &browser, &["--limit", "250"]);
+    let (mut team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "250"]);
     // Until gold has a spill.
     let task = |robot: &str| {
         format!(
@@ -270,7 +270,7 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
         return;
     };
     let lab = Lab::new();
-    let (team, page) = open(&lab, &browser, &["--limit", "60"]);
+    let (team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "60"]);
     run_to(&browser, &page, 100);
     browser.click("#tab-links");
     browser.click("[data-link='green>blue']");
@@ -322,7 +322,7 @@ fn a_page_elsewhere_in_the_same_browser_cannot_kill_a_robot() {
         return;
     };
     let lab = Lab::new();
-    let (team, page) = open(&lab, &browser, &["--limit", "60"]);
+    let (team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "60"]);
     // It comes from another server on this machine, which lets everybody do everything.
     let elsewhere = Elsewhere::start();
     let token = &page.token;
@@ -426,7 +426,7 @@ fn it_fits_a_laptop_and_a_phone() {
             return;
         };
         let lab = Lab::new();
-        let (team, page) = open(&lab, &browser, &["--limit", "100"]);
+        let (team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "100"]);
         run_to(&browser, &page, 1500);
         let seen = browser.eval("[innerWidth, innerHeight]");
         assert_eq!(seen, json!([size.0, size.1]), "{name}");

@@ -6,9 +6,10 @@
 //!
 //! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
 //! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.
-//! - `view`: what observers see of it all.
+//! - `view`: what observers see of it all. `bends`: what they need of curves, however seldom they look.
 
 mod acts;
+mod bends;
 mod commands;
 mod effects;
 #[cfg(test)]

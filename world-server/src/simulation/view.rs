@@ -12,6 +12,7 @@ use alliance_proto::view::{BehaviorView, MESSAGES_MAX, MessageView, RobotView, V
 use glam::Vec2;
 
 use super::Simulation;
+use super::bends::Bends;
 use crate::barrier::Presence;
 use crate::world::{Component, Shape};
 
@@ -32,6 +33,8 @@ pub(super) struct Memories {
     /// Since the last view; `None` before the first one: most runs are never looked at.
     messages: Option<VecDeque<MessageView>>,
     left_out: u64,
+    /// Likewise.
+    bends: Option<Bends>,
 }
 
 impl Memories {
@@ -42,6 +45,7 @@ impl Memories {
             lives: vec![0; robots],
             messages: None,
             left_out: 0,
+            bends: None,
         }
     }
 
@@ -55,6 +59,9 @@ impl Memories {
         }
         for change in &report.changes {
             self.since[rank].insert(change.set, now);
+        }
+        if let Some(bends) = &mut self.bends {
+            bends.see(now, report);
         }
         let Some(messages) = &mut self.messages else {
             return;
@@ -78,11 +85,17 @@ impl Memories {
 }
 
 impl Simulation {
-    /// A snapshot for eyes, with what has become of messages since the one before; in the first one there are none. Whoever owns the clock and the processes
-    /// adds what they know of them.
+    /// A snapshot for eyes, with what has become of messages and curves since the one before; in the first one there is nothing
+    /// of that. Whoever owns the clock and the processes adds what they know of them.
     pub fn view(&mut self) -> View {
         let messages = self.memories.messages.get_or_insert_default();
         let messages = messages.drain(..).collect();
+        let (team, step) = (self.messages.len(), self.setup.scenario.step_ms);
+        let bends = self
+            .memories
+            .bends
+            .get_or_insert_with(|| Bends::new(team, SimTime(step)));
+        let bends = bends.take(self.world.now());
         let robots = self
             .barrier
             .robots()
@@ -96,6 +109,7 @@ impl Simulation {
             faults: self.faults_to_see(),
             messages,
             messages_left_out: std::mem::take(&mut self.memories.left_out),
+            bends,
             outcome: self.outcome,
             ..View::default()
         };

@@ -12,7 +12,7 @@ use std::ops::Range;
 use alliance_proto::scenario::BehaviorKind;
 use plotters::style::RGBColor;
 
-use super::faults::{Fault, faults};
+use super::faults::{FaultSpan, fault_spans};
 use super::history::History;
 use super::metrics::Metrics;
 
@@ -35,7 +35,7 @@ pub struct Figure {
 pub(super) struct RunFigures<'h> {
     history: &'h History,
     metrics: &'h Metrics,
-    faults: Vec<Fault>,
+    faults: Vec<FaultSpan>,
     /// By rank.
     colors: Vec<RGBColor>,
     /// The whole run, s.
@@ -51,7 +51,7 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
     let run = RunFigures {
         history,
         metrics,
-        faults: faults(&history.events),
+        faults: fault_spans(&history.events, history.end),
         colors: crate::palette::colors(names),
         // An axis needs a length, even that of a run that was over at once.
         window: 0.0..history.end.max(history.step).as_secs_f64(),
@@ -62,8 +62,8 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
     };
     add(
         "gantt".to_owned(),
-        "Who did what. Bars: a behavior set for the task is active; white strokes in them: effects on the world. Below, in \
-         black: the task was applicable to somebody, and nobody was productive on it."
+        "Who did what. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the world, as far \
+         as there is room. Below, in black: the task was applicable to somebody, and nobody was productive on it."
             .to_owned(),
         gantt::draw(&run)?,
     );

@@ -3,15 +3,16 @@
 use std::ops::Range;
 
 use alliance_proto::ids::TaskId;
+use alliance_proto::time::SimTime;
 use plotters::style::RGBColor;
 
 use super::canvas::{
     Axes, BOLD, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, fill, hatch,
-    level, line, part, svg,
+    level, line, part, px, rows_for, svg,
 };
 use super::timeline::{Sample, Timeline, y_title};
 use super::{ABSENT, RunFigures, WHITE};
-use crate::report::history::SetHistory;
+use crate::report::history::{Reset, SetHistory};
 use crate::report::thin::thin;
 
 const LEFT_PX: f64 = 58.0;
@@ -54,14 +55,19 @@ fn draw(
     let head_px = timeline.head_px();
     let panel_px = TITLE_PX + plot_px;
     let bottom_px = head_px + rows.len() as f64 * panel_px;
+    let plot_at = |place: usize| {
+        let top = head_px + place as f64 * panel_px + TITLE_PX;
+        top..top + plot_px
+    };
+    let plots: Vec<Range<f64>> = (0..rows.len()).map(plot_at).collect();
     svg(title, bottom_px + X_AXIS_PX + 4.0, |area| {
+        timeline.draw_head(area, &plots)?;
         for (place, row) in rows.iter().enumerate() {
             let is_last = place + 1 == rows.len();
             let top = head_px + place as f64 * panel_px;
             panel(run, &timeline, area, row, (top, plot_px, is_last))?;
         }
-        y_title(area, "motivation m", head_px..bottom_px)?;
-        timeline.draw_head(area, bottom_px)
+        y_title(area, "motivation m", head_px..bottom_px)
     })
 }
 
@@ -72,7 +78,10 @@ fn legend() -> Vec<(Sample, &'static str)> {
         (Sample::Fill(INK, 0.22), "active"),
         (Sample::Hatch(INK, 4.0), "waiting"),
         (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
-        (Sample::Mark(Mark::Triangle, WHITE), "reset by a teammate"),
+        (
+            Sample::Mark(Mark::Triangle, WHITE),
+            "reset by the teammate of that color",
+        ),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
     ]
 }
@@ -126,9 +135,29 @@ fn panel(
     motivation(&chart, timeline, run, set, color)?;
 
     let plot = chart.plotting_area();
-    for reset in set.resets.iter().filter(|at| timeline.shows(**at)) {
-        let at = plot.map_coordinate(&(reset.as_secs_f64(), threshold * 0.07));
-        Mark::Triangle.draw(area, at, WHITE)?;
+    let resets = set.resets.iter().filter(|reset| timeline.shows(reset.at));
+    let resets: Vec<(f64, &Reset)> = resets.map(|it| (timeline.x_px(it.at), it)).collect();
+    let letters = Lettering {
+        size_px: 10.0,
+        ..Lettering::default()
+    };
+    let names = |reset: &Reset| {
+        let names = reset.by.iter();
+        let names = names.map(|sender| run.history.robots[*sender].name.as_str());
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let places = resets
+        .iter()
+        .map(|(x, reset)| (*x, 10.0 + letters.width_px(&names(reset))));
+    let places = rows_for(&places.collect::<Vec<_>>(), 1);
+    for ((_, reset), place) in resets.iter().zip(places) {
+        let at = plot.map_coordinate(&(reset.at.as_secs_f64(), threshold * 0.07));
+        let by = reset.by.first().map_or(WHITE, |sender| run.colors[*sender]);
+        Mark::Triangle.draw(area, at, by)?;
+        if place.is_some() {
+            let beside = (at.0 + px(7.0), at.1);
+            area.draw_text(&names(reset), &letters.style(), beside)?;
+        }
     }
     let takeovers = run.metrics.takeovers.iter().filter(|takeover| {
         let starts = set.active.iter().any(|span| span.from == takeover.at);
@@ -149,17 +178,97 @@ fn motivation(
     set: &SetHistory,
     color: RGBColor,
 ) -> Drawn {
-    let step = run.history.step;
-    // Half a pixel in time, a quarter in motivation.
-    let width = (timeline.window.end - timeline.window.start) / WIDTH_PX / 2.0;
-    let height = run.history.setup.alliance.threshold / 300.0;
-    for part in set.levels.chunk_by(|a, b| b.0.since(a.0) <= step) {
-        let points: Vec<(f64, f64)> = part
-            .iter()
-            .filter(|(at, _)| timeline.shows(*at))
-            .map(|&(at, level)| (at.as_secs_f64(), level))
-            .collect();
-        curve(chart, thin(&points, width, height), line(color, 1.75))?;
+    let threshold = run.history.setup.alliance.threshold;
+    for points in lines(set, run.history.step, &timeline.window, threshold) {
+        curve(chart, points, line(color, 1.75))?;
     }
     Ok(())
+}
+
+/// The points of a set's curve in a window of time, s: one line for each time in which its robot took part. A reset is a step.
+fn lines(
+    set: &SetHistory,
+    step: SimTime,
+    window: &Range<f64>,
+    threshold: f64,
+) -> Vec<Vec<(f64, f64)>> {
+    // Half a pixel in time, a quarter in motivation.
+    let width = (window.end - window.start) / WIDTH_PX / 2.0;
+    let height = threshold / 300.0;
+    set.levels
+        .chunk_by(|a, b| b.0.since(a.0) <= step)
+        .map(|part| {
+            let mut points: Vec<(f64, f64)> = Vec::new();
+            for &(at, level) in part {
+                let at = at.as_secs_f64();
+                if !window.contains(&at) {
+                    continue;
+                }
+                let before = points.last().map(|(_, before)| *before);
+                points.extend(
+                    before
+                        .filter(|before| *before > level)
+                        .map(|before| (at, before)),
+                );
+                points.push((at, level));
+            }
+            thin(&points, width, height)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::scenario::{Scenario, Setup};
+
+    use super::*;
+    use crate::report::tests::history_of;
+
+    /// What is drawn, against the log: every activation at the threshold, every reset from its height, and upright, in any window.
+    #[test]
+    fn every_activation_and_reset_of_a_log_is_drawn() {
+        let parts = [
+            (0.0, 1.0),
+            (0.0, 0.37),
+            (0.3, 0.5),
+            (0.55, 0.6),
+            (0.9, 0.92),
+        ];
+        for (seed, (from, to)) in (1..4).flat_map(|seed| parts.map(|part| (seed, part))) {
+            let history = history_of(
+                Setup::resolve(Scenario::default(), seed, None)
+                    .unwrap()
+                    .setup,
+            );
+            let end = history.end.as_secs_f64();
+            let window = from * end..to * end;
+            let width = (window.end - window.start) / WIDTH_PX / 2.0;
+            let threshold = history.setup.alliance.threshold;
+            for set in history.robots.iter().flat_map(|robot| &robot.sets) {
+                let drawn = lines(set, history.step, &window, threshold).concat();
+                let highest = |at: f64| {
+                    let near = drawn.iter().filter(|(x, _)| (x - at).abs() <= width);
+                    near.map(|(_, level)| *level).fold(f64::MIN, f64::max)
+                };
+                for pair in set.levels.windows(2) {
+                    let [(before_at, before), (at, level)] = [pair[0], pair[1]];
+                    let (before_at, at) = (before_at.as_secs_f64(), at.as_secs_f64());
+                    // What falls at the very edge has nothing before it.
+                    let is_shown = window.contains(&before_at) && window.contains(&at);
+                    if is_shown && (level < before || (level >= threshold && before < threshold)) {
+                        let peak = before.max(level);
+                        assert!(
+                            highest(at) >= peak - threshold / 300.0,
+                            "{at} s: {peak}, {}",
+                            highest(at)
+                        );
+                    }
+                }
+                for pair in drawn.windows(2) {
+                    let falls = pair[1].1 < pair[0].1 - threshold / 100.0;
+                    assert!(!falls || pair[1].0 - pair[0].0 <= width * 1.001, "{pair:?}");
+                }
+            }
+        }
+    }
 }

@@ -51,6 +51,7 @@ pub fn items(run: &RunFigures<'_>) -> anyhow::Result<String> {
     });
     let bottom_px = head_px + PLOT_PX;
     svg("Items over time", bottom_px + X_AXIS_PX, |area| {
+        timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
         let panel = part(area, (0.0, head_px), (WIDTH_PX, PLOT_PX + X_AXIS_PX));
         let axes = Axes {
             x: (timeline.window.clone(), "time t in s"),
@@ -71,7 +72,7 @@ pub fn items(run: &RunFigures<'_>) -> anyhow::Result<String> {
                 }
             }
         }
-        timeline.draw_head(area, bottom_px)
+        Ok(())
     })
 }
 
@@ -135,6 +136,7 @@ pub fn reports(run: &RunFigures<'_>) -> anyhow::Result<String> {
 
     let title = "Lateness of progress reports";
     svg(title, bottom_px + X_AXIS_PX, |area| {
+        timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
         let panel = part(area, (0.0, head_px), (WIDTH_PX, PLOT_PX + X_AXIS_PX));
         let axes = Axes {
             x: (timeline.window.clone(), "time t in s"),
@@ -151,8 +153,7 @@ pub fn reports(run: &RunFigures<'_>) -> anyhow::Result<String> {
             curve(&chart, vec![(from, 0.0), (to, to - from)], line(INK, 1.5))?;
         }
         level(&chart, timeline.window.clone(), period, line(INK, 1.0))?;
-        report_marks(run, &timeline, area, &chart)?;
-        timeline.draw_head(area, bottom_px)
+        report_marks(run, &timeline, area, &chart)
     })
 }
 

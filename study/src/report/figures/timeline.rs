@@ -1,5 +1,4 @@
-//! What figures over time have in common: a window of time, the legend and the labels of faults above, and the lines that go
-//! down from those.
+//! What figures over time have in common: a window of time, the legend and the faults above, and their shade below.
 
 use std::ops::Range;
 
@@ -8,18 +7,18 @@ use plotters::element::{PathElement, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
-use super::WHITE;
-use super::canvas::{
-    Area, Drawn, FAINT, INK, Lettering, Mark, WIDTH_PX, line, px, rows_for, upright,
-};
-use crate::report::faults::{Fault, Phase};
+use super::canvas::{Area, Drawn, INK, Lettering, Mark, WIDTH_PX, line, px, rows_for, upright};
+use crate::report::faults::FaultSpan;
 use crate::report::spans::Span;
 
 /// Height of a row of the legend or of labels, px.
 const ROW_PX: f64 = 17.0;
 
 /// Rows for labels of faults.
-const LABEL_ROWS: usize = 3;
+const LABEL_ROWS: usize = 6;
+
+/// What is shaded because something was wrong.
+const FAULT: RGBColor = RGBColor(214, 140, 0);
 
 /// From an entry's sample to its text, px.
 const SAMPLE_PX: f64 = 26.0;
@@ -31,7 +30,7 @@ pub struct Timeline<'f> {
     /// Left and right edge of the plot, px.
     pub edges: Range<f64>,
     /// What went wrong in the window.
-    pub faults: Vec<&'f Fault>,
+    pub faults: Vec<&'f FaultSpan>,
     /// What the signs mean.
     pub legend: Vec<(Sample, &'f str)>,
 }
@@ -47,8 +46,8 @@ pub enum Sample {
     Fill(RGBColor, f64),
     /// A band hatched with lines so many px apart.
     Hatch(RGBColor, f64),
-    /// A bar with a white stroke.
-    Stroke(RGBColor),
+    /// A bar with a tick at its upper edge.
+    Ticked(RGBColor),
     /// A mark.
     Mark(Mark, RGBColor),
 }
@@ -59,10 +58,13 @@ impl<'f> Timeline<'f> {
     pub fn new(
         window: Range<f64>,
         left_px: f64,
-        faults: &'f [Fault],
+        faults: &'f [FaultSpan],
         legend: Vec<(Sample, &'f str)>,
     ) -> Self {
-        let inside = |fault: &&Fault| window.contains(&fault.at.as_secs_f64());
+        let inside = |fault: &&FaultSpan| {
+            let span = fault.span;
+            span.from.as_secs_f64() < window.end && span.to.as_secs_f64() >= window.start
+        };
         Self {
             faults: faults.iter().filter(inside).collect(),
             edges: left_px..WIDTH_PX - 22.0,
@@ -75,39 +77,48 @@ impl<'f> Timeline<'f> {
     #[must_use]
     pub fn head_px(&self) -> f64 {
         let rows = self.legend_places().last().map_or(0, |(row, _)| row + 1);
-        let labels = self.labels().into_iter().filter_map(|(_, row)| row).max();
-        let labels = match labels {
-            Some(last) => (last + 1) as f64 * ROW_PX + 4.0,
-            None if self.faults.is_empty() => 0.0,
-            None => 8.0,
-        };
-        rows as f64 * ROW_PX + labels + 4.0
+        (rows + self.label_rows()) as f64 * ROW_PX + 8.0
     }
 
-    /// Draws legend, labels, and the lines down to `bottom_px`.
+    /// Draws the legend and the faults: each as a labeled band above, and shaded in the plots below it, which lie between those
+    /// y. To be drawn before the plots are: what happened counts more than what went wrong.
     ///
     /// # Errors
     /// When it cannot be drawn.
-    pub fn draw_head(&self, area: &Area<'_>, bottom_px: f64) -> Drawn {
+    pub fn draw_head(&self, area: &Area<'_>, plots: &[Range<f64>]) -> Drawn {
         let letters = Lettering::default();
         for ((sample, text), (row, x)) in self.legend.iter().zip(self.legend_places()) {
             let y = (row as f64 + 0.5) * ROW_PX;
             sample.draw(area, x, y)?;
             letters.write(area, text, (x + SAMPLE_PX, y))?;
         }
-        let top = self.head_px();
-        for (fault, row) in self.labels() {
-            let x = self.x_px(fault.at);
-            let y = row.map_or(top - 4.0, |row| top - 4.0 - (row as f64 + 0.5) * ROW_PX);
-            match fault.phase {
-                Phase::Begin => upright(area, x, y..bottom_px, line(INK, 1.25), false)?,
-                Phase::End => upright(area, x, y..bottom_px, line(INK, 1.0), true)?,
-                Phase::Hit => upright(area, x, top - 6.0..top, line(FAINT, 1.0), false)?,
+        let band = |x: &Range<f64>, y: Range<f64>, opacity: f64| {
+            let corners = [(px(x.start), px(y.start)), (px(x.end), px(y.end))];
+            area.draw(&Rectangle::new(corners, FAULT.mix(opacity).filled()))
+        };
+        let top = self.head_px() - 4.0;
+        let labels = self.labels();
+        let unnamed = labels.iter().filter(|label| label.row.is_none()).count();
+        for label in &labels {
+            let x = &label.x;
+            for plot in plots {
+                band(x, plot.clone(), 0.13)?;
+                upright(area, x.start, plot.clone(), line(FAULT, 1.0), false)?;
+                if x.end > x.start && x.end < self.edges.end {
+                    upright(area, x.end, plot.clone(), line(FAULT, 1.0), true)?;
+                }
             }
-            if row.is_some() {
-                let at = (x + 4.0, y);
-                letters.write(area, &fault.label, at)?;
+            if let Some(row) = label.row {
+                let y = top - (row as f64 + 0.5) * ROW_PX;
+                band(x, y - 7.0..y + 7.0, 0.4)?;
+                upright(area, x.start, y - 7.0..y + 7.0, line(FAULT, 1.5), false)?;
+                letters.write(area, label.text, (label.text_px, y))?;
             }
+        }
+        if unnamed > 0 {
+            let y = top - (LABEL_ROWS as f64 + 0.5) * ROW_PX;
+            let text = format!("and {unnamed} more faults, shaded below");
+            letters.write(area, &text, (self.edges.start, y))?;
         }
         Ok(())
     }
@@ -150,25 +161,57 @@ impl<'f> Timeline<'f> {
         places
     }
 
-    /// The faults, each with the row of its label, counted from below; `None` where there is no room, and for hits.
-    fn labels(&self) -> Vec<(&'f Fault, Option<usize>)> {
+    /// Rows that the labels take, with one for what has no room in them.
+    fn label_rows(&self) -> usize {
+        let rows = self.labels().into_iter();
+        let rows = rows.map(|label| label.row.map_or(LABEL_ROWS, |row| row) + 1);
+        rows.max().unwrap_or(0)
+    }
+
+    /// The faults that the window shows, with their places.
+    fn labels(&self) -> Vec<Label<'f>> {
         let letters = Lettering::default();
-        let (named, hits): (Vec<&Fault>, Vec<&Fault>) = self
+        let mut labels: Vec<Label<'f>> = self
             .faults
             .iter()
-            .partition(|fault| fault.phase != Phase::Hit);
-        let places: Vec<(f64, f64)> = named
-            .iter()
-            .map(|fault| (self.x_px(fault.at), letters.width_px(&fault.label) + 14.0))
+            .map(|fault| {
+                let edge = |at| self.x_px(at).clamp(self.edges.start, self.edges.end);
+                let x = edge(fault.span.from)..edge(fault.span.to);
+                // What would leave the figure at the right ends there.
+                let text_px = (x.start + 4.0).min(WIDTH_PX - letters.width_px(&fault.label) - 2.0);
+                Label {
+                    text: &fault.label,
+                    text_px,
+                    x,
+                    row: None,
+                }
+            })
             .collect();
-        // A label that would leave the figure is left out.
-        let fits = |(x, width): (f64, f64)| x + width <= WIDTH_PX + 10.0;
-        let rows = rows_for(&places, LABEL_ROWS);
-        let rows = rows.into_iter().zip(places);
-        let rows = rows.map(|(row, place)| row.filter(|_| fits(place)));
-        let hits = hits.into_iter().map(|fault| (fault, None));
-        named.into_iter().zip(rows).chain(hits).collect()
+        let left = |label: &Label<'_>| label.x.start.min(label.text_px);
+        labels.sort_by(|a, b| left(a).total_cmp(&left(b)));
+        let places: Vec<(f64, f64)> = labels
+            .iter()
+            .map(|label| {
+                let right = (label.text_px + letters.width_px(label.text)).max(label.x.end);
+                (left(label), right - left(label) + 6.0)
+            })
+            .collect();
+        for (label, row) in labels.iter_mut().zip(rows_for(&places, LABEL_ROWS)) {
+            label.row = row;
+        }
+        labels
     }
+}
+
+/// Where a fault is drawn.
+struct Label<'f> {
+    text: &'f str,
+    /// Left edge of the text, px.
+    text_px: f64,
+    /// From when to when, px.
+    x: Range<f64>,
+    /// Row of the label, counted from below; `None` where there is no room.
+    row: Option<usize>,
 }
 
 impl Sample {
@@ -192,11 +235,11 @@ impl Sample {
                 let corners = [(left, top), (right, bottom)];
                 area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
             }
-            Self::Stroke(color) => {
-                let corners = [(left, top), (right, bottom)];
+            Self::Ticked(color) => {
+                let corners = [(left, middle), (right, bottom)];
                 area.draw(&Rectangle::new(corners, color.filled()))?;
-                let ends = [((left + right) / 2, top), ((left + right) / 2, bottom)];
-                area.draw(&PathElement::new(ends, line(WHITE, 1.5)))
+                let ends = [((left + right) / 2, top), ((left + right) / 2, middle)];
+                area.draw(&PathElement::new(ends, line(INK, 1.0)))
             }
             Self::Hatch(color, apart_px) => {
                 for place in (left..=right).step_by(px(apart_px) as usize) {
