@@ -80,7 +80,7 @@ mod tests {
 
     use super::*;
     use crate::missions::waste::WASTE;
-    use crate::missions::waste::tests::waste;
+    use crate::missions::waste::tests as cleanup;
 
     fn interruption(json: &str) -> Interruption {
         let fault = serde_json::from_str(json).unwrap();
@@ -116,11 +116,14 @@ mod tests {
             "item-24 6 7, item-25 6.1 7"
         );
         waste.end(&mut world);
-        assert_eq!(waste(&world).counts().total(), 26);
+        assert_eq!(cleanup::waste(&world).counts().total(), 26);
         let mut moved = interruption(r#"{"move-waste":{"item":25,"x_m":2,"y_m":1}}"#);
         assert_eq!(moved.begin(&mut world).unwrap().unwrap(), "item-25 2 1");
         moved.end(&mut world);
-        assert_eq!(waste(&world).items()[25].position, Vec2::new(2.0, 1.0));
+        assert_eq!(
+            cleanup::waste(&world).items()[25].position,
+            Vec2::new(2.0, 1.0)
+        );
         let mut none = interruption(r#"{"move-waste":{"item":26,"x_m":2,"y_m":1}}"#);
         let error = none.begin(&mut world).unwrap().unwrap_err();
         assert_eq!(error.to_string(), "there is no item-26");

@@ -11,9 +11,7 @@ use glam::Vec2;
 use super::*;
 use crate::recorder::Event;
 use crate::world::World;
-use crate::world::tests::{
-    BLUE, GOLD, assert_at, drive, gripper, position, rectangle, robots, world,
-};
+use crate::world::tests::{BLUE, assert_at, drive, gripper, position, rectangle, robots, world};
 
 pub(crate) fn waste(world: &World) -> &Waste {
     let mission: &dyn Any = world.mission();

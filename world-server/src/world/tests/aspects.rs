@@ -1,5 +1,6 @@
 //! Energy, and the aspects' place in a step.
 
+use alliance_proto::mission::waste::WasteDeed;
 use alliance_proto::scenario::Energy;
 
 use super::*;
@@ -53,8 +54,11 @@ fn a_robot_without_energy_does_nothing_and_says_so_once() {
     let command = Actuation {
         speed_m_s: 0.05,
         turn_rad_s: 1.0,
-        deed: Gripper::Pick.into(),
-        report_progress: true,
+        deed: WasteDeed {
+            gripper: Gripper::Pick,
+            report_progress: true,
+        }
+        .into(),
     };
     let mut out = Vec::new();
     for _ in 0..10 {
