@@ -409,8 +409,9 @@ mod tests {
 
     /// A short run, with an order that an operator gave, if any.
     fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) -> RunLog {
+        // Until chance has had its say.
         let mut scenario = Scenario {
-            limit_s: 20.0,
+            limit_s: 80.0,
             ..Scenario::default()
         };
         change(&mut scenario);
