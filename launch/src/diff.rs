@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use alliance_proto::ids::Tick;
 use alliance_proto::time::SimTime;
+use alliance_proto::{tell, terminal};
 use clap::Args;
 use csv::StringRecord;
 use serde::Serialize;
@@ -35,7 +36,7 @@ impl DiffCommand {
         match compared {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
-                eprintln!("alliance diff: {error}");
+                tell!("alliance diff: {error}");
                 ExitCode::from(2)
             }
         }
@@ -80,16 +81,17 @@ impl Comparison {
     /// Tells people on stderr, or programs on stdout; the exit status.
     #[must_use]
     pub fn show(&self, json: bool) -> ExitCode {
-        if json {
-            // Plain data with string keys, so nothing is left to fail.
-            println!("{}", serde_json::to_string(self).unwrap_or_default());
-        } else {
-            eprintln!("{self}");
-        }
-        match self {
+        let status = match self {
             Self::Identical { .. } => ExitCode::SUCCESS,
             Self::Differs(_) => ExitCode::from(1),
+        };
+        if json {
+            // Plain data with string keys, so nothing is left to fail.
+            let text = serde_json::to_string(self).unwrap_or_default();
+            return terminal::answer("alliance", format_args!("{text}\n"), status);
         }
+        tell!("{self}");
+        status
     }
 }
 

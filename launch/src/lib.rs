@@ -11,8 +11,12 @@
 //! - [`check`]: what a scenario's parameters mean, before anything runs.
 //! - [`scenarios`]: the built-in ones.
 
+// They panic where nothing can be written; `alliance_proto::terminal` does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use clap::{Parser, Subcommand};
 use robot_agent::args::AgentArgs;
 use world_server::args::{WorldArgs, log_to_stderr};
@@ -89,7 +93,7 @@ pub fn main() -> ExitCode {
     alliance_proto::session::prepare_process();
     // Before anything else: a child whose launcher has died meanwhile shall not begin.
     if let Err(error) = run::children::die_with_launcher() {
-        eprintln!("alliance: {error:#}");
+        tell!("alliance: {error:#}");
         return ExitCode::from(3);
     }
     log_to_stderr();

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -32,7 +33,7 @@ impl ReplayCommand {
         match self.replay() {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
-                eprintln!("alliance replay: {error:#}");
+                tell!("alliance replay: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -50,7 +51,7 @@ impl ReplayCommand {
         let logged = RunLog::open(&self.folder)?;
         let version = env!("CARGO_PKG_VERSION");
         if logged.run.version != version {
-            eprintln!(
+            tell!(
                 "the run was made by version {}, this is {version}",
                 logged.run.version
             );

@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use alliance_proto::keys::is_name;
 use alliance_proto::scenario::{MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder};
+use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -122,7 +123,7 @@ impl MissionArgs {
         start_poses(&resolved.setup.scenario).with_context(|| format!("scenario '{name}'"))?;
         if !resolved.skipped.is_empty() {
             let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
-            eprintln!(
+            tell!(
                 "skipped, for the scenario has no such robot or behavior set: {}",
                 skipped.join(", ")
             );
@@ -223,7 +224,7 @@ impl WorldArgs {
         let (folder, setup) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                eprintln!("world: {error:#}");
+                tell!("world: {error:#}");
                 return ExitCode::from(2);
             }
         };
@@ -231,7 +232,7 @@ impl WorldArgs {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
             Err(error) => {
-                eprintln!("world: {error:#}");
+                tell!("world: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -307,6 +308,8 @@ pub fn log_to_stderr() {
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        // A line that cannot be written is no reason to write another one, and less to panic.
+        .log_internal_errors(false)
         // A log file wants no colors.
         .with_ansi(std::io::stderr().is_terminal())
         .init();

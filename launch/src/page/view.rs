@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
 use tokio::signal::ctrl_c;
@@ -31,14 +32,14 @@ impl ViewCommand {
         let (link, logged) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                eprintln!("alliance view: {error:#}");
+                tell!("alliance view: {error:#}");
                 return ExitCode::from(2);
             }
         };
         match self.serve(link, logged) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                eprintln!("alliance view: {error:#}");
+                tell!("alliance view: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -46,12 +47,12 @@ impl ViewCommand {
 
     fn serve(&self, link: Link, logged: Logged) -> anyhow::Result<()> {
         if let Some(warning) = &logged.warning {
-            eprintln!("{warning}");
+            tell!("{warning}");
         }
-        eprintln!("{}: {} (Ctrl-C ends it)", self.folder.display(), link.url());
+        tell!("{}: {} (Ctrl-C ends it)", self.folder.display(), link.url());
         if self.link.open {
             // The link stands there all the same.
-            let _ = link.open().map_err(|error| eprintln!("{error:#}"));
+            let _ = link.open().map_err(|error| tell!("{error:#}"));
         }
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use world_server::recorder::{LogLevel, RunLog};
@@ -35,15 +36,15 @@ impl ReportCommand {
         match report(&self.folder, &out) {
             Ok(left_out) => {
                 if left_out > 0 {
-                    eprintln!(
+                    tell!(
                         "note: {left_out} figures are in their own files only, for the page would be too large"
                     );
                 }
-                eprintln!("report  {}", out.join("report.html").display());
+                tell!("report  {}", out.join("report.html").display());
                 ExitCode::SUCCESS
             }
             Err(error) => {
-                eprintln!("alliance report: {error:#}");
+                tell!("alliance report: {error:#}");
                 ExitCode::from(2)
             }
         }

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
 use world_server::args::{MissionArgs, RunArgs};
@@ -53,7 +54,7 @@ impl RunCommand {
         let (folder, setup, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                eprintln!("alliance run: {error:#}");
+                tell!("alliance run: {error:#}");
                 return ExitCode::from(2);
             }
         };
@@ -70,7 +71,7 @@ impl RunCommand {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
-                eprintln!("alliance run: {error:#}");
+                tell!("alliance run: {error:#}");
                 ExitCode::from(3)
             }
         }

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use tokio::time::Instant;
@@ -74,7 +75,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
         violation = replayed::check(&RunLog::open(&plan.folder)?).err();
     }
     if let Some(violation) = &violation {
-        eprintln!("violated: {violation:#}");
+        tell!("violated: {violation:#}");
     }
     Ok(outcome == Outcome::Complete && violation.is_none())
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 use alliance_proto::control::AgentState;
 use alliance_proto::event::EventLine;
 use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::tell;
 use alliance_proto::view::{RobotView, View};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use tokio::time::Instant;
@@ -109,7 +110,7 @@ impl Progress {
                 if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
                     *last = Some(now);
                     let (delivered, total) = (view.items.delivered, view.items.total());
-                    eprintln!(
+                    tell!(
                         "{clock}, {delivered}/{total} delivered; {}",
                         doing.join("; ")
                     );
@@ -123,7 +124,7 @@ impl Progress {
         match &self.style {
             // A terminal that cannot be written to has nobody in front of it.
             Style::Terminal { bars, .. } => drop(bars.println(line)),
-            Style::Lines { .. } => eprintln!("{line}"),
+            Style::Lines { .. } => tell!("{line}"),
         }
     }
 

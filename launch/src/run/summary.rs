@@ -2,6 +2,7 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::time::SimTime;
+use alliance_proto::{tell, terminal};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use serde_json::json;
@@ -14,7 +15,7 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     let host: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(plan.folder.join("host.json"))?)?;
     if run.unscripted {
-        eprintln!(
+        tell!(
             "note: a stall or a loss that the scenario did not ask for is part of this run (`unscripted` in run.json)"
         );
     }
@@ -30,10 +31,10 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
             "faults": run.faults,
             "host": host,
         });
-        println!("{result:#}");
+        terminal::print(format_args!("{result:#}\n"))?;
         return Ok(());
     }
-    eprintln!("{}", robots(plan, run));
+    tell!("{}", robots(plan, run));
     let result = &run.result;
     let real_s = host["running_s"].as_f64().unwrap_or_default();
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
@@ -42,23 +43,24 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
         .map_or_else(String::new, |ms| {
             format!(", the latest {} late", SimTime(ms))
         });
-    eprintln!(
+    tell!(
         "{}: {} of {} items delivered, {} progress reports{late}",
         outcome(run),
         result.items.delivered,
         result.items.total(),
         result.reports_made,
     );
-    eprintln!(
+    tell!(
         "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
-        result.sim_time_ms, result.ticks,
+        result.sim_time_ms,
+        result.ticks,
     );
     if let Some(line) = faults(&run.faults) {
-        eprintln!("{line}");
+        tell!("{line}");
     }
-    eprintln!("folder  {}", plan.folder.display());
-    eprintln!("seed    {}", run.setup.seed);
-    eprintln!("hash    {}", run.hash.as_deref().unwrap_or("none"));
+    tell!("folder  {}", plan.folder.display());
+    tell!("seed    {}", run.setup.seed);
+    tell!("hash    {}", run.hash.as_deref().unwrap_or("none"));
     Ok(())
 }
 

@@ -340,9 +340,9 @@ impl Team {
         match self.world.ending() {
             Some(Ending::Exit(0 | 1)) => Ok(()),
             ending => bail!(
-                "the world {}; its log is whole up to its last tick; it said:\n{}",
+                "the world {}; its log is whole up to its last tick; {}",
                 ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
-                self.world.last_words()
+                self.world.said()
             ),
         }
     }
