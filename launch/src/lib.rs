@@ -44,6 +44,8 @@ pub mod scenarios;
 mod scenarios_command;
 mod status;
 mod sweep;
+#[cfg(test)]
+mod tampered;
 
 /// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
 #[derive(Parser)]

@@ -52,7 +52,7 @@ impl ReportCommand {
 }
 
 /// Makes the report, and says how many figures had no room in its page.
-fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
+pub(crate) fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
     // The error says why by itself: its source would say it twice.
     let log = RunLog::open(folder)
         .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::document::Document;
-use super::path::Path;
+use super::path::{Path, Step};
 
 /// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: what is wrong; what would be
 /// right`; file and line are missing where the scenario does not come from a file.
@@ -84,6 +84,14 @@ impl Problem {
             what: what.into(),
             remedy: remedy.into(),
         }
+    }
+
+    /// The same where the scenario is part of something else, under that key.
+    pub fn below(mut self, key: &str) -> Self {
+        if let Place::Scenario(path) = &mut self.place {
+            path.0.insert(0, Step::Key(key.to_owned()));
+        }
+        self
     }
 
     /// The error for people; `file` is the name of the scenario's file and its contents.

@@ -9,6 +9,7 @@ mod document;
 mod error;
 mod family;
 mod geometry;
+mod in_force;
 mod load;
 mod path;
 mod properties;
@@ -32,8 +33,8 @@ pub use alliance::{
     RobotSection, StepOrder, SwitchSection, Switches,
 };
 pub use catalog::{BehaviorKind, BehaviorSpec, Catalog, TaskSpec};
-pub use error::ScenarioError;
 pub(crate) use error::instead;
+pub use error::ScenarioError;
 pub use load::TomlFile;
 pub use path::Step;
 pub use properties::{ParameterFile, SkippedKey};

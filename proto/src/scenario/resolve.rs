@@ -7,7 +7,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::alliance::{Alliance, BehaviorParams, RobotParams, SwitchSection, Switches};
-use super::catalog::Catalog;
 use super::error::{Place, Problem, ScenarioError};
 use super::geometry::check_places;
 use super::path::Path;
@@ -62,8 +61,7 @@ pub(super) fn check(
     scenario: &Scenario,
     parameters: Option<&ParameterFile>,
 ) -> Result<(Alliance, Vec<SkippedKey>), Problem> {
-    let catalog = Catalog::of(scenario);
-    validate(scenario, &catalog)?;
+    let catalog = validate(scenario)?;
     check_places(scenario)?;
 
     let section = &scenario.alliance;
@@ -128,13 +126,18 @@ pub(super) fn check(
 /// would grow with the square of its size, only those that a statement names, and [`BehaviorParams::OTHERS`].
 struct Toward<'a>(BTreeSet<&'a str>);
 
+/// Whether each robot has values of its own toward each of the others.
+pub(super) fn lists_all(scenario: &Scenario) -> bool {
+    scenario.robots.len() <= Toward::MOST_LISTED
+}
+
 impl<'a> Toward<'a> {
     /// Most robots that list each other: 1 MB of JSON.
     const MOST_LISTED: usize = 100;
 
     fn of(scenario: &'a Scenario, statements: &'a [Statement]) -> Self {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
-        if scenario.robots.len() <= Self::MOST_LISTED {
+        if lists_all(scenario) {
             return Self(names().collect());
         }
         let known: BTreeSet<&str> = names().collect();

@@ -78,8 +78,8 @@ impl Limits {
     }
 }
 
-/// Refuses the first mistake of a scenario, in the order of its fields.
-pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+/// Refuses the first mistake of a scenario, in the order of its fields. The catalog is made once it can be.
+pub(super) fn validate(scenario: &Scenario) -> Result<Catalog, Problem> {
     name(Path::of(["name"]), &scenario.name)?;
     let step_ms = scenario.step_ms;
     if !(1..=500).contains(&step_ms) {
@@ -125,11 +125,13 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
         above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
     }
     waste(&scenario.waste)?;
-    robots(scenario, catalog)?;
+    let catalog = Catalog::of(scenario);
+    robots(scenario, &catalog)?;
     obstacles(scenario)?;
-    tasks(scenario, catalog)?;
+    tasks(scenario, &catalog)?;
     faults(scenario)?;
-    alliance(scenario, catalog)
+    alliance(scenario, &catalog)?;
+    Ok(catalog)
 }
 
 fn name(path: Path, name: &str) -> Result<(), Problem> {

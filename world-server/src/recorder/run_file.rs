@@ -15,6 +15,7 @@ use super::answers::Answer;
 use super::level::LogLevel;
 use super::record::{EventKind, TickRecord};
 use crate::input::Input;
+use crate::world::start_poses;
 
 /// Contents of run.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,6 +38,28 @@ pub struct RunFile {
     /// `seed`, `scenario` as resolved, and `alliance`: every value that was in force.
     #[serde(flatten)]
     pub setup: Setup,
+}
+
+impl RunFile {
+    /// Reads run.json and checks it: whoever touched it may have broken anything, and what it holds is run again.
+    ///
+    /// # Errors
+    /// One line: what is wrong, where, and what would be right.
+    pub(super) fn parse(text: &[u8]) -> Result<Self, String> {
+        let run: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+        run.setup.check().map_err(|error| error.to_string())?;
+        let scenario = &run.setup.scenario;
+        start_poses(scenario).map_err(|error| error.to_string())?;
+        let limit_ms = SimTime::from_secs_f64(scenario.limit_s).0;
+        let most = limit_ms.div_ceil(scenario.step_ms);
+        let ticks = run.result.ticks;
+        if ticks > most {
+            return Err(format!(
+                "result.ticks: {ticks} is out of range; it must be at most {most}, for the run ends at limit_s"
+            ));
+        }
+        Ok(run)
+    }
 }
 
 /// How a run ended, if it did.
