@@ -6,7 +6,9 @@ use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
 use alliance_proto::keys::is_name;
-use alliance_proto::scenario::{MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder};
+use alliance_proto::scenario::{
+    MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder, text_of,
+};
 use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
@@ -119,8 +121,11 @@ impl MissionArgs {
             )?),
         };
         let resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
-        let name = &resolved.setup.scenario.name;
-        start_poses(&resolved.setup.scenario).with_context(|| format!("scenario '{name}'"))?;
+        let scenario = &resolved.setup.scenario;
+        if let Err(error) = start_poses(scenario) {
+            let asked = self.scenario.as_deref().unwrap_or(&scenario.name);
+            bail!("{asked}: {}", error.of(scenario));
+        }
         if !resolved.skipped.is_empty() {
             let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
             tell!(
@@ -291,8 +296,8 @@ pub fn read_scenario(asked: &str, builtin: Builtin) -> anyhow::Result<Scenario> 
             "'{asked}' is neither a built-in scenario nor a file; `alliance scenarios` lists the built-in ones"
         );
     }
-    let text = std::fs::read_to_string(path).with_context(|| asked.to_owned())?;
-    Ok(Scenario::parse(asked, &text)?)
+    let bytes = std::fs::read(path).with_context(|| asked.to_owned())?;
+    Ok(Scenario::parse(asked, &text_of(asked, bytes)?)?)
 }
 
 /// An id that no other live run on this machine has: at most 32 characters of scenario name and process id.
@@ -347,5 +352,23 @@ fn run_id(text: &str) -> Result<String, String> {
         Ok(text.to_owned())
     } else {
         Err("use letters, digits, '-' and '_', at most 32".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_no_utf_8_is_answered_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        std::fs::write(&path, b"step_ms = 50\nname = \"\xff\"\n").unwrap();
+        let asked = path.to_str().unwrap();
+        let error = read_scenario(asked, |_| None).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            format!("{asked}:2: these bytes are no UTF-8 text; save the file as UTF-8")
+        );
     }
 }

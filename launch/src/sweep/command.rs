@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread::available_parallelism;
 
+use alliance_proto::scenario::text_of;
 use alliance_proto::{tell, terminal};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -111,7 +112,9 @@ impl SweepCommand {
         let [file] = &self.paths[..] else {
             bail!("name one FILE; several DIRs go with --merge");
         };
-        let text = fs::read_to_string(file).with_context(|| file.display().to_string())?;
+        let name = file.display().to_string();
+        let bytes = fs::read(file).with_context(|| name.clone())?;
+        let text = text_of(&name, bytes)?;
         let plan = read_plan(file, &text)?;
         let runs = plan.design.runs().unwrap_or_default();
         if let Some(run) = self.scenario {

@@ -29,6 +29,19 @@ impl ScenarioError {
     }
 }
 
+/// The contents of a file as text; `name` is for the error message.
+///
+/// # Errors
+/// The line of the first byte that is none.
+pub fn text_of(name: &str, bytes: Vec<u8>) -> Result<String, ScenarioError> {
+    String::from_utf8(bytes).map_err(|error| {
+        let whole = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = whole.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let what = "these bytes are no UTF-8 text".to_owned();
+        ScenarioError::in_file(name, line, what, "save the file as UTF-8".to_owned())
+    })
+}
+
 impl fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut text = String::new();

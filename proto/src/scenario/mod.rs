@@ -34,11 +34,12 @@ pub use alliance::{
 };
 pub use catalog::{BehaviorKind, BehaviorSpec, Catalog, TaskSpec};
 pub(crate) use error::instead;
-pub use error::ScenarioError;
+pub use error::{ScenarioError, text_of};
 pub use load::TomlFile;
 pub use path::Step;
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
+pub(crate) use validate::MAX_ITEMS_IN_ALL;
 pub use validate::{MAX_ROBOTS, MAX_SPILLS};
 
 /// A run, complete: what the world sends to every agent and writes to run.json.

@@ -17,6 +17,8 @@ pub const MAX_ROBOTS: usize = 10_000;
 pub const MAX_SPILLS: usize = 10_000;
 /// Most items of a spill.
 const MAX_ITEMS: u32 = 1000;
+/// Most items of all spills, and most that a fault strews in the course of a run.
+pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
 /// Most random faults that a mission may be expected to see.
 const MAX_RANDOM_FAULTS: f64 = 1e5;
 
@@ -178,6 +180,16 @@ fn waste(waste: &WasteSection) -> Result<(), Problem> {
         closed(0.0, f64::from(MAX_ITEMS), "").check(at.key("items"), spill.items)?;
         FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
         FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
+    }
+    // At most so many spills of so many items: no overflow.
+    let items: u32 = waste.spills.iter().map(|spill| spill.items).sum();
+    if items > MAX_ITEMS_IN_ALL {
+        let what = format!("{items} items in all");
+        return Err(Problem::at(
+            spills,
+            what,
+            format!("give at most {MAX_ITEMS_IN_ALL}"),
+        ));
     }
     LENGTH.check(at.key("spill_radius_m"), waste.spill_radius_m)?;
     LENGTH.check(at.key("item_radius_m"), waste.item_radius_m)?;

@@ -49,7 +49,7 @@ impl RunFile {
         let run: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         run.setup.check().map_err(|error| error.to_string())?;
         let scenario = &run.setup.scenario;
-        start_poses(scenario).map_err(|error| error.to_string())?;
+        start_poses(scenario).map_err(|error| format!("scenario.{}", error.of(scenario)))?;
         let limit_ms = SimTime::from_secs_f64(scenario.limit_s).0;
         let most = limit_ms.div_ceil(scenario.step_ms);
         let ticks = run.result.ticks;
