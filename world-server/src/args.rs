@@ -1,6 +1,8 @@
 //! Command line of a world, the same for `world-server`, `alliance world` and, but for the run's id, `alliance run`.
 
-use std::io::IsTerminal;
+use std::fs::{create_dir, create_dir_all};
+use std::io::{ErrorKind, IsTerminal};
+use std::iter::once;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
@@ -169,12 +171,19 @@ impl SizeArgs {
 }
 
 impl RunArgs {
-    /// Folder of the run's log: the one asked for, or a new one below `runs/`.
+    /// Folder of the run's log: the one asked for, or a new one below `runs/`, which is made here, so that no other run that
+    /// begins at this moment takes it.
     ///
     /// # Errors
-    /// When the folder asked for already holds a run.
+    /// When the folder asked for already holds a run, or cannot be named to other processes; when none can be made.
     pub fn folder(&self, setup: &Setup) -> anyhow::Result<PathBuf> {
         if let Some(folder) = &self.out {
+            if folder.to_str().is_none() {
+                bail!(
+                    "--out {}: its name is no UTF-8; name another folder",
+                    folder.display()
+                );
+            }
             if folder.join("run.json").exists() {
                 bail!(
                     "--out {}: already holds a run; name a new folder",
@@ -187,19 +196,13 @@ impl RunArgs {
         #[allow(clippy::disallowed_methods)]
         let time = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
         let time = time.replace([':', '-'], "").replace('T', "-");
-        let base = format!(
-            "runs/{}-seed{}-{}",
+        let name = format!(
+            "{}-seed{}-{}",
             setup.scenario.name,
             setup.seed,
             time.trim_end_matches('Z')
         );
-        let mut folder = PathBuf::from(&base);
-        let mut number = 1;
-        while folder.exists() {
-            number += 1;
-            folder = PathBuf::from(format!("{base}-{number}"));
-        }
-        Ok(folder)
+        new_folder(Path::new("runs"), &name)
     }
 
     fn options(&self, run: String, folder: PathBuf, launched: bool) -> Options {
@@ -282,6 +285,23 @@ impl WorldArgs {
     }
 }
 
+/// Makes a folder that nobody else has, by that name, or with -2, -3, … behind it.
+fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
+    create_dir_all(parent).with_context(|| format!("cannot make {}", parent.display()))?;
+    let later = (2..).map(|number| format!("{name}-{number}"));
+    for name in once(name.to_owned()).chain(later) {
+        let folder = parent.join(name);
+        match create_dir(&folder) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            made => {
+                made.with_context(|| format!("cannot make {}", folder.display()))?;
+                return Ok(folder);
+            }
+        }
+    }
+    bail!("{}: no name is left", parent.display())
+}
+
 /// The built-in scenario of that name, or the one in that file.
 ///
 /// # Errors
@@ -357,7 +377,24 @@ fn run_id(text: &str) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
+    use std::thread::scope;
+
     use super::*;
+
+    #[test]
+    fn who_begins_at_the_same_moment_gets_a_folder_of_its_own() {
+        let runs = tempfile::tempdir().unwrap();
+        let parent = runs.path().join("runs");
+        let mut made: Vec<PathBuf> = scope(|scope| {
+            let all: Vec<_> = (0..8)
+                .map(|_| scope.spawn(|| new_folder(&parent, "a").unwrap()))
+                .collect();
+            all.into_iter().map(|one| one.join().unwrap()).collect()
+        });
+        made.sort();
+        let names = ["a", "a-2", "a-3", "a-4", "a-5", "a-6", "a-7", "a-8"];
+        assert_eq!(made, names.map(|name| parent.join(name)));
+    }
 
     #[test]
     fn a_file_that_is_no_utf_8_is_answered_with_its_line() {

@@ -47,10 +47,10 @@ impl RunCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // Everything is read and checked here, before the first process starts.
-        let prepared = self
-            .mission
-            .setup(scenarios::text_of)
-            .and_then(|setup| Ok((self.run.folder(&setup)?, setup, self.link()?)));
+        let prepared = self.mission.setup(scenarios::text_of).and_then(|setup| {
+            let link = self.link()?;
+            Ok((self.run.folder(&setup)?, setup, link))
+        });
         let (folder, setup, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
