@@ -125,6 +125,12 @@ impl Input {
         }
     }
 
+    /// Whether it is what an operator asked for.
+    #[must_use]
+    pub fn is_command(&self) -> bool {
+        matches!(self, Self::Order { .. } | Self::Clear { .. })
+    }
+
     /// At which moment of its tick it happened; `None` where that does not matter.
     #[must_use]
     pub fn moment(&self) -> Option<u32> {

@@ -129,7 +129,8 @@ impl<S: Sink> Team<S> {
         let (mut timed, outside): (Vec<Input>, Vec<Input>) = outside
             .into_iter()
             .partition(|input| input.moment().is_some());
-        timed.sort_by_key(Input::moment);
+        // A command ends the moment at which it is obeyed.
+        timed.sort_by_key(|input| (input.moment(), input.is_command()));
         let mut timed = VecDeque::from(timed);
         for input in &outside {
             self.obey(input);
@@ -377,18 +378,33 @@ impl<S: Sink> Team<S> {
 
     /// Asks those who are next, and does what comes of it; says whether there was anybody.
     fn ask_some(&mut self, outside: &[Input]) -> bool {
-        // What comes from outside may happen to one before the next is asked.
-        let most = if outside.is_empty() { TOGETHER } else { 1 };
+        // What comes from outside happens when all are asked who can be.
+        let most = if outside.is_empty() {
+            TOGETHER
+        } else {
+            usize::MAX
+        };
         self.asked.clear();
         while self.asked.len() < most
             && let Some(robot) = self.simulation.next_question()
         {
             self.asked.push(robot);
         }
-        match self.asked[..] {
-            [] => return false,
-            [robot] if !outside.is_empty() => self.ask(robot, outside),
-            _ => self.answer(outside),
+        if self.asked.is_empty() {
+            return false;
+        }
+        if outside.is_empty() {
+            self.answer(outside);
+            return true;
+        }
+        let mut asked = std::mem::take(&mut self.asked);
+        // Who dies after its report has done so before the last report of all.
+        let tick = self.simulation.tick();
+        asked.sort_by_key(|robot| self.death(*robot, outside) != Some(Some(tick)));
+        for robot in &asked {
+            self.asked.clear();
+            self.asked.push(*robot);
+            self.ask(*robot, outside);
         }
         true
     }

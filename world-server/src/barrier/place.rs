@@ -105,6 +105,8 @@ impl Place {
         if let Presence::Entering { again } = self.presence {
             self.presence = Presence::Present;
             self.manifest.clear();
+            // What was to be killed before it came was another one.
+            self.doomed &= again;
             let robot = self.name.clone();
             inputs.push(if again {
                 Input::StallEnd {
