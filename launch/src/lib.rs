@@ -2,13 +2,8 @@
 //!
 //! - [`run`]: starts world and agents by running this very program again, watches them, and shows how it went.
 //! - `control`: a client of a live run, for `fault`, `clock` and `status`.
-//! - [`in_process`]: the same run without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
-//!   differ.
-//! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run; [`retrace`]: a
-//!   finished run with a view of each tick; [`export`]: it for other tools.
-//! - `sweep`: many runs, and what is common to them; [`random_mission`]: missions that are drawn for it; [`invariants`]: what must
-//!   hold in every run.
-//! - [`check`]: what a scenario's parameters mean, before anything runs.
+//! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run.
+//! - What is made of runs is [`study`]'s.
 //! - [`scenarios`]: the built-in ones.
 
 // They panic where nothing can be written; `alliance_proto::terminal` does not.
@@ -18,32 +13,23 @@ use std::process::ExitCode;
 
 use alliance_proto::tell;
 use clap::{Parser, Subcommand};
+pub use robot_agent::allocator::Registry;
 use robot_agent::args::AgentArgs;
-use world_server::args::{WorldArgs, log_to_stderr};
+use world_server::args::{Known, WorldArgs, log_to_stderr};
 
+mod allocators_command;
 mod arguments;
-pub mod check;
 mod clock;
 mod control;
-pub mod diff;
-pub mod export;
 mod fault;
-pub mod in_process;
-mod interrupted;
-pub mod invariants;
+mod missions_command;
 pub mod observer;
 pub mod page;
-mod palette;
-pub mod random_mission;
-pub mod replay;
-mod report;
-pub mod retrace;
 pub mod run;
 mod runtime;
 pub mod scenarios;
 mod scenarios_command;
 mod status;
-mod sweep;
 #[cfg(test)]
 mod tampered;
 
@@ -64,9 +50,9 @@ enum Part {
     /// Be one robot of a live run by hand
     Agent(AgentArgs),
     /// Run a logged run again and compare every tick
-    Replay(replay::ReplayCommand),
+    Replay(study::replay::ReplayCommand),
     /// Name the first difference between two runs
-    Diff(diff::DiffCommand),
+    Diff(study::diff::DiffCommand),
     /// Break things in a live run, list and heal them
     Fault(fault::FaultArgs),
     /// Hold and drive the step clock of a live run
@@ -78,20 +64,35 @@ enum Part {
     /// Show a finished run on a page
     View(page::view::ViewCommand),
     /// Show what happened in a run: figures and metrics on a page
-    Report(report::command::ReportCommand),
+    Report(study::report::command::ReportCommand),
     /// Write a run as MCAP or Parquet, for other tools
-    Export(export::ExportCommand),
+    Export(study::export::ExportCommand),
     /// Run a mission in many variants and with many seeds, on all cores
-    Sweep(sweep::command::SweepCommand),
+    Sweep(study::sweep::command::SweepCommand),
     /// Say what the parameters of a scenario mean, and which of them do not go together
-    Check(check::CheckCommand),
+    Check(study::check::CheckCommand),
     /// List the built-in scenarios, or print one
     Scenarios(scenarios_command::ScenariosCommand),
+    /// List the allocators, or the parameters of one
+    Allocators(allocators_command::AllocatorsCommand),
+    /// List the missions, or the parameters of one
+    Missions(missions_command::MissionsCommand),
 }
 
-/// The whole command: reads the arguments of this process and does what they say.
+/// What scenarios of this program may speak of, and which are built in.
 #[must_use]
-pub fn main() -> ExitCode {
+pub fn known() -> Known {
+    Known {
+        builtin: scenarios::text_of,
+        vocabulary: Registry::of_this_program().vocabulary(),
+    }
+}
+
+/// The whole command: reads the arguments of this process and does what they say. The registry says which allocators there are; every
+/// process that the command starts is this program again, so it knows them too.
+#[must_use]
+pub fn main(registry: Registry) -> ExitCode {
+    registry.install();
     alliance_proto::session::prepare_process();
     // Before anything else: a child whose launcher has died meanwhile shall not begin.
     if let Err(error) = run::children::die_with_launcher() {
@@ -105,7 +106,7 @@ pub fn main() -> ExitCode {
     };
     match command.part {
         Part::Run(command) => command.run(),
-        Part::World(world) => world.run(scenarios::text_of),
+        Part::World(world) => world.run(&known()),
         Part::Agent(agent) => agent.run(),
         Part::Replay(command) => command.run(),
         Part::Diff(command) => command.run(),
@@ -116,8 +117,10 @@ pub fn main() -> ExitCode {
         Part::View(command) => command.run(),
         Part::Report(command) => command.run(),
         Part::Export(command) => command.run(),
-        Part::Sweep(command) => command.run(),
-        Part::Check(command) => command.run(),
+        Part::Sweep(command) => command.run(&known()),
+        Part::Check(command) => command.run(&known()),
         Part::Scenarios(command) => command.run(),
+        Part::Allocators(command) => command.run(),
+        Part::Missions(command) => command.run(),
     }
 }

@@ -3,15 +3,16 @@
 use std::fs;
 use std::path::Path;
 
+use alliance_proto::log::{LogLevel, RunLog};
 use alliance_proto::scenario::{Scenario, Setup};
 use serde_json::{Value, json};
+use study::in_process::Team;
+use study::replay::replay;
+use study::report::command::report;
 use tempfile::TempDir;
-use world_server::recorder::{Folder, LogLevel, RunLog};
+use world_server::recorder::Folder;
 
-use crate::in_process::Team;
 use crate::page::logged::Logged;
-use crate::replay::replay;
-use crate::report::command::report;
 
 /// A folder with the log of a short run that has some of everything.
 fn run() -> TempDir {

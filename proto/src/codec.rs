@@ -72,6 +72,14 @@ pub fn encoded_len<T: Serialize>(message: &T) -> Result<usize, CodecError> {
     }
 }
 
+/// Writes the encoding of a value to where `place` begins, as far as it fits, and tells its length.
+///
+/// # Errors
+/// See [`encode_into`].
+pub fn encode_to_slice<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError> {
+    write(value, place)
+}
+
 /// The length of the encoding, of which as much is written as fits.
 #[inline]
 fn write<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError> {

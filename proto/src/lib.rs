@@ -1,26 +1,33 @@
-//! What crosses the bus between world-server and robot-agents, and nothing else (DESIGN §2, §3).
+//! What crosses the bus between world-server and robot-agents, and what is written down of a run (DESIGN §2, §3, §8).
 //!
 //! - [`ids`], [`time`]: robots by rank, tasks, sets, ticks, simulated time in ms.
 //! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
-//! - [`team`]: what robots tell each other.
-//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see.
+//! - [`mission`]: what only one mission senses and does. [`team`]: what robots tell each other; [`allocation`]: what their
+//!   allocators do.
+//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see;
+//!   [`items`]: the mission's items, counted.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
-//! - [`scenario`]: what a run is made of.
+//! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`terminal`]: what a command says to whoever started it.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
+pub mod allocation;
 pub mod codec;
 pub mod control;
 pub mod event;
 pub mod fault;
 pub mod ids;
 pub mod ignored;
+pub mod items;
 pub mod join;
 pub mod keys;
 pub mod link;
+pub mod log;
+pub mod mission;
+mod obstacle;
 pub mod process;
 pub mod readings;
 pub mod rendezvous;

@@ -3,9 +3,10 @@
 //! Lengths in metres, angles in radians counter-clockwise from x, speeds in m/s and rad/s. In the robot's own frame x is
 //! ahead and y is to the left.
 
-use arrayvec::ArrayVec;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
+
+use crate::mission::{Deed, Sensed};
 
 /// Where a body is and where it faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -38,18 +39,6 @@ pub struct Proximity {
     pub right: [Option<Hit>; 3],
 }
 
-/// What the spill sensor finds under the robot's center.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Zone {
-    /// Plain floor.
-    #[default]
-    None,
-    /// An initial spill location.
-    Spill,
-    /// The desired final spill location.
-    Deposit,
-}
-
 /// Penetrability of the ground (DESIGN §7): 1 is neutral, less slows down, more speeds up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ground {
@@ -58,12 +47,6 @@ pub struct Ground {
     /// One body radius beyond its front.
     pub ahead: f32,
 }
-
-/// Most items that the waste sensor tells apart: with so many, what lies beyond the last is unseen.
-pub const WASTE_MOST: usize = 8;
-
-/// Waste on the floor, nearest first, as offsets in the robot's frame, m.
-pub type SensedWaste = ArrayVec<Vec2, WASTE_MOST>;
 
 /// One step's sensor values. Each device is `None` when the robot lacks it or when it is dead.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -76,30 +59,12 @@ pub struct Readings {
     pub side_border: Option<Option<f32>>,
     /// Collision avoidance.
     pub proximity: Option<Proximity>,
-    /// Waste on the floor within range, nearest first, as offsets in the robot's frame, m.
-    pub waste: Option<SensedWaste>,
-    /// Spill sensor.
-    pub zone: Option<Zone>,
-    /// Whether the robot's center is on the report site.
-    pub report_site: Option<bool>,
-    /// Whether the gripper holds an item.
-    pub holding: Option<bool>,
     /// Ground sensor.
     pub ground: Option<Ground>,
     /// Energy left, J; `None` where energy is not simulated.
     pub energy_j: Option<f32>,
-}
-
-/// What the gripper is told to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Gripper {
-    /// Keep whatever it holds or does not hold.
-    #[default]
-    Keep,
-    /// Close on the nearest item in reach.
-    Pick,
-    /// Let go: the item falls in front of the robot.
-    Drop,
+    /// What the mission's own devices tell.
+    pub mission: Sensed,
 }
 
 /// One step's commands. A robot turns first and then moves straight ahead, both within its limits.
@@ -109,8 +74,6 @@ pub struct Actuation {
     pub speed_m_s: f32,
     /// Turn rate, rad/s, positive is counter-clockwise.
     pub turn_rad_s: f32,
-    /// Gripper command.
-    pub gripper: Gripper,
-    /// Report the mission's progress; has an effect on the report site only.
-    pub report_progress: bool,
+    /// What it does beside driving.
+    pub deed: Deed,
 }

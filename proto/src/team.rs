@@ -3,6 +3,7 @@
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
+use crate::allocation::AllocationMessage;
 use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use crate::time::SimTime;
 
@@ -43,6 +44,8 @@ pub enum Content {
     },
     /// "These locations are wrong": takes back the update of that finder and time.
     Withdrawal(Withdrawal),
+    /// What the sender's allocator says.
+    Allocation(AllocationMessage),
 }
 
 /// The kinds of broadcast; each has its own key below `team/<robot>/`.
@@ -54,11 +57,18 @@ pub enum BroadcastKind {
     Position,
     /// [`Content::Withdrawal`].
     Withdrawal,
+    /// [`Content::Allocation`].
+    Allocation,
 }
 
 impl BroadcastKind {
     /// All kinds, in the order of their declaration.
-    pub const ALL: [Self; 3] = [Self::Heartbeat, Self::Position, Self::Withdrawal];
+    pub const ALL: [Self; 4] = [
+        Self::Heartbeat,
+        Self::Position,
+        Self::Withdrawal,
+        Self::Allocation,
+    ];
 
     /// Last chunk of the key expression, and the `kind` column of messages.csv.
     #[must_use]
@@ -67,6 +77,7 @@ impl BroadcastKind {
             Self::Heartbeat => "heartbeat",
             Self::Position => "position",
             Self::Withdrawal => "withdrawal",
+            Self::Allocation => "allocation",
         }
     }
 }
@@ -79,6 +90,7 @@ impl Content {
             Self::Heartbeat(_) => BroadcastKind::Heartbeat,
             Self::PositionUpdate { .. } => BroadcastKind::Position,
             Self::Withdrawal(_) => BroadcastKind::Withdrawal,
+            Self::Allocation(_) => BroadcastKind::Allocation,
         }
     }
 }

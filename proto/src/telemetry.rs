@@ -75,6 +75,22 @@ pub enum Reason {
     WaitOver,
     /// Waited its own ψ + τ in vain: the incumbent may be deaf or babbling.
     WaitBound,
+    /// The allocator prefers it.
+    Chosen,
+    /// The allocator prefers another.
+    Reassigned,
+    /// Nobody was known to have the task.
+    Claimed,
+    /// A teammate's claim or bid is better.
+    Outbid,
+    /// An auction was won.
+    Awarded,
+    /// A contract was not renewed in time.
+    LeaseEnded,
+    /// Whoever watches it saw no progress.
+    NoProgress,
+    /// Chance chose it.
+    Drawn,
 }
 
 impl Reason {
@@ -91,6 +107,14 @@ impl Reason {
             Self::Arbitration => "arbitration".into(),
             Self::WaitOver => "wait-over".into(),
             Self::WaitBound => "wait-bound".into(),
+            Self::Chosen => "chosen".into(),
+            Self::Reassigned => "reassigned".into(),
+            Self::Claimed => "claimed".into(),
+            Self::Outbid => "outbid".into(),
+            Self::Awarded => "awarded".into(),
+            Self::LeaseEnded => "lease-ended".into(),
+            Self::NoProgress => "no-progress".into(),
+            Self::Drawn => "drawn".into(),
         }
     }
 }
@@ -219,4 +243,17 @@ impl fmt::Display for NoteKind {
             Self::Detour => "detour",
         })
     }
+}
+
+/// One row of allocation.csv: what a robot's allocator holds of a task at the end of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AllocationRow {
+    /// The task.
+    pub task: TaskId,
+    /// What it is worth to the robot, in the allocator's own measure; finite.
+    pub utility: f64,
+    /// Who has the task as far as the robot knows.
+    pub holder: Option<RobotId>,
+    /// What the robot does about it.
+    pub state: BehaviorState,
 }

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ids::{Incarnation, RobotId, Tick};
+use crate::ids::{BehaviorId, Incarnation, RobotId, Tick};
 use crate::link::LinkState;
 use crate::readings::{Actuation, Readings};
-use crate::telemetry::{Motivation, Note, Reception, StateChange};
+use crate::telemetry::{AllocationRow, Motivation, Note, Reception, StateChange};
 use crate::time::SimTime;
 
 /// World → one agent: sense, hear, think and act for this tick.
@@ -69,8 +69,12 @@ pub struct Report {
     pub broadcasts: u16,
     /// Their payloads together, bytes: encoded and sealed.
     pub broadcast_bytes: u32,
-    /// Motivations of all behavior sets, in the order of the catalog.
+    /// The behavior that is active at the end of the step.
+    pub active: Option<BehaviorId>,
+    /// Motivations of all behaviors, in the order of the catalog, of allocators that have them.
     pub motivations: Vec<Motivation>,
+    /// What the robot's allocator holds of tasks, of all other allocators.
+    pub allocation: Vec<AllocationRow>,
     /// Changes of state in this step, in the order in which they happened.
     pub changes: Vec<StateChange>,
     /// Other things worth a line in the log.

@@ -5,11 +5,11 @@
 //! [`crate::scenario::Setup`].
 
 use glam::Vec2;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::control::{AgentState, ClockStatus, FaultStatus};
 use crate::ids::{BehaviorId, Incarnation, ItemId, RobotId, Tick};
+use crate::items::ItemCounts;
 use crate::readings::{Pose, Readings};
 use crate::scenario::Obstacle;
 use crate::telemetry::{Motivation, Reception};
@@ -19,8 +19,11 @@ use crate::time::SimTime;
 /// Messages that a view tells at most: the newest.
 pub const MESSAGES_MAX: usize = 256;
 
+/// Marks that a view has at most: it has to fit into a message.
+pub const MARKS_MAX: usize = 300;
+
 /// What an observer sees.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct View {
     /// The tick under way: those before it are finished.
     pub tick: Tick,
@@ -38,6 +41,8 @@ pub struct View {
     pub site_colored: bool,
     /// When the last progress report was made.
     pub last_report: Option<SimTime>,
+    /// What there is to see of the mission, [`MARKS_MAX`] at most.
+    pub marks: Vec<Mark>,
     /// One entry per robot, by rank.
     pub robots: Vec<RobotView>,
     /// Faults that are armed or in force.
@@ -50,25 +55,82 @@ pub struct View {
     pub outcome: Option<Outcome>,
 }
 
-/// How many items are where (mission.csv).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct ItemCounts {
-    /// Inside an initial spill.
-    pub in_spills: u32,
-    /// In a gripper.
-    pub carried: u32,
-    /// Elsewhere on the floor.
-    pub on_floor: u32,
-    /// In the deposit.
-    pub delivered: u32,
+impl View {
+    /// Adds a mark, if there is room for it: the important ones come first.
+    pub fn mark(&mut self, mark: Mark) {
+        if self.marks.len() < MARKS_MAX {
+            self.marks.push(mark);
+        }
+    }
 }
 
-impl ItemCounts {
-    /// All items: none is ever lost or doubled, and only the fault `waste` adds any.
-    #[must_use]
-    pub fn total(&self) -> u32 {
-        self.in_spills + self.carried + self.on_floor + self.delivered
-    }
+/// Something of a mission that can be seen, for eyes that do not know the mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mark {
+    /// What tells it from the others; the same in every view.
+    pub id: String,
+    /// Where it is.
+    pub outline: MarkOutline,
+    /// What it is there for.
+    pub role: MarkRole,
+    /// How much of it is done, 0 to 1; `None`: that means nothing here.
+    pub share: Option<f32>,
+    /// What people call it; may be empty.
+    pub label: String,
+}
+
+/// The outline of a mark, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MarkOutline {
+    /// A disc.
+    Disc {
+        /// Its center.
+        center: Vec2,
+        /// Its radius.
+        radius_m: f32,
+    },
+    /// A rectangle parallel to the axes.
+    Rectangle {
+        /// Lower left corner.
+        min: Vec2,
+        /// Upper right corner.
+        max: Vec2,
+    },
+    /// A bar with round ends.
+    Bar {
+        /// One end.
+        from: Vec2,
+        /// The other end.
+        to: Vec2,
+        /// Half of its thickness.
+        half_width_m: f32,
+    },
+    /// A line.
+    Line {
+        /// One end.
+        from: Vec2,
+        /// The other end.
+        to: Vec2,
+    },
+}
+
+/// What a mark is there for: eyes have a color for each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MarkRole {
+    /// Something that robots take.
+    Item,
+    /// Something that robots look for or watch.
+    Target,
+    /// A place where something is, or is to be done.
+    Zone,
+    /// Where something is to be brought.
+    Goal,
+    /// How far something reaches.
+    Range,
+    /// What belongs together.
+    Link,
 }
 
 /// An item.

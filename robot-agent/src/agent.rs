@@ -1,18 +1,23 @@
 //! One robot's mind: listen, perceive, weigh motivations, act, speak. A plain function of its inputs.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use alliance_proto::codec::encoded_len;
-use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::scenario::Setup;
+use alliance_proto::ids::{Incarnation, RobotId, TaskId};
+use alliance_proto::scenario::{BehaviorParams, Setup};
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge};
 use alliance_proto::tick::{Report, TickMessage};
+use alliance_proto::time::SimTime;
 
-use crate::alliance::{Announcement, Engine, Parameters, StepInput, StepOutput};
+use crate::allocator::{
+    Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior, Prepared,
+    Registry,
+};
+use crate::allocators::fixed;
 use crate::links::{Heard, Links};
-use crate::missions::waste::{Action, Map, Perception, WasteMission};
-use crate::roster::Roster;
+use crate::missions::waste::{Action, Map, Perception, WasteMission, planned_cost_ms};
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
@@ -21,8 +26,10 @@ pub struct Agent {
     incarnation: Incarnation,
     /// Messages on their way belong to the state that goes back when a step did not count.
     links: Links,
-    engine: Engine,
+    mind: Box<dyn Mind>,
     mission: WasteMission,
+    seed: u64,
+    step_s: f64,
     /// Sequence number of the next broadcast.
     next_seq: u64,
 }
@@ -30,20 +37,72 @@ pub struct Agent {
 /// What all robots of a run know beforehand; there once, however many of them share a process.
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
-    roster: Arc<Roster>,
-    parameters: Arc<Parameters>,
     map: Arc<Map>,
+    /// By rank.
+    allocators: Vec<Arc<dyn Prepared>>,
+    /// Tasks given beforehand, by rank.
+    assignment: Vec<Arc<[TaskId]>>,
 }
 
 impl TeamConfig {
-    /// What the robots of that run know.
-    #[must_use]
-    pub fn of(setup: &Setup) -> Self {
-        let roster = Roster::of(&setup.scenario);
-        Self {
-            parameters: Arc::new(Parameters::of(setup, &roster)),
-            roster: Arc::new(roster),
-            map: Arc::new(Map::of(&setup.scenario)),
+    /// What the robots of that run know; their allocators come from the registry.
+    ///
+    /// # Errors
+    /// When the registry lacks an allocator of the run, or its parameters are not such as it takes.
+    pub fn of(setup: &Setup, registry: &Registry) -> Result<Self, ConfigError> {
+        let scenario = &setup.scenario;
+        let mut prepared: BTreeMap<&str, Arc<dyn Prepared>> = BTreeMap::new();
+        let mut allocators = Vec::with_capacity(scenario.robots.len());
+        for robot in &scenario.robots {
+            let name = scenario.allocator_of(robot);
+            let one = match prepared.get(name) {
+                Some(known) => Arc::clone(known),
+                None => registry.prepare(name, setup)?,
+            };
+            allocators.push(Arc::clone(&one));
+            prepared.insert(name, one);
+        }
+        // The work of an assignment grows with the cube of the team, so it is made only for those who look at it.
+        let assignment = if prepared.contains_key("static") {
+            fixed::assign(&planned_cost_ms(scenario, &setup.catalog))
+        } else {
+            Vec::new()
+        };
+        Ok(Self {
+            map: Arc::new(Map::of(scenario)),
+            allocators,
+            assignment,
+        })
+    }
+
+    fn me(&self, robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Me {
+        let own = &setup.scenario.robots[robot.index()];
+        let catalog = &setup.catalog;
+        let behaviors = catalog.behaviors_of(own).map(|id| {
+            let task = catalog.sets[id.index()].task;
+            let spec = &catalog.tasks[task.index()];
+            OwnBehavior {
+                id,
+                task,
+                max_robots: spec.max_robots as usize,
+                priority: spec.priority,
+            }
+        });
+        let values = setup.alliance.robots.get(&own.name);
+        let longest = |seconds: fn(&BehaviorParams) -> f64| {
+            let all = values.into_iter().flat_map(|own| own.sets.values());
+            SimTime::from_secs_f64(all.map(seconds).fold(0.0, f64::max))
+        };
+        Me {
+            robot,
+            incarnation,
+            team: setup.scenario.robots.len(),
+            tasks: catalog.tasks.len(),
+            behaviors: behaviors.collect(),
+            step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
+            heartbeat_period: longest(|values| 1.0 / values.broadcast_rate_hz),
+            ceased_after: longest(|values| values.ceased_after_s),
+            assigned: fixed::of(&self.assignment, robot),
         }
     }
 }
@@ -62,31 +121,23 @@ pub struct Workspace {
     pub spent: Vec<Broadcast>,
     heard: Heard,
     perception: Perception,
-    thought: StepOutput,
+    choices: Vec<Choice>,
+    outcome: Outcome,
     action: Action,
 }
 
 impl Agent {
-    /// A new incarnation of a robot: no memory, all motivations 0.
+    /// A new incarnation of a robot: it remembers nothing, and has heard nothing.
     #[must_use]
-    pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Self {
-        Self::with_shared(robot, incarnation, setup, &TeamConfig::of(setup))
-    }
-
-    /// A new incarnation of one of many robots in the same process.
-    #[must_use]
-    pub fn with_shared(
-        robot: RobotId,
-        incarnation: Incarnation,
-        setup: &Setup,
-        common: &TeamConfig,
-    ) -> Self {
+    pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
         Self {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            engine: Engine::with_shared(robot, setup, &common.roster, &common.parameters),
-            mission: WasteMission::new(robot, setup, &common.roster, &common.map),
+            mind: team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup),
+            mission: WasteMission::new(robot, setup, &team.map),
+            seed: setup.seed,
+            step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
         }
     }
@@ -110,15 +161,27 @@ impl Agent {
         );
     }
 
-    /// Second part: motivations.
+    /// Second part: what it shall be at.
     pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
-        let input = StepInput {
+        space.choices.clear();
+        if self.mind.weighs_costs() {
+            let applicable = &space.perception.applicable;
+            self.mission
+                .choices(tick.now, &tick.readings, applicable, &mut space.choices);
+        }
+        let input = Input {
             now: tick.now,
-            heard: &space.heard.inbox,
+            step_s: self.step_s,
+            position: self.mission.position(),
+            is_laden: self.mission.carrying(),
             applicable: &space.perception.applicable,
+            choices: &space.choices,
             progressed: &space.perception.progressed,
+            heard: &space.heard.inbox,
+            route: &self.mission,
+            draws: Draws::of(self.seed, self.robot, tick.tick),
         };
-        self.engine.step(&input, &mut space.thought);
+        self.mind.step(&input, &mut space.outcome);
         space.heard.inbox.clear();
     }
 
@@ -130,16 +193,15 @@ impl Agent {
             spent,
             heard,
             perception,
-            thought,
+            outcome,
             action,
             ..
         } = space;
-        let active = self.engine.active();
         self.mission
-            .act(tick.now, active, &tick.readings, perception, action);
+            .act(tick.now, outcome.active, &tick.readings, perception, action);
 
         broadcasts.clear();
-        for announcement in &thought.announcements {
+        for announcement in &outcome.announcements {
             let body = self.heartbeat(announcement, spent.pop());
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
@@ -150,14 +212,21 @@ impl Agent {
             }
         }
 
+        for message in outcome.say.drain(..) {
+            let body = Content::Allocation(message);
+            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+        }
+
         report.robot = self.robot;
         report.incarnation = self.incarnation;
         report.tick = tick.tick;
         report.actuation = action.actuation;
         report.broadcasts = broadcasts.len() as u16;
         report.broadcast_bytes = broadcasts.iter().map(payload_bytes).sum();
-        std::mem::swap(&mut report.motivations, &mut thought.motivations);
-        std::mem::swap(&mut report.changes, &mut thought.changes);
+        report.active = outcome.active;
+        std::mem::swap(&mut report.motivations, &mut outcome.motivations);
+        std::mem::swap(&mut report.allocation, &mut outcome.rows);
+        std::mem::swap(&mut report.changes, &mut outcome.changes);
         std::mem::swap(&mut report.receptions, &mut heard.receptions);
         report.notes.clear();
         report.notes.append(&mut perception.notes);
@@ -174,7 +243,7 @@ impl Agent {
         Content::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
-            set: announcement.set,
+            set: announcement.behavior,
             task: announcement.task,
             progress: announcement.progress,
             position: self.mission.position(),

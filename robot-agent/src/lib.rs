@@ -2,11 +2,11 @@
 //!
 //! Pure, from the outside in:
 //! - [`agent`]: one step of the mind. What has arrived in [`radio`] it hears through [`links`]; it perceives and acts through its mission, and weighs its
-//!   motivations with [`alliance`].
-//! - [`alliance`]: motivational behaviors, comm history, heartbeats (ALLIANCE.md).
+//!   choices with its allocator.
+//! - [`allocator`]: the seam to the rule that chooses; [`allocators`]: the rules, ALLIANCE among them.
 //! - [`missions`]: behavior sets and knowledge.
-//! - [`roster`]: names and ids.
 //! - [`body`]: driving and obstacle avoidance.
+//! - [`testkit`]: what every allocator must keep, for tests of other crates too.
 //! - `by_rank`: lists of what is kept of each teammate.
 //!
 //! The shell: [`process`] puts an agent on the bus, [`args`] is its command line.
@@ -15,7 +15,8 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod agent;
-pub mod alliance;
+pub mod allocator;
+pub mod allocators;
 pub mod args;
 pub mod body;
 mod by_rank;
@@ -23,4 +24,4 @@ pub mod links;
 pub mod missions;
 pub mod process;
 pub mod radio;
-pub mod roster;
+pub mod testkit;

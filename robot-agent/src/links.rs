@@ -317,7 +317,7 @@ fn said(broadcast: &Broadcast) -> Said {
             progress,
             ..
         } => (None, None, Some(*set), Some(*task), Some(*progress)),
-        Content::Withdrawal(_) => (None, None, None, None, None),
+        Content::Withdrawal(_) | Content::Allocation(_) => (None, None, None, None, None),
     };
     Said {
         seq: broadcast.seq,

@@ -23,7 +23,8 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
-use crate::agent::{Agent, TentativeAgent, Workspace};
+use crate::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
+use crate::allocator::{ConfigError, Registry};
 use crate::radio::Radio;
 
 /// How long listed broadcasts are waited for before they count as lost. In the star they are there before the tick is; this
@@ -69,6 +70,9 @@ pub enum AgentError {
     /// The world's answer could not be read.
     #[error("the world's answer could not be read: {0}")]
     Answer(String),
+    /// This program does not know the robot's allocator, or not with these parameters.
+    #[error(transparent)]
+    Allocator(#[from] ConfigError),
     /// Signals could not be caught, or random numbers not be had.
     #[error("system")]
     System(#[from] std::io::Error),
@@ -101,6 +105,8 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
     let publishers = declare_publishers(&session, &keys, robot)
         .await
         .map_err(bus)?;
+    let team = TeamConfig::of(&setup, Registry::of_this_program())?;
+    let agent = Agent::new(welcome.robot, welcome.incarnation, &setup, &team);
     {
         let mut mind = lock(&shared);
         let Mind::Joining { ended } = &mut *mind else {
@@ -118,7 +124,7 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
                 .iter()
                 .map(|r| r.name.clone())
                 .collect(),
-            agent: TentativeAgent::new(Agent::new(robot, welcome.incarnation, &setup)),
+            agent: TentativeAgent::new(agent),
             radio: Radio::default(),
             space: Workspace::default(),
             latest: None,

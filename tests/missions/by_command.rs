@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use alliance_proto::log::{
+    EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
+};
+use alliance_proto::mission::waste::WasteRow;
 use alliance_proto::tick::Outcome;
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use world_server::recorder::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
-};
 
 use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;
@@ -39,7 +40,7 @@ fn assert_readable(log: &RunLog) {
     log.rows::<MessageRow>().unwrap();
     log.rows::<EventRow>().unwrap();
     log.rows::<PoseRow>().unwrap();
-    log.rows::<MissionRow>().unwrap();
+    log.rows::<WasteRow>().unwrap();
     log.inputs().unwrap();
     let last = log.rows::<TickRow>().unwrap().pop().unwrap();
     assert_eq!(last.tick + 1, log.run.result.ticks);

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow};
 use alliance_proto::scenario::{
     BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection,
 };
 use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
 use alliance_proto::time::SimTime;
-use launch::check::Check;
-use launch::check::forecast::Takeover;
-use launch::in_process::Team;
-use robot_agent::alliance::{Engine, StepInput, StepOutput};
-use robot_agent::roster::Roster;
-use world_server::recorder::{EventRow, LogLevel, Memory, MessageRow};
+use robot_agent::allocator::Outcome;
+use robot_agent::allocators::alliance::{Engine, StepInput};
+use study::check::Check;
+use study::check::forecast::Takeover;
+use study::in_process::Team;
 
 use crate::harness::Lab;
 use crate::recompute::log_of;
@@ -120,7 +120,7 @@ fn a_silent_teammate_is_taken_over_when_it_says() {
     for preset in PRESETS {
         for defaults in parameters() {
             let setup = stuck(preset, &defaults, SwitchSection::default());
-            let mut gold = Engine::new(RobotId(1), &setup, &Roster::of(&setup.scenario));
+            let mut gold = Engine::new(RobotId(1), &setup);
             let first_word = SimTime(4000);
             let mut now = SimTime::ZERO;
             while gold.active().is_none() {
@@ -136,7 +136,7 @@ fn a_silent_teammate_is_taken_over_when_it_says() {
                         applicable: &[true, false, false, false],
                         progressed: &[],
                     },
-                    &mut StepOutput::default(),
+                    &mut Outcome::default(),
                 );
                 now = now + SimTime(setup.alliance.step_ms);
             }

@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, StepOrder, Switches};
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
+use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, Switches};
 use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Knowledge, Locations, TaskState};
 use alliance_proto::telemetry::Motivation;
 use alliance_proto::time::SimTime;
@@ -12,9 +13,8 @@ use alliance_tests::recompute::compare;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_agent::alliance::{Engine, StepInput, StepOutput};
-use robot_agent::roster::Roster;
-use world_server::recorder::{EventRow, MessageRow, MotivationRow};
+use robot_agent::allocator::Outcome;
+use robot_agent::allocators::alliance::{Engine, StepInput};
 
 const STEP_MS: u64 = 200;
 const GOLD: RobotId = RobotId(1);
@@ -61,7 +61,6 @@ fn random_setup(chance: &mut ChaCha8Rng) -> Setup {
         } else {
             HistoryOrigin::MissionStart
         },
-        step_order: StepOrder::Simultaneous,
         arbitration: flag(),
         release_message: flag(),
         idle_heartbeat: flag(),
@@ -117,7 +116,7 @@ fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
 /// The rows of a log, as the recorder would write them.
 struct Rows<'s> {
     setup: &'s Setup,
-    catalog: Catalog,
+    catalog: Arc<Catalog>,
 }
 
 impl Rows<'_> {
@@ -146,7 +145,7 @@ impl Rows<'_> {
         let (state, task, progress) = match &broadcast.body {
             Content::Heartbeat(it) => (it.state.as_str(), it.task, it.progress),
             Content::PositionUpdate { task, progress, .. } => ("", Some(*task), *progress),
-            Content::Withdrawal(_) => ("", None, 0),
+            Content::Withdrawal(_) | Content::Allocation(_) => ("", None, 0),
         };
         MessageRow {
             t_ms: now,
@@ -185,17 +184,16 @@ fn both_calculations_agree_on_whatever_is_said() {
         let setup = random_setup(&mut chance);
         let rows = Rows {
             setup: &setup,
-            catalog: Catalog::of(&setup.scenario),
+            catalog: Arc::clone(&setup.catalog),
         };
-        let roster = Roster::of(&setup.scenario);
-        let mut engine = Engine::new(GOLD, &setup, &roster);
+        let mut engine = Engine::new(GOLD, &setup);
         let mut events = vec![joined(rows.robot(GOLD), SimTime::ZERO)];
         let (mut motivations, mut messages) = (Vec::new(), Vec::new());
         let talkative = chance.random_range(0.05..0.9);
         for step in 0..300 {
             let now = SimTime(STEP_MS * step);
             if chance.random_bool(0.005) {
-                engine = Engine::new(GOLD, &setup, &roster);
+                engine = Engine::new(GOLD, &setup);
                 events.push(joined(rows.robot(GOLD), now));
             }
             let mut heard = Vec::new();
@@ -211,7 +209,7 @@ fn both_calculations_agree_on_whatever_is_said() {
                 let unheard = random_message(&mut chance, now);
                 messages.push(rows.message(now, &unheard, fate[chance.random_range(0..5)]));
             }
-            let mut output = StepOutput::default();
+            let mut output = Outcome::default();
             let applicable: Vec<bool> = (0..4).map(|_| chance.random_bool(0.99)).collect();
             let input = StepInput {
                 now,

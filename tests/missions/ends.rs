@@ -1,8 +1,8 @@
 //! Processes that end when they should not, and what is left of the run then (issue "It holds", item 4).
 
+use alliance_proto::log::{RunLog, RunOutcome, TickRow};
 use alliance_proto::tick::Outcome;
 use nix::sys::signal::Signal;
-use world_server::recorder::{RunLog, RunOutcome, TickRow};
 
 use crate::harness::{Lab, command_line, wait_until};
 use crate::team::Team;

@@ -4,13 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::fault::{Fault, Order};
+use alliance_proto::log::{EventRow, LogLevel, MessageRow, PoseRow};
+use alliance_proto::mission::waste::WasteRow;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
-use launch::in_process::Team;
-use launch::invariants::Invariants;
-use world_server::recorder::{EventRow, LogLevel, MessageRow, MissionRow, PoseRow};
+use study::in_process::Team;
+use study::invariants::Invariants;
 
 use crate::harness::Lab;
 use crate::in_process::run;
@@ -63,7 +64,7 @@ fn thirty_robots_carry_the_waste_of_twenty_spills_to_their_own_deposits() {
     let (outcome, recorder) = run(setup.clone(), LogLevel::Full);
     assert_eq!(outcome, Outcome::Complete);
     let log = log_of(recorder);
-    for row in log.rows::<MissionRow>().unwrap() {
+    for row in log.rows::<WasteRow>().unwrap() {
         let all =
             row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered;
         assert_eq!(all, items, "at {} ms", row.t_ms);
@@ -124,7 +125,7 @@ fn it_copes_with_deaths_and_all_that_must_hold_does() {
     let mut team = Team::new(
         setup,
         LogLevel::Full,
-        world_server::recorder::Memory::default(),
+        alliance_proto::log::Memory::default(),
     )
     .unwrap();
     let outcome = loop {

@@ -9,9 +9,9 @@
 
 use std::path::PathBuf;
 
+use alliance_proto::log::{Document, LogLevel};
 use alliance_proto::scenario::StepOrder;
 use serde_json::{Map, Value, json};
-use world_server::recorder::{Document, LogLevel};
 
 use crate::in_process::{run, setup};
 

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use alliance_proto::log::RunLog;
 use alliance_proto::scenario::Scenario;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
-use world_server::recorder::RunLog;
 
 /// A test that has to wait for something longer than this has found a hang. Generous: machines are busy, and no assertion
 /// depends on it.

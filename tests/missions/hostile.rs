@@ -326,6 +326,8 @@ impl Stranger {
                 actuation: Actuation::default(),
                 broadcasts: 0,
                 broadcast_bytes: 0,
+                active: None,
+                allocation: Vec::new(),
                 motivations: Vec::new(),
                 changes: Vec::new(),
                 notes: Vec::new(),

@@ -1,9 +1,10 @@
 //! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
 
+use alliance_proto::log::{Document, LogLevel, Memory, Table};
 use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
-use launch::in_process::Team;
-use world_server::recorder::{Document, LogLevel, Memory, Recorder, Table};
+use study::in_process::Team;
+use world_server::recorder::Recorder;
 
 use crate::harness::Lab;
 
@@ -13,7 +14,7 @@ pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
         limit_s,
         ..Scenario::default()
     };
-    scenario.alliance.switches.step_order = Some(order);
+    scenario.step_order = Some(order);
     Setup::resolve(scenario, seed, None).unwrap().setup
 }
 

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use alliance_proto::log::{EventRow, Input, RunLog};
+use alliance_proto::mission::waste::WasteRow;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use world_server::input::Input;
-use world_server::recorder::{EventRow, MissionRow, RunLog};
 
 use crate::harness::{Finished, Lab};
 use crate::team::Team;
@@ -19,7 +19,7 @@ fn result(finished: &Finished) -> serde_json::Value {
 /// All items, in every row of mission.csv.
 #[track_caller]
 fn assert_nothing_lost(log: &RunLog, items: u32) {
-    let rows = log.rows::<MissionRow>().unwrap();
+    let rows = log.rows::<WasteRow>().unwrap();
     assert!(!rows.is_empty());
     for row in rows {
         let counts =

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)] // Clippy takes only test functions for tests, not what they share.
 
+mod allocators;
+mod bodies;
 mod by_command;
 mod by_hand;
 mod campaign;

@@ -1,7 +1,8 @@
 //! The default mission's parameters: progress reports on time, and the mission not the longer for it.
 
+use alliance_proto::log::{Document, Figures, LogLevel, RunFile};
+use alliance_proto::mission::waste::WasteFigures;
 use alliance_proto::tick::Outcome;
-use world_server::recorder::{Document, Figures, LogLevel, RunFile};
 
 use crate::harness::Lab;
 use crate::in_process::run;
@@ -13,6 +14,7 @@ const LATE_MS: u64 = 30_000;
 
 #[track_caller]
 fn assert_on_time(figures: &Figures) {
+    let figures = WasteFigures::of(&figures.mission);
     assert!(figures.reports_made >= 2);
     assert!(figures.report_lateness_max_ms.unwrap() < LATE_MS);
 }

@@ -6,12 +6,12 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use alliance_proto::log::RunFile;
 use launch::scenarios;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use world_server::recorder::RunFile;
 
 use crate::harness::Lab;
 

@@ -4,14 +4,15 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use alliance_proto::log::{
+    Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, RunLog,
+};
 use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
 use alliance_tests::recompute::{Comparison, compare, recompute};
-use launch::in_process::Team as InProcess;
 use launch::scenarios::builtins;
-use world_server::recorder::{
-    Document, EventRow, LogLevel, Memory, MessageRow, MotivationRow, Recorder, RunLog,
-};
+use study::in_process::Team as InProcess;
+use world_server::recorder::Recorder;
 
 use crate::harness::Lab;
 use crate::team::Team;
@@ -28,7 +29,7 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
                 let mut scenario = Scenario::parse(&builtin.file_name(), builtin.text).unwrap();
                 scenario.limit_s = limit_s;
                 scenario.alliance.preset = preset;
-                scenario.alliance.switches.step_order = Some(order);
+                scenario.step_order = Some(order);
                 setups.push(Setup::resolve(scenario, seed, None).unwrap().setup);
             }
         }
@@ -61,7 +62,7 @@ fn name_of(setup: &Setup) -> String {
         "{} with {:?}, {}, seed {}",
         setup.scenario.name,
         alliance.preset,
-        setup.alliance.switches.step_order.as_str(),
+        setup.step_order.as_str(),
         setup.seed
     )
 }

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeSet;
 
+use alliance_proto::log::{EventRow, LogLevel, Memory};
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::time::SimTime;
-use launch::in_process::Team;
-use world_server::recorder::{EventRow, LogLevel, Memory};
+use study::in_process::Team;
 
 use crate::recompute::log_of;
 

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
+use alliance_proto::log::{
+    Document, EventRow, LogLevel, MessageRow, MotivationRow, PoseRow, RunFile, RunLog,
+};
 use alliance_proto::scenario::{BehaviorParams, Scenario, Setup};
 use alliance_proto::time::SimTime;
 use launch::scenarios::builtin;
-use world_server::recorder::{
-    Document, EventRow, LogLevel, MessageRow, MotivationRow, PoseRow, RunFile, RunLog,
-};
 
 use crate::in_process::run;
 

@@ -101,6 +101,8 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
         actuation: Actuation::default(),
         broadcasts: 0,
         broadcast_bytes: 0,
+        active: None,
+        allocation: Vec::new(),
         motivations: Vec::new(),
         changes: Vec::new(),
         notes: Vec::new(),

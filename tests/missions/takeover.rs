@@ -4,8 +4,8 @@
 
 use std::time::Duration;
 
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunLog};
 use alliance_proto::scenario::{BehaviorSection, Preset, RobotSection, Scenario, SwitchSection};
-use world_server::recorder::{EventRow, MessageRow, MotivationRow, RunLog};
 
 use crate::harness::Lab;
 use crate::team::Team;

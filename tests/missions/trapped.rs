@@ -1,7 +1,7 @@
 //! The built-in scenario `thesis-trapped-robot`: each observation of the thesis' §4.3.2, seen in the log.
 
+use alliance_proto::log::{EventRow, MotivationRow};
 use alliance_proto::time::SimTime;
-use world_server::recorder::{EventRow, MotivationRow};
 
 use crate::harness::Lab;
 use crate::story::{METHODICAL, REPORT, Report, Story, WANDER, change, setup};

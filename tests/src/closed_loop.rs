@@ -1,13 +1,14 @@
 //! Whole missions in one process, as fast as they go, and what came of them.
 
 use alliance_proto::ids::RobotId;
+use alliance_proto::items::ItemCounts;
+use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
-use launch::in_process::Team;
-use world_server::recorder::{LogLevel, Memory};
+use alliance_proto::view::View;
+use study::in_process::Team;
 
 /// What came of a mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,12 +46,14 @@ pub fn run(
         };
         let world = team.simulation().world();
         let poses: Vec<Pose> = (0..robots).map(|rank| world.pose(RobotId(rank))).collect();
-        watch(world.now(), &poses, world.item_counts());
+        let mut seen = View::default();
+        world.mission().show(world, &mut seen);
+        watch(world.now(), &poses, seen.items);
         if let Some(outcome) = outcome {
             return Mission {
                 outcome,
                 took: world.now(),
-                items: world.item_counts(),
+                items: seen.items,
             };
         }
     }

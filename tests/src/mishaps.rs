@@ -7,15 +7,18 @@
 
 use alliance_proto::fault::Order;
 use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Report;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_agent::agent::{Agent, TentativeAgent, Workspace};
+use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
+use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
-use world_server::recorder::{LogLevel, Memory, RecordError, Recorder};
+use world_server::missions;
+use world_server::recorder::{RecordError, Recorder};
 use world_server::simulation::Simulation;
 
 /// How often things happen, as probabilities.
@@ -51,9 +54,10 @@ const ORDERS: [&str; 8] = [
 /// # Errors
 /// Never: memory takes everything.
 pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, RecordError> {
-    let mut recorder = Recorder::new(setup, LogLevel::Full, Memory::default())?;
+    let mission = missions::of(&setup.scenario);
+    let mut recorder = Recorder::new(setup, mission, LogLevel::Full, Memory::default())?;
     let mut team = Team {
-        simulation: Simulation::new(setup.clone(), true),
+        simulation: Simulation::new(setup.clone(), mission, true),
         members: Vec::new(),
         rates,
         chance: ChaCha8Rng::seed_from_u64(seed),
@@ -65,8 +69,7 @@ pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, R
     loop {
         team.tick(&mut recorder)?;
         if let Some(outcome) = team.simulation.outcome() {
-            let faults = team.simulation.faults();
-            recorder.finish(outcome, team.simulation.is_unscripted(), faults)?;
+            recorder.finish(outcome, team.simulation.ending())?;
             return Ok(recorder);
         }
     }
@@ -99,7 +102,9 @@ impl Team {
     fn join(&mut self, name: &str) -> Option<Member> {
         let (robot, incarnation, _) = self.simulation.invite(name).ok()?;
         self.simulation.arrive(robot, incarnation);
-        let agent = Agent::new(robot, incarnation, self.simulation.setup());
+        let setup = self.simulation.setup();
+        let team = TeamConfig::of(setup, Registry::of_this_program()).ok()?;
+        let agent = Agent::new(robot, incarnation, setup, &team);
         Some(Member {
             incarnation,
             agent: TentativeAgent::new(agent),

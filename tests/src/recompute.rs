@@ -7,8 +7,8 @@
 
 use std::collections::BTreeMap;
 
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow, ReadError, RunLog};
 use alliance_proto::scenario::{Alliance, BehaviorParams, HistoryOrigin};
-use world_server::recorder::{EventRow, MessageRow, MotivationRow, ReadError, RunLog};
 
 /// What a recalculation came to.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,10 +1,10 @@
 //! Random rooms for closed-loop tests.
 
 use alliance_proto::scenario::Scenario;
-use launch::random_mission::room::obstacles;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use study::random_mission::room::obstacles;
 
 /// The default mission with 1 to 8 obstacles at random places.
 #[must_use]

@@ -5,9 +5,10 @@
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
+use alliance_proto::log::{EventRow, PoseRow, RunLog};
+use alliance_proto::mission::waste::WasteRobotFigures;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
-use world_server::recorder::{EventRow, PoseRow, RunLog};
 
 /// Pixels per meter.
 const SCALE: f32 = 80.0;
@@ -262,7 +263,7 @@ fn legend(svg: &mut String, log: &RunLog, corner: Vec2) -> fmt::Result {
             .result
             .robots
             .get(&robot.name)
-            .copied()
+            .map(|figures| WasteRobotFigures::of(&figures.mission))
             .unwrap_or_default();
         let text = format!("{}: {} items", robot.name, figures.items_delivered);
         writeln!(

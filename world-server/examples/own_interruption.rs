@@ -4,9 +4,10 @@
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::{Obstacle, Robot, Setup, Start};
+use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use alliance_proto::time::SimTime;
 use world_server::interruption::InterruptionHandler;
+use world_server::missions;
 use world_server::recorder::{Event, EventKind, FaultEvent};
 use world_server::world::{ObstacleId, World};
 
@@ -43,17 +44,23 @@ impl InterruptionHandler for Door {
 
 fn main() {
     let blue = RobotId(0);
-    let mut setup = Setup::default_for(1);
-    setup.scenario.robots = vec![Robot {
-        name: "blue".to_owned(),
-        start: Some(Start {
-            x_m: 1.0,
-            y_m: 4.5,
-            heading_deg: 0.0,
-        }),
-        ..Robot::default()
-    }];
-    let mut world = World::new(&setup);
+    let scenario = Scenario {
+        robots: vec![Robot {
+            name: "blue".to_owned(),
+            start: Some(Start {
+                x_m: 1.0,
+                y_m: 4.5,
+                heading_deg: 0.0,
+            }),
+            ..Robot::default()
+        }],
+        ..Scenario::default()
+    };
+    let setup = match Setup::resolve(scenario, 1, None) {
+        Ok(resolved) => resolved.setup,
+        Err(error) => panic!("{error}"),
+    };
+    let mut world = World::new(&setup, missions::of(&setup.scenario));
     let mut door = Door {
         period: SimTime(5000),
         leaf: Obstacle {

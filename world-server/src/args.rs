@@ -8,21 +8,29 @@ use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
 use alliance_proto::keys::is_name;
+use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{
-    MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder, text_of,
+    MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder, Vocabulary, text_of,
 };
 use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use crate::missions;
 use crate::pace::Speed;
 use crate::process::{Options, serve};
-use crate::recorder::LogLevel;
 use crate::world::start_poses;
 
-/// Finds the text of a built-in scenario by its name.
-pub type Builtin = fn(&str) -> Option<&'static str>;
+/// What a program that reads scenarios knows beforehand.
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// Built-in scenarios: the text of each, by name.
+    pub builtin: fn(&str) -> Option<&'static str>,
+    /// What scenarios may speak of.
+    pub vocabulary: Vocabulary,
+}
 
 /// The built-in scenario that comes in any size.
 pub const FAMILY: &str = "waste-cleanup";
@@ -45,6 +53,9 @@ pub struct MissionArgs {
     /// When robots step: all at once, or one after the other in rank order [default: the preset's]
     #[arg(long, value_name = "ORDER", value_parser = step_order)]
     pub step_order: Option<StepOrder>,
+    /// The rule by which all robots choose their tasks; beats the scenario's; see `alliance allocators`
+    #[arg(long, value_name = "NAME")]
+    pub allocator: Option<String>,
     /// End the run after this much simulated time, in seconds [default: the scenario's]
     #[arg(long, value_name = "SIM-SECONDS", value_parser = positive, allow_negative_numbers = true)]
     pub limit: Option<f64>,
@@ -74,7 +85,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub paused: bool,
     /// How much is logged; the hash is the same at every level
-    #[arg(long, value_name = "LEVEL", value_enum, default_value_t)]
+    #[arg(long, value_name = "LEVEL", value_parser = log_level(), default_value = LogLevel::default().as_str())]
     pub log: LogLevel,
     /// Go on without an agent that has not answered for this long, in seconds of wall-clock time
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive, allow_negative_numbers = true)]
@@ -101,11 +112,11 @@ impl MissionArgs {
     ///
     /// # Errors
     /// One line that says which file, where, what is wrong and what would be right.
-    pub fn setup(&self, builtin: Builtin) -> anyhow::Result<Setup> {
+    pub fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
         let mut scenario = match &self.scenario {
             Some(asked) => match self.size.scenario(asked)? {
                 Some(sized) => sized,
-                None => read_scenario(asked, builtin)?,
+                None => read_scenario(asked, known)?,
             },
             None => self.size.scenario(FAMILY)?.unwrap_or_default(),
         };
@@ -113,8 +124,15 @@ impl MissionArgs {
             scenario.limit_s = limit;
         }
         if let Some(order) = self.step_order {
-            scenario.alliance.switches.step_order = Some(order);
+            scenario.set_step_order(order);
         }
+        if let Some(name) = &self.allocator {
+            scenario.allocator = Some(name.clone());
+            for robot in &mut scenario.robots {
+                robot.allocator = None;
+            }
+        }
+        scenario.check_allocators(&known.vocabulary.allocators)?;
         let parameters = match &self.params {
             None => None,
             Some(path) => Some(ParameterFile::parse(
@@ -124,7 +142,8 @@ impl MissionArgs {
         };
         let resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
         let scenario = &resolved.setup.scenario;
-        if let Err(error) = start_poses(scenario) {
+        let area = (missions::of(scenario).start_area)(scenario);
+        if let Err(error) = start_poses(scenario, area) {
             let asked = self.scenario.as_deref().unwrap_or(&scenario.name);
             bail!("{asked}: {}", error.of(scenario));
         }
@@ -224,8 +243,8 @@ impl WorldArgs {
     /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
     /// arguments, 3 when the bus or the log failed.
     #[must_use]
-    pub fn run(&self, builtin: Builtin) -> ExitCode {
-        let prepared = self.mission.setup(builtin).and_then(|setup| {
+    pub fn run(&self, known: &Known) -> ExitCode {
+        let prepared = self.mission.setup(known).and_then(|setup| {
             self.refuse_process_faults(&setup)?;
             Ok((self.run.folder(&setup)?, setup))
         });
@@ -306,9 +325,9 @@ fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
 ///
 /// # Errors
 /// One line that says what is wrong with it, and where.
-pub fn read_scenario(asked: &str, builtin: Builtin) -> anyhow::Result<Scenario> {
-    if let Some(text) = builtin(asked) {
-        return Ok(Scenario::parse(asked, text)?);
+pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
+    if let Some(text) = (known.builtin)(asked) {
+        return Ok(Scenario::parse_with(asked, text, &known.vocabulary)?);
     }
     let path = Path::new(asked);
     if !path.exists() {
@@ -317,7 +336,8 @@ pub fn read_scenario(asked: &str, builtin: Builtin) -> anyhow::Result<Scenario> 
         );
     }
     let bytes = std::fs::read(path).with_context(|| asked.to_owned())?;
-    Ok(Scenario::parse(asked, &text_of(asked, bytes)?)?)
+    let text = text_of(asked, bytes)?;
+    Ok(Scenario::parse_with(asked, &text, &known.vocabulary)?)
 }
 
 /// An id that no other live run on this machine has: at most 32 characters of scenario name and process id.
@@ -351,6 +371,26 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
         "in-order" => Ok(StepOrder::InOrder),
         _ => Err("use 'simultaneous' or 'in-order'".to_owned()),
     }
+}
+
+/// A parser here and no `ValueEnum` there: who reads logs needs no command line.
+fn log_level() -> impl TypedValueParser<Value = LogLevel> {
+    let described = LogLevel::ALL.map(|level| {
+        PossibleValue::new(level.as_str()).help(match level {
+            LogLevel::Full => "Every table, every tick",
+            LogLevel::Summary => {
+                "Events, mission and inputs; ticks.csv with one seal per second of simulated time instead of all hashes"
+            }
+            LogLevel::Off => "Inputs only",
+        })
+    });
+    PossibleValuesParser::new(described).map(|asked| {
+        let mut levels = LogLevel::ALL.into_iter();
+        // The parser lets no other word through.
+        levels
+            .find(|level| level.as_str() == asked)
+            .expect("one of the possible values")
+    })
 }
 
 fn count<const MOST: usize>(text: &str) -> Result<usize, String> {
@@ -402,7 +442,11 @@ mod tests {
         let path = folder.path().join("a.toml");
         std::fs::write(&path, b"step_ms = 50\nname = \"\xff\"\n").unwrap();
         let asked = path.to_str().unwrap();
-        let error = read_scenario(asked, |_| None).unwrap_err();
+        let known = Known {
+            builtin: |_| None,
+            vocabulary: Vocabulary::default(),
+        };
+        let error = read_scenario(asked, &known).unwrap_err();
         assert_eq!(
             error.to_string(),
             format!("{asked}:2: these bytes are no UTF-8 text; save the file as UTF-8")

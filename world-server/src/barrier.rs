@@ -23,10 +23,9 @@ use std::collections::{BTreeSet, VecDeque};
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
+use alliance_proto::log::Input;
 use alliance_proto::scenario::{Robot, StepOrder};
 use alliance_proto::tick::{ManifestEntry, Report};
-
-use crate::input::Input;
 
 pub use place::Presence;
 use place::{Listing, Place};

@@ -1,9 +1,10 @@
 //! The world-server: physics, sensing and the step clock, and the process they live in.
 //!
 //! Pure, from the inside out:
-//! - [`world`]: components, movement, sensors, waste. [`interruption`]: what changes it from outside.
+//! - [`world`]: components, movement, sensors. [`mission`]: what robots are there for; [`missions`] that there are.
+//! - [`interruption`]: what changes the world from outside.
 //! - [`faults`]: when they begin and end, and what they make of readings and commands.
-//! - [`barrier`]: who takes part in a tick, which reports count, who hears what; [`input`]: what came from outside.
+//! - [`barrier`]: who takes part in a tick, which reports count, who hears what.
 //! - [`simulation`]: world and barrier together, a run tick by tick.
 //! - [`recorder`]: the run's log and hash.
 //!
@@ -16,8 +17,9 @@
 pub mod args;
 pub mod barrier;
 pub mod faults;
-pub mod input;
 pub mod interruption;
+pub mod mission;
+pub mod missions;
 pub mod pace;
 pub mod process;
 pub mod recorder;

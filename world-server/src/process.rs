@@ -8,6 +8,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::control::wire::Form;
 use alliance_proto::keys::Keys;
+use alliance_proto::log::LogLevel;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::{self, Secret};
@@ -22,8 +23,9 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::interruption::InterruptionHandler;
+use crate::missions;
 use crate::pace::{Pace, Speed};
-use crate::recorder::{Folder, LogLevel, RecordError, Recorder};
+use crate::recorder::{Folder, RecordError, Recorder};
 use crate::server::{Bus, Ended, Publishers, Server, lock};
 use crate::simulation::Simulation;
 
@@ -97,7 +99,9 @@ pub async fn serve(
     handlers: Vec<Box<dyn InterruptionHandler>>,
 ) -> Result<Finished, WorldError> {
     let started = Instant::now();
-    let recorder = Recorder::new(&setup, options.log, Folder::create(&options.folder)?)?;
+    let mission = missions::of(&setup.scenario);
+    let folder = Folder::create(&options.folder)?;
+    let recorder = Recorder::new(&setup, mission, options.log, folder)?;
     let keys = Keys::new(&options.run);
     let (session, endpoint) = open().await?;
     let token = format!("{:032x}", secret::random()?);
@@ -108,7 +112,7 @@ pub async fn serve(
     if options.paused {
         pace.pause();
     }
-    let mut simulation = Simulation::new(setup, options.launched);
+    let mut simulation = Simulation::new(setup, mission, options.launched);
     for handler in handlers {
         simulation.add_handler(handler);
     }
@@ -147,11 +151,11 @@ pub async fn serve(
     bid_farewell(&server).await;
     let (unscripted, hash) = {
         let mut server = lock(&server);
-        let unscripted = server.simulation().is_unscripted();
-        let faults = server.simulation().faults();
+        let ending = server.simulation().ending();
+        let unscripted = ending.unscripted;
         let host = host(&server, options, &endpoint, started..ended);
         let mut recorder = server.take_recorder()?;
-        recorder.finish(outcome, unscripted, faults)?;
+        recorder.finish(outcome, ending)?;
         recorder.write_host(&host)?;
         (unscripted, recorder.hash())
     };

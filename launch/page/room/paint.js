@@ -234,7 +234,8 @@ export function paintRays(c, p, robot, scenario, palette) {
   c.setLineDash([6, 3]);
   if (readings.front_border !== null) beam(radius, 0, 1, 0, border_range_m, readings.front_border);
   if (readings.side_border !== null) beam(0, radius, 0, 1, border_range_m, readings.side_border);
-  if (readings.waste) {
+  const waste = readings.mission.waste?.waste;
+  if (waste) {
     c.strokeStyle = palette.ray;
     c.lineWidth = 1;
     c.setLineDash([2, 4]);
@@ -243,7 +244,7 @@ export function paintRays(c, p, robot, scenario, palette) {
     c.stroke();
     c.setLineDash([]);
     c.strokeStyle = palette.hit;
-    for (const [ahead, left] of readings.waste) {
+    for (const [ahead, left] of waste) {
       c.beginPath();
       c.arc(...at(ahead, left), 6, 0, FULL_TURN);
       c.stroke();

@@ -1,12 +1,12 @@
 //! What the page is told of a run once: what does not change while it is shown.
 
-use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::scenario::Setup;
 use serde_json::{Value, json};
 
 /// Catalog and setup under the names of `GET /api/run`; the rest depends on where the run comes from.
 #[must_use]
 pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> Value {
-    let catalog = Catalog::of(&setup.scenario);
+    let catalog = &setup.catalog;
     let tasks: Vec<Value> = catalog
         .tasks
         .iter()
@@ -19,13 +19,14 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .iter()
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
+    let setup = json!(setup);
     json!({
         "mode": mode,
         "run": run,
         "folder": folder,
-        "seed": setup.seed,
-        "scenario": setup.scenario,
-        "alliance": setup.alliance,
+        "seed": setup["seed"],
+        "scenario": setup["scenario"],
+        "alliance": setup["alliance"],
         "catalog": {"tasks": tasks, "sets": sets},
         "log": log,
     })

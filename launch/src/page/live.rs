@@ -273,7 +273,6 @@ impl Heard {
 #[cfg(test)]
 mod tests {
     use alliance_proto::event::EventLine;
-    use alliance_proto::view::ItemCounts;
     use tokio::sync::broadcast::error::TryRecvError;
 
     use super::*;
@@ -282,17 +281,8 @@ mod tests {
         View {
             tick,
             now: SimTime(50 * tick),
-            clock: None,
-            items: ItemCounts::default(),
-            waste: Vec::new(),
-            obstacles: Vec::new(),
-            site_colored: false,
-            last_report: None,
-            robots: Vec::new(),
-            faults: Vec::new(),
-            messages: Vec::new(),
-            messages_left_out: 0,
             outcome,
+            ..View::default()
         }
     }
 

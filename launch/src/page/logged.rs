@@ -4,12 +4,12 @@ use std::path::Path;
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
+use alliance_proto::log::{EventRow, LogLevel, RunLog};
 use alliance_proto::view::{MESSAGES_MAX, View};
 use serde_json::{Value, json};
-use world_server::recorder::{EventRow, LogLevel, RunLog};
+use study::retrace::retrace;
 
 use super::about::about;
-use crate::retrace::retrace;
 
 /// Views that are held at most; of a longer run those of every second, third, … tick.
 const VIEWS_MAX: u64 = 20_000;

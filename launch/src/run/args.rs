@@ -5,13 +5,13 @@ use std::process::ExitCode;
 use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
+use study::export::export_mcap;
 use world_server::args::{MissionArgs, RunArgs};
 
 use super::one_process;
-use super::supervise::{Plan, supervise};
-use crate::export::export_mcap;
+use super::plan::Plan;
+use super::supervise::supervise;
 use crate::page::link::{Link, LinkArgs};
-use crate::scenarios;
 
 /// Run a mission: one world and one process per robot.
 #[derive(Args, Clone, Debug)]
@@ -47,7 +47,7 @@ impl RunCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // Everything is read and checked here, before the first process starts.
-        let prepared = self.mission.setup(scenarios::text_of).and_then(|setup| {
+        let prepared = self.mission.setup(&crate::known()).and_then(|setup| {
             let link = self.link()?;
             Ok((self.run.folder(&setup)?, setup, link))
         });
@@ -121,6 +121,9 @@ impl RunCommand {
         }
         if let Some(order) = mission.step_order {
             push("step-order", order.as_str().to_owned());
+        }
+        if let Some(name) = &mission.allocator {
+            push("allocator", name.clone());
         }
         if let Some(limit) = mission.limit {
             push("limit", limit.to_string());

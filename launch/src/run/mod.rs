@@ -5,6 +5,7 @@ mod bus;
 pub mod children;
 mod one_process;
 mod orders;
+mod plan;
 mod progress;
 mod summary;
 mod supervise;

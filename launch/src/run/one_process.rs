@@ -2,18 +2,20 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use alliance_proto::log::{LogLevel, RunLog};
 use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use serde_json::json;
+use study::in_process::Team;
+use study::interrupted::Interrupted;
+use study::invariants::{Invariants, replayed};
 use tokio::time::Instant;
-use world_server::recorder::{Folder, LogLevel, RunLog};
+use world_server::recorder::Folder;
 
+use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
-use super::supervise::{Plan, link_latest};
-use crate::in_process::Team;
-use crate::interrupted::Interrupted;
-use crate::invariants::{Invariants, replayed};
+use super::supervise::link_latest;
 
 /// How often the progress is shown.
 const INTERVAL: Duration = Duration::from_millis(200);

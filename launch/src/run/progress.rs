@@ -2,6 +2,7 @@
 //! every few seconds.
 
 use std::io::IsTerminal;
+use std::sync::Arc;
 use std::time::Duration;
 
 use alliance_proto::control::AgentState;
@@ -69,7 +70,7 @@ impl Standstill {
 /// Shows views as they come.
 pub struct Progress {
     names: Vec<String>,
-    catalog: Catalog,
+    catalog: Arc<Catalog>,
     started: Option<(Instant, f64)>,
     standstill: Standstill,
     style: Style,
@@ -124,7 +125,7 @@ impl Progress {
         };
         Self {
             names,
-            catalog: Catalog::of(&setup.scenario),
+            catalog: Arc::clone(&setup.catalog),
             started: None,
             standstill: Standstill::default(),
             style,

@@ -1,14 +1,15 @@
 //! What a finished run shows: a table for people, JSON for programs.
 
 use alliance_proto::control::FaultStatus;
+use alliance_proto::log::{RunFile, RunOutcome};
+use alliance_proto::mission::waste::{WasteFigures, WasteRobotFigures};
 use alliance_proto::time::SimTime;
 use alliance_proto::{tell, terminal};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use serde_json::json;
-use world_server::recorder::{RunFile, RunOutcome};
 
-use super::supervise::Plan;
+use super::plan::Plan;
 
 /// Shows it.
 pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
@@ -36,19 +37,18 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     }
     tell!("{}", robots(plan, run));
     let result = &run.result;
+    let waste = WasteFigures::of(&result.mission);
     let real_s = host["running_s"].as_f64().unwrap_or_default();
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
-    let late = result
-        .report_lateness_max_ms
-        .map_or_else(String::new, |ms| {
-            format!(", the latest {} late", SimTime(ms))
-        });
+    let late = waste.report_lateness_max_ms.map_or_else(String::new, |ms| {
+        format!(", the latest {} late", SimTime(ms))
+    });
     tell!(
         "{}: {} of {} items delivered, {} progress reports{late}",
         outcome(run),
-        result.items.delivered,
-        result.items.total(),
-        result.reports_made,
+        waste.items.delivered,
+        waste.items.total(),
+        waste.reports_made,
     );
     tell!(
         "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
@@ -105,12 +105,13 @@ fn robots(plan: &Plan, run: &RunFile) -> Table {
     // By rank, as everywhere; `result.robots` is by name.
     for robot in &plan.setup.scenario.robots {
         if let Some(figures) = run.result.robots.get(&robot.name) {
+            let waste = WasteRobotFigures::of(&figures.mission);
             table.add_row([
                 robot.name.clone(),
                 figures.lives.to_string(),
                 figures.activations.to_string(),
-                figures.items_delivered.to_string(),
-                figures.reports_made.to_string(),
+                waste.items_delivered.to_string(),
+                waste.reports_made.to_string(),
                 figures.messages_sent.to_string(),
                 figures.messages_heard.to_string(),
                 figures.messages_lost.to_string(),

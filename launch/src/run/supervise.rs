@@ -5,19 +5,19 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use alliance_proto::control::AgentState;
+use alliance_proto::log::{RunFile, RunOutcome};
 use alliance_proto::process::ProcessState;
 use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::scenario::Setup;
 use alliance_proto::view::View;
 use anyhow::{Context, bail};
 use nix::sys::signal::Signal;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
-use world_server::recorder::{RunFile, RunOutcome};
 
 use super::bus::{Bus, Call};
 use super::children::{Change, Ending, Process};
+use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
 use crate::page::link::Link;
@@ -38,24 +38,6 @@ const ENDING: Duration = Duration::from_secs(15);
 
 /// How often processes and progress are looked at when nothing calls.
 const INTERVAL: Duration = Duration::from_millis(200);
-
-/// What is to be run.
-pub struct Plan {
-    /// Id of the run.
-    pub run: String,
-    /// Everything that was asked for.
-    pub setup: Setup,
-    /// The world's command line, but for folder and id.
-    pub world_arguments: Vec<String>,
-    /// Folder of the log.
-    pub folder: PathBuf,
-    /// Whether the clock is held at first.
-    pub paused: bool,
-    /// Whether the page is opened in a browser.
-    pub open: bool,
-    /// Whether the result goes to stdout as JSON.
-    pub json: bool,
-}
 
 /// Runs it to its end, with a page at that link; whether the mission is complete.
 ///

@@ -6,24 +6,29 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
+use crate::allocation::{AllocationMessage, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
 use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
+use crate::items::ItemCounts;
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
+use crate::mission::waste::{Gripper, WasteDeed, WasteSensed, Zone};
+use crate::mission::{Bytes, Deed, Sensed};
 use crate::process::{ProcessNews, ProcessState};
-use crate::readings::{Actuation, Gripper, Ground, Hit, Pose, Proximity, Readings, Zone};
+use crate::readings::{Actuation, Ground, Hit, Pose, Proximity, Readings};
 use crate::scenario::Obstacle;
 use crate::team::{
     Broadcast, BroadcastKind, Content, Fact, Heartbeat, Knowledge, Locations, LooseWaste,
     TaskState, Withdrawal,
 };
 use crate::telemetry::{
-    BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said, StateChange,
+    AllocationRow, BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said,
+    StateChange,
 };
 use crate::tick::{ManifestEntry, Outcome, Report, TickMessage, ToAgent};
 use crate::time::SimTime;
-use crate::view::{BehaviorView, ItemCounts, ItemView, MessageView, RobotView, View};
+use crate::view::{BehaviorView, ItemView, MessageView, RobotView, View};
 
 fn robot() -> impl Strategy<Value = RobotId> {
     any::<u16>().prop_map(RobotId)
@@ -70,40 +75,48 @@ fn proximity() -> impl Strategy<Value = Proximity> {
 }
 
 fn readings() -> impl Strategy<Value = Readings> {
-    let zone = prop::sample::select(vec![Zone::None, Zone::Spill, Zone::Deposit]);
     let ground = (real(), real()).prop_map(|(here, ahead)| Ground { here, ahead });
     let devices = (
         option::of(pose()),
         option::of(option::of(real())),
         option::of(option::of(real())),
         option::of(proximity()),
-        option::of(vec(point(), 0..4).prop_map(|items| items.into_iter().collect())),
-    );
-    let more = (
-        option::of(zone),
-        any::<(Option<bool>, Option<bool>)>(),
         option::of(ground),
         option::of(real()),
+        sensed(),
     );
-    (devices, more).prop_map(
-        |(
-            (pose, front_border, side_border, proximity, waste),
-            (zone, switches, ground, energy_j),
-        )| {
-            Readings {
-                pose,
-                front_border,
-                side_border,
-                proximity,
-                waste,
-                zone,
-                report_site: switches.0,
-                holding: switches.1,
-                ground,
-                energy_j,
-            }
+    devices.prop_map(
+        |(pose, front_border, side_border, proximity, ground, energy_j, mission)| Readings {
+            pose,
+            front_border,
+            side_border,
+            proximity,
+            ground,
+            energy_j,
+            mission,
         },
     )
+}
+
+fn sensed() -> impl Strategy<Value = Sensed> {
+    let zone = prop::sample::select(vec![Zone::None, Zone::Spill, Zone::Deposit]);
+    let waste = (
+        option::of(vec(point(), 0..4).prop_map(|items| items.into_iter().collect())),
+        option::of(zone),
+        any::<(Option<bool>, Option<bool>)>(),
+    );
+    prop_oneof![
+        Just(Sensed::Nothing),
+        waste.prop_map(
+            |(waste, zone, (report_site, holding))| Sensed::Waste(WasteSensed {
+                waste,
+                zone,
+                report_site,
+                holding,
+            })
+        ),
+        vec(any::<u8>(), 0..100).prop_map(|bytes| Sensed::Open(Bytes::encode(&bytes).unwrap())),
+    ]
 }
 
 fn to_agent() -> impl Strategy<Value = ToAgent> {
@@ -236,7 +249,10 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
     let body = prop_oneof![
         heartbeat,
         update,
-        withdrawal().prop_map(Content::Withdrawal)
+        withdrawal().prop_map(Content::Withdrawal),
+        (any::<String>(), vec(any::<u8>(), 0..40)).prop_map(|(schema, bytes)| {
+            Content::Allocation(AllocationMessage::Open(OpenMessage { schema, bytes }))
+        })
     ];
     (robot(), any::<(u32, u64, u16, u64)>(), time(), body).prop_map(
         |(sender, (incarnation, tick, index, seq), sent, body)| Broadcast {
@@ -357,21 +373,40 @@ fn reception() -> impl Strategy<Value = Reception> {
         )
 }
 
+fn allocation_row() -> impl Strategy<Value = AllocationRow> {
+    (task(), real(), option::of(robot()), set_state()).prop_map(|(task, utility, holder, state)| {
+        AllocationRow {
+            task,
+            utility: f64::from(utility),
+            holder,
+            state,
+        }
+    })
+}
+
 fn report() -> impl Strategy<Value = Report> {
     let gripper = prop::sample::select(vec![Gripper::Keep, Gripper::Pick, Gripper::Drop]);
-    let actuation = (real(), real(), gripper, any::<bool>()).prop_map(
-        |(speed_m_s, turn_rad_s, gripper, report_progress)| Actuation {
-            speed_m_s,
-            turn_rad_s,
-            gripper,
-            report_progress,
-        },
-    );
+    let waste = (gripper, any::<bool>()).prop_map(|(gripper, report_progress)| WasteDeed {
+        gripper,
+        report_progress,
+    });
+    let deed = prop_oneof![
+        Just(Deed::Nothing),
+        waste.prop_map(Deed::Waste),
+        any::<[u8; 5]>().prop_map(|bytes| Deed::Open(Bytes::encode(&bytes).unwrap())),
+    ];
+    let actuation = (real(), real(), deed).prop_map(|(speed_m_s, turn_rad_s, deed)| Actuation {
+        speed_m_s,
+        turn_rad_s,
+        deed,
+    });
     let logged = (
         vec(motivation(), 0..4),
         vec(change(), 0..4),
         vec(note(), 0..4),
         vec(reception(), 0..4),
+        option::of(set()),
+        vec(allocation_row(), 0..4),
     );
     (robot(), any::<(u32, u64, u16, u32)>(), actuation, logged).prop_map(
         |(robot, (incarnation, tick, broadcasts, broadcast_bytes), actuation, logged)| Report {
@@ -385,6 +420,8 @@ fn report() -> impl Strategy<Value = Report> {
             changes: logged.1,
             notes: logged.2,
             receptions: logged.3,
+            active: logged.4,
+            allocation: logged.5,
         },
     )
 }
@@ -493,6 +530,7 @@ fn view() -> impl Strategy<Value = View> {
                 obstacles,
                 site_colored,
                 last_report,
+                marks: Vec::new(),
                 robots,
                 faults,
                 messages,

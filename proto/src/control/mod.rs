@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::fault::Order;
 use crate::ids::{Incarnation, Tick};
+use crate::items::ItemCounts;
 use crate::time::SimTime;
-use crate::view::ItemCounts;
 
 /// JSON Schema (draft 2020-12) of a [`Request`], with that of a [`Reply`] under its key `reply`.
 #[must_use]

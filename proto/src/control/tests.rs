@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::fault::Fault;
+use crate::fault::{Fault, OrderError};
 use crate::rendezvous::Rendezvous;
-use crate::scenario::Scenario;
+use crate::scenario::{Catalog, Scenario};
 
 const PAGE: &str = include_str!("../../../docs/CONTROL.md");
 
@@ -38,6 +38,11 @@ fn scenario() -> Scenario {
     Scenario::parse("team", text).unwrap()
 }
 
+fn check(order: &Order) -> Result<(), OrderError> {
+    let scenario = scenario();
+    order.check(&scenario, &Catalog::of(&scenario))
+}
+
 #[test]
 fn the_schema_tells_of_requests_and_replies() {
     let schema = schema();
@@ -57,7 +62,7 @@ fn every_block_of_the_page_is_what_it_shows() {
         if let Ok(request) = serde_json::from_str::<Request>(block) {
             requests += 1;
             if let ControlCommand::Fault(order) = request.command {
-                assert_eq!(order.check(&scenario()), Ok(()), "{block}");
+                assert_eq!(check(&order), Ok(()), "{block}");
             }
         } else if serde_json::from_str::<Rendezvous>(block).is_err() {
             let reply = serde_json::from_str::<Reply>(block);
@@ -74,7 +79,7 @@ fn the_page_has_an_example_of_every_fault() {
     for cell in cells() {
         if let Ok(fault) = serde_json::from_str::<Fault>(cell) {
             shown.insert(fault.name().to_owned());
-            assert_eq!(Order::now(fault).check(&scenario()), Ok(()), "{cell}");
+            assert_eq!(check(&Order::now(fault)), Ok(()), "{cell}");
         } else if let Err(error) = serde_json::from_str::<ControlCommand>(cell) {
             let reply = serde_json::from_str::<Reply>(cell);
             assert!(reply.is_ok(), "{error}: {cell}");

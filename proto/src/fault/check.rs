@@ -2,7 +2,8 @@
 
 use super::{ActuatorMode, Fault, Order, SensorMode, Who};
 use crate::keys::is_name;
-use crate::scenario::{Catalog, MAX_ITEMS_IN_ALL, Scenario, instead};
+use crate::mission::waste_data::MAX_ITEMS_IN_ALL;
+use crate::scenario::{Catalog, Scenario, instead};
 
 /// Longest times, s; as in scenario files.
 const LONGEST_S: f64 = 1e9;
@@ -28,11 +29,11 @@ pub struct OrderError {
 type Checked = Result<(), OrderError>;
 
 impl Order {
-    /// Checks robots, behavior sets and ranges.
+    /// Checks robots, behavior sets and ranges; `catalog` is the scenario's.
     ///
     /// # Errors
     /// The first mistake.
-    pub fn check(&self, scenario: &Scenario) -> Checked {
+    pub fn check(&self, scenario: &Scenario, catalog: &Catalog) -> Checked {
         if let Some(id) = &self.id
             && !is_name(id)
         {
@@ -40,7 +41,7 @@ impl Order {
                 "use at most 32 letters, digits, '-' and '_', with a letter or a digit first";
             return Err(wrong(&["id"], format!("'{id}' is not a name"), remedy));
         }
-        let checker = Checker { scenario };
+        let checker = Checker { scenario, catalog };
         checker.fault(&self.fault)?;
         self.check_trigger(&checker)
     }
@@ -82,8 +83,7 @@ impl Order {
         if let Some(set) = &when.subject
             && when.what.is_about_a_set()
         {
-            let catalog = Catalog::of(checker.scenario);
-            let mut known = catalog.sets.iter().map(|set| set.name.as_str());
+            let mut known = checker.catalog.sets.iter().map(|set| set.name.as_str());
             if !known.clone().any(|name| name == set) {
                 let what = format!("there is no behavior set '{set}'");
                 return Err(wrong(&["when"], what, &instead(set, &mut known)));
@@ -117,6 +117,7 @@ impl Order {
 
 struct Checker<'s> {
     scenario: &'s Scenario,
+    catalog: &'s Catalog,
 }
 
 impl Checker<'_> {

@@ -21,7 +21,7 @@ mod when;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::scenario::Obstacle;
+use crate::obstacle::Obstacle;
 
 pub use campaign::{Campaign, Mix};
 pub use check::OrderError;

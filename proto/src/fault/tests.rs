@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::codec::{decode, encode};
-use crate::scenario::Scenario;
+use crate::scenario::{Catalog, Scenario};
 
 /// One fault of each kind, with every mode.
 pub(crate) fn one_of_each() -> Vec<Fault> {
@@ -123,16 +123,22 @@ fn every_fault_survives_bincode_and_json() {
 
 #[test]
 fn the_default_team_can_be_ordered_all_of_them() {
+    let scenario = Scenario::default();
     for fault in one_of_each() {
         let order = Order::now(fault);
-        assert_eq!(order.check(&Scenario::default()), Ok(()), "{order}");
+        assert_eq!(
+            order.check(&scenario, &Catalog::of(&scenario)),
+            Ok(()),
+            "{order}"
+        );
     }
 }
 
 #[track_caller]
 fn refused(json: &str, line: &str) {
     let order: Order = serde_json::from_str(json).unwrap();
-    let error = order.check(&Scenario::default()).unwrap_err();
+    let scenario = Scenario::default();
+    let error = order.check(&scenario, &Catalog::of(&scenario)).unwrap_err();
     assert_eq!(error.to_string(), line);
 }
 

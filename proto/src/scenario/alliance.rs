@@ -50,7 +50,7 @@ impl StepOrder {
 
 /// The answers to what the formulas leave open (ALLIANCE.md §3, one field per row of its table), each with the source that
 /// asks the question. Par98: what was observed in Parker's experiments. "Here": decided in this project.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Switches {
     /// At θ while a teammate executes an exclusive task: wait and broadcast the wish, else activate at once. Thesis §3.3.1;
     /// Par98 knows no such state.
@@ -65,8 +65,6 @@ pub struct Switches {
     /// Origin of the comm history, in impatience and reset alike. Eq. 2.4 and 2.5 print 0, the mission's start; progress is
     /// from here, for tasks that recur.
     pub history_origin: HistoryOrigin,
-    /// Whether a broadcast is visible in the same step (in-order) or the next. Thesis §4.4.
-    pub step_order: StepOrder,
     /// Two robots claim an exclusive task in the same step: the earlier `since` wins, a tie goes to the lower rank, and the
     /// loser becomes waiting; else both run until ψ. Thesis ch. 5 names the problem; the answer is from here.
     pub arbitration: bool,
@@ -88,7 +86,6 @@ impl Preset {
                 wish_when_suppressed: true,
                 reset_stops_active: true,
                 history_origin: HistoryOrigin::MissionStart,
-                step_order: StepOrder::InOrder,
                 arbitration: false,
                 release_message: true,
                 idle_heartbeat: false,
@@ -99,7 +96,6 @@ impl Preset {
                 wish_when_suppressed: false,
                 reset_stops_active: false,
                 history_origin: HistoryOrigin::MissionStart,
-                step_order: StepOrder::Simultaneous,
                 arbitration: false,
                 release_message: false,
                 idle_heartbeat: false,
@@ -110,11 +106,21 @@ impl Preset {
                 wish_when_suppressed: false,
                 reset_stops_active: false,
                 history_origin: HistoryOrigin::Progress,
-                step_order: StepOrder::Simultaneous,
                 arbitration: true,
                 release_message: true,
                 idle_heartbeat: true,
             },
+        }
+    }
+}
+
+impl Preset {
+    /// The step order that a scenario of this preset has if it states none: the thesis' simulator steps in order.
+    #[must_use]
+    pub fn step_order(self) -> StepOrder {
+        match self {
+            Self::Thesis => StepOrder::InOrder,
+            Self::Par98 | Self::Team => StepOrder::Simultaneous,
         }
     }
 }
@@ -177,6 +183,7 @@ pub struct SwitchSection {
     pub reset_stops_active: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history_origin: Option<HistoryOrigin>,
+    /// The run's, where scenario files used to state it: see [`Scenario::step_order`](super::Scenario::step_order).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_order: Option<StepOrder>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -185,6 +192,39 @@ pub struct SwitchSection {
     pub release_message: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub idle_heartbeat: Option<bool>,
+}
+
+impl SwitchSection {
+    /// A section that states all of them.
+    pub(super) fn stating(switches: Switches, step_order: StepOrder) -> Self {
+        Self {
+            waiting: Some(switches.waiting),
+            waiting_counts: Some(switches.waiting_counts),
+            wish_when_suppressed: Some(switches.wish_when_suppressed),
+            reset_stops_active: Some(switches.reset_stops_active),
+            history_origin: Some(switches.history_origin),
+            step_order: Some(step_order),
+            arbitration: Some(switches.arbitration),
+            release_message: Some(switches.release_message),
+            idle_heartbeat: Some(switches.idle_heartbeat),
+        }
+    }
+
+    /// The preset's switches with these in their place.
+    pub(super) fn over(&self, preset: Switches) -> Switches {
+        Switches {
+            waiting: self.waiting.unwrap_or(preset.waiting),
+            waiting_counts: self.waiting_counts.unwrap_or(preset.waiting_counts),
+            wish_when_suppressed: self
+                .wish_when_suppressed
+                .unwrap_or(preset.wish_when_suppressed),
+            reset_stops_active: self.reset_stops_active.unwrap_or(preset.reset_stops_active),
+            history_origin: self.history_origin.unwrap_or(preset.history_origin),
+            arbitration: self.arbitration.unwrap_or(preset.arbitration),
+            release_message: self.release_message.unwrap_or(preset.release_message),
+            idle_heartbeat: self.idle_heartbeat.unwrap_or(preset.idle_heartbeat),
+        }
+    }
 }
 
 /// Parameters of a behavior set, as far as one layer of a scenario states them; each as in [`BehaviorParams`].
@@ -221,7 +261,7 @@ pub struct BehaviorSection {
 }
 
 /// Every ALLIANCE value in force (DESIGN §8, `alliance` of run.json).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Alliance {
     /// θ.
     pub threshold: f64,

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::{Robot, Scenario};
 use crate::ids::{BehaviorId, TaskId};
+use crate::mission::data::Mission;
 
 /// A task (thesis §3.3.1).
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,19 +18,6 @@ pub struct TaskSpec {
     pub priority: i32,
 }
 
-/// What a behavior set does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum BehaviorKind {
-    /// Follow the walls with the side sensor.
-    FindLocationsMethodical,
-    /// Wander west, north, east, south.
-    FindLocationsWander,
-    /// Carry the items of one spill to the deposit; the spill by its place in the scenario.
-    MoveSpill(u16),
-    /// Report at the report site.
-    ReportProgress,
-}
-
 /// A behavior set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BehaviorSpec {
@@ -37,68 +25,41 @@ pub struct BehaviorSpec {
     pub name: String,
     /// The task that it performs.
     pub task: TaskId,
-    /// What it does.
-    pub kind: BehaviorKind,
+    /// What it does: a number of the mission's own.
+    pub kind: u32,
 }
 
 /// All tasks and behavior sets of a scenario; the index of each is its id.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Catalog {
-    /// Tasks: find-locations, move-spill(NAME) of each spill, report-progress.
+    /// The mission whose they are.
+    pub mission: Mission,
+    /// Tasks.
     pub tasks: Vec<TaskSpec>,
-    /// Behavior sets: find-locations-methodical, find-locations-wander, move-spill(NAME) of each spill, report-progress.
+    /// Behavior sets, in the order of their tasks.
     pub sets: Vec<BehaviorSpec>,
     task_ids: BTreeMap<String, TaskId>,
 }
 
 impl Catalog {
-    /// The catalog of a waste clean-up.
+    /// The catalog of a scenario. That of a run stands in its [`Setup`](super::Setup).
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
-        let task = |name: String| {
+        let mission = scenario.mission();
+        let (names, sets) = mission.catalog(scenario);
+        let tasks = names.into_iter().map(|name| {
             let section = scenario.tasks.get(&name).copied().unwrap_or_default();
             TaskSpec {
                 max_robots: section.max_robots,
                 priority: section.priority,
                 name,
             }
-        };
-        let move_spill =
-            |index: usize| format!("move-spill({})", scenario.waste.spills[index].name);
-        let spills = scenario.waste.spills.len();
-        let mut tasks = vec![task("find-locations".to_owned())];
-        tasks.extend((0..spills).map(|index| task(move_spill(index))));
-        tasks.push(task("report-progress".to_owned()));
-
-        let find = |name: &str, kind| BehaviorSpec {
-            name: name.to_owned(),
-            task: TaskId(0),
-            kind,
-        };
-        let mut sets = vec![
-            find(
-                "find-locations-methodical",
-                BehaviorKind::FindLocationsMethodical,
-            ),
-            find("find-locations-wander", BehaviorKind::FindLocationsWander),
-        ];
-        sets.extend((0..spills as u16).map(|index| BehaviorSpec {
-            name: move_spill(usize::from(index)),
-            task: TaskId(index + 1),
-            kind: BehaviorKind::MoveSpill(index),
-        }));
-        sets.push(BehaviorSpec {
-            name: "report-progress".to_owned(),
-            task: TaskId(spills as u16 + 1),
-            kind: BehaviorKind::ReportProgress,
         });
-        let task_ids = (0..).map(TaskId);
+        let tasks: Vec<TaskSpec> = tasks.collect();
+        let names = tasks.iter().map(|task| task.name.clone());
         Self {
-            task_ids: tasks
-                .iter()
-                .map(|task| task.name.clone())
-                .zip(task_ids)
-                .collect(),
+            task_ids: names.zip((0..).map(TaskId)).collect(),
+            mission,
             tasks,
             sets,
         }
@@ -123,10 +84,8 @@ impl Catalog {
         self.sets.get(set.index()).map_or("?", |set| &set.name)
     }
 
-    /// The behavior sets of one robot, in the catalog's order: those for its tasks, but find-locations-methodical only with
-    /// a side sensor.
-    pub fn behaviors_of(&self, robot: &Robot) -> impl Iterator<Item = BehaviorId> + '_ {
-        let side_sensor = robot.side_sensor;
+    /// The behavior sets of one robot, in the catalog's order: those for its tasks that the mission gives it.
+    pub fn behaviors_of<'c>(&'c self, robot: &'c Robot) -> impl Iterator<Item = BehaviorId> + 'c {
         let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
         let mut tasks: Vec<TaskId> = named.collect();
         if robot.tasks.is_empty() {
@@ -137,9 +96,7 @@ impl Catalog {
         tasks
             .into_iter()
             .flat_map(|task| self.behaviors_for(task))
-            .filter(move |&set| {
-                side_sensor || self.sets[set].kind != BehaviorKind::FindLocationsMethodical
-            })
+            .filter(|&set| self.mission.has_behavior(robot, &self.sets[set]))
             .map(|index| BehaviorId(index as u16))
     }
 

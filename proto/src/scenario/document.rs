@@ -3,7 +3,7 @@
 use serde::de::Deserialize;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Problem, ScenarioError};
+use super::error::{Place, Problem, ScenarioError};
 use super::path::{Path, Step};
 use super::toml_value::Value;
 
@@ -51,6 +51,27 @@ impl<'t> Document<'t> {
     /// The file's contents as a value of that type.
     pub fn to<'d, T: Deserialize<'d>>(&'d self) -> Result<T, Problem> {
         T::deserialize(Value(&self.root)).map_err(Problem::from)
+    }
+}
+
+impl Problem {
+    /// The error for people; `file` is the name of the scenario's file and its contents.
+    pub(super) fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
+        let (name, line, key) = match self.place {
+            Place::Scenario(path) => (
+                file.map(|(name, _)| name.to_owned()),
+                file.and_then(|(_, document)| document.line_of(&path)),
+                path.to_string(),
+            ),
+            Place::Parameters { file, line, key } => (Some(file), Some(line), key),
+        };
+        ScenarioError {
+            file: name,
+            line,
+            key,
+            what: self.what,
+            remedy: self.remedy,
+        }
     }
 }
 

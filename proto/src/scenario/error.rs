@@ -2,18 +2,17 @@
 
 use std::fmt;
 
-use super::document::Document;
 use super::path::{Path, Step};
 
 /// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: what is wrong; what would be
 /// right`; file and line are missing where the scenario does not come from a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct ScenarioError {
-    file: Option<String>,
-    line: Option<usize>,
-    key: String,
-    what: String,
-    remedy: String,
+    pub(super) file: Option<String>,
+    pub(super) line: Option<usize>,
+    pub(super) key: String,
+    pub(super) what: String,
+    pub(super) remedy: String,
 }
 
 impl ScenarioError {
@@ -83,14 +82,15 @@ pub(super) enum Place {
 
 /// A mistake and its place, before the place is known as a line of the scenario's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Problem {
-    pub place: Place,
-    pub what: String,
-    pub remedy: String,
+pub struct Problem {
+    pub(super) place: Place,
+    pub(super) what: String,
+    pub(super) remedy: String,
 }
 
 impl Problem {
     /// A mistake at that place of the scenario.
+    #[must_use]
     pub fn at(path: Path, what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             place: Place::Scenario(path),
@@ -100,30 +100,11 @@ impl Problem {
     }
 
     /// The same where the scenario is part of something else, under that key.
-    pub fn below(mut self, key: &str) -> Self {
+    pub(super) fn below(mut self, key: &str) -> Self {
         if let Place::Scenario(path) = &mut self.place {
             path.0.insert(0, Step::Key(key.to_owned()));
         }
         self
-    }
-
-    /// The error for people; `file` is the name of the scenario's file and its contents.
-    pub fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
-        let (name, line, key) = match self.place {
-            Place::Scenario(path) => (
-                file.map(|(name, _)| name.to_owned()),
-                file.and_then(|(_, document)| document.line_of(&path)),
-                path.to_string(),
-            ),
-            Place::Parameters { file, line, key } => (Some(file), Some(line), key),
-        };
-        ScenarioError {
-            file: name,
-            line,
-            key,
-            what: self.what,
-            remedy: self.remedy,
-        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Setup;
 use super::alliance::{Alliance, BehaviorParams};
-use super::catalog::{BehaviorSpec, Catalog};
+use super::catalog::BehaviorSpec;
 use super::error::{Place, Problem, ScenarioError, instead};
 use super::path::Path;
 use super::resolve::{check, lists_all};
@@ -19,7 +19,7 @@ impl Setup {
     /// # Errors
     /// The first mistake.
     pub fn check(&self) -> Result<(), ScenarioError> {
-        let resolved = check(&self.scenario, None).map(|(alliance, _)| alliance);
+        let resolved = check(&self.scenario, &self.catalog, None).map(|(alliance, _)| alliance);
         resolved
             .map_err(|problem| problem.below("scenario"))
             .and_then(|resolved| self.check_values(&resolved))
@@ -42,12 +42,13 @@ impl Setup {
             let remedy = format!("it must be {}", resolved.step_ms);
             return Err(Problem::at(at.key("step_ms"), what, remedy));
         }
-        if *switches != resolved.switches {
+        let order = self.scenario.step_order();
+        if *switches != resolved.switches || self.step_order != order {
             let what = "they are not the scenario's";
             let remedy = "make them those of scenario.alliance";
             return Err(Problem::at(at.key("switches"), what, remedy));
         }
-        let catalog = Catalog::of(&self.scenario);
+        let catalog = &self.catalog;
         let named = self.named_teammates();
         let at = at.key("robots");
         same_keys(robots, &resolved.robots, &at)?;
@@ -75,7 +76,9 @@ impl Setup {
                     let remedy = format!("it must be '{}'", wanted.task);
                     return Err(Problem::at(at.key("task"), what, remedy));
                 }
-                check_params(given, &robot.name, spec, teammates, &at)?;
+                let built_in = catalog.mission.built_in(&self.scenario, spec);
+                let values = Values::built_in(built_in, teammates);
+                check_params(given, &robot.name, spec, values, &at)?;
             }
         }
         Ok(())
@@ -100,14 +103,13 @@ impl Setup {
 }
 
 /// Takes the values as statements about the built-in ones, which binds them to the rules that bind statements.
-fn check_params<'a>(
+fn check_params(
     given: &BehaviorParams,
     robot: &str,
     spec: &BehaviorSpec,
-    teammates: impl Iterator<Item = &'a str>,
+    mut values: Values<'_>,
     at: &Path,
 ) -> Result<(), Problem> {
-    let mut values = Values::built_in(spec.kind, teammates);
     let statements = stated(given, at);
     for (number, statement) in statements.iter().enumerate() {
         statement.check()?;

@@ -2,11 +2,11 @@
 
 use serde::de::DeserializeOwned;
 
-use super::Scenario;
 use super::document::Document;
 use super::error::{Problem, ScenarioError};
 use super::path::{Path, Step};
 use super::resolve::check;
+use super::{Catalog, Scenario, Vocabulary};
 
 impl Scenario {
     /// Reads a scenario file; `file_name` is for error messages. What the file does not mention has its default.
@@ -15,10 +15,22 @@ impl Scenario {
     /// The first mistake: not TOML, an unknown key or name, a value of the wrong type or out of range, robots that do not
     /// fit, or parameters that break a rule of ALLIANCE.md §1.
     pub fn parse(file_name: &str, text: &str) -> Result<Self, ScenarioError> {
+        Self::parse_with(file_name, text, &Vocabulary::default())
+    }
+
+    /// The same with that vocabulary.
+    ///
+    /// # Errors
+    /// Those of [`Scenario::parse`].
+    pub fn parse_with(
+        file_name: &str,
+        text: &str,
+        vocabulary: &Vocabulary,
+    ) -> Result<Self, ScenarioError> {
         let document = Document::parse(file_name, text)?;
         document
             .to()
-            .and_then(|scenario| check(&scenario, None).map(|_| scenario))
+            .and_then(|scenario| checked(scenario, vocabulary))
             .map_err(|problem| problem.located(Some((file_name, &document))))
     }
 
@@ -27,13 +39,31 @@ impl Scenario {
     /// # Errors
     /// Those of [`Scenario::parse`].
     pub fn from_table(table: &toml::Table) -> Result<Self, ScenarioError> {
+        Self::from_table_with(table, &Vocabulary::default())
+    }
+
+    /// The same with that vocabulary.
+    ///
+    /// # Errors
+    /// Those of [`Scenario::parse`].
+    pub fn from_table_with(
+        table: &toml::Table,
+        vocabulary: &Vocabulary,
+    ) -> Result<Self, ScenarioError> {
         let text = table.to_string();
         let document = Document::parse("scenario", &text)?;
         document
             .to()
-            .and_then(|scenario| check(&scenario, None).map(|_| scenario))
+            .and_then(|scenario| checked(scenario, vocabulary))
             .map_err(|problem| problem.located(None))
     }
+}
+
+/// The scenario, if nothing is wrong with it.
+fn checked(scenario: Scenario, vocabulary: &Vocabulary) -> Result<Scenario, Problem> {
+    scenario.allocator_problem(&vocabulary.allocators)?;
+    check(&scenario, &Catalog::of(&scenario), None)?;
+    Ok(scenario)
 }
 
 /// A file in TOML, with the lines of its values.

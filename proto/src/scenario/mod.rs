@@ -4,54 +4,57 @@
 //! times in seconds, rectangles by their lower left corner and size.
 
 mod alliance;
+mod allocators;
 mod catalog;
 mod document;
 mod error;
-mod family;
 mod geometry;
 mod in_force;
+pub mod limits;
 mod load;
+mod parameters;
 mod path;
 mod properties;
 mod resolve;
+mod roster;
+mod setup;
 mod statement;
 #[cfg(test)]
 mod tests;
 mod toml_value;
 mod validate;
 mod values;
+mod vocabulary;
 
-use glam::Vec2;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::fault::Faults;
+use crate::mission::data::Mission;
+use crate::mission::waste_data::WASTE;
+// Who reads scenarios of the waste clean-up finds all of them here.
+pub use crate::mission::waste_data::{
+    BehaviorKind, Deposit, MAX_SPILLS, ReportSite, Spill, Spot, WasteSection,
+};
 
+pub use crate::obstacle::Obstacle;
 pub use alliance::{
     Alliance, AllianceSection, BehaviorParams, BehaviorSection, HistoryOrigin, Preset, RobotParams,
     RobotSection, StepOrder, SwitchSection, Switches,
 };
-pub use catalog::{BehaviorKind, BehaviorSpec, Catalog, TaskSpec};
+pub use allocators::{AllocatorSpec, Allocators};
+pub use catalog::{BehaviorSpec, Catalog, TaskSpec};
 pub(crate) use error::instead;
-pub use error::{ScenarioError, text_of};
+pub use error::{Problem, ScenarioError, text_of};
 pub use load::TomlFile;
-pub use path::Step;
+pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
+pub use path::{Path, Step};
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
-pub(crate) use validate::MAX_ITEMS_IN_ALL;
-pub use validate::{MAX_ROBOTS, MAX_SPILLS};
-
-/// A run, complete: what the world sends to every agent and writes to run.json.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setup {
-    /// Seed of all random streams.
-    pub seed: u64,
-    /// Scenario with all defaults filled in.
-    pub scenario: Scenario,
-    /// Every ALLIANCE value in force.
-    pub alliance: Alliance,
-}
+pub use roster::Roster;
+pub use setup::Setup;
+pub use validate::MAX_ROBOTS;
+pub use vocabulary::Vocabulary;
 
 /// A scenario file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,9 +68,15 @@ pub struct Scenario {
     pub step_ms: u64,
     /// Simulated time after which the run ends incomplete, s.
     pub limit_s: f64,
+    /// When robots step and hear each other; absent: as the preset of `[alliance]` has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_order: Option<StepOrder>,
+    /// What decides which behavior set of a robot is active; absent: [`Scenario::DEFAULT_ALLOCATOR`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub allocator: Option<String>,
     /// The border.
     pub room: Room,
-    /// Body and drive, the same for all robots.
+    /// Body and drive; robots may have a speed and a turn rate of their own.
     pub body: Body,
     /// Ranges of the sensors.
     pub sensors: Sensors,
@@ -90,6 +99,9 @@ pub struct Scenario {
     pub tasks: BTreeMap<String, TaskSection>,
     /// ALLIANCE: preset, switches, parameters.
     pub alliance: AllianceSection,
+    /// Parameters of the other allocators.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub allocators: Allocators,
 }
 
 impl Default for Scenario {
@@ -99,6 +111,8 @@ impl Default for Scenario {
             description: String::new(),
             step_ms: 50,
             limit_s: 3600.0,
+            step_order: None,
+            allocator: None,
             room: Room::default(),
             body: Body::default(),
             sensors: Sensors::default(),
@@ -116,6 +130,41 @@ impl Default for Scenario {
             faults: Faults::default(),
             tasks: BTreeMap::new(),
             alliance: AllianceSection::default(),
+            allocators: Allocators::new(),
+        }
+    }
+}
+
+impl Scenario {
+    /// The step order in force. It may stand among ALLIANCE's switches too, where it used to be.
+    #[must_use]
+    pub fn step_order(&self) -> StepOrder {
+        self.step_order
+            .or(self.alliance.switches.step_order)
+            .unwrap_or_else(|| self.alliance.preset.step_order())
+    }
+
+    /// States the step order, in the place of whatever states it so far.
+    pub fn set_step_order(&mut self, order: StepOrder) {
+        self.step_order = Some(order);
+        self.alliance.switches.step_order = None;
+    }
+}
+
+impl Scenario {
+    /// Its mission.
+    #[must_use]
+    pub fn mission(&self) -> Mission {
+        WASTE
+    }
+
+    /// Body and drive of one robot of the team.
+    #[must_use]
+    pub fn body_of(&self, robot: &Robot) -> Body {
+        Body {
+            speed_m_s: robot.speed_m_s.unwrap_or(self.body.speed_m_s),
+            turn_deg_s: robot.turn_deg_s.unwrap_or(self.body.turn_deg_s),
+            ..self.body
         }
     }
 }
@@ -228,160 +277,6 @@ impl Default for Energy {
     }
 }
 
-/// The hazardous waste clean-up (thesis §4.1).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WasteSection {
-    /// The initial spill locations.
-    pub spills: Vec<Spill>,
-    /// Radius of each spill, m.
-    pub spill_radius_m: f32,
-    /// Radius of an item, m.
-    pub item_radius_m: f32,
-    /// The desired final spill location.
-    pub deposit: Deposit,
-    /// More deposits of the same radius, for large rooms: waste goes to the one nearest to its spill.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub further_deposits: Vec<Spot>,
-    /// The report progress site.
-    pub report_site: ReportSite,
-    /// Wanted time between two progress reports, s.
-    pub report_period_s: f64,
-    /// Whether the robots know the border beforehand, and with it where everything is.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub border_known: bool,
-}
-
-impl WasteSection {
-    /// Centers of all deposits.
-    pub fn deposits(&self) -> impl Iterator<Item = Spot> + '_ {
-        let first = Spot {
-            x_fraction: self.deposit.x_fraction,
-            y_fraction: self.deposit.y_fraction,
-        };
-        std::iter::once(first).chain(self.further_deposits.iter().copied())
-    }
-}
-
-/// A place in the room.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Spot {
-    /// As a fraction of the room's width.
-    pub x_fraction: f32,
-    /// As a fraction of the room's height.
-    pub y_fraction: f32,
-}
-
-impl Spot {
-    /// Where that is, m.
-    #[must_use]
-    pub fn in_room(self, room: &Room) -> Vec2 {
-        Vec2::new(room.width_m, room.height_m) * Vec2::new(self.x_fraction, self.y_fraction)
-    }
-}
-
-impl Spill {
-    /// Its center.
-    #[must_use]
-    pub fn spot(&self) -> Spot {
-        Spot {
-            x_fraction: self.x_fraction,
-            y_fraction: self.y_fraction,
-        }
-    }
-}
-
-impl Default for WasteSection {
-    fn default() -> Self {
-        let spill = |name: &str, y_fraction| Spill {
-            name: name.to_owned(),
-            items: 12,
-            x_fraction: 1.0 / 3.0,
-            y_fraction,
-        };
-        Self {
-            spills: vec![spill("top", 2.0 / 3.0), spill("bottom", 1.0 / 3.0)],
-            spill_radius_m: 0.8,
-            item_radius_m: 0.05,
-            deposit: Deposit::default(),
-            further_deposits: Vec::new(),
-            report_site: ReportSite::default(),
-            report_period_s: 120.0,
-            border_known: false,
-        }
-    }
-}
-
-/// An initial spill location. Robots know the fractions, not the place.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Spill {
-    /// Name of the spill; its task is `move-spill(NAME)`.
-    pub name: String,
-    /// Number of items at the start.
-    pub items: u32,
-    /// Centre, as a fraction of the room's width.
-    pub x_fraction: f32,
-    /// Centre, as a fraction of the room's height.
-    pub y_fraction: f32,
-}
-
-impl Default for Spill {
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            items: 12,
-            x_fraction: 1.0 / 3.0,
-            y_fraction: 0.5,
-        }
-    }
-}
-
-/// The deposit: a disc.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Deposit {
-    /// Radius, m.
-    pub radius_m: f32,
-    /// Centre, as a fraction of the room's width.
-    pub x_fraction: f32,
-    /// Centre, as a fraction of the room's height.
-    pub y_fraction: f32,
-}
-
-impl Default for Deposit {
-    fn default() -> Self {
-        Self {
-            radius_m: 1.0,
-            x_fraction: 0.8,
-            y_fraction: 0.5,
-        }
-    }
-}
-
-/// The report progress site: a rectangle at the left wall, centered in y, cut off at the border.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ReportSite {
-    /// Extent in x, m.
-    pub width_m: f32,
-    /// Extent in y, m.
-    pub height_m: f32,
-    /// How long it shows its changed color after a report, s.
-    pub color_s: f64,
-}
-
-impl Default for ReportSite {
-    fn default() -> Self {
-        Self {
-            width_m: 0.6,
-            height_m: 3.0,
-            color_s: 5.0,
-        }
-    }
-}
-
 /// One robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -400,6 +295,33 @@ pub struct Robot {
     /// The tasks that it has behavior sets for, by name; empty: all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<String>,
+    /// Top speed on neutral ground, m/s; absent: that of `[body]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_m_s: Option<f32>,
+    /// Top turn rate, degrees per second; absent: that of `[body]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_deg_s: Option<f32>,
+    /// Devices that it has beside those that all robots have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub devices: Vec<String>,
+    /// How good it is at what a mission calls skills, by their names; what is not named it cannot do.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub skills: BTreeMap<String, f64>,
+    /// Its own allocator; absent: the team's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allocator: Option<String>,
+}
+
+impl Robot {
+    /// The device that `side_sensor = true` stands for.
+    pub const SIDE_BORDER: &str = "side-border";
+
+    /// Whether it has a device that not all robots have.
+    #[must_use]
+    pub fn has_device(&self, device: &str) -> bool {
+        let by_flag = self.side_sensor && device == Self::SIDE_BORDER;
+        by_flag || self.devices.iter().any(|own| own == device)
+    }
 }
 
 /// Where a robot starts.
@@ -417,23 +339,6 @@ pub struct Start {
 
 fn facing_left() -> f32 {
     180.0
-}
-
-/// A rectangle on the floor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Obstacle {
-    /// Lower left corner, m.
-    pub x_m: f32,
-    /// Lower left corner, m.
-    pub y_m: f32,
-    /// Extent in x, m.
-    pub width_m: f32,
-    /// Extent in y, m.
-    pub height_m: f32,
-    /// [0, 0.1] solid, (0.1, 1) slows by that factor, 1 neutral, above 1 speeds up (thesis §3.2.2.1).
-    #[serde(default)]
-    pub penetrability: f32,
 }
 
 /// What a task's definition says beside its behavior sets (thesis §3.3.1).

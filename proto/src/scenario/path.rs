@@ -13,20 +13,23 @@ pub enum Step {
 
 /// The steps from the scenario's top down to a value.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Path(pub Vec<Step>);
+pub struct Path(pub(super) Vec<Step>);
 
 impl Path {
     /// The path of those table keys.
+    #[must_use]
     pub fn of<const N: usize>(keys: [&str; N]) -> Self {
         Self(keys.map(|key| Step::Key(key.to_owned())).to_vec())
     }
 
     /// One table key further down.
+    #[must_use]
     pub fn key(&self, key: &str) -> Self {
         self.then(Step::Key(key.to_owned()))
     }
 
     /// One array index further down.
+    #[must_use]
     pub fn index(&self, index: usize) -> Self {
         self.then(Step::Index(index))
     }

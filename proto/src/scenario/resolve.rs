@@ -5,12 +5,15 @@
 //! its own and of every weaker layer, and the plain value of a stronger layer beats it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use super::alliance::{Alliance, BehaviorParams, RobotParams, SwitchSection, Switches};
+use super::alliance::{Alliance, BehaviorParams, RobotParams};
+use super::catalog::Catalog;
 use super::error::{Place, Problem, ScenarioError};
 use super::geometry::check_places;
 use super::path::Path;
 use super::properties::{ParameterFile, SkippedKey};
+use super::roster::Roster;
 use super::statement::{Statement, positive, statements};
 use super::validate::validate;
 use super::values::Values;
@@ -35,12 +38,16 @@ impl Setup {
         seed: u64,
         parameters: Option<&ParameterFile>,
     ) -> Result<Resolved, ScenarioError> {
+        let catalog = Catalog::of(&scenario);
         let (alliance, skipped) =
-            check(&scenario, parameters).map_err(|problem| problem.located(None))?;
+            check(&scenario, &catalog, parameters).map_err(|problem| problem.located(None))?;
         let setup = Self {
             seed,
-            scenario,
             alliance,
+            step_order: scenario.step_order(),
+            catalog: Arc::new(catalog),
+            roster: Arc::new(Roster::of(&scenario.robots)),
+            scenario,
         };
         Ok(Resolved { setup, skipped })
     }
@@ -59,9 +66,10 @@ impl Setup {
 /// Checks a whole scenario, and its values together with those of the parameter file.
 pub(super) fn check(
     scenario: &Scenario,
+    catalog: &Catalog,
     parameters: Option<&ParameterFile>,
 ) -> Result<(Alliance, Vec<SkippedKey>), Problem> {
-    let catalog = validate(scenario)?;
+    validate(scenario, catalog)?;
     check_places(scenario)?;
 
     let section = &scenario.alliance;
@@ -88,7 +96,8 @@ pub(super) fn check(
         let mut sets = BTreeMap::new();
         for id in catalog.behaviors_of(robot) {
             let set = &catalog.sets[id.index()];
-            let mut values = Values::built_in(set.kind, teammates.of_robot(&robot.name));
+            let built_in = catalog.mission.built_in(scenario, set);
+            let mut values = Values::built_in(built_in, teammates.of_robot(&robot.name));
             for (number, statement) in layers.iter().enumerate() {
                 let applies = |wanted: &Option<String>, name: &str| {
                     wanted.as_deref().is_none_or(|wanted| wanted == name)
@@ -150,25 +159,6 @@ impl<'a> Toward<'a> {
 
     fn of_robot(&self, robot: &str) -> impl Iterator<Item = &'a str> {
         self.0.iter().copied().filter(move |name| *name != robot)
-    }
-}
-
-impl SwitchSection {
-    /// The preset's switches with these in their place.
-    fn over(&self, preset: Switches) -> Switches {
-        Switches {
-            waiting: self.waiting.unwrap_or(preset.waiting),
-            waiting_counts: self.waiting_counts.unwrap_or(preset.waiting_counts),
-            wish_when_suppressed: self
-                .wish_when_suppressed
-                .unwrap_or(preset.wish_when_suppressed),
-            reset_stops_active: self.reset_stops_active.unwrap_or(preset.reset_stops_active),
-            history_origin: self.history_origin.unwrap_or(preset.history_origin),
-            step_order: self.step_order.unwrap_or(preset.step_order),
-            arbitration: self.arbitration.unwrap_or(preset.arbitration),
-            release_message: self.release_message.unwrap_or(preset.release_message),
-            idle_heartbeat: self.idle_heartbeat.unwrap_or(preset.idle_heartbeat),
-        }
     }
 }
 

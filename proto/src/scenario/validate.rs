@@ -1,87 +1,24 @@
 //! Ranges and names: what is wrong with a scenario whatever its geometry and parameters are.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 
 use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
 use super::error::{Problem, instead};
+use super::limits::{
+    LENGTH, Limits, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, closed, name, named,
+};
 use super::path::Path;
-use super::{Scenario, WasteSection};
+use super::{Robot, Scenario};
 use crate::fault::Campaign;
-use crate::keys::is_name;
 
 /// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
 pub const MAX_ROBOTS: usize = 10_000;
-/// Most spills of a scenario, and most deposits.
-pub const MAX_SPILLS: usize = 10_000;
-/// Most items of a spill.
-const MAX_ITEMS: u32 = 1000;
-/// Most items of all spills, and most that a fault strews in the course of a run.
-pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
 /// Most random faults that a mission may be expected to see.
 const MAX_RANDOM_FAULTS: f64 = 1e5;
 
-/// The numbers that a key may have.
-struct Limits {
-    from: f64,
-    /// Whether `from` itself is not among them.
-    open: bool,
-    to: f64,
-    unit: &'static str,
-}
-
-const fn above_zero(to: f64, unit: &'static str) -> Limits {
-    Limits {
-        from: 0.0,
-        open: true,
-        to,
-        unit,
-    }
-}
-
-const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
-    Limits {
-        from,
-        open: false,
-        to,
-        unit,
-    }
-}
-
-const LENGTH: Limits = above_zero(1e3, "m");
-const FRACTION: Limits = closed(0.0, 1.0, "");
-const PENETRABILITY: Limits = closed(0.0, 100.0, "");
-const TIME: Limits = above_zero(1e9, "s");
-const POWER: Limits = closed(0.0, 1e9, "W");
-
-impl Limits {
-    /// Refuses a number at `path` that is not among these; NaN never is.
-    fn check<T: Copy + Display + Into<f64>>(&self, path: Path, number: T) -> Result<(), Problem> {
-        let value: f64 = number.into();
-        let high_enough = if self.open {
-            value > self.from
-        } else {
-            value >= self.from
-        };
-        if high_enough && value <= self.to {
-            return Ok(());
-        }
-        let low = match (self.open, self.from) {
-            (true, from) => format!("above {from}"),
-            (false, from) => format!("at least {from}"),
-        };
-        let remedy = format!("it must be {low} and at most {} {}", self.to, self.unit);
-        Err(Problem::at(
-            path,
-            format!("{number} is out of range"),
-            remedy.trim_end(),
-        ))
-    }
-}
-
-/// Refuses the first mistake of a scenario, in the order of its fields. The catalog is made once it can be.
-pub(super) fn validate(scenario: &Scenario) -> Result<Catalog, Problem> {
+/// Refuses the first mistake of a scenario, in the order of its fields.
+pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     name(Path::of(["name"]), &scenario.name)?;
     let step_ms = scenario.step_ms;
     if !(1..=500).contains(&step_ms) {
@@ -90,14 +27,19 @@ pub(super) fn validate(scenario: &Scenario) -> Result<Catalog, Problem> {
         return Err(Problem::at(Path::of(["step_ms"]), what, remedy));
     }
     TIME.check(Path::of(["limit_s"]), scenario.limit_s)?;
+    if scenario.step_order.is_some() && scenario.alliance.switches.step_order.is_some() {
+        let at = Path::of(["alliance", "switches", "step_order"]);
+        let what = "the scenario's own step_order states it already";
+        return Err(Problem::at(at, what, "state it once"));
+    }
 
     LENGTH.check(Path::of(["room", "width_m"]), scenario.room.width_m)?;
     LENGTH.check(Path::of(["room", "height_m"]), scenario.room.height_m)?;
 
     let body = &scenario.body;
     LENGTH.check(Path::of(["body", "radius_m"]), body.radius_m)?;
-    above_zero(1e3, "m/s").check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
-    above_zero(3600.0, "deg/s").check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
+    SPEED.check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
+    TURN_RATE.check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
     LENGTH.check(Path::of(["body", "reach_m"]), body.reach_m)?;
     PENETRABILITY.check(
         Path::of(["body", "robot_penetrability"]),
@@ -126,104 +68,12 @@ pub(super) fn validate(scenario: &Scenario) -> Result<Catalog, Problem> {
     if let Some(range_m) = scenario.radio.range_m {
         above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
     }
-    waste(&scenario.waste)?;
-    let catalog = Catalog::of(scenario);
-    robots(scenario, &catalog)?;
+    catalog.mission.check(scenario)?;
+    robots(scenario, catalog)?;
     obstacles(scenario)?;
-    tasks(scenario, &catalog)?;
-    faults(scenario)?;
-    alliance(scenario, &catalog)?;
-    Ok(catalog)
-}
-
-fn name(path: Path, name: &str) -> Result<(), Problem> {
-    if is_name(name) {
-        return Ok(());
-    }
-    let remedy =
-        "use at most 32 letters, digits, '-' and '_', with a letter or a digit first".to_owned();
-    Err(Problem::at(path, format!("'{name}' is not a name"), remedy))
-}
-
-/// Checks how many things a list has, and that their names are names, each there once.
-fn named<'a>(
-    list: &Path,
-    names: impl ExactSizeIterator<Item = &'a str>,
-    most: usize,
-) -> Result<(), Problem> {
-    if !(1..=most).contains(&names.len()) {
-        let what = format!("{} entries", names.len());
-        return Err(Problem::at(list.clone(), what, format!("give 1 to {most}")));
-    }
-    let mut first = BTreeMap::new();
-    for (index, each) in names.enumerate() {
-        let path = list.index(index).key("name");
-        name(path.clone(), each)?;
-        if let Some(first) = first.insert(each, index) {
-            let what = format!("'{each}' is already the name of {list}[{first}]");
-            return Err(Problem::at(path, what, "give each its own name"));
-        }
-    }
-    Ok(())
-}
-
-fn waste(waste: &WasteSection) -> Result<(), Problem> {
-    let at = Path::of(["waste"]);
-    let spills = at.key("spills");
-    named(
-        &spills,
-        waste.spills.iter().map(|spill| spill.name.as_str()),
-        MAX_SPILLS,
-    )?;
-    for (index, spill) in waste.spills.iter().enumerate() {
-        let at = spills.index(index);
-        closed(0.0, f64::from(MAX_ITEMS), "").check(at.key("items"), spill.items)?;
-        FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
-        FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
-    }
-    // At most so many spills of so many items: no overflow.
-    let items: u32 = waste.spills.iter().map(|spill| spill.items).sum();
-    if items > MAX_ITEMS_IN_ALL {
-        let what = format!("{items} items in all");
-        return Err(Problem::at(
-            spills,
-            what,
-            format!("give at most {MAX_ITEMS_IN_ALL}"),
-        ));
-    }
-    LENGTH.check(at.key("spill_radius_m"), waste.spill_radius_m)?;
-    LENGTH.check(at.key("item_radius_m"), waste.item_radius_m)?;
-    if waste.item_radius_m > waste.spill_radius_m {
-        let what = format!(
-            "an item of radius {} m is larger than a spill",
-            waste.item_radius_m
-        );
-        let remedy = format!(
-            "it must be at most spill_radius_m, {} m",
-            waste.spill_radius_m
-        );
-        return Err(Problem::at(at.key("item_radius_m"), what, remedy));
-    }
-    let deposit = at.key("deposit");
-    LENGTH.check(deposit.key("radius_m"), waste.deposit.radius_m)?;
-    FRACTION.check(deposit.key("x_fraction"), waste.deposit.x_fraction)?;
-    FRACTION.check(deposit.key("y_fraction"), waste.deposit.y_fraction)?;
-    let further = at.key("further_deposits");
-    if waste.further_deposits.len() >= MAX_SPILLS {
-        let what = format!("{} entries", waste.further_deposits.len());
-        let remedy = format!("give at most {}", MAX_SPILLS - 1);
-        return Err(Problem::at(further, what, remedy));
-    }
-    for (index, spot) in waste.further_deposits.iter().enumerate() {
-        let at = further.index(index);
-        FRACTION.check(at.key("x_fraction"), spot.x_fraction)?;
-        FRACTION.check(at.key("y_fraction"), spot.y_fraction)?;
-    }
-    let site = at.key("report_site");
-    LENGTH.check(site.key("width_m"), waste.report_site.width_m)?;
-    LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
-    closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
-    TIME.check(at.key("report_period_s"), waste.report_period_s)
+    tasks(scenario, catalog)?;
+    faults(scenario, catalog)?;
+    alliance(scenario, catalog)
 }
 
 fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
@@ -234,6 +84,7 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         let remedy = "let at least one be there from the start";
         return Err(Problem::at(robots, what, remedy));
     }
+    let skills = catalog.mission.skills(scenario);
     for (index, robot) in scenario.robots.iter().enumerate() {
         for (number, task) in robot.tasks.iter().enumerate() {
             if catalog.task_named(task).is_none() {
@@ -242,8 +93,29 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
                 known("task", task, tasks, &at)?;
             }
         }
+        let at = robots.index(index);
+        if let Some(speed_m_s) = robot.speed_m_s {
+            SPEED.check(at.key("speed_m_s"), speed_m_s)?;
+        }
+        if let Some(turn_deg_s) = robot.turn_deg_s {
+            TURN_RATE.check(at.key("turn_deg_s"), turn_deg_s)?;
+        }
+        for (number, device) in robot.devices.iter().enumerate() {
+            let at = at.key("devices").index(number);
+            known(
+                "optional device",
+                device,
+                [Robot::SIDE_BORDER].into_iter(),
+                &at,
+            )?;
+        }
+        for (skill, level) in &robot.skills {
+            let at = at.key("skills").key(skill);
+            known("skill", skill, skills.iter().map(String::as_str), &at)?;
+            closed(0.0, 1e3, "").check(at, *level)?;
+        }
         let Some(start) = &robot.start else { continue };
-        let at = robots.index(index).key("start");
+        let at = at.key("start");
         let inside = |size: f32| closed(0.0, size.into(), "m");
         inside(scenario.room.width_m).check(at.key("x_m"), start.x_m)?;
         inside(scenario.room.height_m).check(at.key("y_m"), start.y_m)?;
@@ -266,12 +138,12 @@ fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
     Ok(())
 }
 
-fn faults(scenario: &Scenario) -> Result<(), Problem> {
+fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let at = Path::of(["faults", "timeline"]);
     let mut first = BTreeMap::new();
     for (index, order) in scenario.faults.timeline.iter().enumerate() {
         let at = at.index(index);
-        order.check(scenario).map_err(|error| {
+        order.check(scenario, catalog).map_err(|error| {
             let path = error
                 .field
                 .iter()

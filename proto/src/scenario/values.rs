@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::alliance::BehaviorParams;
-use super::catalog::BehaviorKind;
 use super::error::Problem;
 use super::statement::{Parameter, Statement};
+use crate::mission::data::BuiltIn;
 
 /// A value and the number of the statement that it is from, `None` when built in.
 #[derive(Clone, Copy)]
@@ -27,33 +27,22 @@ pub(super) struct Values<'a> {
 
 impl<'a> Values<'a> {
     /// The values that hold where nothing is stated.
-    ///
-    /// They suit the default mission. What takes long to do gets much patience: moving a spill more than finding the
-    /// locations, and that more than a report. Wandering is less reliable than following the walls, so less impatient.
-    pub fn built_in(kind: BehaviorKind, teammates: impl Iterator<Item = &'a str>) -> Self {
-        use BehaviorKind::{
-            FindLocationsMethodical, FindLocationsWander, MoveSpill, ReportProgress,
-        };
-        let (fast, slow, phi, psi, lambda) = match kind {
-            FindLocationsMethodical => (20.0, 1.0, 60.0, 120.0, 300.0),
-            FindLocationsWander => (5.0, 0.5, 60.0, 120.0, 300.0),
-            MoveSpill(_) => (10.0, 0.5, 120.0, 240.0, 480.0),
-            ReportProgress => (25.0, 1.0, 60.0, 60.0, 120.0),
-        };
+    pub fn built_in(mission: BuiltIn, teammates: impl Iterator<Item = &'a str>) -> Self {
         let built_in = |value| Sourced { value, from: None };
-        let slow_impatience: BTreeMap<_, _> =
-            teammates.map(|name| (name, built_in(slow))).collect();
+        let slow_impatience: BTreeMap<_, _> = teammates
+            .map(|name| (name, built_in(mission.slow_impatience)))
+            .collect();
         Self {
-            broadcast_rate: built_in(1.0),
-            ceased_after: built_in(5.0),
-            fast_impatience: built_in(fast),
+            broadcast_rate: built_in(mission.broadcast_rate_hz),
+            ceased_after: built_in(mission.ceased_after_s),
+            fast_impatience: built_in(mission.fast_impatience),
             willing_to_affect: slow_impatience
                 .keys()
-                .map(|name| (*name, built_in(phi)))
+                .map(|name| (*name, built_in(mission.willing_to_affect_s)))
                 .collect(),
             slow_impatience,
-            before_yielding: built_in(psi),
-            before_giving_up: built_in(lambda),
+            before_yielding: built_in(mission.before_yielding_s),
+            before_giving_up: built_in(mission.before_giving_up_s),
         }
     }
 

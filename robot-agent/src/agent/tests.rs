@@ -5,7 +5,9 @@ use std::sync::Arc;
 use alliance_proto::codec::encode;
 use alliance_proto::ids::Tick;
 use alliance_proto::link::{LinkState, Probability};
-use alliance_proto::readings::{Pose, Proximity, Readings, Zone};
+use alliance_proto::mission::Sensed;
+use alliance_proto::mission::waste::{WasteSensed, Zone};
+use alliance_proto::readings::{Pose, Proximity, Readings};
 use alliance_proto::scenario::Scenario;
 use alliance_proto::secret::Secret;
 use alliance_proto::tick::ManifestEntry;
@@ -30,6 +32,11 @@ struct Moment {
     /// On the way of what it says.
     link: LinkState,
     counted: bool,
+}
+
+fn agent(robot: RobotId, setup: &Setup) -> Agent {
+    let team = TeamConfig::of(setup, &Registry::built_in()).unwrap();
+    Agent::new(robot, 1, setup, &team)
 }
 
 fn setup() -> Setup {
@@ -66,10 +73,12 @@ fn readings() -> impl Strategy<Value = Readings> {
             front_border: Some(front),
             side_border: Some(side),
             proximity: Some(Proximity::default()),
-            waste: Some(waste.into_iter().map(Vec2::from).collect()),
-            zone: Some([Zone::None, Zone::Spill, Zone::Deposit][usize::from(zone)]),
-            report_site: Some(report_site),
-            holding: Some(holding),
+            mission: Sensed::Waste(WasteSensed {
+                waste: Some(waste.into_iter().map(Vec2::from).collect()),
+                zone: Some([Zone::None, Zone::Spill, Zone::Deposit][usize::from(zone)]),
+                report_site: Some(report_site),
+                holding: Some(holding),
+            }),
             ..Readings::default()
         },
     )
@@ -111,10 +120,10 @@ proptest! {
     #[test]
     fn a_step_that_did_not_count_leaves_no_trace(moments in prop::collection::vec(moment(), 1..120)) {
         let setup = setup();
-        let mut tentative = TentativeAgent::new(Agent::new(BLUE, 1, &setup));
+        let mut tentative = TentativeAgent::new(agent(BLUE, &setup));
         // Takes only the steps that count.
-        let mut undisturbed = Agent::new(BLUE, 1, &setup);
-        let mut gold = Agent::new(GOLD, 1, &setup);
+        let mut undisturbed = agent(BLUE, &setup);
+        let mut gold = agent(GOLD, &setup);
         let mut last_counted = None;
         let mut step = Workspace::default();
         for (tick, moment) in (0..).zip(&moments) {
@@ -147,7 +156,7 @@ proptest! {
 
 #[test]
 fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
-    let mut agent = TentativeAgent::new(Agent::new(BLUE, 1, &setup()));
+    let mut agent = TentativeAgent::new(agent(BLUE, &setup()));
     let readings = Readings::default();
     let mut space = Workspace::default();
     agent.step(Box::new(message(0, None, &readings)), &mut space);
@@ -161,7 +170,7 @@ fn a_step_that_did_not_count_gives_its_sequence_numbers_back() {
 
 #[test]
 fn a_report_says_how_many_bytes_its_broadcasts_take_on_the_bus() {
-    let mut agent = Agent::new(BLUE, 1, &setup());
+    let mut agent = agent(BLUE, &setup());
     let secret = Secret::of("token");
     let mut broadcasts = 0;
     // Blue's motivation to find the locations reaches the threshold after 5 s.

@@ -1,7 +1,7 @@
 //! What the drive can do within one step.
 
 use alliance_proto::readings::Actuation;
-use alliance_proto::scenario::Scenario;
+use alliance_proto::scenario::{Robot, Scenario};
 
 /// Beyond this angle the robot turns on the spot: its sensors look along the old heading, so that it would move blindly.
 pub const FACING_RAD: f32 = 0.18;
@@ -20,13 +20,14 @@ pub struct Chassis {
 }
 
 impl Chassis {
-    /// The robots of a scenario.
+    /// A robot of the scenario.
     #[must_use]
-    pub fn of(scenario: &Scenario) -> Self {
+    pub fn of(scenario: &Scenario, robot: &Robot) -> Self {
+        let body = scenario.body_of(robot);
         Self {
-            radius_m: scenario.body.radius_m,
-            speed_m_s: scenario.body.speed_m_s,
-            turn_rad_s: scenario.body.turn_deg_s.to_radians(),
+            radius_m: body.radius_m,
+            speed_m_s: body.speed_m_s,
+            turn_rad_s: body.turn_deg_s.to_radians(),
             step_s: scenario.step_ms as f32 / 1000.0,
         }
     }

@@ -11,7 +11,7 @@ use glam::Vec2;
 
 use super::chassis::FACING_RAD;
 use super::goal::{Goal, length};
-use super::navigator::Surroundings;
+use super::surroundings::{Side, Surroundings};
 use super::{Chassis, wrap};
 
 /// Distance kept from the outline, m.
@@ -32,50 +32,6 @@ const PARALLEL_RAD: f32 = 0.05;
 
 /// With a heading this exact the side beams see what they should, rad.
 const ALIGNED_RAD: f32 = 0.03;
-
-/// On which side of the robot the obstacle is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// To the left.
-    Left,
-    /// To the right.
-    Right,
-}
-
-impl Side {
-    /// The other side.
-    #[must_use]
-    pub fn other(self) -> Self {
-        match self {
-            Self::Left => Self::Right,
-            Self::Right => Self::Left,
-        }
-    }
-
-    /// As written to the log.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Left => "left",
-            Self::Right => "right",
-        }
-    }
-
-    /// +1 for the left, the sense of angles.
-    #[must_use]
-    pub fn sign(self) -> f32 {
-        match self {
-            Self::Left => 1.0,
-            Self::Right => -1.0,
-        }
-    }
-
-    /// The heading that has a surface with this outward normal on this side, both rad in one frame.
-    #[must_use]
-    pub fn along(self, normal: f32) -> f32 {
-        wrap(normal + self.sign() * FRAC_PI_2)
-    }
-}
 
 /// Contact with the outline.
 #[derive(Clone, Copy, Debug, PartialEq)]

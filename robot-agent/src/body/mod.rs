@@ -2,6 +2,7 @@
 //!
 //! - [`chassis`]: what the drive can do within a step.
 //! - [`goal`]: a place to reach, or a direction to keep.
+//! - [`surroundings`]: what is sensed of what is in the way.
 //! - [`navigator`]: straight to the goal, giving way to teammates, and round whatever blocks the way.
 //! - `detour`: following the outline of an obstacle, with the memory that keeps it from circling for ever.
 
@@ -9,11 +10,12 @@ pub mod chassis;
 mod detour;
 pub mod goal;
 pub mod navigator;
+pub mod surroundings;
 
 pub use chassis::Chassis;
-pub use detour::Side;
 pub use goal::Goal;
-pub use navigator::{Drive, Navigator, Status, Surroundings, Teammate};
+pub use navigator::{Drive, Navigator, Status, Teammate};
+pub use surroundings::{Side, Surroundings};
 
 use std::f32::consts::{PI, TAU};
 

@@ -1,12 +1,13 @@
 //! Straight to the goal, giving way to teammates, and round whatever blocks the way.
 
-use alliance_proto::readings::{Actuation, Hit, Pose, Proximity, Readings};
+use alliance_proto::readings::Actuation;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use super::chassis::FACING_RAD;
-use super::detour::{CLEARANCE_M, Course, Detour, Side};
+use super::detour::{CLEARANCE_M, Course, Detour};
 use super::goal::{Goal, length};
+use super::surroundings::{Side, Surroundings};
 use super::{Chassis, wrap};
 
 /// How long a robot waits for a teammate of lower rank to clear its way.
@@ -19,66 +20,10 @@ const PATIENCE: SimTime = SimTime(60_000);
 const NEARER_M: f32 = 0.1;
 /// An obstacle met so soon after the last one was left is taken to be the same, m.
 const SAME_OBSTACLE_M: f32 = 1.0;
-/// Beams that differ by less than this see one flat side, m.
-const FLAT_M: f32 = 0.02;
 /// Before the border the robot turns to its goal as exactly as this, rad.
 const SQUARE_RAD: f32 = 0.05;
 /// A surface that leads toward the goal by less than this on either side prefers none: the rule of the road decides (cosine).
 const UNDECIDED: f32 = 0.2;
-
-/// What the body control senses.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Surroundings {
-    /// Where the robot is.
-    pub pose: Pose,
-    /// What is solid around it.
-    pub proximity: Proximity,
-    /// Distance to the border straight ahead where it is in range, m.
-    pub border_ahead: Option<f32>,
-}
-
-impl Surroundings {
-    /// What the readings say; `None` without a position. A dead avoidance sensor sees nothing.
-    #[must_use]
-    pub fn of(readings: &Readings) -> Option<Self> {
-        Some(Self {
-            pose: readings.pose?,
-            proximity: readings.proximity.unwrap_or_default(),
-            border_ahead: readings.front_border.flatten(),
-        })
-    }
-
-    /// Free way straight ahead, m; infinite beyond the sensor's range.
-    #[must_use]
-    pub fn free_ahead(&self) -> f32 {
-        self.proximity.ahead[1].map_or(f32::INFINITY, |hit| hit.distance_m)
-    }
-
-    /// Whether the nearest thing ahead is the border.
-    #[must_use]
-    pub fn is_border_ahead(&self) -> bool {
-        self.border_ahead
-            .is_some_and(|border| border <= self.free_ahead() + FLAT_M)
-    }
-
-    /// The beams to one side: front, center, rear.
-    #[must_use]
-    pub fn beside(&self, side: Side) -> &[Option<Hit>; 3] {
-        match side {
-            Side::Left => &self.proximity.left,
-            Side::Right => &self.proximity.right,
-        }
-    }
-
-    /// Whether what is ahead may be a disc: a flat side would show at the same distance in an outer beam.
-    fn may_be_robot(&self, hit: &Hit) -> bool {
-        let [left, _, right] = self.proximity.ahead;
-        ![left, right]
-            .iter()
-            .flatten()
-            .any(|outer| (outer.distance_m - hit.distance_m).abs() < FLAT_M)
-    }
-}
 
 /// A teammate that has the right of way, as last heard of.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,7 +15,8 @@ use super::*;
 const STEP_MS: u64 = 50;
 
 fn chassis() -> Chassis {
-    Chassis::of(&Scenario::default())
+    let scenario = Scenario::default();
+    Chassis::of(&scenario, &scenario.robots[0])
 }
 
 /// At the origin, looking along x, nothing around.

@@ -3,7 +3,7 @@
 //! Each directed link has a stream of its own ([`Purpose::Link`]), and each message a block of 16 words in it, the block
 //!
 //! ```text
-//! tick in which it was sent · 2¹⁸ + kind · 2¹⁶ + index among its sender's messages of that kind in that tick
+//! tick in which it was sent · 2¹⁹ + kind · 2¹⁶ + index among its sender's messages of that kind in that tick
 //! ```
 //!
 //! of which the first four are used: loss, jitter, second copy, overtaking. So a draw depends on nothing but the message and
@@ -32,7 +32,7 @@ impl Draws {
     pub fn of(seed: u64, receiver: RobotId, broadcast: &Broadcast, index: u16) -> Self {
         let mut rng = link_stream(seed, Purpose::Link, broadcast.sender, receiver);
         let kind = broadcast.body.kind() as u16;
-        let block = u128::from(broadcast.tick) << 18 | u128::from(kind) << 16 | u128::from(index);
+        let block = u128::from(broadcast.tick) << 19 | u128::from(kind) << 16 | u128::from(index);
         rng.set_word_pos(block * WORDS);
         Self {
             drop: rng.next_u32(),

@@ -12,8 +12,8 @@ mod world;
 
 use std::time::Duration;
 
+use alliance_proto::log::LogLevel;
 use criterion::{Criterion, SamplingMode, Throughput};
-use world_server::recorder::LogLevel;
 
 use run::Run;
 use world::World;

@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{Scenario, Setup};
-use launch::in_process::Team;
+use study::in_process::Team;
 use tempfile::TempDir;
-use world_server::recorder::{Folder, LogLevel};
+use world_server::recorder::Folder;
 
 /// Ticks before the first that is measured: by then every robot has work.
 pub const BEGIN: u64 = 400;

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Actuation;
+use world_server::missions;
 
 use super::run::setup;
 
@@ -22,7 +23,10 @@ pub struct World {
 impl World {
     pub fn new(robots: usize) -> Self {
         Self {
-            world: world_server::world::World::new(&setup(robots)),
+            world: {
+                let setup = setup(robots);
+                world_server::world::World::new(&setup, missions::of(&setup.scenario))
+            },
             commands: vec![None; robots],
             tick: 0,
         }

@@ -4,9 +4,9 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use alliance_proto::log::RunFile;
 use alliance_proto::rendezvous::Rendezvous;
 use tempfile::TempDir;
-use world_server::recorder::RunFile;
 
 use crate::team::Team;
 

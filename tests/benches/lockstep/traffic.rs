@@ -3,14 +3,17 @@
 use std::time::Instant;
 
 use alliance_proto::codec::encode;
+use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::tick::ToAgent;
-use launch::in_process::Team;
-use robot_agent::agent::{Agent, Workspace};
+use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
 use serde::Serialize;
-use world_server::recorder::{LogLevel, Memory, Recorder};
+use study::in_process::Team;
+use world_server::missions;
+use world_server::recorder::Recorder;
 use world_server::simulation::Simulation;
 
 /// Mean sizes in bytes, and how often agents broadcast.
@@ -45,13 +48,15 @@ impl Count {
 impl Traffic {
     /// Of a whole run.
     pub fn of(setup: &Setup) -> Self {
-        let mut recorder = Recorder::new(setup, LogLevel::Off, Memory::default()).unwrap();
-        let mut simulation = Simulation::new(setup.clone(), false);
+        let mission = missions::of(&setup.scenario);
+        let mut recorder = Recorder::new(setup, mission, LogLevel::Off, Memory::default()).unwrap();
+        let mut simulation = Simulation::new(setup.clone(), mission, false);
         let mut agents = Vec::new();
+        let team = TeamConfig::of(setup, Registry::of_this_program()).unwrap();
         for robot in &setup.scenario.robots {
             let (id, incarnation, _) = simulation.invite(&robot.name).unwrap();
             simulation.arrive(id, incarnation);
-            agents.push((Agent::new(id, incarnation, setup), Radio::default()));
+            agents.push((Agent::new(id, incarnation, setup, &team), Radio::default()));
         }
         let [mut ticks, mut reports, mut broadcasts] = [(); 3].map(|()| Count::default());
         while simulation.outcome().is_none() {

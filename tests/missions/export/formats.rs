@@ -1,8 +1,8 @@
 //! What is in the files is what is in the log, whatever was logged, and the same each time.
 
+use alliance_proto::log::{LogLevel, MotivationRow, RunOutcome, TableRow};
 use nix::sys::signal::Signal;
 use serde_json::{Value, json};
-use world_server::recorder::{LogLevel, MotivationRow, RunOutcome, TableRow};
 
 use super::{bad_day, bytes, files, read};
 use crate::harness::Lab;
@@ -209,7 +209,7 @@ fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
         return;
     };
     // The tables as far as they are whole, which is what the readers are to find.
-    for table in world_server::recorder::Table::ALL {
+    for table in alliance_proto::log::Table::ALL {
         std::fs::write(lab.path("run").join(table.file_name()), log.table(table)).unwrap();
     }
     let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use world_server::recorder::MotivationRow;
+use alliance_proto::log::MotivationRow;
 
 use super::{bytes, read};
 use crate::harness::Lab;

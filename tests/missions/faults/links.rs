@@ -1,6 +1,6 @@
 //! Link faults: what is lost, late, doubled, overtaken and cut off, and that the team copes.
 
-use world_server::recorder::{MessageRow, RunLog};
+use alliance_proto::log::{MessageRow, RunLog};
 
 use super::{assert_exclusive_from, at, events, healing_bound_s, hit, mission};
 use crate::harness::Lab;

@@ -1,8 +1,8 @@
 //! Sensors that fail or lie, actuators that do not obey, robots that only talk: found out, taken over from, never starving
 //! the team.
 
+use alliance_proto::log::{EventRow, MotivationRow, RunLog};
 use alliance_proto::time::SimTime;
-use world_server::recorder::{EventRow, MotivationRow, RunLog};
 
 use super::{at, events, hit, mission};
 use crate::harness::Lab;

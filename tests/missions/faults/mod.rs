@@ -10,8 +10,9 @@ mod replays;
 use std::collections::BTreeMap;
 
 use alliance_proto::control::FaultStatus;
+use alliance_proto::log::{EventRow, MotivationRow, RunLog};
+use alliance_proto::mission::waste::WasteRow;
 use alliance_proto::time::SimTime;
-use world_server::recorder::{EventRow, MissionRow, MotivationRow, RunLog};
 
 use crate::harness::Lab;
 
@@ -38,8 +39,8 @@ fn mission(lab: &Lab, name: &str, scenario: &str, arguments: &[&str], status: i3
 /// No item is lost or doubled, in any row of mission.csv.
 #[track_caller]
 fn assert_items_accounted_for(log: &RunLog) {
-    let rows = log.rows::<MissionRow>().unwrap();
-    let total = |row: &MissionRow| {
+    let rows = log.rows::<WasteRow>().unwrap();
+    let total = |row: &WasteRow| {
         row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered
     };
     assert!(!rows.is_empty());

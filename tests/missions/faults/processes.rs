@@ -1,6 +1,6 @@
 //! Process faults: real signals at a tick, and processes started again.
 
-use world_server::recorder::{EventRow, MessageRow, MotivationRow};
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
 
 use super::{at, events, hit, mission, only};
 use crate::harness::Lab;
@@ -229,7 +229,7 @@ fn robots_are_added_and_removed_in_mid_mission() {
     assert_eq!(only(&log, "gone", "gold").t_ms, at(120.0));
     let first = events(&log, "activated", Some("red"))[0].t_ms;
     assert!(first > at(80.0));
-    let poses = log.rows::<world_server::recorder::PoseRow>().unwrap();
+    let poses = log.rows::<alliance_proto::log::PoseRow>().unwrap();
     let seen = |robot: &str| -> Vec<_> {
         let rows = poses.iter().filter(|row| row.robot == robot);
         rows.map(|row| row.t_ms).collect()

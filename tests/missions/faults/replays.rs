@@ -3,16 +3,15 @@
 
 use std::time::Duration;
 
+use alliance_proto::log::{Input, RunLog};
 use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
-use launch::diff::{Comparison, compare};
-use launch::replay::replay;
 use nix::sys::signal::Signal;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use world_server::input::Input;
-use world_server::recorder::RunLog;
+use study::diff::{Comparison, compare};
+use study::replay::replay;
 
 use super::assert_items_accounted_for;
 use crate::harness::Lab;
@@ -137,7 +136,7 @@ fn whatever_happens_in_one_process_is_repeated() {
             ..Scenario::default()
         };
         scenario.alliance.preset = [Preset::Team, Preset::Thesis, Preset::Par98][seed as usize % 3];
-        scenario.alliance.switches.step_order = Some(order);
+        scenario.step_order = Some(order);
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
         let rates = Rates {
             loss: 0.02,

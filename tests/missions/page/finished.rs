@@ -1,8 +1,9 @@
 //! A finished run on the page: every tick of it, as it was.
 
+use alliance_proto::log::{MotivationRow, PoseRow};
+use alliance_proto::mission::waste::WasteRow;
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use world_server::recorder::{MissionRow, MotivationRow, PoseRow};
 
 use super::client::Page;
 use crate::harness::{Lab, Process};
@@ -91,7 +92,7 @@ fn every_tick_is_shown_as_it_was_logged() {
         let state = seen["motivation"]["state"].as_str().unwrap().to_lowercase();
         assert_eq!(state, row.state, "{row:?}");
     }
-    for row in log.rows::<MissionRow>().unwrap() {
+    for row in log.rows::<WasteRow>().unwrap() {
         let items = &views[row.t_ms.0 as usize / 50 + 1]["items"];
         assert_eq!(items["delivered"], row.items_delivered, "{row:?}");
         assert_eq!(items["carried"], row.items_carried, "{row:?}");

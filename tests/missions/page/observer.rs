@@ -135,7 +135,7 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     // The events are the log's, all of them, in order.
     let logged: Vec<Value> = lab
         .log("run")
-        .each_row::<world_server::recorder::EventRow>()
+        .each_row::<alliance_proto::log::EventRow>()
         .map(|row| {
             let row = row.unwrap();
             json!({"t_ms": row.t_ms, "kind": row.kind, "robot": row.robot, "subject": row.subject, "reason": row.reason, "detail": row.detail})

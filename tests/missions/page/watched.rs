@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use alliance_proto::log::{EventRow, PoseRow};
 use serde_json::{Value, json};
-use world_server::recorder::{EventRow, PoseRow};
 
 use super::browser::{Browser, LAPTOP, PHONE};
 use super::client::Page;

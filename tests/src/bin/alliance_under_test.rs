@@ -9,7 +9,7 @@ fn main() -> ExitCode {
     if std::env::args().nth(1).is_some_and(|part| part == "agent") {
         panic_on_signal();
     }
-    launch::main()
+    launch::main(launch::Registry::built_in())
 }
 
 /// The thread does nothing but wait, so it is no concern of whoever needs to be alone in the process.

@@ -1,10 +1,9 @@
 //! One robot's place in the barrier: who has it, and how far the current tick has come with them.
 
 use alliance_proto::ids::{Incarnation, Tick};
+use alliance_proto::log::Input;
 use alliance_proto::scenario::Robot;
 use alliance_proto::tick::ManifestEntry;
-
-use crate::input::Input;
 
 /// State of a robot's place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -61,6 +61,8 @@ fn report(robot: RobotId, incarnation: Incarnation, tick: Tick, broadcasts: u16)
         actuation: Actuation::default(),
         broadcasts,
         broadcast_bytes: 100 * u32::from(broadcasts),
+        active: None,
+        allocation: Vec::new(),
         motivations: Vec::new(),
         changes: Vec::new(),
         notes: Vec::new(),

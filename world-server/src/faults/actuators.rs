@@ -2,20 +2,23 @@
 //!
 //! Several faults of one robot act one after the other, in the order in which they were armed.
 
+use std::sync::Arc;
+
 use alliance_proto::fault::{ActuatorMode, Fault, Side};
 use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Actuation, Gripper};
-use alliance_proto::scenario::{Body, Scenario};
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::{Body, Roster, Setup};
 
 use super::schedule::FaultIndex;
+use crate::mission::WorldMission;
 use crate::world::limited;
 
 /// The broken actuators of all robots.
 #[derive(Clone, Debug)]
 pub struct Actuators {
-    body: Body,
     /// By rank.
-    names: Vec<String>,
+    bodies: Vec<Body>,
+    roster: Arc<Roster>,
     /// In the order of arming.
     broken: Vec<(FaultIndex, RobotId, Defect)>,
 }
@@ -30,11 +33,12 @@ enum Defect {
 impl Actuators {
     /// Intact actuators.
     #[must_use]
-    pub fn new(scenario: &Scenario) -> Self {
-        let names = scenario.robots.iter().map(|robot| robot.name.clone());
+    pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let bodies = scenario.robots.iter().map(|robot| scenario.body_of(robot));
         Self {
-            body: scenario.body,
-            names: names.collect(),
+            bodies: bodies.collect(),
+            roster: Arc::clone(&setup.roster),
             broken: Vec::new(),
         }
     }
@@ -48,8 +52,8 @@ impl Actuators {
                 Fault::Power(robot) | Fault::Babble(robot) => (robot, Defect::Deaf),
                 _ => continue,
             };
-            if let Some(rank) = self.names.iter().position(|known| known == name) {
-                self.broken.push((index, RobotId(rank as u16), defect));
+            if let Some(robot) = self.roster.robot_named(name) {
+                self.broken.push((index, robot, defect));
             }
         }
     }
@@ -57,19 +61,30 @@ impl Actuators {
     /// Turns the command of a robot into what its body does. Returns the faults that changed what an intact body would have
     /// done, in the order of arming.
     #[inline]
-    pub fn disobey(&self, robot: RobotId, command: &mut Option<Actuation>) -> Vec<FaultIndex> {
+    pub fn disobey(
+        &self,
+        mission: &dyn WorldMission,
+        robot: RobotId,
+        command: &mut Option<Actuation>,
+    ) -> Vec<FaultIndex> {
         match command {
-            Some(command) if !self.broken.is_empty() => self.alter(robot, command),
+            Some(command) if !self.broken.is_empty() => self.alter(mission, robot, command),
             // As in most runs.
             _ => Vec::new(),
         }
     }
 
-    fn alter(&self, robot: RobotId, command: &mut Actuation) -> Vec<FaultIndex> {
+    fn alter(
+        &self,
+        mission: &dyn WorldMission,
+        robot: RobotId,
+        command: &mut Actuation,
+    ) -> Vec<FaultIndex> {
+        let body = &self.bodies[robot.index()];
         let mut hits = Vec::new();
         for (fault, _, defect) in self.broken.iter().filter(|(_, whose, _)| *whose == robot) {
-            let told = limited(&self.body, *command);
-            *command = limited(&self.body, defect.act(&self.body, told));
+            let told = limited(body, *command);
+            *command = limited(body, defect.act(mission, body, told));
             if *command != told {
                 hits.push(*fault);
             }
@@ -79,7 +94,7 @@ impl Actuators {
 }
 
 impl Defect {
-    fn act(self, body: &Body, told: Actuation) -> Actuation {
+    fn act(self, mission: &dyn WorldMission, body: &Body, mut told: Actuation) -> Actuation {
         let mode = match self {
             Self::Actuator(mode) => mode,
             Self::Deaf => return Actuation::default(),
@@ -96,10 +111,10 @@ impl Defect {
                 }
             }
             ActuatorMode::OneWheel(dead) => one_wheel(body, told, dead),
-            ActuatorMode::Gripper => Actuation {
-                gripper: Gripper::Keep,
-                ..told
-            },
+            ActuatorMode::Gripper => {
+                mission.disable("gripper", &mut told.deed);
+                told
+            }
         }
     }
 }
@@ -129,8 +144,12 @@ fn one_wheel(body: &Body, told: Actuation, dead: Side) -> Actuation {
 #[cfg(test)]
 mod tests {
     use alliance_proto::fault::ActuatorFault;
+    use alliance_proto::mission::waste::{Gripper, WasteDeed};
+    use alliance_proto::scenario::Setup;
 
     use super::*;
+    use crate::missions::waste::WASTE;
+    use crate::world::World;
 
     const BLUE: RobotId = RobotId(0);
     const GOLD: RobotId = RobotId(1);
@@ -156,11 +175,12 @@ mod tests {
     }
 
     fn obeyed(faults: &[Fault], robot: RobotId, told: Actuation) -> (Actuation, Vec<usize>) {
-        let mut actuators = Actuators::new(&Scenario::default());
+        let mut actuators = Actuators::new(&Setup::default_for(1));
         let faults = faults.iter().enumerate();
         actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
         let mut command = Some(told);
-        let hits = actuators.disobey(robot, &mut command);
+        let world = World::new(&Setup::default_for(1), &WASTE);
+        let hits = actuators.disobey(world.mission(), robot, &mut command);
         let hits = hits.into_iter().map(|fault| fault.0).collect();
         (command.unwrap(), hits)
     }
@@ -222,16 +242,19 @@ mod tests {
     fn a_failed_gripper_keeps_and_the_drive_goes_on() {
         let told = Actuation {
             speed_m_s: 0.3,
-            gripper: Gripper::Pick,
+            deed: Gripper::Pick.into(),
             ..Actuation::default()
         };
         let faults = [actuator(ActuatorMode::Gripper)];
         let (done, hits) = obeyed(&faults, BLUE, told);
-        assert_eq!((done.speed_m_s, done.gripper), (0.3, Gripper::Keep));
+        assert_eq!(
+            (done.speed_m_s, done.deed.waste().gripper),
+            (0.3, Gripper::Keep)
+        );
         assert_eq!(hits, [0]);
         assert_eq!(obeyed(&faults, GOLD, told), (told, vec![]));
         let keeps = Actuation {
-            gripper: Gripper::Keep,
+            deed: Gripper::Keep.into(),
             ..told
         };
         assert_eq!(obeyed(&faults, BLUE, keeps), (keeps, vec![]));
@@ -240,7 +263,11 @@ mod tests {
     #[test]
     fn without_power_and_while_it_babbles_nothing_is_obeyed() {
         let told = Actuation {
-            report_progress: true,
+            deed: WasteDeed {
+                report_progress: true,
+                ..WasteDeed::default()
+            }
+            .into(),
             ..Actuation::default()
         };
         for fault in [Fault::Power as fn(String) -> Fault, Fault::Babble] {
@@ -251,10 +278,15 @@ mod tests {
             assert!(hits.is_empty());
         }
         let mut none = None;
-        let mut actuators = Actuators::new(&Scenario::default());
+        let mut actuators = Actuators::new(&Setup::default_for(1));
         let fault = Fault::Babble("blue".to_owned());
         actuators.begin([(FaultIndex(0), &fault)].into_iter());
-        assert!(actuators.disobey(BLUE, &mut none).is_empty());
+        let world = World::new(&Setup::default_for(1), &WASTE);
+        assert!(
+            actuators
+                .disobey(world.mission(), BLUE, &mut none)
+                .is_empty()
+        );
         assert_eq!(none, None);
     }
 

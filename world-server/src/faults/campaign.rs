@@ -148,7 +148,8 @@ fn actuator(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
 /// Any device that the robot has, in any way in which it can fail.
 #[must_use]
 pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
-    let has = |device: &Device| *device != Device::SideBorder || robot.side_sensor;
+    let side_sensor = robot.has_device(Robot::SIDE_BORDER);
+    let has = |device: &Device| *device != Device::SideBorder || side_sensor;
     let devices: Vec<Device> = Device::ALL.into_iter().filter(has).collect();
     let device = devices[choice(rng, devices.len())];
     let turns = device == Device::Position;
@@ -217,6 +218,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use alliance_proto::fault::Mix;
+    use alliance_proto::scenario::Catalog;
 
     use super::*;
 
@@ -249,7 +251,7 @@ mod tests {
         let orders = expand(&Campaign::default(), &scenario, 1);
         for (index, order) in orders.iter().enumerate() {
             assert_eq!(order.id, Some(format!("random-{}", index + 1)));
-            order.check(&scenario).unwrap();
+            order.check(&scenario, &Catalog::of(&scenario)).unwrap();
             assert!(order.at_s.unwrap() < scenario.limit_s);
         }
         assert!(orders.is_sorted_by_key(Order::at));

@@ -6,10 +6,12 @@
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use alliance_proto::fault::{Fault, LinkTerms, Who};
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::link::{LinkState, Probability};
-use alliance_proto::scenario::{Setup, StepOrder};
+use alliance_proto::scenario::{Roster, Setup, StepOrder};
 use alliance_proto::telemetry::{Delivery, Reception};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -21,8 +23,7 @@ use super::schedule::FaultIndex;
 #[derive(Clone, Debug)]
 pub struct Links {
     seed: u64,
-    /// By rank.
-    names: Vec<String>,
+    roster: Arc<Roster>,
     step: SimTime,
     order: StepOrder,
     tick: Tick,
@@ -64,12 +65,11 @@ impl Links {
     /// Links without faults.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
-        let robots = &setup.scenario.robots;
         Self {
             seed: setup.seed,
-            names: robots.iter().map(|robot| robot.name.clone()).collect(),
+            roster: Arc::clone(&setup.roster),
             step: SimTime(setup.scenario.step_ms),
-            order: setup.alliance.switches.step_order,
+            order: setup.step_order,
             tick: 0,
             acting: Vec::new(),
             healed: Vec::new(),
@@ -108,7 +108,7 @@ impl Links {
 
         let by_distance = |acting: &Acting| matches!(acting.scope, Scope::Beyond(_));
         if self.acting.iter().any(by_distance) {
-            let robots = (0..self.names.len() as u16).map(RobotId);
+            let robots = (0..self.roster.names().len() as u16).map(RobotId);
             self.positions = robots.map(position).collect();
         }
     }
@@ -142,7 +142,7 @@ impl Links {
         if !self.acting.iter().any(|acting| acting.state.hold) {
             return;
         }
-        let senders = (0..self.names.len() as u16).map(RobotId);
+        let senders = (0..self.roster.names().len() as u16).map(RobotId);
         let senders = senders
             .filter(|&sender| sender != receiver)
             .filter(|&sender| self.state(sender, receiver).is_some_and(|state| state.hold));
@@ -261,12 +261,12 @@ impl Links {
                 (self.between(&link.from, &link.to), state, None)
             }
             Fault::Partition(partition) => {
-                let group = |name| {
+                let group = |name: &str| {
                     let mut groups = partition.groups.iter();
-                    groups.position(|group| group.contains(name))
+                    groups.position(|group| group.iter().any(|member| member == name))
                 };
                 let scope = Scope::Across {
-                    groups: self.names.iter().map(group).collect(),
+                    groups: self.roster.names().map(group).collect(),
                     one_way: partition.one_way,
                 };
                 (scope, cut, None)
@@ -312,7 +312,7 @@ impl Links {
             Some((share, burst_s)) if burst_s > 0.0 => {
                 let mean_ticks = burst_s / self.step.as_secs_f64();
                 let applied = (fault, self.tick);
-                let robots = self.names.len() as u16;
+                let robots = self.roster.names().len() as u16;
                 acting.bursts = Some(Bursts::new(self.seed, robots, applied, share, mean_ticks));
             }
             Some((share, _)) => acting.state.drop = Probability::of(share),
@@ -322,7 +322,7 @@ impl Links {
     }
 
     fn between(&self, from: &Who, to: &Who) -> Scope {
-        let ranks = |who: &Who| self.names.iter().map(|name| who.includes(name)).collect();
+        let ranks = |who: &Who| self.roster.names().map(|name| who.includes(name)).collect();
         Scope::Between {
             from: ranks(from),
             to: ranks(to),

@@ -7,17 +7,20 @@
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use alliance_proto::fault::{Device, Fault, SensorError, SensorMode};
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::readings::Readings;
 use alliance_proto::rng::{Purpose, robot_stream};
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Roster, Setup};
 use alliance_proto::tick::TickMessage;
 use glam::Vec2;
 use rand_chacha::ChaCha8Rng;
 
 use super::draws::{WORDS, normal, uniform};
 use super::schedule::FaultIndex;
+use crate::mission::WorldMission;
 use crate::world::wrapped;
 
 /// Most numbers that a device tells in one tick: eight items of waste, x and y.
@@ -26,18 +29,13 @@ const MOST_NUMBERS: u64 = 16;
 /// The broken sensors of all robots.
 #[derive(Clone, Debug)]
 pub struct Sensors {
-    /// By rank.
-    robots: Vec<Robot>,
+    roster: Arc<Roster>,
+    /// By rank: the stream that its errors and dropouts are drawn from.
+    draws: Vec<ChaCha8Rng>,
     /// In the order of arming.
     broken: Vec<Broken>,
     /// Whether there ever were any.
     ever_broken: bool,
-}
-
-#[derive(Clone, Debug)]
-struct Robot {
-    name: String,
-    draws: ChaCha8Rng,
 }
 
 #[derive(Clone, Debug)]
@@ -65,13 +63,11 @@ impl Sensors {
     /// Intact sensors.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
-        let robots = setup.scenario.robots.iter().enumerate();
-        let robots = robots.map(|(rank, robot)| Robot {
-            name: robot.name.clone(),
-            draws: robot_stream(setup.seed, Purpose::Sensor, RobotId(rank as u16)),
-        });
+        let robots = (0..setup.roster.names().len() as u16).map(RobotId);
+        let draws = robots.map(|robot| robot_stream(setup.seed, Purpose::Sensor, robot));
         Self {
-            robots: robots.collect(),
+            roster: Arc::clone(&setup.roster),
+            draws: draws.collect(),
             broken: Vec::new(),
             ever_broken: false,
         }
@@ -125,6 +121,7 @@ impl Sensors {
     #[inline]
     pub fn distort(
         &mut self,
+        mission: &dyn WorldMission,
         robot: RobotId,
         tick: Tick,
         readings: &mut Readings,
@@ -133,21 +130,22 @@ impl Sensors {
         if self.broken.is_empty() {
             return Vec::new();
         }
-        self.break_down(robot, tick, readings)
+        self.break_down(mission, robot, tick, readings)
     }
 
     fn break_down(
         &mut self,
+        mission: &dyn WorldMission,
         robot: RobotId,
         tick: Tick,
         readings: &mut Readings,
     ) -> Vec<FaultIndex> {
         let mut hits = Vec::new();
-        let draws = &mut self.robots[robot.index()].draws;
+        let draws = &mut self.draws[robot.index()];
         let broken = self.broken.iter_mut();
         for broken in broken.filter(|broken| broken.robot == robot) {
             let intact = readings.clone();
-            broken.act(tick, draws, readings);
+            broken.act(mission, tick, draws, readings);
             if *readings != intact {
                 hits.push(broken.fault);
             }
@@ -156,9 +154,7 @@ impl Sensors {
     }
 
     fn rank_of(&self, fault: &Fault) -> Option<RobotId> {
-        let name = fault.robot()?;
-        let rank = self.robots.iter().position(|robot| robot.name == name)?;
-        Some(RobotId(rank as u16))
+        self.roster.robot_named(fault.robot()?)
     }
 
     fn same_before(&self, robot: RobotId, device: Device, mode: SensorMode) -> u64 {
@@ -185,7 +181,13 @@ fn told_before(sent: &TickMessage, tick: Tick) -> Option<Readings> {
 }
 
 impl Broken {
-    fn act(&mut self, tick: Tick, draws: &mut ChaCha8Rng, readings: &mut Readings) {
+    fn act(
+        &mut self,
+        mission: &dyn WorldMission,
+        tick: Tick,
+        draws: &mut ChaCha8Rng,
+        readings: &mut Readings,
+    ) {
         let (device, mode, before) = match self.defect {
             Defect::Device {
                 device,
@@ -198,20 +200,20 @@ impl Broken {
             }
         };
         match mode {
-            SensorMode::Dead => copy(device, &Readings::default(), readings),
+            SensorMode::Dead => copy(mission, device, &Readings::default(), readings),
             SensorMode::Stuck => {
                 let stuck_at = self.stuck_at.get_or_insert_with(|| readings.clone());
-                copy(device, stuck_at, readings);
+                copy(mission, device, stuck_at, readings);
             }
             SensorMode::Noise(size) => {
                 seek(draws, tick, device, before, 0);
-                mislead(device, readings, size, || normal(draws) as f32);
+                mislead(mission, device, readings, size, || normal(draws) as f32);
             }
-            SensorMode::Bias(size) => mislead(device, readings, size, || 1.0),
+            SensorMode::Bias(size) => mislead(mission, device, readings, size, || 1.0),
             SensorMode::Dropout(share) => {
                 seek(draws, tick, device, before, 1);
                 if uniform(draws) < share {
-                    copy(device, &Readings::default(), readings);
+                    copy(mission, device, &Readings::default(), readings);
                 }
             }
         }
@@ -229,23 +231,21 @@ fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: Device, before: u64, kind: u
 }
 
 /// Makes a device tell what it tells in other readings.
-fn copy(device: Device, from: &Readings, to: &mut Readings) {
+fn copy(mission: &dyn WorldMission, device: Device, from: &Readings, to: &mut Readings) {
     match device {
         Device::Position => to.pose = from.pose,
         Device::FrontBorder => to.front_border = from.front_border,
         Device::SideBorder => to.side_border = from.side_border,
         Device::Avoidance => to.proximity = from.proximity,
-        Device::Waste => to.waste.clone_from(&from.waste),
-        Device::SpillZone => to.zone = from.zone,
-        Device::ReportSite => to.report_site = from.report_site,
-        Device::Gripper => to.holding = from.holding,
         Device::Ground => to.ground = from.ground,
+        other => mission.copy_device(other.as_str(), &from.mission, &mut to.mission),
     }
 }
 
 /// Makes every number that a device tells wrong by an error in units of that size. Distances do not get negative, a free
-/// beam stays free, and waste stays sorted by its distance.
+/// beam stays free.
 fn mislead(
+    mission: &dyn WorldMission,
     device: Device,
     readings: &mut Readings,
     size: SensorError,
@@ -286,16 +286,11 @@ fn mislead(
                 }
             }
         }
-        Device::Waste => {
-            let Some(items) = &mut readings.waste else {
-                return;
-            };
-            for item in items.iter_mut() {
-                *item += size.m * Vec2::new(error(), error());
-            }
-            items.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        // It tells no lengths: an order that wants it is refused.
+        Device::Ground => {}
+        other => {
+            let sensed = &mut readings.mission;
+            mission.mislead(other.as_str(), sensed, &mut || size.m * error());
         }
-        // They tell no lengths: an order that wants it is refused.
-        Device::SpillZone | Device::ReportSite | Device::Gripper | Device::Ground => {}
     }
 }

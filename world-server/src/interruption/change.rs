@@ -1,8 +1,8 @@
 //! Faults of the world itself as changes that begin and end.
 
-use alliance_proto::fault::{Fault, MoveRobot, MoveWaste, WasteFault};
-use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::scenario::{Obstacle, Scenario};
+use alliance_proto::fault::{Fault, MoveRobot};
+use alliance_proto::ids::RobotId;
+use alliance_proto::scenario::{Obstacle, Roster};
 use glam::Vec2;
 
 use crate::world::{ChangeError, ComponentId, ObstacleId, World};
@@ -18,70 +18,49 @@ enum Change {
         /// While it is there.
         id: Option<ObstacleId>,
     },
-    Waste(WasteFault),
-    MoveWaste(MoveWaste),
     MoveRobot {
         robot: RobotId,
         to: MoveRobot,
     },
+    /// Whatever the mission makes of the fault.
+    Mission(Fault),
 }
 
 impl Interruption {
-    /// The change that a fault makes; `None` if it is not about the world itself. The order has been
-    /// [checked](alliance_proto::fault::Order::check).
+    /// The change that a fault makes. The order has been [checked](alliance_proto::fault::Order::check).
     #[must_use]
-    pub fn of(fault: &Fault, scenario: &Scenario) -> Option<Self> {
-        Some(Self(match fault {
+    pub fn of(fault: &Fault, roster: &Roster) -> Self {
+        Self(match fault {
             Fault::Obstacle(obstacle) => Change::Obstacle {
                 obstacle: *obstacle,
                 id: None,
             },
-            Fault::Waste(waste) => Change::Waste(*waste),
-            Fault::MoveWaste(moved) => Change::MoveWaste(*moved),
-            Fault::MoveRobot(to) => {
-                let mut robots = scenario.robots.iter();
-                let rank = robots.position(|robot| robot.name == to.robot)?;
-                Change::MoveRobot {
-                    robot: RobotId(rank as u16),
+            Fault::MoveRobot(to) => match roster.robot_named(&to.robot) {
+                Some(robot) => Change::MoveRobot {
+                    robot,
                     to: to.clone(),
-                }
-            }
-            _ => return None,
-        }))
+                },
+                None => Change::Mission(fault.clone()),
+            },
+            other => Change::Mission(other.clone()),
+        })
     }
 
-    /// Makes the change. Tells what there is to say in the log beyond the order: what is where now, in m.
-    ///
-    /// # Errors
-    /// Why it cannot be made; the world is as before.
-    pub fn begin(&mut self, world: &mut World) -> Result<String, ChangeError> {
+    /// Makes the change. Tells what there is to say in the log beyond the order: what is where now, in m; or why it cannot be
+    /// made, with the world as before. `None` if the fault is not about the world itself.
+    pub fn begin(&mut self, world: &mut World) -> Option<Result<String, ChangeError>> {
         match &mut self.0 {
             Change::Obstacle { obstacle, id } => {
                 let new = world.add_obstacle(obstacle);
                 *id = Some(new);
-                Ok(ComponentId::Obstacle(new).to_string())
-            }
-            Change::Waste(waste) => {
-                let near = Vec2::new(waste.x_m, waste.y_m);
-                let mut added = Vec::new();
-                // One that has a place leaves as many places as there were: items may lie on each other at worst.
-                for _ in 0..waste.items {
-                    let item = world.add_item(near)?;
-                    let at = world.items()[item.0 as usize].position();
-                    added.push(item_at(item, at));
-                }
-                Ok(added.join(", "))
-            }
-            Change::MoveWaste(moved) => {
-                let item = ItemId(moved.item);
-                let at = world.move_item(item, Vec2::new(moved.x_m, moved.y_m))?;
-                Ok(item_at(item, at))
+                Some(Ok(ComponentId::Obstacle(new).to_string()))
             }
             Change::MoveRobot { robot, to } => {
                 let place = Vec2::new(to.x_m, to.y_m);
-                world.move_robot(*robot, place, to.heading_deg.map(f32::to_radians))?;
-                Ok(format!("{} {} {}", to.robot, place.x, place.y))
+                let moved = world.move_robot(*robot, place, to.heading_deg.map(f32::to_radians));
+                Some(moved.map(|()| format!("{} {} {}", to.robot, place.x, place.y)))
             }
+            Change::Mission(fault) => world.change(fault),
         }
     }
 
@@ -95,23 +74,21 @@ impl Interruption {
     }
 }
 
-fn item_at(item: ItemId, at: Vec2) -> String {
-    format!("{item} {} {}", at.x, at.y)
-}
-
 #[cfg(test)]
 mod tests {
     use alliance_proto::scenario::Setup;
 
     use super::*;
+    use crate::missions::waste::WASTE;
+    use crate::missions::waste::tests::waste;
 
     fn interruption(json: &str) -> Interruption {
         let fault = serde_json::from_str(json).unwrap();
-        Interruption::of(&fault, &Scenario::default()).unwrap()
+        Interruption::of(&fault, &Setup::default_for(1).roster)
     }
 
     fn world() -> World {
-        World::new(&Setup::default_for(1))
+        World::new(&Setup::default_for(1), &WASTE)
     }
 
     #[test]
@@ -119,15 +96,15 @@ mod tests {
         let mut world = world();
         let json = r#"{"obstacle":{"x_m":5,"y_m":4,"width_m":1,"height_m":2,"penetrability":0.5}}"#;
         let (mut one, mut other) = (interruption(json), interruption(json));
-        assert_eq!(one.begin(&mut world).unwrap(), "obstacle-0");
-        assert_eq!(other.begin(&mut world).unwrap(), "obstacle-1");
+        assert_eq!(one.begin(&mut world).unwrap().unwrap(), "obstacle-0");
+        assert_eq!(other.begin(&mut world).unwrap().unwrap(), "obstacle-1");
         one.end(&mut world);
         one.end(&mut world);
         let left: Vec<_> = world.obstacles().iter().map(|each| each.id).collect();
         assert_eq!(left, [ComponentId::Obstacle(ObstacleId(1))]);
         assert_eq!(world.obstacles()[0].penetrability.0, 0.5);
         assert_eq!(world.obstacles()[0].pose.position, Vec2::new(5.5, 5.0));
-        assert_eq!(one.begin(&mut world).unwrap(), "obstacle-2");
+        assert_eq!(one.begin(&mut world).unwrap().unwrap(), "obstacle-2");
     }
 
     #[test]
@@ -135,17 +112,17 @@ mod tests {
         let mut world = world();
         let mut waste = interruption(r#"{"waste":{"x_m":6,"y_m":7,"items":2}}"#);
         assert_eq!(
-            waste.begin(&mut world).unwrap(),
+            waste.begin(&mut world).unwrap().unwrap(),
             "item-24 6 7, item-25 6.1 7"
         );
         waste.end(&mut world);
-        assert_eq!(world.item_counts().total(), 26);
+        assert_eq!(waste(&world).counts().total(), 26);
         let mut moved = interruption(r#"{"move-waste":{"item":25,"x_m":2,"y_m":1}}"#);
-        assert_eq!(moved.begin(&mut world).unwrap(), "item-25 2 1");
+        assert_eq!(moved.begin(&mut world).unwrap().unwrap(), "item-25 2 1");
         moved.end(&mut world);
-        assert_eq!(world.items()[25].position(), Vec2::new(2.0, 1.0));
+        assert_eq!(waste(&world).items()[25].position, Vec2::new(2.0, 1.0));
         let mut none = interruption(r#"{"move-waste":{"item":26,"x_m":2,"y_m":1}}"#);
-        let error = none.begin(&mut world).unwrap_err();
+        let error = none.begin(&mut world).unwrap().unwrap_err();
         assert_eq!(error.to_string(), "there is no item-26");
     }
 
@@ -156,20 +133,24 @@ mod tests {
             format!(r#"{{"move-robot":{{"robot":"gold","x_m":{x},"y_m":4.5,"heading_deg":90}}}}"#)
         };
         assert_eq!(
-            interruption(&at(6.0)).begin(&mut world).unwrap(),
+            interruption(&at(6.0)).begin(&mut world).unwrap().unwrap(),
             "gold 6 4.5"
         );
         let pose = world.pose(RobotId(1));
         assert_eq!(pose.position, Vec2::new(6.0, 4.5));
         assert!((pose.heading_rad - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
-        let error = interruption(&at(0.1)).begin(&mut world).unwrap_err();
+        let error = interruption(&at(0.1))
+            .begin(&mut world)
+            .unwrap()
+            .unwrap_err();
         assert_eq!(error, ChangeError::Taken);
         assert_eq!(world.pose(RobotId(1)), pose);
     }
 
     #[test]
     fn other_faults_are_none() {
-        let scenario = Scenario::default();
-        assert!(Interruption::of(&Fault::Mute("blue".to_owned()), &scenario).is_none());
+        let roster = Setup::default_for(1).roster;
+        let mut mute = Interruption::of(&Fault::Mute("blue".to_owned()), &roster);
+        assert!(mute.begin(&mut world()).is_none());
     }
 }

@@ -98,9 +98,10 @@ mod tests {
     use alliance_proto::scenario::Setup;
 
     use super::*;
+    use crate::missions::waste::WASTE;
 
     fn world() -> World {
-        World::new(&Setup::default_for(1))
+        World::new(&Setup::default_for(1), &WASTE)
     }
 
     const SQUARE: Obstacle = Obstacle {

@@ -3,11 +3,12 @@
 //! Not at the end of the tick: when a report comes its memory is at hand, and a world that waits for other robots has the time.
 
 use alliance_proto::ids::{BehaviorId, RobotId};
+use alliance_proto::log::Section;
 use alliance_proto::readings::Readings;
 use alliance_proto::telemetry::{BehaviorState, Delivery, Motivation, Reception};
 use alliance_proto::tick::Report;
 
-use super::hash::{Section, SectionHash};
+use super::hash::SectionHash;
 
 /// The latest answer of each robot.
 #[derive(Clone, Default)]
@@ -23,8 +24,6 @@ pub struct Answer {
     pub counts: bool,
     /// What the agent did; where that does not count, what it did last.
     pub report: Report,
-    /// The behavior set that is active according to that.
-    pub active: Option<BehaviorId>,
     /// What became of the messages that it lists.
     pub deliveries: Deliveries,
     hashes: Option<Hashes>,
@@ -110,18 +109,17 @@ impl Answers {
             messages: has_messages.then(|| self.hash.of(&(report.broadcasts, &report.receptions))),
             motivations: match before {
                 Some(before) if same_motivations => before.motivations,
-                _ => self
-                    .hash
-                    .of(&(&report.motivations, &report.changes, &report.notes)),
+                _ => self.hash.of(&(
+                    report.active,
+                    &report.motivations,
+                    &report.allocation,
+                    &report.changes,
+                    &report.notes,
+                )),
             },
             commands: self.hash.of(&report.actuation),
         });
         answer.deliveries = Deliveries::of(&report.receptions);
-        if !same_motivations {
-            let mut motivations = report.motivations.iter();
-            let active = motivations.find(|motivation| motivation.state == BehaviorState::Active);
-            answer.active = active.map(|motivation| motivation.set);
-        }
         answer.keep(report, same_motivations);
     }
 
@@ -159,7 +157,9 @@ impl Answer {
         kept.broadcasts = report.broadcasts;
         kept.broadcast_bytes = report.broadcast_bytes;
         if !same_motivations {
+            kept.active = report.active;
             kept.motivations.clone_from(&report.motivations);
+            kept.allocation.clone_from(&report.allocation);
             kept.changes.clone_from(&report.changes);
             kept.notes.clone_from(&report.notes);
         }
@@ -185,6 +185,9 @@ fn have_same_motivations(a: &Report, b: &Report) -> bool {
     let is_quiet = |report: &Report| report.changes.is_empty() && report.notes.is_empty();
     is_quiet(a)
         && is_quiet(b)
+        && a.active == b.active
+        && a.allocation.is_empty()
+        && b.allocation.is_empty()
         && a.motivations.len() == b.motivations.len()
         && a.motivations
             .iter()

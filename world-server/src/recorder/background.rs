@@ -11,12 +11,13 @@ use std::thread::{self, JoinHandle};
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
+use alliance_proto::log::{Input, LogLevel};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 
-use super::encode::{self, Names};
-use super::{Answer, BodyRecord, Event, LogLevel, Record, RecordError, Recorder, Sink, TickRecord};
-use crate::input::Input;
+use super::encode;
+use super::names::Names;
+use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
+use crate::mission::Value;
 
 /// Most ticks that go over together.
 const BATCH_TICKS: usize = 64;
@@ -173,8 +174,8 @@ struct Kept {
     bodies: Vec<BodyRecord>,
     answers: Vec<Answer>,
     events: Vec<Event>,
-    items: ItemCounts,
-    last_report: Option<SimTime>,
+    mission: Vec<Value>,
+    mission_state: u64,
 }
 
 impl Kept {
@@ -186,8 +187,8 @@ impl Kept {
             bodies: record.bodies.to_vec(),
             answers: record.answers.to_vec(),
             events: record.events.to_vec(),
-            items: record.items,
-            last_report: record.last_report,
+            mission: record.mission.to_vec(),
+            mission_state: record.mission_state,
         }
     }
 
@@ -199,8 +200,8 @@ impl Kept {
             bodies: &self.bodies,
             answers: &self.answers,
             events: &self.events,
-            items: self.items,
-            last_report: self.last_report,
+            mission: &self.mission,
+            mission_state: self.mission_state,
         }
     }
 }

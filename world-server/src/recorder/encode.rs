@@ -1,62 +1,18 @@
 //! The rows of each table that a tick adds (DESIGN §8).
 
 use alliance_proto::event::EventLine;
-use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::ids::RobotId;
+use alliance_proto::log::{Input, InputLine};
 use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
 
 use super::answers::motivation_bits;
+use super::names::Names;
 use super::on_their_way::OnTheirWay;
 use super::record::{EventKind, TickRecord};
 use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};
-use crate::input::{Input, InputLine};
-
-/// The names that stand in the tables for the ids of a run.
-#[derive(Clone, Debug)]
-pub(super) struct Names {
-    robots: Vec<String>,
-    catalog: Catalog,
-}
-
-impl Names {
-    pub fn of(setup: &Setup) -> Self {
-        let robots = &setup.scenario.robots;
-        Self {
-            robots: robots.iter().map(|robot| robot.name.clone()).collect(),
-            catalog: Catalog::of(&setup.scenario),
-        }
-    }
-
-    /// Name of a robot of the scenario.
-    pub fn robot(&self, robot: RobotId) -> &str {
-        self.robots.get(robot.index()).map_or("?", String::as_str)
-    }
-
-    /// Names by rank.
-    pub fn robots(&self) -> impl Iterator<Item = &str> {
-        self.robots.iter().map(String::as_str)
-    }
-
-    fn rank(&self, robot: &str) -> Option<RobotId> {
-        let rank = self.robots.iter().position(|name| name == robot)?;
-        Some(RobotId(rank as u16))
-    }
-
-    fn set(&self, set: Option<BehaviorId>) -> &str {
-        set.map_or("", |set| self.catalog.behavior_name(set))
-    }
-
-    fn task(&self, task: Option<TaskId>) -> &str {
-        task.map_or("", |task| self.catalog.task_name(task))
-    }
-
-    /// The task of a behavior set.
-    fn task_of(&self, set: BehaviorId) -> &str {
-        self.task(self.catalog.sets.get(set.index()).map(|set| set.task))
-    }
-}
+use crate::mission::Value;
 
 /// motivations.csv: a row per behavior set of each robot that counted.
 pub(super) fn motivations(
@@ -88,6 +44,27 @@ pub(super) fn motivations(
     }
 }
 
+/// allocation.csv: a row per task that a robot's allocator says something about.
+pub(super) fn allocation(
+    names: &Names,
+    repeated: &Repeated,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    for answer in record.counted() {
+        for row in &answer.report.allocation {
+            Row::new(rows)
+                .fields(&repeated.now)
+                .text(names.robot(answer.report.robot))
+                .text(names.task(Some(row.task)))
+                .real(row.utility)
+                .text(row.holder.map_or("", |holder| names.robot(holder)))
+                .word(row.state.as_str())
+                .end();
+        }
+    }
+}
+
 /// messages.csv: a row per broadcast and receiver, once its last word is said; second copies have rows of their own.
 pub(super) fn messages(
     names: &Names,
@@ -108,7 +85,7 @@ pub(super) fn messages(
         if let Input::Gone {
             robot, incarnation, ..
         } = input
-            && let Some(receiver) = names.rank(robot)
+            && let Some(receiver) = names.roster.robot_named(robot)
         {
             let left = on_their_way.end_of(receiver, *incarnation);
             pending(names, repeated, &left, rows);
@@ -264,7 +241,7 @@ pub(super) fn poses(
     record: &TickRecord<'_>,
     rows: &mut Vec<u8>,
 ) {
-    let bodies = record.bodies.iter().zip(&names.robots);
+    let bodies = record.bodies.iter().zip(names.robots());
     for ((body, name), tail) in bodies.zip(&mut repeated.poses) {
         if !body.present {
             continue;
@@ -289,14 +266,14 @@ pub(super) fn poses(
 
 /// mission.csv: one row.
 pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
-    Row::new(rows)
-        .number(record.now.0)
-        .number(record.items.in_spills)
-        .number(record.items.carried)
-        .number(record.items.on_floor)
-        .number(record.items.delivered)
-        .optional(record.last_report.map(|time| time.0))
-        .end();
+    let first = Row::new(rows).number(record.now.0);
+    let values = record.mission.iter();
+    let all = values.fold(first, |row, value| match *value {
+        Value::Count(count) => row.number(count),
+        Value::Real(number) => row.real(number),
+        Value::None => row.text(""),
+    });
+    all.end();
 }
 
 /// inputs.jsonl: a line per input.

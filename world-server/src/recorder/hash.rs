@@ -2,44 +2,9 @@
 
 use alliance_proto::codec;
 use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::log::Section;
 use serde::Serialize;
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
-
-/// A part of a tick that is hashed by itself, so that a difference between two runs can be named.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Section {
-    /// What came from outside; of the world, in ticks with inputs.
-    Inputs,
-    /// A robot's readings.
-    Readings,
-    /// Broadcasts that reached or missed a robot, and how many it sent; in ticks with any.
-    Messages,
-    /// A robot's motivations, changes of state and notes.
-    Motivations,
-    /// A robot's actuation.
-    Commands,
-    /// The world's events; in ticks with any.
-    Events,
-    /// The world's bodies at the start of the tick, items and last report.
-    State,
-}
-
-impl Section {
-    /// The `section` column of ticks.csv.
-    #[must_use]
-    #[inline(always)]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Inputs => "inputs",
-            Self::Readings => "readings",
-            Self::Messages => "messages",
-            Self::Motivations => "motivations",
-            Self::Commands => "commands",
-            Self::Events => "events",
-            Self::State => "state",
-        }
-    }
-}
 
 /// Length of the longest section's name.
 const NAME_MOST: usize = Section::Motivations.as_str().len();

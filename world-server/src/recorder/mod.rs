@@ -3,7 +3,7 @@
 //! What a robot senses and does is hashed section by section when its report comes ([`Answers`]). After every tick the
 //! simulation hands a [`TickRecord`] to the [`Recorder`]. It adds the tick to the hash of the run and rows to the tables that the
 //! [`LogLevel`] keeps, and writes them out in large pieces; a full log of a run by processes is made in the [`Background`].
-//! [`RunLog`] reads a folder back.
+//! [`RunLog`](alliance_proto::log::RunLog) reads a folder back.
 //!
 //! **Seals.** ticks.csv is written last and tells what counts. Beside the hash of each [`Section`] it holds, of the robot
 //! `world`, for each table that has grown a row with the table's file name as its section and the hash of the table's bytes
@@ -16,53 +16,40 @@ mod answers;
 mod background;
 mod encode;
 mod hash;
-mod level;
+mod names;
 mod on_their_way;
 mod pages;
-mod read;
 mod record;
 mod repeated;
 mod row;
-mod rows;
-mod run_file;
 mod sink;
-mod table;
+mod tally;
 #[cfg(test)]
 mod tests;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::log::{Document, LogLevel, RunFile, RunOutcome, Section, Table};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 
-use encode::Names;
+use crate::mission::{MissionKind, Value};
+
 use hash::{RunHash, SectionHash};
+use names::Names;
 use on_their_way::OnTheirWay;
 use pages::Pages;
 use repeated::Repeated;
-use run_file::Tally;
+use tally::Tally;
 
 pub use answers::{Answer, Answers, Deliveries};
 pub use background::Background;
-pub use hash::Section;
-pub use level::LogLevel;
-pub use read::{ReadError, RunLog, Seal};
 pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
-pub use rows::{EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow};
-pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
-pub use sink::{Document, Folder, Memory, Sink};
-pub use table::Table;
-
-/// The `robot` column of ticks.csv for what belongs to no robot.
-pub const WORLD: &str = "world";
-
-/// The `section` column of the row that ends a tick in ticks.csv.
-pub const RUN_SECTION: &str = "run";
+pub use sink::{Folder, Sink};
+pub use tally::Ending;
 
 /// Buffered bytes that make the recorder write.
 const FLUSH_BYTES: usize = 64 * 1024;
@@ -124,7 +111,7 @@ pub struct Recorder<S> {
     /// Messages whose rows are still to come.
     on_their_way: OnTheirWay,
     /// What the last row of mission.csv says.
-    mission: Option<(ItemCounts, Option<SimTime>)>,
+    mission: Option<Vec<Value>>,
     /// Latest tick.
     latest: Option<(Tick, SimTime)>,
     /// Latest tick with a seal.
@@ -137,7 +124,12 @@ impl<S: Sink> Recorder<S> {
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
+    pub fn new(
+        setup: &Setup,
+        mission: &MissionKind,
+        level: LogLevel,
+        sink: S,
+    ) -> Result<Self, RecordError> {
         let names = Names::of(setup);
         let mut recorder = Self {
             setup: setup.clone(),
@@ -145,7 +137,7 @@ impl<S: Sink> Recorder<S> {
             repeated: Repeated::new(&names),
             names,
             sink,
-            pages: Pages::new(level),
+            pages: Pages::new(level, mission),
             hash: RunHash::default(),
             section: SectionHash::default(),
             tally: Tally::new(setup),
@@ -156,7 +148,7 @@ impl<S: Sink> Recorder<S> {
             broken: false,
         };
         // First: without run.json a folder is not readable.
-        recorder.write_run(RunOutcome::Running, false, Vec::new())?;
+        recorder.write_run(RunOutcome::Running, Ending::default())?;
         recorder.flush()?;
         Ok(recorder)
     }
@@ -193,12 +185,7 @@ impl<S: Sink> Recorder<S> {
     ///
     /// # Errors
     /// Those of [`Recorder::flush`] and of the sink.
-    pub fn finish(
-        &mut self,
-        outcome: Outcome,
-        unscripted: bool,
-        faults: Vec<FaultStatus>,
-    ) -> Result<RunFile, RecordError> {
+    pub fn finish(&mut self, outcome: Outcome, ending: Ending) -> Result<RunFile, RecordError> {
         let left = self.on_their_way.end();
         if !left.is_empty() {
             let (names, repeated) = (&self.names, &mut self.repeated);
@@ -210,7 +197,7 @@ impl<S: Sink> Recorder<S> {
             self.seal();
         }
         self.flush()?;
-        self.write_run(RunOutcome::Ended(outcome), unscripted, faults)
+        self.write_run(RunOutcome::Ended(outcome), ending)
     }
 
     /// Where the log goes.
@@ -225,12 +212,12 @@ impl<S: Sink> Recorder<S> {
         self.sink
     }
 
-    fn write_run(
-        &mut self,
-        outcome: RunOutcome,
-        unscripted: bool,
-        faults: Vec<FaultStatus>,
-    ) -> Result<RunFile, RecordError> {
+    fn write_run(&mut self, outcome: RunOutcome, ending: Ending) -> Result<RunFile, RecordError> {
+        let Ending {
+            unscripted,
+            faults,
+            figures,
+        } = ending;
         let run = RunFile {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             log: self.level,
@@ -238,7 +225,7 @@ impl<S: Sink> Recorder<S> {
             outcome,
             unscripted,
             faults,
-            result: self.tally.figures(),
+            result: self.tally.figures(figures),
             setup: self.setup.clone(),
         };
         let text = serde_json::to_string_pretty(&run)
@@ -262,7 +249,7 @@ impl<S: Sink> Recorder<S> {
             let hash = self.section.of(&record.events);
             self.add_section(None, Section::Events, hash);
         }
-        let state = (record.bodies, record.items, record.last_report);
+        let state = (record.bodies, record.mission_state);
         let hash = self.section.of(&state);
         self.add_section(None, Section::State, hash);
         self.hash.end_tick();
@@ -313,6 +300,14 @@ impl<S: Sink> Record for Recorder<S> {
         pages.add(Table::Motivations, |rows| {
             encode::motivations(names, repeated, record, rows)
         });
+        if record
+            .counted()
+            .any(|answer| !answer.report.allocation.is_empty())
+        {
+            pages.add_optional(Table::Allocation, |rows| {
+                encode::allocation(names, repeated, record, rows)
+            });
+        }
         pages.add(Table::Messages, |rows| {
             encode::messages(names, repeated, &mut self.on_their_way, record, rows)
         });
@@ -323,9 +318,10 @@ impl<S: Sink> Record for Recorder<S> {
             encode::poses(names, repeated, record, rows)
         });
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
-        let mission = Some((record.items, record.last_report));
-        if self.mission != mission {
-            self.mission = mission;
+        if self.mission.as_deref() != Some(record.mission) {
+            let written = self.mission.get_or_insert_default();
+            written.clear();
+            written.extend_from_slice(record.mission);
             pages.add(Table::Mission, |rows| encode::mission(record, rows));
         }
         if self.seal_is_due(record.now) {

@@ -1,17 +1,19 @@
 //! What is encoded of each table but not yet written, and the seals that go between the ticks.
 
+use alliance_proto::log::{LogLevel, RUN_SECTION, Table};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::level::LogLevel;
+use super::RecordError;
 use super::repeated::Repeated;
 use super::row::{Fields, Row};
 use super::sink::Sink;
-use super::table::Table;
-use super::{RUN_SECTION, RecordError};
+use crate::mission::MissionKind;
 
 /// The tables of a run.
 pub(super) struct Pages {
     level: LogLevel,
+    /// Those of mission.csv after the time.
+    mission_columns: &'static [&'static str],
     /// In the order of [`Table::ALL`].
     tables: [Page; Table::ALL.len()],
 }
@@ -25,21 +27,46 @@ struct Page {
     hash: Xxh3,
     /// Whether something came after the last seal.
     grown: bool,
+    /// Whether the header line is there.
+    begun: bool,
 }
 
 impl Pages {
     /// Tables with nothing but header lines.
-    pub fn new(level: LogLevel) -> Self {
+    pub fn new(level: LogLevel, mission: &MissionKind) -> Self {
         let mut pages = Self {
             level,
+            mission_columns: mission.columns,
             tables: Default::default(),
         };
-        for table in Table::ALL {
-            pages.add(table, |bytes| {
-                bytes.extend_from_slice(table.header().as_bytes())
-            });
+        for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {
+            pages.begin(table);
         }
         pages
+    }
+
+    /// Writes the header line of a table.
+    fn begin(&mut self, table: Table) {
+        let begun = &mut self.tables[table as usize].begun;
+        if std::mem::replace(begun, true) {
+            return;
+        }
+        let columns = self.mission_columns;
+        self.add(table, |bytes| match table.header() {
+            Some(header) => bytes.extend_from_slice(header.as_bytes()),
+            None => {
+                let columns = ["t_ms"].iter().chain(columns);
+                columns
+                    .fold(Row::new(bytes), |row, name| row.text(name))
+                    .end();
+            }
+        });
+    }
+
+    /// Adds rows to a table that is there only if it has rows.
+    pub fn add_optional(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
+        self.begin(table);
+        self.add(table, rows);
     }
 
     /// Adds rows to a table, if the level keeps it.

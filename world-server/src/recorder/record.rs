@@ -3,14 +3,14 @@
 use std::fmt;
 
 use alliance_proto::ids::{BehaviorId, RobotId, Tick};
+use alliance_proto::log::Input;
 use alliance_proto::readings::Pose;
 use alliance_proto::telemetry::{BehaviorState, NoteKind};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 use serde::{Serialize, Serializer};
 
 use super::answers::Answer;
-use crate::input::Input;
+use crate::mission::Value;
 
 /// Everything that happened in one tick.
 #[derive(Clone, Copy, Debug)]
@@ -28,10 +28,10 @@ pub struct TickRecord<'a> {
     /// What the world did in this tick's step, in order. Inputs, state changes and notes need no entry here: their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.
     pub events: &'a [Event],
-    /// Where the items are after the step.
-    pub items: ItemCounts,
-    /// Time of the latest progress report, this tick's included.
-    pub last_report: Option<SimTime>,
+    /// How far the mission has come after the step, in the columns of mission.csv.
+    pub mission: &'a [Value],
+    /// Hash of all of the mission's state after the step.
+    pub mission_state: u64,
 }
 
 impl<'a> TickRecord<'a> {
@@ -51,7 +51,7 @@ pub struct BodyRecord {
     pub pose: Pose,
     /// Its speed in the step before, m/s.
     pub speed_m_s: f32,
-    /// Whether the gripper holds an item.
+    /// Whether it carries something.
     pub carrying: bool,
     /// Energy left, J; `None` where energy is not simulated.
     pub energy_j: Option<f32>,
@@ -95,16 +95,8 @@ pub enum EventKind {
     State(BehaviorState),
     /// An agent noted something.
     Note(NoteKind),
-    /// A robot picked up an item.
-    Picked,
-    /// A robot closed its gripper on nothing.
-    PickFailed,
-    /// An item left a gripper for the floor.
-    Dropped,
-    /// An item left a gripper for the deposit.
-    Delivered,
-    /// A robot reported the mission's progress at the report site.
-    Reported,
+    /// Something of the mission, which gives it its name.
+    Mission(&'static str),
     /// A robot's energy ran out.
     EnergyOut,
     /// An agent takes part from this tick on.
@@ -145,11 +137,7 @@ impl fmt::Display for EventKind {
             Self::State(BehaviorState::Waiting) => "waiting",
             Self::State(BehaviorState::Active) => "activated",
             Self::Note(kind) => return kind.fmt(f),
-            Self::Picked => "picked",
-            Self::PickFailed => "pick-failed",
-            Self::Dropped => "dropped",
-            Self::Delivered => "delivered",
-            Self::Reported => "reported",
+            Self::Mission(kind) => kind,
             Self::EnergyOut => "energy-out",
             Self::Joined => "joined",
             Self::Gone => "gone",

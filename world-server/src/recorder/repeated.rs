@@ -2,12 +2,12 @@
 //! was in the tick before.
 
 use alliance_proto::ids::{BehaviorId, RobotId, Tick};
+use alliance_proto::log::WORLD;
 use alliance_proto::telemetry::Reception;
 use alliance_proto::time::SimTime;
 
-use super::WORLD;
 use super::answers::MotivationBits;
-use super::encode::Names;
+use super::names::Names;
 use super::record::BodyRecord;
 use super::row::{Fields, Tail};
 

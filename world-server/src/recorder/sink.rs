@@ -5,28 +5,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use alliance_proto::log::{Document, Memory, Table};
+
 use super::RecordError;
-use super::table::Table;
-
-/// A file that is written as a whole, and may be written again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Document {
-    /// The run: [`super::RunFile`].
-    Run,
-    /// What belongs to this machine and this hour: process ids, ports, wall-clock times, refused messages.
-    Host,
-}
-
-impl Document {
-    /// Name in the run's folder.
-    #[must_use]
-    pub fn file_name(self) -> &'static str {
-        match self {
-            Self::Run => "run.json",
-            Self::Host => "host.json",
-        }
-    }
-}
 
 /// Takes what the recorder has encoded.
 pub trait Sink {
@@ -96,15 +77,6 @@ impl Sink for Folder {
         let written = fs::write(&new, text).and_then(|()| fs::rename(&new, &path));
         written.map_err(|source| RecordError::write(&path, source))
     }
-}
-
-/// A log in memory, for runs that are only compared.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Memory {
-    /// Contents of the tables written so far.
-    pub tables: BTreeMap<Table, Vec<u8>>,
-    /// The documents.
-    pub documents: BTreeMap<Document, String>,
 }
 
 impl Sink for Memory {

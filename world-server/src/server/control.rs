@@ -7,6 +7,7 @@ use alliance_proto::control::{
 };
 use alliance_proto::ids::RobotId;
 use alliance_proto::telemetry::BehaviorState;
+use alliance_proto::view::View;
 use tokio::time::Instant;
 
 use super::Server;
@@ -103,6 +104,9 @@ impl Server {
         let setup = self.simulation.setup();
         let mut faults = self.simulation.faults();
         faults.retain(|fault| fault.phase != Phase::Over);
+        let world = self.simulation.world();
+        let mut seen = View::default();
+        world.mission().show(world, &mut seen);
         Status {
             run: self.run.clone(),
             scenario: setup.scenario.name.clone(),
@@ -110,7 +114,7 @@ impl Server {
             tick: self.simulation.tick(),
             t_ms: self.simulation.world().now(),
             clock: self.clock(),
-            items: self.simulation.world().item_counts(),
+            items: seen.items,
             robots: self
                 .simulation
                 .barrier()
@@ -142,7 +146,7 @@ impl Server {
             x_m: pose.position.x,
             y_m: pose.position.y,
             heading_rad: pose.heading_rad,
-            carrying: world.carrying(robot).is_some(),
+            carrying: world.mission().load(robot).is_some(),
             task: task.map(|set| catalog.task_name(set.task).to_owned()),
             sets: motivations
                 .iter()

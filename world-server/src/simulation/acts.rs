@@ -4,12 +4,12 @@ use std::collections::VecDeque;
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::RobotId;
+use alliance_proto::log::Input;
 use alliance_proto::process::ProcessAct;
 
 use super::Simulation;
 use crate::barrier::Presence;
 use crate::faults::schedule::FaultIndex;
-use crate::input::Input;
 use crate::recorder::FaultEvent;
 
 /// Something to be done to the process of a robot's agent.

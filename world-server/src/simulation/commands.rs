@@ -5,10 +5,11 @@ use std::borrow::Cow;
 use alliance_proto::control::{Armed, Cleared, FaultStatus, Phase};
 use alliance_proto::fault::Order;
 use alliance_proto::ids::Tick;
+use alliance_proto::log::Input;
+use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 
 use super::Simulation;
-use crate::input::Input;
 use crate::recorder::FaultEvent;
 
 /// A command that waits for its turn before the next tick.
@@ -25,8 +26,12 @@ impl Simulation {
     /// What is wrong with the order, and what would be right.
     pub fn order(&mut self, mut order: Order) -> Result<Armed, String> {
         self.refuse_if_over()?;
-        let scenario = &self.setup.scenario;
-        order.check(scenario).map_err(|error| error.to_string())?;
+        let Setup {
+            scenario, catalog, ..
+        } = &self.setup;
+        order
+            .check(scenario, catalog)
+            .map_err(|error| error.to_string())?;
         if order.fault.is_about_a_process() && !self.has_launcher {
             return Err(format!(
                 "'{}' needs the launcher, which owns the processes: start the run with `alliance run`",

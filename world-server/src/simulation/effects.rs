@@ -34,6 +34,9 @@ impl Simulation {
                     Turn::Heal(fault) => self.heal(fault),
                 }
             } else if !std::mem::replace(&mut self.interrupted, true) {
+                if !self.handlers.is_empty() {
+                    self.keep_figures();
+                }
                 for handler in &mut self.handlers {
                     let events = handler.trigger_event(self.world.now(), &mut self.world);
                     self.events.extend(events);
@@ -113,10 +116,12 @@ impl Simulation {
 
     /// A change of the world; of what only acts while it is in force there is nothing to be done.
     fn interrupt_world(&mut self, index: FaultIndex, fault: &Fault) {
-        let Some(mut change) = Interruption::of(fault, &self.setup.scenario) else {
+        let mut change = Interruption::of(fault, &self.setup.roster);
+        self.keep_figures();
+        let Some(begun) = change.begin(&mut self.world) else {
             return;
         };
-        match change.begin(&mut self.world) {
+        match begun {
             Ok(what) => {
                 self.interruptions.insert(index, change);
                 if self.schedule.hit(index, 1) {
@@ -174,10 +179,8 @@ impl Simulation {
         self.kill_at_once(fault, robot);
         self.barrier.dismiss(robot);
         self.active[robot.index()] = None;
-        if let Some(dropped) = self.world.remove_robot(robot) {
-            let event = self.event(&dropped);
-            self.events.push(event);
-        }
+        self.keep_figures();
+        self.events.extend(self.world.remove_robot(robot));
     }
 
     fn act(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {

@@ -20,13 +20,13 @@ use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
+use alliance_proto::log::Input;
 use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
 use alliance_proto::telemetry::{Delivery, Motivation};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 
 use crate::barrier::{Barrier, Gathered, Presence, Verdict};
 use crate::faults::actuators::Actuators;
@@ -34,12 +34,12 @@ use crate::faults::campaign;
 use crate::faults::links::Links;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
-use crate::input::Input;
 use crate::interruption::{Interruption, InterruptionHandler};
+use crate::mission::{MissionKind, TeamFigures, Value};
 use crate::recorder::{
-    Answer, Answers, BodyRecord, Event, EventKind, FaultEvent, Record, RecordError, TickRecord,
+    Answer, Answers, BodyRecord, Ending, Event, FaultEvent, Record, RecordError, TickRecord,
 };
-use crate::world::{World, WorldEvent};
+use crate::world::World;
 
 use acts::{Act, Acts};
 use commands::QueuedCommand;
@@ -48,7 +48,7 @@ use view::Memories;
 /// A run.
 pub struct Simulation {
     setup: Setup,
-    catalog: Catalog,
+    kind: &'static MissionKind,
     world: World,
     barrier: Barrier,
     /// What each robot was sent last, by rank.
@@ -103,21 +103,22 @@ struct Ended {
     bodies: Vec<BodyRecord>,
     commands: Vec<Option<Actuation>>,
     events: Vec<Event>,
-    items: ItemCounts,
-    last_report: Option<SimTime>,
+    mission: Vec<Value>,
+    mission_state: u64,
+    /// The mission's figures as of then, once it has changed since.
+    figures: Option<TeamFigures>,
 }
 
 impl Simulation {
     /// A run at tick 0, nobody there yet. Without a launcher nobody starts or signals processes, and faults that need it are
     /// refused.
     #[must_use]
-    pub fn new(setup: Setup, has_launcher: bool) -> Self {
-        let catalog = Catalog::of(&setup.scenario);
-        let world = World::new(&setup);
+    pub fn new(setup: Setup, kind: &'static MissionKind, has_launcher: bool) -> Self {
+        let world = World::new(&setup, kind);
         let robots = setup.scenario.robots.len();
-        let barrier = Barrier::new(&setup.scenario.robots, setup.alliance.switches.step_order);
+        let barrier = Barrier::new(&setup.scenario.robots, setup.step_order);
         let mut simulation = Self {
-            catalog,
+            kind,
             world,
             barrier,
             messages: vec![TickMessage::default(); robots],
@@ -127,7 +128,7 @@ impl Simulation {
             schedule: Schedule::default(),
             links: Links::new(&setup),
             sensors: Sensors::new(&setup),
-            actuators: Actuators::new(&setup.scenario),
+            actuators: Actuators::new(&setup),
             interruptions: BTreeMap::new(),
             handlers: Vec::new(),
             has_launcher,
@@ -263,10 +264,8 @@ impl Simulation {
     /// What a robot carries falls before the current tick is sensed.
     fn let_go(&mut self, robot: RobotId) {
         self.active[robot.index()] = None;
-        if let Some(dropped) = self.world.drop_carried(robot) {
-            let event = self.event(&dropped);
-            self.events.push(event);
-        }
+        self.keep_figures();
+        self.events.extend(self.world.lose(robot));
     }
 
     /// In a replay: see [`Barrier::skip_to`].
@@ -321,7 +320,7 @@ impl Simulation {
             return None;
         }
         self.gather();
-        let Some(question) = self.barrier.next_question(&self.world) else {
+        let Some(question) = self.barrier.next_question(&*self.world) else {
             // Nobody may be there to be asked.
             self.settle();
             return None;
@@ -343,9 +342,12 @@ impl Simulation {
         }
         self.news[robot.index()] = true;
         self.world.sense(robot, &mut message.readings);
-        let hits = self
-            .sensors
-            .distort(robot, message.tick, &mut message.readings);
+        let hits = self.sensors.distort(
+            self.world.mission(),
+            robot,
+            message.tick,
+            &mut message.readings,
+        );
         for fault in hits {
             self.hit(fault, 1);
         }
@@ -403,7 +405,7 @@ impl Simulation {
     }
 
     fn steps_in_order(&self) -> bool {
-        self.setup.alliance.switches.step_order == StepOrder::InOrder
+        self.setup.step_order == StepOrder::InOrder
     }
 
     /// Once everybody has reported: what that triggers, and the kills of this tick.
@@ -438,7 +440,7 @@ impl Simulation {
         let (tick, now) = (self.barrier.tick(), self.world.now());
         let mut ended = std::mem::take(&mut self.ended);
         let gathered = &mut ended.gathered;
-        self.barrier.finish(&self.world, gathered);
+        self.barrier.finish(&*self.world, gathered);
         (self.interrupted, self.opened, self.settled) = (false, false, false);
         self.moment = 0;
         self.acts.end_tick();
@@ -459,23 +461,26 @@ impl Simulation {
         commands.clear();
         for (robot, answer) in self.barrier.robots().zip(answers.all()) {
             let mut command = answer.counts.then_some(answer.report.actuation);
-            for fault in self.actuators.disobey(robot, &mut command) {
+            let mission = self.world.mission();
+            for fault in self.actuators.disobey(mission, robot, &mut command) {
                 self.hit(fault, 1);
             }
             commands.push(command);
         }
         let mut happened = self.world.step(commands);
-        let dead = gathered.dead.iter();
-        happened.extend(dead.filter_map(|robot| self.world.drop_carried(*robot)));
+        for robot in &gathered.dead {
+            happened.append(&mut self.world.lose(*robot));
+        }
         self.trigger_by_world(&happened, &ended.inputs);
         ended.events.clear();
         ended.events.append(&mut self.events);
-        let in_world = happened.iter().map(|event| self.event(event));
-        ended.events.extend(in_world);
+        ended.events.append(&mut happened);
 
         ended.at = Some((tick, now));
-        ended.items = self.world.item_counts();
-        ended.last_report = self.world.last_report();
+        ended.mission.clear();
+        self.world.mission().row(&mut ended.mission);
+        ended.mission_state = self.world.mission().state();
+        ended.figures = None;
         self.answers = answers;
         self.ended = ended;
         self.outcome = self.decide_outcome();
@@ -497,8 +502,8 @@ impl Simulation {
             bodies: &ended.bodies,
             answers: self.answers.all(),
             events: &ended.events,
-            items: ended.items,
-            last_report: ended.last_report,
+            mission: &ended.mission,
+            mission_state: ended.mission_state,
         })?;
         Ok(true)
     }
@@ -512,20 +517,17 @@ impl Simulation {
     /// The tasks and behavior sets of the run.
     #[must_use]
     pub fn catalog(&self) -> &Catalog {
-        &self.catalog
+        &self.setup.catalog
     }
 
     fn name(&self, robot: RobotId) -> &str {
-        let robot = self.setup.scenario.robots.get(robot.index());
-        robot.map_or("", |robot| robot.name.as_str())
+        self.setup.roster.name(robot)
     }
 
     /// The robot of that name.
     #[must_use]
     pub fn robot_named(&self, name: &str) -> Option<RobotId> {
-        let mut robots = self.setup.scenario.robots.iter();
-        let rank = robots.position(|robot| robot.name == name)?;
-        Some(RobotId(rank as u16))
+        self.setup.roster.robot_named(name)
     }
 
     /// Robots as they are before this tick's commands move them.
@@ -534,7 +536,7 @@ impl Simulation {
             present: self.world.is_present(robot),
             pose: self.world.pose(robot),
             speed_m_s: self.world.speed_m_s(robot),
-            carrying: self.world.carrying(robot).is_some(),
+            carrying: self.world.mission().load(robot).is_some(),
             energy_j: self.world.energy_j(robot),
             active: self.active[robot.index()],
         })
@@ -545,7 +547,7 @@ impl Simulation {
         let mut hits: Vec<FaultIndex> = Vec::new();
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;
-            self.active[report.robot.index()] = answer.active;
+            self.active[report.robot.index()] = report.active;
             self.memories.remember(now, report);
             if !answer.deliveries.are_usual() {
                 self.note_losses(report, inputs);
@@ -593,10 +595,17 @@ impl Simulation {
     /// Whether ids and numbers of a report are such as an agent of this run would send.
     fn is_well_formed(&self, report: &Report) -> bool {
         let robots = self.setup.scenario.robots.len();
-        let sets = self.catalog.sets.len();
+        let sets = self.setup.catalog.sets.len();
         let threshold = self.setup.alliance.threshold;
         report.robot.index() < robots
+            && report.active.is_none_or(|active| active.index() < sets)
             && report.motivations.len() <= sets
+            && report.allocation.len() <= sets
+            && report.allocation.iter().all(|row| {
+                row.task.index() < self.setup.catalog.tasks.len()
+                    && row.utility.is_finite()
+                    && row.holder.is_none_or(|holder| holder.index() < robots)
+            })
             && report.changes.len() <= 8 * sets
             && report.motivations.iter().all(|motivation| {
                 motivation.set.index() < sets
@@ -613,46 +622,38 @@ impl Simulation {
                         said.set.is_none_or(|set| set.index() < sets)
                             && said
                                 .task
-                                .is_none_or(|task| task.index() < self.catalog.tasks.len())
+                                .is_none_or(|task| task.index() < self.setup.catalog.tasks.len())
                     })
             })
     }
 
     fn decide_outcome(&self) -> Option<Outcome> {
         let limit = SimTime::from_secs_f64(self.setup.scenario.limit_s);
-        if self.world.is_complete() {
-            Some(Outcome::Complete)
-        } else if self.world.now() >= limit {
-            Some(Outcome::TimeLimit)
-        } else {
-            None
+        let end = self.world.mission().end(self.world.now());
+        end.or_else(|| (self.world.now() >= limit).then_some(Outcome::TimeLimit))
+    }
+
+    /// Before anything changes the mission between two ticks: its figures are those of the tick that has ended, as all that is
+    /// in the log.
+    fn keep_figures(&mut self) {
+        if self.ended.figures.is_none() {
+            self.ended.figures = Some(self.figures());
         }
     }
 
-    /// A row of events.csv for something that happened in the world.
-    fn event(&self, event: &WorldEvent) -> Event {
-        let item = |item: alliance_proto::ids::ItemId| format!("item-{}", item.0);
-        match *event {
-            WorldEvent::Picked { robot, item: id } => Event {
-                subject: item(id),
-                ..Event::new(EventKind::Picked, Some(robot))
-            },
-            WorldEvent::PickFailed { robot } => Event::new(EventKind::PickFailed, Some(robot)),
-            WorldEvent::Dropped {
-                robot,
-                item: id,
-                at,
-            } => Event {
-                subject: item(id),
-                detail: format!("{} {}", at.x, at.y),
-                ..Event::new(EventKind::Dropped, Some(robot))
-            },
-            WorldEvent::Delivered { robot, item: id } => Event {
-                subject: item(id),
-                ..Event::new(EventKind::Delivered, Some(robot))
-            },
-            WorldEvent::ReportMade { robot } => Event::new(EventKind::Reported, Some(robot)),
-            WorldEvent::EnergyOut { robot } => Event::new(EventKind::EnergyOut, Some(robot)),
+    fn figures(&self) -> TeamFigures {
+        let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
+        self.world.mission().figures(&mut figures);
+        figures
+    }
+
+    /// What the end of the log tells of the run.
+    #[must_use]
+    pub fn ending(&self) -> Ending {
+        Ending {
+            unscripted: self.unscripted,
+            faults: self.faults(),
+            figures: self.ended.figures.clone().unwrap_or_else(|| self.figures()),
         }
     }
 }

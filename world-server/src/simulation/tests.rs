@@ -4,6 +4,7 @@ use alliance_proto::fault::{Device, Fault, Order, SensorError, SensorFault, Sens
 use glam::Vec2;
 
 use super::*;
+use crate::missions::waste::WASTE;
 
 const BLUE: RobotId = RobotId(0);
 
@@ -57,7 +58,7 @@ fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_agai
         .map(|robot| robot.name.clone())
         .collect();
     let second = 1000 / setup.scenario.step_ms as usize;
-    let mut simulation = Simulation::new(setup, true);
+    let mut simulation = Simulation::new(setup, &WASTE, true);
     for name in &names {
         let (robot, incarnation, _) = simulation.invite(name).unwrap();
         simulation.arrive(robot, incarnation);

@@ -2,19 +2,20 @@
 
 use alliance_proto::fault::{Fault, Happening, When};
 use alliance_proto::ids::RobotId;
+use alliance_proto::log::Input;
 use alliance_proto::telemetry::{BehaviorState, NoteKind};
 use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
 
 use super::Simulation;
 use crate::faults::schedule::FaultIndex;
-use crate::input::Input;
-use crate::world::WorldEvent;
+use crate::recorder::{Event, EventKind};
 
 /// Something that has happened, as a trigger names it.
 struct Happened {
     robot: RobotId,
-    what: Happening,
+    /// The verb.
+    what: &'static str,
     subject: Option<String>,
 }
 
@@ -31,8 +32,9 @@ impl Simulation {
                 BehaviorState::Active => Happening::Activates,
                 BehaviorState::Waiting => Happening::Waits,
                 BehaviorState::Hibernating => Happening::Hibernates,
-            },
-            subject: Some(self.catalog.behavior_name(change.set).to_owned()),
+            }
+            .as_str(),
+            subject: Some(self.setup.catalog.behavior_name(change.set).to_owned()),
         });
         let finds = report
             .notes
@@ -40,7 +42,7 @@ impl Simulation {
             .filter(|note| note.kind == NoteKind::PositionUpdate)
             .map(|_| Happened {
                 robot: report.robot,
-                what: Happening::Finds,
+                what: Happening::Finds.as_str(),
                 subject: None,
             });
         let happened: Vec<Happened> = changes.chain(finds).collect();
@@ -56,25 +58,20 @@ impl Simulation {
     }
 
     /// What the world did in the tick that ends, and who came and went in it.
-    pub(super) fn trigger_by_world(&mut self, events: &[WorldEvent], inputs: &[Input]) {
+    pub(super) fn trigger_by_world(&mut self, events: &[Event], inputs: &[Input]) {
         if self.schedule.waiting().next().is_none() {
             return;
         }
-        let item = |item: alliance_proto::ids::ItemId| Some(format!("item-{}", item.0));
         let in_world = events.iter().filter_map(|event| {
-            let (robot, what, subject) = match *event {
-                WorldEvent::Picked { robot, item: id } => (robot, Happening::Picks, item(id)),
-                WorldEvent::Dropped {
-                    robot, item: id, ..
-                } => (robot, Happening::Drops, item(id)),
-                WorldEvent::Delivered { robot, item: id } => (robot, Happening::Delivers, item(id)),
-                WorldEvent::ReportMade { robot } => (robot, Happening::Reports, None),
-                WorldEvent::PickFailed { .. } | WorldEvent::EnergyOut { .. } => return None,
+            let EventKind::Mission(kind) = event.kind else {
+                return None;
             };
+            let mut verbs = self.kind.verbs.iter();
+            let (verb, _) = verbs.find(|(_, stands_for)| *stands_for == kind)?;
             Some(Happened {
-                robot,
-                what,
-                subject,
+                robot: event.robot?,
+                what: verb,
+                subject: Some(event.subject.clone()),
             })
         });
         let from_outside = inputs.iter().filter_map(|input| {
@@ -85,7 +82,7 @@ impl Simulation {
             };
             Some(Happened {
                 robot: self.robot_named(robot)?,
-                what,
+                what: what.as_str(),
                 subject: None,
             })
         });
@@ -102,7 +99,7 @@ impl Simulation {
 
     fn waiting_for(&self, happened: &[Happened]) -> Vec<FaultIndex> {
         let fits = |when: &When, happened: &Happened| {
-            when.what == happened.what
+            when.what.as_str() == happened.what
                 && when
                     .robot
                     .as_deref()

@@ -8,7 +8,7 @@ use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Obstacle;
 use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
-use alliance_proto::view::{BehaviorView, ItemView, MESSAGES_MAX, MessageView, RobotView, View};
+use alliance_proto::view::{BehaviorView, MESSAGES_MAX, MessageView, RobotView, View};
 use glam::Vec2;
 
 use super::Simulation;
@@ -88,25 +88,19 @@ impl Simulation {
             .robots()
             .map(|robot| self.robot_view(robot))
             .collect();
-        let waste = self.world.items().iter().map(|item| ItemView {
-            position: item.position(),
-            carrier: item.carrier,
-        });
-        View {
+        let mut view = View {
             tick: self.barrier.tick(),
             now: self.world.now(),
-            clock: None,
-            items: self.world.item_counts(),
-            waste: waste.collect(),
             obstacles: self.world.obstacles().iter().map(rectangle).collect(),
-            site_colored: self.world.site_colored(),
-            last_report: self.world.last_report(),
             robots,
             faults: self.faults_to_see(),
             messages,
             messages_left_out: std::mem::take(&mut self.memories.left_out),
             outcome: self.outcome,
-        }
+            ..View::default()
+        };
+        self.world.mission().show(&self.world, &mut view);
+        view
     }
 
     /// What a robot's agent is up to.
@@ -134,7 +128,7 @@ impl Simulation {
             pid: None,
             pose: self.world.pose(robot),
             speed_m_s: self.world.speed_m_s(robot),
-            carrying: self.world.carrying(robot),
+            carrying: self.world.mission().load(robot),
             energy_j: self.world.energy_j(robot),
             readings: if sensing {
                 self.messages[robot.index()].readings.clone()

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Pose;
 use glam::Vec2;
 
@@ -17,18 +17,15 @@ pub struct ObstacleId(pub u32);
 pub enum ComponentId {
     /// A robot.
     Robot(RobotId),
-    /// A waste item.
-    Item(ItemId),
     /// An obstacle or patch.
     Obstacle(ObstacleId),
 }
 
-/// As the log has it: `obstacle-2`, `item-7`.
+/// As the log has it: `obstacle-2`.
 impl fmt::Display for ComponentId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Robot(robot) => robot.fmt(f),
-            Self::Item(item) => item.fmt(f),
             Self::Obstacle(obstacle) => write!(f, "obstacle-{}", obstacle.0),
         }
     }

@@ -13,7 +13,7 @@ const MOST_CELLS: f32 = 1_048_576.0;
 
 /// Ids by where they are.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
+pub struct Grid {
     cell_m: f32,
     cells: UVec2,
     /// First id of each cell's list.
@@ -34,6 +34,7 @@ struct Entry {
 impl Grid {
     /// An empty grid over a room for so many ids, and for searches that reach so far: of cells that hold one on average, but are
     /// so wide that few searches look into more than two by two.
+    #[must_use]
     pub fn new(size: Vec2, reach_m: f32, count: usize) -> Self {
         let area = size.x * size.y;
         let least = (area / MOST_CELLS).max(area / count.max(1) as f32);
@@ -106,6 +107,7 @@ impl Grid {
     }
 
     /// Everything within reach of a point in x and in y, with its place.
+    #[must_use]
     pub fn near(&self, at: Vec2, reach_m: f32) -> Near<'_> {
         let (low, high) = (
             self.coordinates(at - reach_m),
@@ -137,7 +139,7 @@ impl Grid {
 /// What is near a point, cell by cell. By hand, for it is what a step of the world spends its time in: chained iterators take
 /// several times as long, and [`Iterator::next`] longer than [`Iterator::fold`].
 #[derive(Clone, Debug)]
-pub(super) struct Near<'a> {
+pub struct Near<'a> {
     grid: &'a Grid,
     at: Vec2,
     reach_m: f32,

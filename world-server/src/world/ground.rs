@@ -7,9 +7,9 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Ground;
 use glam::Vec2;
 
-use super::{Component, Penetrability, World};
+use super::{Component, Floor, Penetrability};
 
-impl World {
+impl Floor {
     /// How far a robot gets in that time on its heading if nothing solid is in its way, m. It has the speed of each piece of
     /// ground for exactly the part of the way on which its center is there.
     pub(super) fn way_on_ground(&self, robot: RobotId, speed_m_s: f32, time_s: f32) -> f32 {

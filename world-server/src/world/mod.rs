@@ -9,13 +9,14 @@
 //! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
 //! - `grid`: what is near a place. `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
 //! - `vicinity`: what is known of a robot's surroundings from steps before.
-//! - `radio`: who is in range of whom. `waste`: spills, deposit, items, report site. `gripper`: pick up and put down. `sensing`: what a robot reads.
+//! - `radio`: who is in range of whom. `sensing`: what a robot reads, but for the devices of its mission.
 //! - `change`: what interruption handlers do to all of it between steps.
+//! - [`Floor`]: all of that. [`World`]: a floor and the [mission](crate::mission) on it.
 //!
 //! # One step
 //! Between steps, interruption handlers change the world (`change`: [`World::add_obstacle`], [`World::move_robot`], …). A
-//! step then lets the components act, in rank order, and after them the aspects evolve. A robot works its gripper and reports where it
-//! has sensed, that is before it moves; then it turns, and then it moves along its new heading against everything as it
+//! step then lets the components act, in rank order, and after them the aspects evolve. What a robot does for its mission it
+//! does where it has sensed, that is before it moves; then it turns, and then it moves along its new heading against everything as it
 //! stands at that moment. So each robot finds those of lower rank already moved and those of higher rank not yet.
 //!
 //! # Decisions where DESIGN is silent
@@ -25,16 +26,12 @@
 //!   where it enters to the point where it leaves, however long the step.
 //! - Driving draws energy by the speed that a body really has, so not when it pushes against a wall; a robot without energy
 //!   ignores all commands, and its sensors still read.
-//! - Waste is sensed through obstacles and robots; the range alone limits it.
-//! - The deposit keeps what it gets: nothing in it can be picked up again, though it can be sensed.
-//! - An item lies, at the start and after each drop, where a robot's gripper can reach it, if there is such a place.
 
 mod aspect;
 mod change;
 mod component;
-mod event;
+mod floor;
 mod grid;
-mod gripper;
 mod ground;
 mod motion;
 mod outline;
@@ -43,280 +40,151 @@ mod sensing;
 mod space;
 mod start;
 mod vicinity;
-mod waste;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
-use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::readings::{Actuation, Pose};
-use alliance_proto::scenario::{Body, Sensors, Setup};
-use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
-use glam::Vec2;
+use std::ops::{Deref, DerefMut};
+
+use alliance_proto::fault::Fault;
+use alliance_proto::ids::RobotId;
+use alliance_proto::mission::Deed;
+use alliance_proto::readings::{Actuation, Readings};
+use alliance_proto::scenario::Setup;
+
+use crate::mission::{Happened, MissionKind, Validity, WorldMission};
+use crate::recorder::Event;
 
 pub use aspect::{Aspect, Battery};
 pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
-pub use event::WorldEvent;
+pub use floor::Floor;
+pub use grid::Grid;
 pub use motion::limited;
 pub(crate) use motion::wrapped;
 pub use outline::{Outline, SKIN_M};
-pub use start::{StartError, start_poses};
-pub use waste::Item;
+pub use space::around;
+pub use start::{ROUNDING_M, StartError, start_poses};
+pub use vicinity::Circle;
 
-use grid::Grid;
-use radio::RadioRange;
-use space::Space;
-use vicinity::{Drift, Vicinity};
-use waste::WasteFloor;
-
-/// The state of the simulated world.
-#[derive(Clone, Debug)]
+/// The state of the simulated world: a floor, to which it dereferences, and the mission on it.
 pub struct World {
-    now: SimTime,
-    step: SimTime,
-    body: Body,
-    sensors: Sensors,
-    space: Space,
-    /// By rank.
-    robots: Vec<Robot>,
-    /// Whether any of them has aspects.
-    has_aspects: bool,
-    /// Ranks of those that are there, by their centers.
-    bodies: Grid,
-    drift: Drift,
-    /// `None` where all hear all.
-    range: Option<RadioRange>,
-    waste: WasteFloor,
+    floor: Floor,
+    mission: Box<dyn WorldMission>,
 }
 
-/// A robot's body.
-#[derive(Clone, Debug)]
-struct Robot {
-    component: Component,
-    /// Where it enters the mission.
-    start: Pose,
-    /// Whether it has a body in the world.
-    present: bool,
-    /// Whether its power is switched on.
-    powered: bool,
-    /// Unit vector of its heading.
-    ahead: Vec2,
-    /// Over the last step.
-    speed_m_s: f32,
-    carrying: Option<ItemId>,
-    side_sensor: bool,
-    vicinity: Vicinity,
+impl Clone for World {
+    fn clone(&self) -> Self {
+        Self {
+            floor: self.floor.clone(),
+            mission: self.mission.boxed(),
+        }
+    }
 }
 
-impl Robot {
-    fn position(&self) -> Vec2 {
-        self.component.pose.position
-    }
+impl Deref for World {
+    type Target = Floor;
 
-    fn face(&mut self, heading_rad: f32) {
-        self.vicinity.unchanged.set(false);
-        self.component.pose.heading_rad = heading_rad;
-        self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
+    fn deref(&self) -> &Floor {
+        &self.floor
     }
+}
 
-    fn can_act(&self) -> bool {
-        let aspects = &self.component.aspects;
-        self.present && self.powered && aspects.iter().all(Aspect::is_powered)
+impl DerefMut for World {
+    fn deref_mut(&mut self) -> &mut Floor {
+        &mut self.floor
     }
 }
 
 impl World {
-    /// The world at the start of a mission.
+    /// The world at the start of a run of such a mission.
     ///
     /// # Panics
     /// If [`start_poses`] refuses the scenario; validation asks it first.
     #[must_use]
-    pub fn new(setup: &Setup) -> Self {
-        let scenario = &setup.scenario;
-        let poses = match start_poses(scenario) {
-            Ok(poses) => poses,
-            Err(error) => panic!("scenario not validated: {error}"),
-        };
-        let body = scenario.body;
-        let robots = scenario.robots.iter().zip(poses).enumerate();
-        let robots = robots.map(|(rank, (robot, pose))| {
-            let component = Component {
-                id: ComponentId::Robot(RobotId(rank as u16)),
-                pose,
-                shape: Shape::Disc {
-                    radius_m: body.radius_m,
-                },
-                penetrability: Penetrability(body.robot_penetrability),
-                aspects: scenario
-                    .energy
-                    .iter()
-                    .map(|energy| Aspect::Energy(Battery::full(energy)))
-                    .collect(),
-            };
-            let mut robot = Robot {
-                component,
-                start: pose,
-                present: !robot.absent,
-                powered: true,
-                ahead: Vec2::X,
-                speed_m_s: 0.0,
-                carrying: None,
-                side_sensor: robot.side_sensor,
-                vicinity: Vicinity::default(),
-            };
-            robot.face(pose.heading_rad);
-            robot
-        });
-        let robots: Vec<Robot> = robots.collect();
-        let space = Space::new(scenario);
-        let sensed_m = 3.0 * body.radius_m + scenario.sensors.avoidance_range_m;
-        let mut bodies = Grid::new(space.size, sensed_m, robots.len());
-        for (rank, robot) in robots.iter().enumerate() {
-            if robot.present {
-                bodies.insert(rank, robot.position());
-            }
-        }
-        let range = scenario.radio.range_m.map(|range_m| {
-            let places = robots.iter().map(Robot::position);
-            RadioRange::new(space.size, range_m, places)
-        });
-        Self {
-            range,
-            now: SimTime::ZERO,
-            step: SimTime(scenario.step_ms),
-            body,
-            sensors: scenario.sensors,
-            has_aspects: robots
-                .iter()
-                .any(|robot| !robot.component.aspects.is_empty()),
-            robots,
-            bodies,
-            drift: Drift::new(space.size),
-            waste: WasteFloor::new(scenario, setup.seed, &space),
-            space,
-        }
+    pub fn new(setup: &Setup, kind: &MissionKind) -> Self {
+        let area = (kind.start_area)(&setup.scenario);
+        let floor = Floor::new(&setup.scenario, area);
+        let mission = (kind.new)(setup, &floor);
+        Self { floor, mission }
     }
 
     /// Advances the world by one step. Commands by rank; without one, or without power, a body stays as it is.
-    pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<WorldEvent> {
-        let mut events = Vec::new();
-        self.drift.begin_step();
-        for rank in 0..self.robots.len() {
-            let can_act = self.robots[rank].can_act();
+    pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<Event> {
+        let Self { floor, mission } = self;
+        let mut happened = Happened::default();
+        floor.drift.begin_step();
+        mission.begin(floor, &mut happened);
+        for rank in 0..floor.robots.len() {
+            let can_act = floor.robots[rank].can_act();
             let command = commands.get(rank).copied().flatten().filter(|_| can_act);
-            let command = limited(&self.body, command.unwrap_or_default());
+            let command = limited(&floor.robots[rank].body, command.unwrap_or_default());
             let robot = RobotId(rank as u16);
-            events.extend(self.grip(robot, command.gripper));
-            if command.report_progress && self.waste.is_report_site(self.robots[rank].position()) {
-                self.waste.last_report = Some(self.now);
-                events.push(WorldEvent::ReportMade { robot });
+            if !matches!(command.deed, Deed::Nothing) {
+                mission.act(robot, &command.deed, floor, &mut happened);
             }
-            self.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
+            floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
         }
-        if self.has_aspects {
-            self.evolve_aspects(&mut events);
+        mission.settle(floor, &mut happened);
+        if floor.has_aspects {
+            floor.evolve_aspects(&mut happened);
         }
-        self.now = self.now + self.step;
+        floor.now = floor.now + floor.step;
+        happened.into_events()
+    }
+
+    /// What a robot senses now. All devices that it has are intact here: faults act on the readings.
+    #[must_use]
+    pub fn readings(&self, robot: RobotId) -> Readings {
+        let mut readings = Readings::default();
+        self.look(robot, &mut readings);
+        readings
+    }
+
+    /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for small writes followed by a
+    /// copy of the whole would cause a store-forwarding stall.
+    pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
+        let validity = self.look(robot, readings);
+        let vicinity = &self.floor.robots[robot.index()].vicinity;
+        // Energy changes by itself.
+        let lasts = validity == Validity::UntilChange && !self.floor.has_aspects;
+        vicinity.unchanged.set(lasts);
+    }
+
+    fn look(&self, robot: RobotId, readings: &mut Readings) -> Validity {
+        self.floor.look(robot, readings);
+        self.mission
+            .sense(robot, &self.floor, &mut readings.mission)
+    }
+
+    /// The mission.
+    #[must_use]
+    pub fn mission(&self) -> &dyn WorldMission {
+        &*self.mission
+    }
+
+    /// The mission, and the floor that it is on.
+    pub fn mission_mut(&mut self) -> (&mut dyn WorldMission, &mut Floor) {
+        (&mut *self.mission, &mut self.floor)
+    }
+
+    /// Makes the change that a fault of the mission asks for, see [`WorldMission::change`].
+    pub fn change(&mut self, fault: &Fault) -> Option<Result<String, ChangeError>> {
+        self.mission.change(fault, &mut self.floor)
+    }
+
+    /// A robot lets go of what it has, as when its agent has died.
+    pub fn lose(&mut self, robot: RobotId) -> Vec<Event> {
+        let mut happened = Happened::default();
+        self.mission.lose(robot, &mut self.floor, &mut happened);
+        happened.into_events()
+    }
+
+    /// Takes a robot's body away: nothing touches or senses it, and it obeys nothing. What it has it lets go of first, as with
+    /// [`World::lose`]. Its battery keeps its charge.
+    pub fn remove_robot(&mut self, robot: RobotId) -> Vec<Event> {
+        let events = self.lose(robot);
+        self.floor.take_away(robot);
         events
-    }
-
-    fn evolve_aspects(&mut self, events: &mut Vec<WorldEvent>) {
-        for (rank, robot) in self.robots.iter_mut().enumerate() {
-            if !robot.present || !robot.powered {
-                continue;
-            }
-            let drive = if self.body.speed_m_s > 0.0 {
-                robot.speed_m_s / self.body.speed_m_s
-            } else {
-                0.0
-            };
-            for aspect in &mut robot.component.aspects {
-                let was_powered = aspect.is_powered();
-                aspect.evolve(drive, self.step);
-                if was_powered && !aspect.is_powered() {
-                    events.push(WorldEvent::EnergyOut {
-                        robot: RobotId(rank as u16),
-                    });
-                }
-            }
-        }
-    }
-
-    /// Simulated time: that of the readings, and of the commands of the next step.
-    #[must_use]
-    pub fn now(&self) -> SimTime {
-        self.now
-    }
-
-    /// Whether a robot has a body in the world.
-    #[must_use]
-    pub fn is_present(&self, robot: RobotId) -> bool {
-        self.robots[robot.index()].present
-    }
-
-    /// Where a robot is; of an absent one, where it was or will begin.
-    #[must_use]
-    pub fn pose(&self, robot: RobotId) -> Pose {
-        self.robots[robot.index()].component.pose
-    }
-
-    /// Length of the way that a robot made in the last step, by the step's length, m/s.
-    #[must_use]
-    pub fn speed_m_s(&self, robot: RobotId) -> f32 {
-        self.robots[robot.index()].speed_m_s
-    }
-
-    /// The item in a robot's gripper.
-    #[must_use]
-    pub fn carrying(&self, robot: RobotId) -> Option<ItemId> {
-        self.robots[robot.index()].carrying
-    }
-
-    /// Energy that a robot has left, J; `None` where energy is not simulated.
-    #[must_use]
-    pub fn energy_j(&self, robot: RobotId) -> Option<f32> {
-        let aspects = &self.robots[robot.index()].component.aspects;
-        aspects
-            .iter()
-            .map(|Aspect::Energy(battery)| battery.charge_j())
-            .next()
-    }
-
-    /// Where the items are.
-    #[must_use]
-    pub fn item_counts(&self) -> ItemCounts {
-        self.waste.counts()
-    }
-
-    /// Whether every item is in the deposit.
-    #[must_use]
-    pub fn is_complete(&self) -> bool {
-        self.waste.is_complete()
-    }
-
-    /// All items, by id.
-    #[must_use]
-    pub fn items(&self) -> &[Item] {
-        self.waste.items()
-    }
-
-    /// All rectangles on the floor, by id: solid obstacles and patches.
-    #[must_use]
-    pub fn obstacles(&self) -> &[Component] {
-        self.space.rectangles()
-    }
-
-    /// When the last progress report was made.
-    #[must_use]
-    pub fn last_report(&self) -> Option<SimTime> {
-        self.waste.last_report
-    }
-
-    /// Whether the report site shows its changed color.
-    #[must_use]
-    pub fn site_colored(&self) -> bool {
-        self.waste.site_colored(self.now)
     }
 }

@@ -8,9 +8,9 @@ use alliance_proto::scenario::Body;
 use glam::Vec2;
 
 use super::outline::Stop;
-use super::{Component, Outline, Penetrability, SKIN_M, World};
+use super::{Component, Floor, Outline, Penetrability, SKIN_M};
 
-impl World {
+impl Floor {
     /// Turns and then moves a robot by one step. The command is [`limited`].
     pub(super) fn turn_and_move(&mut self, robot: RobotId, turn_rad_s: f32, speed_m_s: f32) {
         let step_s = self.step.as_secs_f64() as f32;

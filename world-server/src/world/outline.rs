@@ -71,7 +71,8 @@ impl Outline {
     }
 
     /// Whether the point is in it, or on its edge.
-    pub(super) fn contains(&self, point: Vec2) -> bool {
+    #[must_use]
+    pub fn contains(&self, point: Vec2) -> bool {
         match *self {
             Self::Rectangle { min, max } => point.cmpge(min).all() && point.cmple(max).all(),
             Self::Disc { .. } | Self::Wall { .. } => self.surface(point).0 <= 0.0,
@@ -79,7 +80,8 @@ impl Outline {
     }
 
     /// Distance of a point from the surface, m, negative inside, and the outward normal there.
-    pub(super) fn surface(&self, point: Vec2) -> (f32, Vec2) {
+    #[must_use]
+    pub fn surface(&self, point: Vec2) -> (f32, Vec2) {
         match *self {
             Self::Disc { center, radius_m } => {
                 let offset = point - center;

@@ -3,7 +3,7 @@
 use alliance_proto::ids::RobotId;
 use glam::Vec2;
 
-use super::World;
+use super::Floor;
 use super::grid::Grid;
 use crate::barrier::Air;
 
@@ -36,7 +36,7 @@ impl RadioRange {
 }
 
 /// All robots hear each other, but for those that are farther apart than the scenario's range.
-impl Air for World {
+impl Air for Floor {
     fn for_each_hearer(&self, sender: RobotId, mut hear: impl FnMut(RobotId)) {
         let Some(range) = &self.range else {
             let ranks = 0..self.robots.len() as u16;
@@ -68,6 +68,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::missions::waste::WASTE;
+    use crate::world::World;
 
     fn world(range_m: Option<f32>, places: &[(f32, f32)]) -> World {
         let robot = |(rank, &(x_m, y_m)): (usize, &(f32, f32))| Robot {
@@ -86,7 +88,7 @@ mod tests {
         };
         // They may stand in each other.
         scenario.body.robot_penetrability = 1.0;
-        World::new(&Setup::resolve(scenario, 1, None).unwrap().setup)
+        World::new(&Setup::resolve(scenario, 1, None).unwrap().setup, &WASTE)
     }
 
     fn hearers(world: &World, sender: u16) -> BTreeSet<RobotId> {

@@ -1,33 +1,17 @@
 //! What a robot's sensors read (DESIGN §7; each device is defined in [`alliance_proto::readings`]).
 
-use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::readings::{Hit, Proximity, Readings, SensedWaste, WASTE_MOST, Zone};
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::{Hit, Proximity, Readings};
 use glam::Vec2;
 
+use super::floor::Robot;
 use super::motion::bearing;
 use super::outline::Stop;
-use super::vicinity::{Circle, SKIRT_M, WASTE_SKIRT_M};
-use super::{Robot, SKIN_M, World};
+use super::{Floor, SKIN_M};
 
-impl World {
-    /// What a robot senses now. All devices that it has are intact here: faults act on the readings.
-    #[must_use]
-    pub fn readings(&self, robot: RobotId) -> Readings {
-        let mut readings = Readings::default();
-        self.look(robot, &mut readings);
-        readings
-    }
-
-    /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for small writes followed by a
-    /// copy of the whole would cause a store-forwarding stall.
-    pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
-        self.look(robot, readings);
-        let vicinity = &self.robots[robot.index()].vicinity;
-        // Energy changes by itself.
-        vicinity.unchanged.set(!self.has_aspects);
-    }
-
-    fn look(&self, robot: RobotId, readings: &mut Readings) {
+impl Floor {
+    /// Writes to `readings` what the devices tell a robot that it has in every mission.
+    pub(super) fn look(&self, robot: RobotId, readings: &mut Readings) {
         let body = &self.robots[robot.index()];
         let position = body.position();
         let alone = !self.may_meet(robot, self.near_m());
@@ -41,10 +25,6 @@ impl World {
             alone,
             readings.proximity.insert(Proximity::default()),
         );
-        self.waste_near(body, readings.waste.insert(SensedWaste::new()));
-        readings.zone = Some(self.zone(body));
-        readings.report_site = Some(self.waste.is_report_site(position));
-        readings.holding = Some(body.carrying.is_some());
         readings.ground = Some(self.ground(robot));
         readings.energy_j = self.energy_j(robot);
     }
@@ -126,110 +106,5 @@ impl World {
         ];
         proximity.left = left_stops.map(|stop| hit(stop, radius_m));
         proximity.right = right_stops.map(|stop| hit(stop, radius_m));
-    }
-
-    /// What is under a robot's center.
-    fn zone(&self, body: &Robot) -> Zone {
-        let position = body.position();
-        let (circle, zone) = body.vicinity.zone.get();
-        if circle.contains(position) {
-            return zone;
-        }
-        let (zone, edge_m) = self.waste.zone_within(position, SKIRT_M);
-        let circle = Circle::new(position, edge_m);
-        body.vicinity.zone.set((circle, zone));
-        zone
-    }
-
-    /// How far from a robot's center its waste sensor reaches, m.
-    pub(super) fn waste_reach_m(&self) -> f32 {
-        self.body.radius_m + self.sensors.waste_range_m
-    }
-
-    /// The nearest items on the floor within range, nearest first, in the robot's frame.
-    fn waste_near(&self, body: &Robot, sensed: &mut SensedWaste) {
-        let position = body.position();
-        if body.vicinity.wasteless.get().contains(position) {
-            return;
-        }
-        let reach_m = self.waste_reach_m();
-        let far_m = reach_m + WASTE_SKIRT_M;
-        let mut nearest = Nearest::default();
-        let mut least = far_m * far_m;
-        self.waste.near(position, far_m).for_each(|(item, at)| {
-            let offset = at - position;
-            let squared = offset.length_squared();
-            least = least.min(squared);
-            if squared <= reach_m * reach_m {
-                nearest.take(item, offset);
-            }
-        });
-        let wasteless = Circle::new(position, least.sqrt() - reach_m);
-        body.vicinity.wasteless.set(wasteless);
-        let left = body.ahead.perp();
-        let in_frame = |offset: &Vec2| Vec2::new(body.ahead.dot(*offset), left.dot(*offset));
-        sensed.extend(nearest.offsets().iter().map(in_frame));
-    }
-}
-
-/// The nearest of some items, nearest first; of two at the same distance, the lower id.
-#[derive(Default)]
-struct Nearest {
-    count: usize,
-    /// Square of the distance and id, as one number in the same order.
-    keys: [u64; WASTE_MOST],
-    offsets: [Vec2; WASTE_MOST],
-}
-
-impl Nearest {
-    fn take(&mut self, item: ItemId, offset: Vec2) {
-        // Bits of numbers that are not negative are in the order of the numbers.
-        let squared = offset.length_squared().to_bits();
-        let key = u64::from(squared) << 32 | u64::from(item.0);
-        let mut place = self.count;
-        if place == WASTE_MOST {
-            place -= 1;
-            if key > self.keys[place] {
-                return;
-            }
-        } else {
-            self.count += 1;
-        }
-        // They are few: from the end on, each that is farther makes room.
-        while place > 0 && self.keys[place - 1] > key {
-            self.keys[place] = self.keys[place - 1];
-            self.offsets[place] = self.offsets[place - 1];
-            place -= 1;
-        }
-        self.keys[place] = key;
-        self.offsets[place] = offset;
-    }
-
-    fn offsets(&self) -> &[Vec2] {
-        &self.offsets[..self.count]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        /// Against sorting them all.
-        #[test]
-        fn the_nearest_come_first(places in prop::collection::vec((-3..4_i8, -3..4_i8), 0..40)) {
-            let mut nearest = Nearest::default();
-            let mut all = Vec::new();
-            for (id, (x, y)) in (0..).zip(&places) {
-                let offset = Vec2::new(f32::from(*x), f32::from(*y)) / 3.0;
-                nearest.take(ItemId(id), offset);
-                all.push((offset.length_squared(), id, offset));
-            }
-            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let expected: Vec<Vec2> = all.iter().take(WASTE_MOST).map(|it| it.2).collect();
-            prop_assert_eq!(nearest.offsets(), expected);
-        }
     }
 }

@@ -136,7 +136,7 @@ impl Space {
 }
 
 /// Unit vectors all round, beginning with the heading and then alternating between its left and its right.
-pub(super) fn around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
+pub fn around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
     (0..DIRECTIONS).map(move |index| {
         let turns = if index % 2 == 0 {
             -index / 2

@@ -9,14 +9,13 @@ use glam::Vec2;
 
 use super::motion::wrapped;
 use super::space::Space;
-use super::waste::report_site;
-use super::{Outline, Penetrability, SKIN_M};
+use super::{Penetrability, SKIN_M};
 
 /// Most places that are tried for robots whose starts are not given.
 const MOST_CANDIDATES: usize = 1_000_000;
 
 /// A start that touches something by this much is one that rounding has made touch it, m.
-pub(super) const ROUNDING_M: f32 = 1e-5;
+pub const ROUNDING_M: f32 = 1e-5;
 
 /// Why a scenario has no place for a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -50,15 +49,16 @@ impl StartError {
     }
 }
 
-/// Where the robots start, by rank: where the scenario says, and else on the report site, facing the left wall, from its top
-/// to its bottom at even distances. Where they do not all fit like that, they fill columns of the site's height from its
+/// Where the robots start, by rank: where the scenario says, and else in the start area, of which the lower left and the upper
+/// right corner are given in m, facing the left wall, from its top to its bottom at even distances. Where they do not all fit
+/// like that, they fill columns of the area's height from its
 /// center outwards and then to the right; and where the room is too small for that, columns of the room's height, closer and
 /// closer together. Robots that are absent at first get places like that too, as if they were a team of their own.
 ///
 /// # Errors
 /// When a robot has no place clear of the border, the solid obstacles and the other robots. Robots that are not solid to each
 /// other may be given starts that overlap, and absent ones stand in nobody's way.
-pub fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
+pub fn start_poses(scenario: &Scenario, area: [Vec2; 2]) -> Result<Vec<Pose>, StartError> {
     let space = Space::new(scenario);
     let radius_m = scenario.body.radius_m;
     let solid = Penetrability(scenario.body.robot_penetrability).is_solid();
@@ -85,7 +85,7 @@ pub fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
             scenario.robots[*rank].absent == absent && scenario.robots[*rank].start.is_none()
         };
         let unplaced: Vec<usize> = (0..poses.len()).filter(is_unplaced).collect();
-        let places = default_places(scenario, &space, taken, unplaced.len());
+        let places = default_places(scenario, area, &space, taken, unplaced.len());
         let mut places = places.into_iter();
         for rank in unplaced {
             let position = places
@@ -101,11 +101,14 @@ pub fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
 }
 
 /// Places for `count` robots, or as many as there are.
-fn default_places(scenario: &Scenario, space: &Space, taken: &[Vec2], count: usize) -> Vec<Vec2> {
+fn default_places(
+    scenario: &Scenario,
+    [min, max]: [Vec2; 2],
+    space: &Space,
+    taken: &[Vec2],
+    count: usize,
+) -> Vec<Vec2> {
     let radius_m = scenario.body.radius_m;
-    let Outline::Rectangle { min, max } = report_site(scenario) else {
-        return Vec::new();
-    };
     let first_x = (max.x / 2.0).max(radius_m + 2.0 * SKIN_M);
 
     let even =

@@ -5,16 +5,12 @@
 use std::cell::Cell;
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::readings::Zone;
 use glam::Vec2;
 
-use super::World;
+use super::Floor;
 
 /// A search looks this much farther than a step needs, m.
-pub(super) const SKIRT_M: f32 = 2.0;
-
-/// The same for waste, which lies close together: to look farther takes longer than to look more often.
-pub(super) const WASTE_SKIRT_M: f32 = 0.3;
+const SKIRT_M: f32 = 2.0;
 
 /// What rounding may make of a distance, m.
 const ROUNDING_M: f32 = 0.01;
@@ -25,23 +21,20 @@ pub(super) struct Vicinity {
     /// How far the nearest other body's center was when it was looked for, plus twice the [`Drift`] until then, m: two bodies come
     /// no nearer to each other than by twice the drift.
     others_m: Cell<f64>,
-    /// Where the zone is the same as at its center.
-    pub zone: Cell<(Circle, Zone)>,
-    /// Where no waste is in range.
-    pub wasteless: Cell<Circle>,
     /// Whether nothing has happened to what the robot sensed last.
     pub unchanged: Cell<bool>,
 }
 
-/// Around a point, m.
+/// Around a point, m: where something is known to hold. By default it is empty.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Circle {
+pub struct Circle {
     center: Vec2,
     squared: f32,
 }
 
 impl Circle {
     /// Of that radius, less what rounding may take; of a radius below that there is none.
+    #[must_use]
     pub fn new(center: Vec2, radius_m: f32) -> Self {
         let radius_m = (radius_m - ROUNDING_M).max(0.0);
         Self {
@@ -50,6 +43,8 @@ impl Circle {
         }
     }
 
+    /// Whether a point is in it.
+    #[must_use]
     pub fn contains(&self, point: Vec2) -> bool {
         (point - self.center).length_squared() < self.squared
     }
@@ -95,7 +90,7 @@ impl Drift {
     }
 }
 
-impl World {
+impl Floor {
     /// Whether another body may be within reach of a robot's center; looks for it only if that is not known.
     pub(super) fn may_meet(&self, robot: RobotId, reach_m: f32) -> bool {
         if self.is_alone(robot, reach_m) {
@@ -120,7 +115,7 @@ impl World {
         apart_m > f64::from(reach_m + self.body.radius_m + ROUNDING_M)
     }
 
-    /// Whether a robot senses what it sensed when [`World::sense`] was called last, for certain.
+    /// Whether a robot senses what it sensed when [`World::sense`](super::World::sense) was called last, for certain.
     #[must_use]
     pub fn senses_the_same(&self, robot: RobotId) -> bool {
         self.robots[robot.index()].vicinity.unchanged.get()
@@ -131,23 +126,14 @@ impl World {
         self.changed_near(at, self.near_m() + self.body.radius_m + way_m);
     }
 
-    /// An item lies there no more.
-    pub(super) fn taken(&self, from: Vec2) {
-        self.changed_near(from, self.waste_reach_m());
+    /// A robot may sense something else than before.
+    pub fn changed(&self, robot: RobotId) {
+        self.robots[robot.index()].vicinity.unchanged.set(false);
     }
 
-    fn changed_near(&self, at: Vec2, reach_m: f32) {
+    /// Robots that near may sense something else than before.
+    pub fn changed_near(&self, at: Vec2, reach_m: f32) {
         let near = self.bodies.near(at, reach_m + ROUNDING_M);
         near.for_each(|(rank, _)| self.robots[rank].vicinity.unchanged.set(false));
-    }
-
-    /// An item lies there now: who knew of no waste in range may sense it.
-    pub(super) fn laid(&self, at: Vec2) {
-        let reach_m = self.waste_reach_m();
-        self.changed_near(at, reach_m);
-        // A circle reaches as far as that, and its robot is in it.
-        for (rank, _) in self.bodies.near(at, reach_m + 2.0 * WASTE_SKIRT_M) {
-            self.robots[rank].vicinity.wasteless.take();
-        }
     }
 }

@@ -43,7 +43,7 @@ fn unknown_keys() {
     check(&[
         (
             "nam = 'a'",
-            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance)",
+            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance, allocators)",
         ),
         (
             "\n\n[room]\nwidht_m = 3",
@@ -51,11 +51,11 @@ fn unknown_keys() {
         ),
         (
             "a.b.c = 1",
-            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
+            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance, allocators",
         ),
         (
             "\"a\\nb\" = 1",
-            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance",
+            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance, allocators",
         ),
         (
             "[[obstacles]]\nx_m = 1\ny_m = 1\nwidth_m = 1\nheight_m = 1\ncolor = 'red'",
@@ -131,6 +131,10 @@ fn unknown_choices() {
             "s.toml:2: alliance.preset: the integer does not fit; write one of thesis, par98, team",
         ),
         (
+            "step_order = 'in-order'\n[alliance.switches]\nstep_order = 'in-order'",
+            "s.toml:3: alliance.switches.step_order: the scenario's own step_order states it already; state it once",
+        ),
+        (
             "[alliance.switches]\nhistory_origin = 'start'",
             "s.toml:2: alliance.switches.history_origin: there is no choice 'start'; there are mission-start, progress",
         ),
@@ -201,6 +205,22 @@ fn out_of_range() {
         (
             "[body]\nspeed_m_s = -0.5",
             "s.toml:2: body.speed_m_s: -0.5 is out of range; it must be above 0 and at most 1000 m/s",
+        ),
+        (
+            "[[robots]]\nname = 'a'\nspeed_m_s = 0",
+            "s.toml:3: robots[0].speed_m_s: 0 is out of range; it must be above 0 and at most 1000 m/s",
+        ),
+        (
+            "[[robots]]\nname = 'a'\nturn_deg_s = -1",
+            "s.toml:3: robots[0].turn_deg_s: -1 is out of range; it must be above 0 and at most 3600 deg/s",
+        ),
+        (
+            "[[robots]]\nname = 'a'\ndevices = ['side-boarder']",
+            "s.toml:3: robots[0].devices[0]: there is no optional device 'side-boarder'; did you mean 'side-border'? (there is only 'side-border')",
+        ),
+        (
+            "[[robots]]\nname = 'a'\nskills = { dust = 1 }",
+            "s.toml:3: robots[0].skills.dust: there is no skill 'dust'; there are none",
         ),
         (
             "[body]\nturn_deg_s = 3601",

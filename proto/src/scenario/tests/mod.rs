@@ -1,5 +1,6 @@
 //! Tests across the files of this folder.
 
+mod allocators;
 mod bad_parameters;
 mod bad_scenarios;
 mod precedence;

@@ -155,8 +155,26 @@ fn switches_override_the_preset_one_by_one() {
     let switches = alliance.switches;
     assert_eq!(switches.history_origin, HistoryOrigin::Progress);
     assert!(switches.arbitration);
-    assert_eq!(switches.step_order, StepOrder::InOrder);
     assert!(switches.reset_stops_active);
+}
+
+#[test]
+fn the_step_order_is_the_scenarios_then_that_of_the_switches_then_the_presets() {
+    let order = |text: &str| {
+        let scenario = Scenario::parse("s.toml", text).unwrap();
+        Setup::resolve(scenario, 1, None).unwrap().setup.step_order
+    };
+    assert_eq!(order(""), StepOrder::Simultaneous);
+    assert_eq!(order("alliance.preset = 'thesis'"), StepOrder::InOrder);
+    let switch = "alliance.switches.step_order = 'in-order'";
+    assert_eq!(order(switch), StepOrder::InOrder);
+    let own = "step_order = 'simultaneous'\nalliance.preset = 'thesis'";
+    assert_eq!(order(own), StepOrder::Simultaneous);
+
+    let mut scenario = Scenario::parse("s.toml", switch).unwrap();
+    scenario.set_step_order(StepOrder::Simultaneous);
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    assert_eq!(setup.step_order, StepOrder::Simultaneous);
 }
 
 /// The table of ALLIANCE.md §3.
@@ -179,8 +197,10 @@ fn presets_are_what_their_sources_say() {
         ("idle_heartbeat", "no", "no", "yes"),
     ];
     let columns = ["thesis", "par98", "team"].map(|name| {
-        let alliance = resolved(&format!("[alliance]\npreset = '{name}'"), "");
-        serde_json::to_value(alliance.switches).unwrap()
+        let text = format!("[alliance]\npreset = '{name}'");
+        let scenario = Scenario::parse("s.toml", &text).unwrap();
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        serde_json::to_value(&setup).unwrap()["alliance"]["switches"].clone()
     });
     for column in &columns {
         assert_eq!(column.as_object().unwrap().len(), table.len());

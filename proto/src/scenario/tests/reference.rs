@@ -7,9 +7,9 @@ use serde_json::Value;
 use crate::fault::tests::one_of_each;
 use crate::fault::{Campaign, Fault, Faults, Mix, Order};
 use crate::scenario::{
-    AllianceSection, BehaviorSection, Body, Deposit, Energy, HistoryOrigin, Obstacle, Preset,
-    Radio, ReportSite, Robot, RobotSection, Room, Scenario, Sensors, Setup, Spill, Spot, Start,
-    StepOrder, SwitchSection, TaskSection, WasteSection,
+    AllianceSection, Allocators, BehaviorSection, Body, Deposit, Energy, HistoryOrigin, Obstacle,
+    Preset, Radio, ReportSite, Robot, RobotSection, Room, Scenario, Sensors, Setup, Spill, Spot,
+    Start, StepOrder, SwitchSection, TaskSection, WasteSection,
 };
 
 const REFERENCE: &str = include_str!("../../../../launch/scenarios/reference.toml");
@@ -45,9 +45,14 @@ fn its_optional_keys_can_be_used_as_shown() {
 #[test]
 fn its_switches_are_those_of_the_default_preset() {
     let all = Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
-    let shown = serde_json::to_value(all.alliance.switches).unwrap();
-    let preset = serde_json::to_value(Preset::default().switches()).unwrap();
-    assert_eq!(shown, preset);
+    let preset = Preset::default();
+    assert_eq!(all.step_order, Some(preset.step_order()));
+    let switches = SwitchSection {
+        step_order: all.step_order,
+        ..all.alliance.switches
+    };
+    let all_of_preset = SwitchSection::stating(preset.switches(), preset.step_order());
+    assert_eq!(switches, all_of_preset);
 }
 
 /// A fault of each kind, with every mode.
@@ -107,7 +112,8 @@ fn populated() -> Scenario {
         wish_when_suppressed: Some(true),
         reset_stops_active: Some(true),
         history_origin: Some(HistoryOrigin::Progress),
-        step_order: Some(StepOrder::Simultaneous),
+        // The scenario's own key is the one to use.
+        step_order: None,
         arbitration: Some(true),
         release_message: Some(true),
         idle_heartbeat: Some(true),
@@ -121,6 +127,8 @@ fn populated() -> Scenario {
         description: String::new(),
         step_ms: 50,
         limit_s: 1.0,
+        step_order: Some(StepOrder::Simultaneous),
+        allocator: Some("x".to_owned()),
         room: Room {
             width_m: 1.0,
             height_m: 1.0,
@@ -172,6 +180,12 @@ fn populated() -> Scenario {
         robots: vec![Robot {
             name: String::new(),
             side_sensor: true,
+            speed_m_s: Some(1.0),
+            turn_deg_s: Some(1.0),
+            devices: vec!["x".to_owned()],
+            // The waste clean-up knows none.
+            skills: BTreeMap::new(),
+            allocator: Some("x".to_owned()),
             absent: true,
             start: Some(Start {
                 x_m: 1.0,
@@ -212,6 +226,8 @@ fn populated() -> Scenario {
             sets,
             robots: BTreeMap::from([("x".to_owned(), robot)]),
         },
+        // Their keys are those of the allocators that there are.
+        allocators: Allocators::new(),
     }
 }
 

@@ -1,7 +1,8 @@
 //! Second half of a step: what the active behavior set wants becomes what the body does.
 
 use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::readings::{Actuation, Gripper, Readings, Zone};
+use alliance_proto::mission::waste::{Gripper, WasteDeed, Zone};
+use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::scenario::BehaviorKind;
 use alliance_proto::team::Content;
 use alliance_proto::telemetry::{Note, NoteKind};
@@ -83,7 +84,7 @@ impl WasteMission {
 
     /// The set hibernates while the robot carries something: it puts that down and remembers where.
     fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
-        action.actuation.gripper = Gripper::Drop;
+        action.actuation.deed = Gripper::Drop.into();
         self.work = None;
         let Some(pose) = readings.pose else { return };
         let ahead = self.facing.ahead(pose.heading_rad);
@@ -92,7 +93,7 @@ impl WasteMission {
             kind: NoteKind::PutDown,
             detail: format!("at {:.2} {:.2}", at.x, at.y),
         });
-        if readings.zone == Some(Zone::None) {
+        if readings.mission.waste().zone == Some(Zone::None) {
             self.memory.see_loose(at, true, now);
         }
     }
@@ -165,12 +166,13 @@ impl WasteMission {
         let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
             return;
         };
+        let zone = readings.mission.waste().zone;
         let view = SpillView {
             now,
             sight,
             holding: self.holding,
-            in_deposit: readings.zone.map(|zone| zone == Zone::Deposit),
-            in_spill: readings.zone.map(|zone| zone == Zone::Spill),
+            in_deposit: zone.map(|zone| zone == Zone::Deposit),
+            in_spill: zone.map(|zone| zone == Zone::Spill),
             status: self.status,
             places: &places,
         };
@@ -180,7 +182,7 @@ impl WasteMission {
         match work.step(&self.briefing, &view, &mut self.memory) {
             Work::Go(goal) => self.go(now, goal, readings, action),
             Work::Grip(gripper) => {
-                action.actuation.gripper = gripper;
+                action.actuation.deed = gripper.into();
                 match gripper {
                     Gripper::Pick => self.load_of = Some(set),
                     _ => self.pending = Some(Pending::Delivery(task)),
@@ -190,7 +192,7 @@ impl WasteMission {
                 self.memory.see_spill(spill, true, now);
                 action.notes.push(Note {
                     kind: NoteKind::SpillEmpty,
-                    detail: self.briefing.roster.catalog.task_name(task).to_owned(),
+                    detail: self.briefing.catalog.task_name(task).to_owned(),
                 });
             }
             Work::OutOfReach => self.memory.set_aside(spill, now),
@@ -214,7 +216,7 @@ impl WasteMission {
         match errand(
             &places,
             pose.position,
-            readings.report_site,
+            readings.mission.waste().report_site,
             self.briefing.chassis.radius_m,
         ) {
             Errand::Go(goal) => {
@@ -225,7 +227,11 @@ impl WasteMission {
             }
             Errand::Report => {
                 self.ways_to_site = Ways::default();
-                action.actuation.report_progress = true;
+                let report = WasteDeed {
+                    report_progress: true,
+                    ..WasteDeed::default()
+                };
+                action.actuation.deed = report.into();
                 self.pending = Some(Pending::Report(task));
             }
             Errand::Wrong => self.withdraw(now, action),

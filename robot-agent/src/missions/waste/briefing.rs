@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::{BehaviorKind, Setup};
+use alliance_proto::scenario::{BehaviorKind, Catalog, Setup};
 use alliance_proto::team::Locations;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -12,14 +12,13 @@ use smallvec::SmallVec;
 
 use super::map::Map;
 use crate::body::Chassis;
-use crate::roster::Roster;
 
 /// What a robot knows beforehand.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Briefing {
     pub robot: RobotId,
     pub team_size: usize,
-    pub roster: Arc<Roster>,
+    pub catalog: Arc<Catalog>,
     pub map: Arc<Map>,
     /// Its behavior sets, in the order of `Catalog::behaviors_of`.
     pub own_behaviors: SmallVec<[OwnBehavior; 6]>,
@@ -49,7 +48,7 @@ pub(super) struct OwnBehavior {
 }
 
 impl Briefing {
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Arc<Roster>, map: &Arc<Map>) -> Self {
+    pub fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
         let scenario = &setup.scenario;
         let waste = &scenario.waste;
         let own = &scenario.robots[robot.index()];
@@ -58,9 +57,9 @@ impl Briefing {
             let sets = sets.into_iter().flat_map(|sets| sets.values());
             SimTime::from_secs_f64(sets.map(seconds).fold(0.0, f64::max))
         };
-        let own_behaviors = roster.catalog.behaviors_of(own).map(|id| {
-            let spec = &roster.catalog.sets[id.index()];
-            let (task, kind) = (spec.task, spec.kind);
+        let own_behaviors = setup.catalog.behaviors_of(own).map(|id| {
+            let spec = &setup.catalog.sets[id.index()];
+            let (task, kind) = (spec.task, BehaviorKind::of(spec));
             OwnBehavior { id, task, kind }
         });
         let own_behaviors: SmallVec<[OwnBehavior; 6]> = own_behaviors.collect();
@@ -76,12 +75,12 @@ impl Briefing {
         Self {
             robot,
             team_size: scenario.robots.len(),
-            roster: Arc::clone(roster),
+            catalog: Arc::clone(&setup.catalog),
             map: Arc::clone(map),
             own_behaviors,
             own_spills,
             border: waste.border_known.then_some(border),
-            chassis: Chassis::of(scenario),
+            chassis: Chassis::of(scenario, own),
             reach_m: scenario.body.radius_m + scenario.body.reach_m,
             sight_m: scenario.body.radius_m + scenario.sensors.waste_range_m,
             silence: longest(|set| set.ceased_after_s),

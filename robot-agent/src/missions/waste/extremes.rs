@@ -4,7 +4,7 @@ use alliance_proto::readings::{Pose, Readings};
 use alliance_proto::team::Locations;
 use glam::Vec2;
 
-use super::find::Compass;
+use super::compass::Compass;
 use crate::body::wrap;
 
 /// A border sensor that looks this exactly at a wall tells which wall it sees, rad.

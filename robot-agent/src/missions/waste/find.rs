@@ -1,11 +1,10 @@
 //! find-locations: find the border's extremes, in two ways (thesis §4.1.2.1, Fig. 4.4).
 
-use std::f32::consts::{FRAC_PI_2, PI};
-
 use alliance_proto::readings::Readings;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
+use super::compass::Compass;
 use super::extremes::Extremes;
 use crate::body::{Goal, Status, wrap};
 
@@ -22,39 +21,6 @@ const FIRST_LEG: SimTime = SimTime(30_000);
 const BLOCKED: u32 = 2;
 /// An extreme that moved by this much is progress (ALLIANCE.md §3), m.
 const PROGRESS_M: f32 = 0.1;
-
-/// The directions in which the walls lie, in the order in which both behaviors take them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Compass {
-    West,
-    North,
-    East,
-    South,
-}
-
-impl Compass {
-    pub const CLOCKWISE: [Self; 4] = [Self::West, Self::North, Self::East, Self::South];
-
-    /// Unit vector.
-    pub fn vector(self) -> Vec2 {
-        match self {
-            Self::West => Vec2::NEG_X,
-            Self::North => Vec2::Y,
-            Self::East => Vec2::X,
-            Self::South => Vec2::NEG_Y,
-        }
-    }
-
-    /// Heading in that direction, rad.
-    pub fn heading(self) -> f32 {
-        match self {
-            Self::West => PI,
-            Self::North => FRAC_PI_2,
-            Self::East => 0.0,
-            Self::South => -FRAC_PI_2,
-        }
-    }
-}
 
 /// Whether the robot stands before the wall in that direction.
 fn is_before(wall: Compass, readings: &Readings) -> bool {
@@ -199,6 +165,8 @@ impl Wander {
 
 #[cfg(test)]
 mod tests {
+    use std::f32::consts::PI;
+
     use alliance_proto::readings::Pose;
 
     use super::*;

@@ -1,9 +1,10 @@
 //! The waste clean-up (thesis §4.1, DESIGN §7): behavior sets and knowledge. Pure.
 //!
 //! A tour:
-//! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border. `memory`: what it knows about the
+//! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border, by `compass`. `memory`: what it knows about the
 //!   mission, from own sight and from hearsay. `teammates`: what it last heard of each of the others.
 //! - `find`, `spill`, `report`: the behavior sets; `sight` and `views` are what the work on a spill sees.
+//! - `costs`: what each behavior would cost, for allocators that compare.
 //! - `perceiving` and `acting`: the two halves of a step, which use them all.
 //!
 //! Decided here:
@@ -21,6 +22,8 @@
 
 mod acting;
 mod briefing;
+mod compass;
+mod costs;
 mod extremes;
 mod find;
 mod map;
@@ -44,7 +47,6 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::body::{Navigator, Status};
-use crate::roster::Roster;
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
@@ -55,6 +57,7 @@ use spill::SpillWork;
 use teammates::Teammates;
 
 pub use acting::Action;
+pub use costs::planned_cost_ms;
 pub use map::Map;
 pub use perceiving::Perception;
 
@@ -99,8 +102,8 @@ impl WasteMission {
     /// # Panics
     /// If the setup has no such robot.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup, roster: &Arc<Roster>, map: &Arc<Map>) -> Self {
-        let briefing = Briefing::new(robot, setup, roster, map);
+    pub fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
+        let briefing = Briefing::new(robot, setup, map);
         Self {
             memory: Memory::new(robot, &briefing.own_spills, briefing.border),
             search_progress: 0,

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::readings::{Readings, Zone};
+use alliance_proto::mission::waste::Zone;
+use alliance_proto::readings::Readings;
 use alliance_proto::scenario::BehaviorKind;
 use alliance_proto::team::{Broadcast, Content, Knowledge, TaskState};
 use alliance_proto::telemetry::{Note, NoteKind};
@@ -72,7 +73,7 @@ impl WasteMission {
             self.search_progress += u32::from(task == FIND);
             notes.push(Note {
                 kind: NoteKind::Progress,
-                detail: self.briefing.roster.catalog.task_name(task).to_owned(),
+                detail: self.briefing.catalog.task_name(task).to_owned(),
             });
         }
         progressed.clear();
@@ -83,7 +84,7 @@ impl WasteMission {
     }
 
     fn see_effects(&mut self, now: SimTime, readings: &Readings) {
-        let holding = readings.holding.unwrap_or(false);
+        let holding = readings.mission.waste().holding.unwrap_or(false);
         match self.pending.take() {
             Some(Pending::Delivery(task)) if self.holding && !holding => self.progressed.push(task),
             Some(Pending::Report(task)) => {
@@ -127,6 +128,7 @@ impl WasteMission {
                     self.stands_back_since = Some(now);
                 }
             }
+            Content::Allocation(_) => {}
         }
     }
 
@@ -174,7 +176,7 @@ impl WasteMission {
             let radius_m = self.briefing.spill_radius_m + slack;
             is_within(places.spill(nearest) - at, radius_m).then_some(nearest)
         };
-        if readings.zone == Some(Zone::Spill)
+        if readings.mission.waste().zone == Some(Zone::Spill)
             && own_spill(pose.position, SPILL_TOLERANCE_M).is_some()
         {
             self.memory.confirm();
@@ -232,7 +234,8 @@ impl WasteMission {
         match set.kind {
             BehaviorKind::MoveSpill(spill) => {
                 let loads = self.holding && self.load_of == Some(set.id);
-                let works = readings.waste.is_some() && readings.holding.is_some();
+                let sensed = readings.mission.waste();
+                let works = sensed.waste.is_some() && sensed.holding.is_some();
                 let wanted = || !self.memory.believes_empty(spill, now) || self.knows_loose(spill);
                 works && (loads || !self.memory.is_set_aside(spill, now) && wanted())
             }

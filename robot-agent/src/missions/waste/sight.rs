@@ -1,6 +1,7 @@
 //! The waste that a robot senses outside the deposit, and how far it can be sure that there is no more.
 
-use alliance_proto::readings::{Readings, SensedWaste, WASTE_MOST};
+use alliance_proto::mission::waste::{SensedWaste, WASTE_MOST};
+use alliance_proto::readings::Readings;
 use glam::Vec2;
 
 use super::briefing::Briefing;
@@ -27,7 +28,7 @@ impl Sight {
         briefing: &Briefing,
         places: &Places,
     ) -> Option<Self> {
-        let (pose, sensed) = (readings.pose?, readings.waste.as_ref()?);
+        let (pose, sensed) = (readings.pose?, readings.mission.waste().waste.as_ref()?);
         let position = pose.position;
         let items = sensed
             .iter()

@@ -3,7 +3,9 @@
 use std::f32::consts::PI;
 
 use alliance_proto::ids::TaskId;
-use alliance_proto::readings::{Gripper, Pose, Readings, SensedWaste, Zone};
+use alliance_proto::mission::Sensed;
+use alliance_proto::mission::waste::{Gripper, SensedWaste, WasteSensed, Zone};
+use alliance_proto::readings::{Pose, Readings};
 use alliance_proto::scenario::BehaviorKind;
 use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Locations, TaskState, Withdrawal};
 use alliance_proto::telemetry::NoteKind;
@@ -28,8 +30,7 @@ struct Robot {
 
 /// A robot of the default scenario with these readings at the next steps.
 fn mission(robot: RobotId, setup: &Setup) -> WasteMission {
-    let (roster, map) = (Roster::of(&setup.scenario), Map::of(&setup.scenario));
-    WasteMission::new(robot, setup, &Arc::new(roster), &Arc::new(map))
+    WasteMission::new(robot, setup, &Arc::new(Map::of(&setup.scenario)))
 }
 
 fn robot() -> Robot {
@@ -76,12 +77,7 @@ impl Robot {
     }
 
     fn set(&self, name: &str) -> BehaviorId {
-        self.mission
-            .briefing
-            .roster
-            .catalog
-            .behavior_named(name)
-            .unwrap()
+        self.mission.briefing.catalog.behavior_named(name).unwrap()
     }
 
     /// Names of the applicable sets.
@@ -89,7 +85,7 @@ impl Robot {
         let applicable = self.perceive(readings, &[]).applicable;
         let sets = self.mission.briefing.own_behaviors.iter().zip(applicable);
         let sets = sets.filter(|(_, applicable)| *applicable);
-        let catalog = &self.mission.briefing.roster.catalog;
+        let catalog = &self.mission.briefing.catalog;
         sets.map(|(set, _)| catalog.behavior_name(set.id).to_owned())
             .collect()
     }
@@ -105,29 +101,33 @@ fn at(position: Vec2) -> Readings {
         front_border: Some(None),
         side_border: Some(None),
         proximity: Some(Default::default()),
-        waste: Some(SensedWaste::new()),
-        zone: Some(Zone::None),
-        report_site: Some(false),
-        holding: Some(false),
+        mission: Sensed::Waste(WasteSensed {
+            waste: Some(SensedWaste::new()),
+            zone: Some(Zone::None),
+            report_site: Some(false),
+            holding: Some(false),
+        }),
         ..Readings::default()
     }
 }
 
+/// The same readings, but for what the mission's devices tell.
+fn with(mut readings: Readings, change: impl FnOnce(&mut WasteSensed)) -> Readings {
+    change(readings.mission.waste_mut());
+    readings
+}
+
 /// The same, with something in the gripper.
 fn holding(position: Vec2) -> Readings {
-    Readings {
-        holding: Some(true),
-        ..at(position)
-    }
+    with(at(position), |sensed| sensed.holding = Some(true))
 }
 
 /// In the middle of the spill, with waste that near ahead.
 fn at_waste(ahead_m: f32) -> Readings {
-    Readings {
-        waste: Some([Vec2::new(ahead_m, 0.0)].into_iter().collect()),
-        zone: Some(Zone::Spill),
-        ..at(SPILL)
-    }
+    with(at(SPILL), |sensed| {
+        sensed.waste = Some([Vec2::new(ahead_m, 0.0)].into_iter().collect());
+        sensed.zone = Some(Zone::Spill);
+    })
 }
 
 fn broadcast(sender: RobotId, sent: SimTime, body: Content) -> Broadcast {
@@ -250,14 +250,13 @@ fn a_report_is_made_on_the_site_and_is_progress() {
     let mut robot = informed();
     let off_site = at(Vec2::new(3.0, 4.5));
     let (_, action) = robot.step(Some("report-progress"), &off_site);
-    assert!(!action.actuation.report_progress);
-    let on_site = Readings {
-        report_site: Some(true),
-        ..at(Vec2::new(0.4, 4.5))
-    };
+    assert!(!action.actuation.deed.waste().report_progress);
+    let on_site = with(at(Vec2::new(0.4, 4.5)), |sensed| {
+        sensed.report_site = Some(true)
+    });
     robot.now = SimTime(200_000);
     let (_, action) = robot.step(Some("report-progress"), &on_site);
-    assert!(action.actuation.report_progress);
+    assert!(action.actuation.deed.waste().report_progress);
     let perception = robot.perceive(&on_site, &[]);
     assert_eq!(perception.progressed, [REPORT]);
     assert_eq!(
@@ -291,12 +290,18 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
         .step(Some("move-spill(top)"), &at_waste(0.6))
         .1
         .actuation;
-    assert_eq!((far.gripper, far.speed_m_s), (Gripper::Keep, 0.5));
+    assert_eq!(
+        (far.deed.waste().gripper, far.speed_m_s),
+        (Gripper::Keep, 0.5)
+    );
     let near = robot
         .step(Some("move-spill(top)"), &at_waste(0.3))
         .1
         .actuation;
-    assert_eq!((near.gripper, near.speed_m_s), (Gripper::Pick, 0.0));
+    assert_eq!(
+        (near.deed.waste().gripper, near.speed_m_s),
+        (Gripper::Pick, 0.0)
+    );
     let carry = robot
         .step(Some("move-spill(top)"), &holding(SPILL))
         .1
@@ -310,12 +315,11 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
 fn a_delivery_is_progress_when_it_is_seen_to_have_worked() {
     let mut robot = informed();
     robot.step(Some("move-spill(top)"), &at_waste(0.3));
-    let inside = Readings {
-        zone: Some(Zone::Deposit),
-        ..holding(DEPOSIT - Vec2::new(0.8, 0.0))
-    };
+    let inside = with(holding(DEPOSIT - Vec2::new(0.8, 0.0)), |sensed| {
+        sensed.zone = Some(Zone::Deposit)
+    });
     let (_, action) = robot.step(Some("move-spill(top)"), &inside);
-    assert_eq!(action.actuation.gripper, Gripper::Drop);
+    assert_eq!(action.actuation.deed.waste().gripper, Gripper::Drop);
     // The gripper did not open.
     assert!(
         robot
@@ -324,10 +328,7 @@ fn a_delivery_is_progress_when_it_is_seen_to_have_worked() {
             .progressed
             .is_empty()
     );
-    let empty = Readings {
-        holding: Some(false),
-        ..inside
-    };
+    let empty = with(inside, |sensed| sensed.holding = Some(false));
     assert_eq!(
         robot.step(Some("move-spill(top)"), &empty).0.progressed,
         [TOP]
@@ -346,10 +347,10 @@ fn it_does_not_let_go_with_its_back_to_the_deposit() {
     let mut robot = informed();
     robot.step(Some("move-spill(top)"), &at_waste(0.3));
     let mut outward = holding(DEPOSIT - Vec2::new(0.8, 0.0));
-    outward.zone = Some(Zone::Deposit);
+    outward.mission.waste_mut().zone = Some(Zone::Deposit);
     outward.pose.as_mut().unwrap().heading_rad = PI;
     let (_, action) = robot.step(Some("move-spill(top)"), &outward);
-    assert_eq!(action.actuation.gripper, Gripper::Keep);
+    assert_eq!(action.actuation.deed.waste().gripper, Gripper::Keep);
     assert!(action.actuation.turn_rad_s != 0.0);
 }
 
@@ -359,7 +360,7 @@ fn a_failed_grip_is_not_repeated_forever() {
     let refused = at_waste(0.3);
     let grips = (0..20).filter(|_| {
         let (_, action) = robot.step(Some("move-spill(top)"), &refused);
-        action.actuation.gripper == Gripper::Pick
+        action.actuation.deed.waste().gripper == Gripper::Pick
     });
     assert_eq!(grips.count(), 1);
 }
@@ -372,7 +373,7 @@ fn when_its_set_hibernates_it_puts_its_load_down_and_says_where() {
         let place = Vec2::new(6.0, 5.0);
         robot.step(Some("move-spill(top)"), &holding(place));
         let (_, action) = robot.step(active, &holding(place));
-        assert_eq!(action.actuation.gripper, Gripper::Drop);
+        assert_eq!(action.actuation.deed.waste().gripper, Gripper::Drop);
         assert!(
             action
                 .notes
@@ -400,10 +401,7 @@ fn a_load_that_is_carried_keeps_its_set_applicable() {
 #[test]
 fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
     let mut robot = informed();
-    let seen = Readings {
-        zone: Some(Zone::Spill),
-        ..at(SPILL)
-    };
+    let seen = with(at(SPILL), |sensed| sensed.zone = Some(Zone::Spill));
     let (_, action) = robot.step(Some("move-spill(top)"), &seen);
     assert!(action.notes.is_empty());
     let (_, action) = robot.step(Some("move-spill(top)"), &at(DEPOSIT - Vec2::new(0.8, 0.0)));
@@ -551,14 +549,13 @@ fn a_place_that_was_searched_in_vain_is_no_longer_one_to_search() {
 #[test]
 fn waste_in_the_deposit_is_nobodys_work() {
     let mut robot = informed();
-    let readings = Readings {
-        waste: Some([Vec2::new(0.3, 0.0)].into_iter().collect()),
-        ..at(DEPOSIT)
-    };
+    let readings = with(at(DEPOSIT), |sensed| {
+        sensed.waste = Some([Vec2::new(0.3, 0.0)].into_iter().collect())
+    });
     robot.perceive(&readings, &[]);
     assert!(robot.mission.knowledge().loose.is_empty());
     let action = robot.act(Some("move-spill(top)"), &readings);
-    assert_eq!(action.actuation.gripper, Gripper::Keep);
+    assert_eq!(action.actuation.deed.waste().gripper, Gripper::Keep);
 }
 
 #[test]
@@ -568,14 +565,14 @@ fn a_full_waste_sensor_proves_nothing_about_what_is_farther_away() {
     robot.mission.memory.see_loose(place, true, robot.now);
     let mut crowded = at(Vec2::new(8.3, 4.5));
     // Eight items in the deposit are nearer than the place.
-    crowded.waste = Some(
+    crowded.mission.waste_mut().waste = Some(
         (0..8)
             .map(|index| Vec2::new(0.4, 0.01 * index as f32))
             .collect(),
     );
     robot.perceive(&crowded, &[]);
     assert_eq!(robot.mission.memory.loose().count(), 1);
-    crowded.waste.as_mut().unwrap().pop();
+    crowded.mission.waste_mut().waste.as_mut().unwrap().pop();
     robot.perceive(&crowded, &[]);
     assert_eq!(robot.mission.memory.loose().count(), 0);
 }

@@ -359,7 +359,7 @@ fn a_second_copy_is_put_down_to_what_was_in_force_when_its_message_was_listed() 
 #[test]
 fn in_order_later_robots_hear_earlier_ones_in_the_same_tick() {
     let mut setup = Setup::default_for(1);
-    setup.alliance.switches.step_order = StepOrder::InOrder;
+    setup.step_order = StepOrder::InOrder;
     let mut links = Links::new(&setup);
     begin(&mut links, 10, &[Fault::Deaf("gold".to_owned())]);
     let causes = |sender, sent_tick| {

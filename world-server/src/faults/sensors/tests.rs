@@ -1,9 +1,13 @@
 //! Each way to break, and what chance may depend on.
 
 use alliance_proto::fault::SensorFault;
-use alliance_proto::readings::{Ground, Hit, Pose, Proximity, Zone};
+use alliance_proto::mission::Sensed;
+use alliance_proto::mission::waste::{WasteSensed, Zone};
+use alliance_proto::readings::{Ground, Hit, Pose, Proximity};
 
 use super::*;
+use crate::missions::waste::WASTE;
+use crate::world::World;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -44,14 +48,16 @@ fn sensed(tick: Tick) -> Readings {
             left: [None; 3],
             right: [None, hit(0.2), None],
         }),
-        waste: Some(
-            [Vec2::new(0.3, 0.0), Vec2::new(-0.4, 0.1)]
-                .into_iter()
-                .collect(),
-        ),
-        zone: Some(Zone::Spill),
-        report_site: Some(false),
-        holding: Some(true),
+        mission: Sensed::Waste(WasteSensed {
+            waste: Some(
+                [Vec2::new(0.3, 0.0), Vec2::new(-0.4, 0.1)]
+                    .into_iter()
+                    .collect(),
+            ),
+            zone: Some(Zone::Spill),
+            report_site: Some(false),
+            holding: Some(true),
+        }),
         ground: Some(Ground {
             here: 1.0,
             ahead: 0.5,
@@ -62,6 +68,7 @@ fn sensed(tick: Tick) -> Readings {
 
 /// Sensors of the default team with these faults in force from the first tick on.
 struct Bench {
+    world: World,
     sensors: Sensors,
     faults: Vec<(FaultIndex, Fault)>,
     /// What each robot was sent last, by rank.
@@ -72,6 +79,7 @@ impl Bench {
     fn new(faults: impl IntoIterator<Item = Fault>) -> Self {
         let faults = faults.into_iter().enumerate();
         Self {
+            world: World::new(&Setup::default_for(7), &WASTE),
             sensors: Sensors::new(&Setup::default_for(7)),
             sent: vec![TickMessage::default(); 3],
             faults: faults
@@ -92,7 +100,9 @@ impl Bench {
             |robot| &self.sent[robot.index()],
         );
         let mut readings = sensed(tick);
-        let hits = self.sensors.distort(robot, tick, &mut readings);
+        let hits = self
+            .sensors
+            .distort(self.world.mission(), robot, tick, &mut readings);
         self.sent[robot.index()] = TickMessage {
             incarnation: 1,
             tick,
@@ -115,10 +125,10 @@ fn each_dead_device_is_silent_and_all_others_go_on() {
             Device::FrontBorder => expected.front_border = None,
             Device::SideBorder => expected.side_border = None,
             Device::Avoidance => expected.proximity = None,
-            Device::Waste => expected.waste = None,
-            Device::SpillZone => expected.zone = None,
-            Device::ReportSite => expected.report_site = None,
-            Device::Gripper => expected.holding = None,
+            Device::Waste => expected.mission.waste_mut().waste = None,
+            Device::SpillZone => expected.mission.waste_mut().zone = None,
+            Device::ReportSite => expected.mission.waste_mut().report_site = None,
+            Device::Gripper => expected.mission.waste_mut().holding = None,
             Device::Ground => expected.ground = None,
         }
         assert_eq!(told, expected, "{device:?}");
@@ -136,7 +146,7 @@ fn a_stuck_one_goes_on_telling_what_it_told_in_the_tick_before() {
     for tick in 5..8 {
         let (told, hits) = bench.tick(tick);
         assert_eq!(told.pose, sensed(4).pose);
-        assert_eq!(told.waste, sensed(tick).waste);
+        assert_eq!(told.mission, sensed(tick).mission);
         assert_eq!(hits, [0]);
     }
     bench.faults.clear();
@@ -186,7 +196,7 @@ fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
     assert_eq!(distances(proximity.right), [None, Some(0.0), None]);
     // Nearest first still.
     let expected = [Vec2::new(0.5 - 0.4, 0.1 + 0.5), Vec2::new(0.8, 0.5)];
-    assert_eq!(told.waste.unwrap().as_slice(), expected);
+    assert_eq!(told.mission.waste().waste.as_deref().unwrap(), expected);
 }
 
 #[test]
@@ -224,8 +234,8 @@ fn a_dropout_takes_its_share_of_the_ticks() {
     let mut bench = Bench::new([sensor(Device::Waste, SensorMode::Dropout(0.25))]);
     let silent = (0..4000).filter(|tick| {
         let (told, hits) = bench.tick(*tick);
-        assert_eq!(told.waste.is_none(), hits == [0]);
-        told.waste.is_none()
+        assert_eq!(told.mission.waste().waste.is_none(), hits == [0]);
+        told.mission.waste().waste.is_none()
     });
     let silent = silent.count();
     assert!((900..1100).contains(&silent), "{silent}");
@@ -284,7 +294,12 @@ fn a_device_that_a_robot_lacks_cannot_be_hit() {
     };
     let faults = bench.faults.iter().map(|(index, fault)| (*index, fault));
     bench.sensors.begin(0, faults, |_| &bench.sent[0]);
-    assert!(bench.sensors.distort(BLUE, 0, &mut readings).is_empty());
+    assert!(
+        bench
+            .sensors
+            .distort(bench.world.mission(), BLUE, 0, &mut readings)
+            .is_empty()
+    );
     assert_eq!(readings.side_border, None);
 }
 
@@ -294,6 +309,11 @@ fn without_power_the_energy_reads_zero_where_it_is_simulated() {
     let (told, hits) = bench.tick(0);
     assert_eq!((told.energy_j, hits), (Some(0.0), vec![0]));
     let mut readings = Readings::default();
-    assert!(bench.sensors.distort(BLUE, 1, &mut readings).is_empty());
+    assert!(
+        bench
+            .sensors
+            .distort(bench.world.mission(), BLUE, 1, &mut readings)
+            .is_empty()
+    );
     assert_eq!(readings, Readings::default());
 }

@@ -15,7 +15,7 @@ proptest! {
         let setup = Setup::default_for(7);
         let ticks = run_of(ticks);
         let (run, expected) = log(level, &ticks);
-        let recorder = Recorder::new(&setup, level, Memory::default()).unwrap();
+        let recorder = Recorder::new(&setup, &WASTE, level, Memory::default()).unwrap();
         let mut background = Background::new(recorder).unwrap();
         let mut news = Vec::new();
         for tick in &ticks {
@@ -26,7 +26,7 @@ proptest! {
             }
         }
         let mut recorder = background.finish().unwrap();
-        prop_assert_eq!(recorder.finish(Outcome::TimeLimit, false, Vec::new()).unwrap(), run);
+        prop_assert_eq!(recorder.finish(Outcome::TimeLimit, Ending::default()).unwrap(), run);
         // Told at once, and just as they stand in the table.
         let events = &expected.tables[&Table::Events];
         let header = events.iter().position(|byte| *byte == b'\n').unwrap() + 1;
@@ -38,7 +38,13 @@ proptest! {
 #[test]
 fn what_is_flushed_is_written_though_no_tick_follows() {
     let (told, heard) = std::sync::mpsc::sync_channel(8);
-    let recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, Telling(told)).unwrap();
+    let recorder = Recorder::new(
+        &Setup::default_for(7),
+        &WASTE,
+        LogLevel::Full,
+        Telling(told),
+    )
+    .unwrap();
     let mut background = Background::new(recorder).unwrap();
     for tick in run_of(4) {
         tick.record(&mut background).unwrap();
@@ -76,7 +82,7 @@ fn a_write_that_fails_is_told_once_and_nothing_follows_it() {
         memory: Memory::default(),
         bytes_left: 2000,
     };
-    let recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, sink).unwrap();
+    let recorder = Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Full, sink).unwrap();
     let mut background = Background::new(recorder).unwrap();
     // The queue is shorter than this run.
     let failed = run_of(2000)

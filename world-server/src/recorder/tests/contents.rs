@@ -13,7 +13,7 @@ fn every_file_of_a_full_log() {
     let (_, memory) = log(LogLevel::Full, &sample());
     let rows = |table: Table| {
         let text = text(&memory, table);
-        text.strip_prefix(table.header()).expect("a header line")
+        text.strip_prefix(header(table)).expect("a header line")
     };
     assert_eq!(
         rows(Table::Motivations),
@@ -120,7 +120,7 @@ fn rows_of_every_input() {
     ];
     let (_, memory) = log(LogLevel::Summary, &ticks);
     assert_eq!(
-        text(&memory, Table::Events).strip_prefix(Table::Events.header()),
+        text(&memory, Table::Events).strip_prefix(header(Table::Events)),
         Some(
             "0,gone,green,,,incarnation 2; last counted in tick 41; last broadcasts listed\n\
              0,gone,green,,,incarnation 3; never counted; last broadcasts not listed\n\
@@ -175,8 +175,13 @@ fn run_file_reads_back() {
 
 #[test]
 fn a_run_that_has_not_ended_says_so() {
-    let recorder =
-        Recorder::new(&Setup::default_for(7), LogLevel::Full, Memory::default()).unwrap();
+    let recorder = Recorder::new(
+        &Setup::default_for(7),
+        &WASTE,
+        LogLevel::Full,
+        Memory::default(),
+    )
+    .unwrap();
     let text = &recorder.sink.documents[&Document::Run];
     let json: serde_json::Value = serde_json::from_str(text).unwrap();
     assert_eq!(json["outcome"], "running");
@@ -194,7 +199,7 @@ fn a_run_that_has_not_ended_says_so() {
     assert_eq!(
         headers,
         expected
-            .map(|table| (table, table.header().as_bytes()))
+            .map(|table| (table, header(table).as_bytes()))
             .collect::<Vec<_>>()
     );
 }

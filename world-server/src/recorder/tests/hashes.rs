@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use alliance_proto::mission::waste::Gripper;
+
 use super::*;
 
 /// Hashes of ticks.csv by (tick, robot, section), without those of the tables and of the run.
@@ -48,14 +50,19 @@ fn level_does_not_change_the_hash() {
 
 #[test]
 fn flushes_do_not_change_the_log() {
-    let mut recorder =
-        Recorder::new(&Setup::default_for(7), LogLevel::Summary, Memory::default()).unwrap();
+    let mut recorder = Recorder::new(
+        &Setup::default_for(7),
+        &WASTE,
+        LogLevel::Summary,
+        Memory::default(),
+    )
+    .unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();
         recorder.flush().unwrap();
     }
     let run = recorder
-        .finish(Outcome::TimeLimit, false, Vec::new())
+        .finish(Outcome::TimeLimit, Ending::default())
         .unwrap();
     assert_eq!(
         (run, recorder.into_sink()),
@@ -66,8 +73,13 @@ fn flushes_do_not_change_the_log() {
 #[test]
 fn the_hash_is_there_at_any_time() {
     let ticks = sample();
-    let mut recorder =
-        Recorder::new(&Setup::default_for(7), LogLevel::Off, Memory::default()).unwrap();
+    let mut recorder = Recorder::new(
+        &Setup::default_for(7),
+        &WASTE,
+        LogLevel::Off,
+        Memory::default(),
+    )
+    .unwrap();
     for (index, tick) in ticks.iter().enumerate() {
         tick.record(&mut recorder).unwrap();
         let (run, _) = log(LogLevel::Full, &ticks[..=index]);
@@ -87,7 +99,9 @@ fn every_bit_of_a_float_counts() {
             changed(|tick| flip(&mut tick.blue().1.actuation.turn_rad_s)),
             ["blue commands"]
         );
-        let waste = |tick: &mut OwnedTick| flip(&mut tick.blue().0.waste.as_mut().unwrap()[0].y);
+        let waste = |tick: &mut OwnedTick| {
+            flip(&mut tick.blue().0.mission.waste_mut().waste.as_mut().unwrap()[0].y)
+        };
         assert_eq!(changed(waste), ["blue readings"]);
     }
     for bit in 0..64 {
@@ -103,7 +117,7 @@ fn every_bit_of_a_float_counts() {
 fn every_part_counts_in_its_section() {
     let readings = ["blue readings"];
     assert_eq!(
-        changed(|tick| tick.blue().0.holding = Some(false)),
+        changed(|tick| tick.blue().0.mission.waste_mut().holding = Some(false)),
         readings
     );
     assert_eq!(
@@ -113,7 +127,7 @@ fn every_part_counts_in_its_section() {
 
     let commands = ["blue commands"];
     assert_eq!(
-        changed(|tick| tick.blue().1.actuation.report_progress ^= true),
+        changed(|tick| tick.blue().1.actuation.deed = Gripper::Pick.into()),
         commands
     );
 
@@ -150,7 +164,7 @@ fn every_part_counts_in_its_section() {
 
     let events = ["world events"];
     assert_eq!(
-        changed(|tick| tick.events[0].kind = EventKind::Dropped),
+        changed(|tick| tick.events[0].kind = EventKind::Mission("dropped")),
         events
     );
     assert_eq!(changed(|tick| tick.events[0].robot = None), events);
@@ -163,8 +177,7 @@ fn every_part_counts_in_its_section() {
     assert_eq!(changed(|tick| tick.robots[0].0.carrying ^= true), state);
     assert_eq!(changed(|tick| tick.robots[0].0.active = None), state);
     assert_eq!(changed(|tick| tick.robots[0].0.energy_j = None), state);
-    assert_eq!(changed(|tick| tick.items.on_floor ^= 1), state);
-    assert_eq!(changed(|tick| tick.last_report = None), state);
+    assert_eq!(changed(|tick| tick.mission_state ^= 1), state);
 
     assert_eq!(changed(|tick| tick.inputs.clear()), ["world inputs"]);
     let stall = || Input::StallBegin {

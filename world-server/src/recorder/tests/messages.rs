@@ -105,7 +105,7 @@ fn a_late_message_has_its_row_when_it_is_heard_or_missed() {
             row(50, 0, "cut"),
         ]
     );
-    let figures = log(LogLevel::Off, &ticks).0.result.robots["blue"];
+    let figures = log(LogLevel::Off, &ticks).0.result.robots["blue"].clone();
     assert_eq!((figures.messages_heard, figures.messages_lost), (2, 2));
     assert_eq!(
         (figures.messages_delayed, figures.messages_duplicate),

@@ -9,6 +9,11 @@ mod repeated;
 mod torn;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId, Tick};
+use alliance_proto::log::{
+    EventRow, Input, Memory, MessageRow, MotivationRow, PoseRow, RUN_SECTION, RobotFigures, RunLog,
+    TickRow,
+};
+use alliance_proto::mission::waste::WasteRow;
 use alliance_proto::readings::{Actuation, Pose, Readings};
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::{BroadcastKind, TaskState};
@@ -17,11 +22,10 @@ use alliance_proto::telemetry::{
 };
 use alliance_proto::tick::{Outcome, Report};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::ItemCounts;
 use glam::Vec2;
 
 use super::*;
-use crate::input::Input;
+use crate::missions::waste::WASTE;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -34,8 +38,8 @@ struct OwnedTick {
     inputs: Vec<Input>,
     robots: Vec<(BodyRecord, Option<(Readings, Report)>)>,
     events: Vec<Event>,
-    items: ItemCounts,
-    last_report: Option<SimTime>,
+    mission: Vec<Value>,
+    mission_state: u64,
 }
 
 impl OwnedTick {
@@ -54,8 +58,8 @@ impl OwnedTick {
             bodies: &bodies,
             answers: answers.all(),
             events: &self.events,
-            items: self.items,
-            last_report: self.last_report,
+            mission: &self.mission,
+            mission_state: self.mission_state,
         })
     }
 
@@ -65,14 +69,22 @@ impl OwnedTick {
     }
 }
 
+/// The header line of a table.
+fn header(table: Table) -> &'static str {
+    let of_mission =
+        "t_ms,items_in_spills,items_carried,items_on_floor,items_delivered,last_report_ms\n";
+    table.header().unwrap_or(of_mission)
+}
+
 /// Logs a run that ends after these ticks.
 fn log(level: LogLevel, ticks: &[OwnedTick]) -> (RunFile, Memory) {
-    let mut recorder = Recorder::new(&Setup::default_for(7), level, Memory::default()).unwrap();
+    let mut recorder =
+        Recorder::new(&Setup::default_for(7), &WASTE, level, Memory::default()).unwrap();
     for tick in ticks {
         tick.record(&mut recorder).unwrap();
     }
     let run = recorder
-        .finish(Outcome::TimeLimit, false, Vec::new())
+        .finish(Outcome::TimeLimit, Ending::default())
         .unwrap();
     (run, recorder.into_sink())
 }
@@ -85,6 +97,8 @@ fn report(robot: RobotId, tick: Tick) -> Report {
         actuation: Actuation::default(),
         broadcasts: 0,
         broadcast_bytes: 0,
+        active: None,
+        allocation: Vec::new(),
         motivations: Vec::new(),
         changes: Vec::new(),
         notes: Vec::new(),
@@ -116,6 +130,11 @@ fn body(x: f32, y: f32) -> BodyRecord {
     }
 }
 
+fn row(items: [u32; 4], last_report_ms: Option<u64>) -> Vec<Value> {
+    let items = items.into_iter().map(Value::from);
+    items.chain([last_report_ms.into()]).collect()
+}
+
 /// Tick 0: all join. Tick 1: blue activates, hears gold, misses gold's second broadcast, delivers an item and reports;
 /// green, out of the barrier, stands still. Tick 2: nothing new.
 fn sample() -> Vec<OwnedTick> {
@@ -135,13 +154,8 @@ fn sample() -> Vec<OwnedTick> {
             (body(0.3, 3.5), None),
         ],
         events: Vec::new(),
-        items: ItemCounts {
-            in_spills: 23,
-            carried: 1,
-            on_floor: 0,
-            delivered: 0,
-        },
-        last_report: None,
+        mission: row([23, 1, 0, 0], None),
+        mission_state: 0,
     };
     let mut ticks = [0, 1, 2].map(tick);
 
@@ -169,7 +183,7 @@ fn sample() -> Vec<OwnedTick> {
     gold.broadcasts = 2;
     gold.broadcast_bytes = 250;
     let (readings, blue) = second.blue();
-    readings.waste = Some([Vec2::new(0.5, -0.25)].into_iter().collect());
+    readings.mission.waste_mut().waste = Some([Vec2::new(0.5, -0.25)].into_iter().collect());
     blue.actuation.speed_m_s = 0.5;
     blue.motivations = vec![
         Motivation {
@@ -226,14 +240,13 @@ fn sample() -> Vec<OwnedTick> {
     second.events = vec![
         Event {
             subject: "item-3".to_owned(),
-            ..Event::new(EventKind::Delivered, Some(BLUE))
+            ..Event::new(EventKind::Mission("delivered"), Some(BLUE))
         },
-        Event::new(EventKind::Reported, Some(GOLD)),
+        Event::new(EventKind::Mission("reported"), Some(GOLD)),
     ];
-    second.items.carried = 0;
-    second.items.delivered = 1;
-    second.last_report = Some(SimTime(50));
-    ticks[2].items = ticks[1].items;
-    ticks[2].last_report = ticks[1].last_report;
+    second.mission = row([23, 0, 0, 1], Some(50));
+    second.mission_state = 1;
+    ticks[2].mission = ticks[1].mission.clone();
+    ticks[2].mission_state = 1;
     ticks.to_vec()
 }

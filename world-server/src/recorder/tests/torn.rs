@@ -2,17 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use alliance_proto::log::InputLine;
 use proptest::prelude::*;
 
 use super::*;
-use crate::input::InputLine;
 
 type Rows = (
     Vec<MotivationRow>,
     Vec<MessageRow>,
     Vec<EventRow>,
     Vec<PoseRow>,
-    Vec<MissionRow>,
+    Vec<WasteRow>,
     Vec<TickRow>,
     Vec<InputLine>,
 );
@@ -116,12 +116,12 @@ proptest! {
         let ticks = run_of(12);
         let total: usize = log(level, &ticks).1.tables.values().map(Vec::len).sum();
         let bytes = (fraction * total as f64) as usize;
-        let mut recorder = Recorder::new(&Setup::default_for(7), level, Memory::default()).unwrap();
-        let run = recorder.finish(Outcome::Interrupted, false, Vec::new()).unwrap();
+        let mut recorder = Recorder::new(&Setup::default_for(7), &WASTE, level, Memory::default()).unwrap();
+        let run = recorder.finish(Outcome::Interrupted, Ending::default()).unwrap();
 
         let sink = Dying { memory: Memory::default(), bytes_left: bytes };
         let mut flushed = 0;
-        let memory = match Recorder::new(&Setup::default_for(7), level, sink) {
+        let memory = match Recorder::new(&Setup::default_for(7), &WASTE, level, sink) {
             // Died among the header lines: `any_file_cut_or_damaged_at_any_byte` has such logs.
             Err(_) => return Ok(()),
             Ok(mut recorder) => {
@@ -159,7 +159,7 @@ fn nothing_follows_a_torn_row() {
         memory: Memory::default(),
         bytes_left: 2000,
     };
-    let mut recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, sink).unwrap();
+    let mut recorder = Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Full, sink).unwrap();
     for tick in run_of(4) {
         tick.record(&mut recorder).unwrap();
     }
@@ -169,7 +169,7 @@ fn nothing_follows_a_torn_row() {
     assert!(matches!(recorder.flush(), Err(RecordError::Broken)));
     assert!(
         recorder
-            .finish(Outcome::TimeLimit, false, Vec::new())
+            .finish(Outcome::TimeLimit, Ending::default())
             .is_err()
     );
     assert_eq!(recorder.sink.memory, torn);
@@ -179,7 +179,8 @@ fn nothing_follows_a_torn_row() {
 fn a_folder_reads_like_memory() {
     let path = tempfile::tempdir().unwrap();
     let folder = Folder::create(path.path()).unwrap();
-    let mut recorder = Recorder::new(&Setup::default_for(7), LogLevel::Full, folder).unwrap();
+    let mut recorder =
+        Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Full, folder).unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();
     }
@@ -187,7 +188,7 @@ fn a_folder_reads_like_memory() {
         .write_host(&serde_json::json!({"pids": {"blue": 42}}))
         .unwrap();
     let run = recorder
-        .finish(Outcome::TimeLimit, false, Vec::new())
+        .finish(Outcome::TimeLimit, Ending::default())
         .unwrap();
 
     let (expected, memory) = log(LogLevel::Full, &sample());
@@ -231,7 +232,7 @@ fn a_folder_reads_like_memory() {
 fn a_folder_holds_one_run() {
     let path = tempfile::tempdir().unwrap();
     let folder = Folder::create(path.path()).unwrap();
-    Recorder::new(&Setup::default_for(7), LogLevel::Off, folder).unwrap();
+    Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Off, folder).unwrap();
     let error = Folder::create(path.path()).unwrap_err();
     assert_eq!(
         error.to_string(),

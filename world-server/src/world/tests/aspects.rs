@@ -3,6 +3,7 @@
 use alliance_proto::scenario::Energy;
 
 use super::*;
+use crate::recorder::{Event, EventKind};
 
 fn battery(capacity_j: f32) -> impl FnOnce(&mut Scenario) {
     move |scenario| {
@@ -52,7 +53,7 @@ fn a_robot_without_energy_does_nothing_and_says_so_once() {
     let command = Actuation {
         speed_m_s: 0.05,
         turn_rad_s: 1.0,
-        gripper: Gripper::Pick,
+        deed: Gripper::Pick.into(),
         report_progress: true,
     };
     let mut out = Vec::new();
@@ -61,19 +62,19 @@ fn a_robot_without_energy_does_nothing_and_says_so_once() {
         out.extend(
             events
                 .into_iter()
-                .filter(|event| matches!(event, WorldEvent::EnergyOut { .. })),
+                .filter(|event| event.kind == EventKind::EnergyOut),
         );
     }
-    assert_eq!(out, [WorldEvent::EnergyOut { robot: BLUE }]);
+    assert_eq!(out, [Event::new(EventKind::EnergyOut, Some(BLUE))]);
     assert_eq!(world.energy_j(BLUE), Some(0.0));
     let before = world.pose(BLUE);
     let events = world.step(&[Some(Actuation {
-        gripper: Gripper::Drop,
+        deed: Gripper::Drop.into(),
         ..command
     })]);
     assert_eq!((events, world.pose(BLUE)), (Vec::new(), before));
     assert_eq!(world.speed_m_s(BLUE), 0.0);
     // It still holds what it took up while it could; somebody else may make it let go.
     assert!(world.carrying(BLUE).is_some());
-    assert!(world.drop_carried(BLUE).is_some());
+    assert!(!world.lose(BLUE).is_empty());
 }

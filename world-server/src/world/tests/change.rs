@@ -6,7 +6,9 @@ use proptest::prelude::*;
 
 use super::random::{LEAST_GAP_M, RandomActuation, actuations, commands, setups, solids};
 use super::*;
-use crate::world::{ChangeError, ComponentId, Item, ObstacleId, Outline};
+use crate::missions::waste::PlaceError;
+use crate::missions::waste::tests::dropped_at;
+use crate::world::{ChangeError, ComponentId, ObstacleId, Outline};
 
 fn ids(world: &World) -> Vec<u32> {
     let ids = world.obstacles().iter().map(|obstacle| obstacle.id);
@@ -57,7 +59,7 @@ fn new_waste_lies_where_it_can_be_gripped_and_counts() {
     });
     assert!(world.is_complete());
     assert_eq!(world.add_item(Vec2::new(8.0, 7.0)), Ok(ItemId(0)));
-    assert_at(world.items()[0].position(), 8.0, 7.0);
+    assert_at(world.items()[0].position, 8.0, 7.0);
     assert!(!world.is_complete());
     // On the obstacle and outside the border it cannot lie; on another item it need not.
     for near in [
@@ -67,7 +69,7 @@ fn new_waste_lies_where_it_can_be_gripped_and_counts() {
     ] {
         world.add_item(near).unwrap();
     }
-    let places: Vec<Vec2> = world.items().iter().map(Item::position).collect();
+    let places: Vec<Vec2> = world.items().iter().map(|item| item.position).collect();
     assert!(!Outline::contains(
         &Outline::Rectangle {
             min: Vec2::new(4.95, 3.95),
@@ -96,7 +98,7 @@ fn where_no_item_could_be_gripped_none_is_added() {
     world.add_obstacle(&rectangle(0.0, 0.0, 12.0, 9.0, 0.0));
     assert_eq!(
         world.add_item(Vec2::new(6.0, 5.0)),
-        Err(ChangeError::NoPlaceForItem)
+        Err(PlaceError::NoPlace)
     );
     assert_eq!(world.item_counts().total(), 0);
 }
@@ -111,18 +113,18 @@ fn items_on_the_floor_can_be_moved_and_no_others() {
     let to = Vec2::new(5.0, 2.0);
     assert_eq!(
         world.move_item(carried, to),
-        Err(ChangeError::Carried(carried))
+        Err(PlaceError::Carried(carried))
     );
     assert_eq!(
         world.move_item(delivered, to),
-        Err(ChangeError::Delivered(delivered))
+        Err(PlaceError::Delivered(delivered))
     );
     assert_eq!(
         world.move_item(ItemId(3), to),
-        Err(ChangeError::NoItem(ItemId(3)))
+        Err(PlaceError::NoItem(ItemId(3)))
     );
     assert_eq!(world.move_item(floor, to), Ok(to));
-    assert_eq!(world.items()[1].position(), to);
+    assert_eq!(world.items()[1].position, to);
     // It is not in its own way.
     assert_eq!(world.move_item(floor, to), Ok(to));
     assert_eq!(world.item_counts().total(), 3);
@@ -173,7 +175,7 @@ fn an_absent_robot_is_in_nobodys_way_and_comes_to_its_start() {
     assert_near(came.heading_rad, std::f32::consts::FRAC_PI_2);
     assert!(world.is_present(GOLD));
     // And when it is free, the start itself.
-    assert_eq!(world.remove_robot(GOLD), None);
+    assert_eq!(world.remove_robot(GOLD), []);
     world.move_robot(BLUE, Vec2::new(6.0, 6.0), None).unwrap();
     assert_at(world.add_robot(GOLD).unwrap().position, 3.1, 3.0);
 }
@@ -197,10 +199,8 @@ fn what_a_removed_robot_carries_falls_and_is_kept() {
     let item = world.add_item(Vec2::new(6.0, 3.0)).unwrap();
     world.step(&[None, gripper(Gripper::Pick)]);
     assert_eq!(world.carrying(GOLD), Some(item));
-    let Some(WorldEvent::Dropped { at, .. }) = world.remove_robot(GOLD) else {
-        panic!("nothing fell");
-    };
-    assert_eq!(world.items()[0].position(), at);
+    let at = dropped_at(&world.remove_robot(GOLD));
+    assert_eq!(world.items()[0].position, at);
     assert_eq!(world.carrying(GOLD), None);
     assert_eq!(world.item_counts().on_floor, 1);
     // Its body is gone: blue passes.
@@ -290,7 +290,7 @@ proptest! {
         let mut setup = setup;
         setup.scenario.waste.deposit.x_fraction = 0.3;
         let count = setup.scenario.robots.len();
-        let mut world = World::new(&setup);
+        let mut world = World::new(&setup, &WASTE);
         let mut items = world.item_counts().total();
         for (change, commands) in &steps {
             let robot = |rank: u16| RobotId(rank % count as u16);
@@ -341,11 +341,12 @@ proptest! {
                 Some((item, RobotId(rank)))
             }).collect::<Vec<_>>();
             carried.sort();
-            let carriers = world.items().iter().filter_map(|item| Some((item.id(), item.carrier?)));
+            let items = (0..).map(ItemId).zip(world.items());
+            let carriers = items.filter_map(|(id, item)| Some((id, item.carrier?)));
             prop_assert_eq!(&carried, &carriers.collect::<Vec<_>>());
             prop_assert!(carried.iter().all(|(_, robot)| world.is_present(*robot)));
             for item in world.items() {
-                let inside = item.position().cmpge(Vec2::ZERO).all() && item.position().cmple(world.space.size).all();
+                let inside = item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(world.space.size).all();
                 prop_assert!(inside, "{item:?}");
             }
             let ids = ids(&world);

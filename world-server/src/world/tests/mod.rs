@@ -7,27 +7,29 @@ mod motion;
 mod random;
 mod sensing;
 mod start;
-mod waste;
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::readings::{Actuation, Gripper};
+use alliance_proto::mission::waste::Gripper;
+use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use glam::Vec2;
 
-use super::{World, WorldEvent};
+use super::World;
+use crate::missions::waste::WASTE;
+use crate::missions::waste::tests::CleanUp;
 
-const BLUE: RobotId = RobotId(0);
-const GOLD: RobotId = RobotId(1);
+pub(crate) const BLUE: RobotId = RobotId(0);
+pub(crate) const GOLD: RobotId = RobotId(1);
 
 /// The default scenario after some changes.
-fn world(change: impl FnOnce(&mut Scenario)) -> World {
+pub(crate) fn world(change: impl FnOnce(&mut Scenario)) -> World {
     let mut setup = Setup::default_for(1);
     change(&mut setup.scenario);
-    World::new(&setup)
+    World::new(&setup, &WASTE)
 }
 
 /// Robots at these places (x, y, heading in degrees), the first with a side sensor, in a room without items.
-fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
+pub(crate) fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
     let team = starts
         .iter()
         .enumerate()
@@ -51,7 +53,13 @@ fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
     }
 }
 
-fn rectangle(x_m: f32, y_m: f32, width_m: f32, height_m: f32, penetrability: f32) -> Obstacle {
+pub(crate) fn rectangle(
+    x_m: f32,
+    y_m: f32,
+    width_m: f32,
+    height_m: f32,
+    penetrability: f32,
+) -> Obstacle {
     Obstacle {
         x_m,
         y_m,
@@ -61,7 +69,7 @@ fn rectangle(x_m: f32, y_m: f32, width_m: f32, height_m: f32, penetrability: f32
     }
 }
 
-fn drive(speed_m_s: f32, turn_deg_s: f32) -> Option<Actuation> {
+pub(crate) fn drive(speed_m_s: f32, turn_deg_s: f32) -> Option<Actuation> {
     Some(Actuation {
         speed_m_s,
         turn_rad_s: turn_deg_s.to_radians(),
@@ -69,19 +77,19 @@ fn drive(speed_m_s: f32, turn_deg_s: f32) -> Option<Actuation> {
     })
 }
 
-fn gripper(gripper: Gripper) -> Option<Actuation> {
+pub(crate) fn gripper(gripper: Gripper) -> Option<Actuation> {
     Some(Actuation {
-        gripper,
+        deed: gripper.into(),
         ..Actuation::default()
     })
 }
 
-fn position(world: &World, robot: RobotId) -> Vec2 {
+pub(crate) fn position(world: &World, robot: RobotId) -> Vec2 {
     world.pose(robot).position
 }
 
 #[track_caller]
-fn assert_near(actual: f32, expected: f32) {
+pub(crate) fn assert_near(actual: f32, expected: f32) {
     assert!(
         (actual - expected).abs() < 2e-5,
         "{actual} is not {expected}"
@@ -89,7 +97,7 @@ fn assert_near(actual: f32, expected: f32) {
 }
 
 #[track_caller]
-fn assert_at(actual: Vec2, x: f32, y: f32) {
+pub(crate) fn assert_at(actual: Vec2, x: f32, y: f32) {
     assert!(
         actual.distance(Vec2::new(x, y)) < 2e-5,
         "{actual} is not at ({x}, {y})"

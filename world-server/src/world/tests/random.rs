@@ -1,11 +1,13 @@
 //! Random rooms and commands at every length of step: nothing overlaps or tunnels, nothing is lost, and the same again.
 
 use alliance_proto::ids::ItemId;
+use alliance_proto::mission::waste::WasteDeed;
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Room;
 use proptest::prelude::*;
 
 use super::*;
+use crate::recorder::EventKind;
 use crate::world::vicinity::Vicinity;
 use crate::world::{ObstacleId, Outline, SKIN_M, start_poses};
 
@@ -51,7 +53,9 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
                 ..Robot::default()
             };
             scenario.robots = (0..count).map(robot).collect();
-            start_poses(scenario).is_ok().then_some(setup)
+            start_poses(scenario, (WASTE.start_area)(scenario))
+                .is_ok()
+                .then_some(setup)
         },
     )
 }
@@ -68,8 +72,11 @@ pub(super) fn actuations(commands: &[RandomActuation]) -> Vec<Option<Actuation>>
         command.map(|(speed_m_s, turn_deg_s, grip)| Actuation {
             speed_m_s,
             turn_rad_s: turn_deg_s.to_radians(),
-            gripper: [Gripper::Keep, Gripper::Pick, Gripper::Drop][usize::from(grip).min(2)],
-            report_progress: grip == 5,
+            deed: WasteDeed {
+                gripper: [Gripper::Keep, Gripper::Pick, Gripper::Drop][usize::from(grip).min(2)],
+                report_progress: grip == 5,
+            }
+            .into(),
         })
     };
     commands.iter().map(one).collect()
@@ -91,7 +98,7 @@ proptest! {
 
     #[test]
     fn nothing_overlaps_or_tunnels(setup in setups(), commands in commands()) {
-        let mut world = World::new(&setup);
+        let mut world = World::new(&setup, &WASTE);
         let solids = solids(&world);
         let radius_m = world.body.radius_m;
         let count = setup.scenario.robots.len();
@@ -130,7 +137,7 @@ proptest! {
         let range_m = setup.scenario.sensors.avoidance_range_m;
         let top_m_s = setup.scenario.body.speed_m_s;
         let step_s = setup.scenario.step_ms as f32 / 1000.0;
-        let mut world = World::new(&setup);
+        let mut world = World::new(&setup, &WASTE);
         for step in &commands {
             let mut actuations = actuations(step);
             if let Some(first) = &mut actuations[0] {
@@ -158,27 +165,27 @@ proptest! {
         // Everything close together, so that much is picked up, dropped and delivered.
         setup.scenario.waste.deposit.x_fraction = 0.3;
         setup.scenario.waste.spill_radius_m = 2.0;
-        let mut world = World::new(&setup);
+        let mut world = World::new(&setup, &WASTE);
         let robots = setup.scenario.robots.len() as u16;
         let mut delivered = world.item_counts().delivered;
         for (index, step) in commands.iter().enumerate() {
             let events = world.step(&actuations(step));
-            let put_down = if index % 7 == 0 { world.drop_carried(BLUE) } else { None };
+            let put_down = if index % 7 == 0 { world.lose(BLUE) } else { Vec::new() };
             let counts = world.item_counts();
             prop_assert_eq!(counts.total(), 24);
             let mut carried = (0..robots).filter_map(|rank| world.carrying(RobotId(rank))).collect::<Vec<_>>();
             carried.sort();
             carried.dedup();
             prop_assert_eq!(carried.len(), counts.carried as usize);
-            delivered += events.iter().chain(&put_down).filter(|event| matches!(event, WorldEvent::Delivered { .. })).count() as u32;
+            delivered += events.iter().chain(&put_down).filter(|event| event.kind == EventKind::Mission("delivered")).count() as u32;
             prop_assert_eq!(counts.delivered, delivered);
             prop_assert_eq!(world.is_complete(), delivered == 24);
-            for item in world.items() {
+            for (id, item) in world.items().iter().enumerate() {
                 let size = world.space.size;
-                prop_assert!(item.position().cmpge(Vec2::ZERO).all() && item.position().cmple(size).all());
+                prop_assert!(item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(size).all());
                 // An item falls on no solid, unless there was no other place at the start.
-                if events.iter().any(|event| matches!(event, WorldEvent::Dropped { item: id, .. } if *id == item.id())) {
-                    prop_assert!(solids(&world).iter().all(|solid| solid.surface(item.position()).0 > 0.0));
+                if events.iter().any(|event| event.kind == EventKind::Mission("dropped") && event.subject == format!("item-{id}")) {
+                    prop_assert!(solids(&world).iter().all(|solid| solid.surface(item.position).0 > 0.0));
                 }
             }
         }
@@ -198,11 +205,15 @@ proptest! {
         setup.scenario.room.width_m *= wider;
         setup.scenario.sensors.waste_range_m = waste_range_m;
         setup.scenario.waste.spill_radius_m = 2.0;
-        let mut world = World::new(&setup);
+        let mut world = World::new(&setup, &WASTE);
         let robots = setup.scenario.robots.len() as u16;
         let anew = |world: &World| {
             let mut anew = world.clone();
-            anew.robots.iter_mut().for_each(|robot| robot.vicinity = Vicinity::default());
+            anew.robots.iter_mut().for_each(|robot| {
+                robot.vicinity = Vicinity::default();
+                // The mission, too, looks anew.
+                robot.jumps += 1;
+            });
             anew
         };
         let mut told = vec![Readings::default(); usize::from(robots)];
@@ -219,7 +230,7 @@ proptest! {
                 2 => { let _ = world.add_robot(robot); }
                 3 => { let _ = world.add_item(at); }
                 4 => { let _ = world.move_item(ItemId(whom.into()), at); }
-                5 => { world.drop_carried(robot); }
+                5 => { world.lose(robot); }
                 6 => { world.add_obstacle(&rectangle(at.x, at.y, 1.0, 1.0, x)); }
                 7 => { world.remove_obstacle(ObstacleId(whom.into())); }
                 _ => {}
@@ -246,7 +257,7 @@ proptest! {
     #[test]
     fn the_same_again_gives_the_same_bits(setup in setups(), commands in commands()) {
         let run = || {
-            let mut world = World::new(&setup);
+            let mut world = World::new(&setup, &WASTE);
             let mut log = String::new();
             for step in &commands {
                 let events = world.step(&actuations(step));

@@ -2,7 +2,8 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use alliance_proto::readings::{Hit, Proximity, Zone};
+use alliance_proto::mission::waste::Zone;
+use alliance_proto::readings::{Hit, Proximity};
 
 use super::*;
 use crate::world::SKIN_M;
@@ -28,7 +29,7 @@ fn position_and_gripper() {
     let pose = readings.pose.expect("every robot has the sensor");
     assert_at(pose.position, 3.0, 4.5);
     assert_near(pose.heading_rad, FRAC_PI_2);
-    assert_eq!(readings.holding, Some(false));
+    assert_eq!(readings.mission.waste().holding, Some(false));
     assert_eq!(readings.energy_j, None);
 }
 
@@ -178,13 +179,16 @@ fn waste_is_told_in_the_robots_frame_nearest_first_at_most_eight() {
     });
     let waste = world
         .readings(BLUE)
+        .mission
+        .waste()
         .waste
+        .clone()
         .expect("every robot has the sensor");
     assert_eq!(waste.len(), 8);
     let mut distances = world
         .items()
         .iter()
-        .map(|item| item.position().distance(Vec2::new(4.0, 6.0)));
+        .map(|item| item.position.distance(Vec2::new(4.0, 6.0)));
     let mut sorted = distances.by_ref().collect::<Vec<_>>();
     sorted.sort_by(f32::total_cmp);
     for (offset, distance) in waste.iter().zip(&sorted) {
@@ -192,11 +196,11 @@ fn waste_is_told_in_the_robots_frame_nearest_first_at_most_eight() {
     }
     let nearest = world.items().iter().min_by(|a, b| {
         let center = Vec2::new(4.0, 6.0);
-        a.position()
+        a.position
             .distance(center)
-            .total_cmp(&b.position().distance(center))
+            .total_cmp(&b.position.distance(center))
     });
-    let from = nearest.expect("there are items").position() - Vec2::new(4.0, 6.0);
+    let from = nearest.expect("there are items").position - Vec2::new(4.0, 6.0);
     // Facing up: ahead is y, and to the left is -x.
     assert_at(waste[0], from.y, -from.x);
 }
@@ -211,7 +215,10 @@ fn the_waste_sensor_counts_its_range_from_the_edge() {
         });
         let waste = world
             .readings(BLUE)
+            .mission
+            .waste()
             .waste
+            .clone()
             .expect("every robot has the sensor");
         assert_eq!(waste.len(), seen, "at {x}");
     }
@@ -219,12 +226,24 @@ fn the_waste_sensor_counts_its_range_from_the_edge() {
 
 #[test]
 fn zones_and_report_site_are_told_of_the_center() {
-    let zone = |x, y| world(robots(&[(x, y, 0.0)])).readings(BLUE).zone;
+    let zone = |x, y| {
+        world(robots(&[(x, y, 0.0)]))
+            .readings(BLUE)
+            .mission
+            .waste()
+            .zone
+    };
     assert_eq!(zone(4.0 + 0.79, 6.0), Some(Zone::Spill));
     assert_eq!(zone(4.0 + 0.81, 6.0), Some(Zone::None));
     assert_eq!(zone(9.6, 4.5 - 0.99), Some(Zone::Deposit));
     assert_eq!(zone(9.6, 4.5 - 1.01), Some(Zone::None));
-    let site = |x, y| world(robots(&[(x, y, 0.0)])).readings(BLUE).report_site;
+    let site = |x, y| {
+        world(robots(&[(x, y, 0.0)]))
+            .readings(BLUE)
+            .mission
+            .waste()
+            .report_site
+    };
     assert_eq!(site(0.59, 3.01), Some(true));
     assert_eq!(site(0.61, 3.01), Some(false));
     assert_eq!(site(0.59, 2.99), Some(false));

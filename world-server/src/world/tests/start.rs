@@ -5,7 +5,13 @@ use std::f32::consts::PI;
 use alliance_proto::scenario::Room;
 
 use super::*;
-use crate::world::{StartError, start_poses};
+use alliance_proto::readings::Pose;
+
+use crate::world::StartError;
+
+fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
+    crate::world::start_poses(scenario, (WASTE.start_area)(scenario))
+}
 
 fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {
     let robot = |rank: usize| Robot {

@@ -1,0 +1,54 @@
+//! `greedy`: a robot that is free takes the cheapest task that no teammate has lately said to be at, and keeps it until there is
+//! nothing left to do.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::team::Content;
+use alliance_proto::time::SimTime;
+use robot_agent::allocator::{Allocator, Decision, Input, Me, NoParameters};
+
+#[derive(Clone, Debug)]
+pub struct Greedy {
+    me: Me,
+    /// What each teammate said last: when, and which task it is at.
+    said: BTreeMap<RobotId, (SimTime, Option<TaskId>)>,
+}
+
+impl Allocator for Greedy {
+    type Config = NoParameters;
+
+    fn new(me: &Me, _: &NoParameters) -> Self {
+        Self { me: me.clone(), said: BTreeMap::new() }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        for broadcast in input.heard.iter().filter(|it| it.sender.index() < self.me.team) {
+            if let Content::Heartbeat(heartbeat) = &broadcast.body {
+                self.said.insert(broadcast.sender, (input.now, heartbeat.task));
+            }
+        }
+        let taken = |task| {
+            let mut said = self.said.values();
+            said.any(|(at, it)| *it == Some(task) && input.now.since(*at) < self.me.ceased_after)
+        };
+        let can = || input.choices.iter().filter(|choice| choice.applicable);
+        if can().any(|choice| Some(choice.behavior) == decision.active) {
+            return;
+        }
+        let cost = |cost_s: Option<f64>| cost_s.unwrap_or(f64::INFINITY);
+        let free = can().filter(|choice| !taken(choice.task));
+        let cheapest = free.min_by(|a, b| cost(a.cost_s).total_cmp(&cost(b.cost_s)));
+        decision.active = cheapest.map(|choice| choice.behavior);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn greedy_keeps_the_laws_of_every_allocator() {
+        robot_agent::testkit::allocator::<Greedy>(&NoParameters {});
+    }
+}

@@ -1,0 +1,67 @@
+//! `alliance allocators`: the rules by which robots choose their tasks, and the parameters of one.
+
+use std::process::ExitCode;
+
+use alliance_proto::scenario::AllocatorSpec;
+use alliance_proto::{tell, terminal};
+use clap::Args;
+use robot_agent::allocator::Registry;
+
+/// List the allocators, or the parameters of one.
+#[derive(Args, Clone, Debug)]
+pub struct AllocatorsCommand {
+    /// Allocator whose parameters to list
+    name: Option<String>,
+}
+
+impl AllocatorsCommand {
+    /// Exit status 0, or 2 for an unknown name.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let specs = Registry::of_this_program().vocabulary().allocators;
+        let Some(name) = &self.name else {
+            let lines = specs
+                .iter()
+                .map(|spec| format!("{:<12} {}\n", spec.name, spec.about));
+            return say(lines.collect::<String>());
+        };
+        if let Some(spec) = specs.iter().find(|spec| spec.name == name) {
+            return say(description(spec));
+        }
+        let names: Vec<&str> = specs.iter().map(|spec| spec.name).collect();
+        tell!(
+            "alliance allocators: there is no allocator '{name}'; there are {}",
+            names.join(", ")
+        );
+        ExitCode::from(2)
+    }
+}
+
+fn say(text: String) -> ExitCode {
+    terminal::answer("alliance allocators", text, ExitCode::SUCCESS)
+}
+
+/// What it does, and a block for each parameter.
+fn description(spec: &AllocatorSpec) -> String {
+    let mut text = format!("{}: {}\n", spec.name, spec.about);
+    if spec.name == AllocatorSpec::alliance().name {
+        text +=
+            "\nIts parameters stand in [alliance]; `alliance scenarios reference` explains each.\n";
+    } else if spec.parameters.is_empty() {
+        text += "\nIt has no parameters.\n";
+    } else {
+        text += &format!("\n[allocators.{}]\n", spec.name);
+    }
+    for parameter in &spec.parameters {
+        let unit = format!(" {}", parameter.unit);
+        text += &format!(
+            "{} = {}{}\n    {}; {}\n",
+            parameter.key,
+            parameter.default,
+            unit.trim_end(),
+            parameter.about,
+            parameter.range
+        );
+    }
+    text
+}

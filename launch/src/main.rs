@@ -1,7 +1,0 @@
-//! The `alliance` command.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    launch::main()
-}

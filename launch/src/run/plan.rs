@@ -1,0 +1,23 @@
+//! What the ways to run a mission are given, and its summary.
+
+use std::path::PathBuf;
+
+use alliance_proto::scenario::Setup;
+
+/// What is to be run.
+pub struct Plan {
+    /// Id of the run.
+    pub run: String,
+    /// Everything that was asked for.
+    pub setup: Setup,
+    /// The world's command line, but for folder and id.
+    pub world_arguments: Vec<String>,
+    /// Folder of the log.
+    pub folder: PathBuf,
+    /// Whether the clock is held at first.
+    pub paused: bool,
+    /// Whether the page is opened in a browser.
+    pub open: bool,
+    /// Whether the result goes to stdout as JSON.
+    pub json: bool,
+}

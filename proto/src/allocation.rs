@@ -1,0 +1,23 @@
+//! What allocators tell each other.
+
+use serde::{Deserialize, Serialize};
+
+/// Most bytes of an [`OpenMessage`].
+pub const OPEN_MESSAGE_MAX: usize = 1200;
+
+/// What an allocator tells the team. One kind for all of them: the draws of a link are numbered by kind, so the same losses fall on
+/// each. An allocator ignores what is not its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum AllocationMessage {
+    /// Of an allocator that has no place of its own here.
+    Open(OpenMessage),
+}
+
+/// A message in an encoding of its allocator's own.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OpenMessage {
+    /// Which allocator's, and which kind of message: `NAME` or `NAME/KIND`.
+    pub schema: String,
+    /// At most [`OPEN_MESSAGE_MAX`] bytes.
+    pub bytes: Vec<u8>,
+}

@@ -1,0 +1,155 @@
+//! The rows of the tables as a reader gets them: one field per column, under the column's name.
+
+use crate::time::SimTime;
+use serde::de::{DeserializeOwned, Error};
+use serde::{Deserialize, Deserializer};
+
+use super::table::Table;
+
+/// A row of one of the CSV tables.
+pub trait TableRow: DeserializeOwned {
+    /// Which.
+    const TABLE: Table;
+}
+
+/// A row of motivations.csv.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // The columns of DESIGN §8; units as in `telemetry::Motivation`.
+pub struct MotivationRow {
+    pub t_ms: SimTime,
+    pub robot: String,
+    pub behavior_set: String,
+    pub task: String,
+    pub motivation: f64,
+    pub impatience: f64,
+    #[serde(deserialize_with = "flag")]
+    pub sensory_feedback: bool,
+    #[serde(deserialize_with = "flag")]
+    pub activity_suppression: bool,
+    #[serde(deserialize_with = "flag")]
+    pub impatience_reset: bool,
+    #[serde(deserialize_with = "flag")]
+    pub acquiescence: bool,
+    pub state: String,
+}
+
+impl TableRow for MotivationRow {
+    const TABLE: Table = Table::Motivations;
+}
+
+/// A row of allocation.csv.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // As in `telemetry::AllocationRow`; an empty holder is nobody.
+pub struct AllocationRow {
+    pub t_ms: SimTime,
+    pub robot: String,
+    pub task: String,
+    pub utility: f64,
+    pub holder: String,
+    pub state: String,
+}
+
+impl TableRow for AllocationRow {
+    const TABLE: Table = Table::Allocation;
+}
+
+/// A row of messages.csv.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // The columns of DESIGN §8, as in `telemetry::Reception` and `telemetry::Said`.
+pub struct MessageRow {
+    pub t_ms: SimTime,
+    pub receiver: String,
+    pub sender: String,
+    pub incarnation: u32,
+    pub seq: Option<u64>,
+    pub kind: String,
+    pub state: String,
+    pub since_ms: Option<SimTime>,
+    pub behavior_set: String,
+    pub task: String,
+    pub progress: Option<u32>,
+    pub sent_ms: SimTime,
+    pub fate: String,
+}
+
+impl TableRow for MessageRow {
+    const TABLE: Table = Table::Messages;
+}
+
+/// A row of events.csv.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // The columns of DESIGN §8, as in `Event`.
+pub struct EventRow {
+    pub t_ms: SimTime,
+    pub kind: String,
+    pub robot: String,
+    pub subject: String,
+    pub reason: String,
+    pub detail: String,
+}
+
+impl TableRow for EventRow {
+    const TABLE: Table = Table::Events;
+}
+
+/// A row of poses.csv.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // The columns of DESIGN §8, as in `BodyRecord`.
+pub struct PoseRow {
+    pub t_ms: SimTime,
+    pub robot: String,
+    pub x_m: f32,
+    pub y_m: f32,
+    pub heading_rad: f32,
+    pub speed_m_s: f32,
+    #[serde(deserialize_with = "flag")]
+    pub carrying: bool,
+    pub behavior_set: String,
+    pub energy: Option<f32>,
+}
+
+impl TableRow for PoseRow {
+    const TABLE: Table = Table::Poses;
+}
+
+/// A row of ticks.csv.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // The columns of DESIGN §8.
+pub struct TickRow {
+    pub t_ms: SimTime,
+    pub tick: u64,
+    pub robot: String,
+    pub section: String,
+    #[serde(deserialize_with = "hash")]
+    pub hash: u64,
+}
+
+impl TableRow for TickRow {
+    const TABLE: Table = Table::Ticks;
+}
+
+fn flag<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
+    match u8::deserialize(deserializer)? {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => Err(D::Error::custom(format!("{other} is neither 0 nor 1"))),
+    }
+}
+
+fn hash<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    let digits = String::deserialize(deserializer)?;
+    parse_hash(&digits)
+        .ok_or_else(|| D::Error::custom(format!("'{digits}' is not 16 hexadecimal digits")))
+}
+
+/// A hash of ticks.csv.
+pub(super) fn parse_hash(digits: &str) -> Option<u64> {
+    let hash = u64::from_str_radix(digits, 16).ok()?;
+    (digits.len() == 16).then_some(hash)
+}

@@ -1,0 +1,105 @@
+//! What a mission is in files: its part of a scenario, its tasks and behaviors, its words. Nothing of its world, nor of its
+//! robots' minds.
+
+use std::fmt::{self, Debug};
+use std::ops::Deref;
+
+use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario};
+
+/// A mission's data. A scenario whose file has the section `[NAME]` is one of this mission.
+pub trait MissionData: Debug + Send + Sync + 'static {
+    /// One word: its section in a scenario file.
+    fn name(&self) -> &'static str;
+
+    /// What there is to do, in a line.
+    fn about(&self) -> &'static str;
+
+    /// The keys of its section, in the order in which they are listed to people.
+    fn parameters(&self) -> Vec<ParameterSpec>;
+
+    /// The words that it adds to those of every run.
+    fn terms(&self) -> Terms;
+
+    /// Tasks by name, and the behaviors in the order of their tasks: complete, and the same for the whole run.
+    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>);
+
+    /// Whether a robot that has the task of a behavior has the behavior: by devices and skills.
+    fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool;
+
+    /// Names of the skills that robots may have.
+    fn skills(&self, _scenario: &Scenario) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The ALLIANCE values of a behavior where nothing is stated.
+    fn built_in(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn;
+
+    /// Longest unit of work of a behavior for a robot of that body, from one sign of progress to the next, s: an estimate.
+    fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64;
+
+    /// Checks what the scenario says of this mission. Names and ranges of everything else have not been checked yet.
+    ///
+    /// # Errors
+    /// The first mistake.
+    fn check(&self, scenario: &Scenario) -> Result<(), Problem>;
+}
+
+/// ALLIANCE's values of one behavior (ALLIANCE.md §1). They keep the rules among themselves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuiltIn {
+    /// ρ, heartbeats per second.
+    pub broadcast_rate_hz: f64,
+    /// τ, s.
+    pub ceased_after_s: f64,
+    /// δ_fast, motivation/s.
+    pub fast_impatience: f64,
+    /// δ_slow toward every teammate, motivation/s.
+    pub slow_impatience: f64,
+    /// φ toward every teammate, s.
+    pub willing_to_affect_s: f64,
+    /// ψ, s.
+    pub before_yielding_s: f64,
+    /// λ, s.
+    pub before_giving_up_s: f64,
+}
+
+/// The words of a mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// Devices that sense or do something for this mission alone, and can break.
+    pub devices: &'static [&'static str],
+    /// Devices that a robot may have or lack (`[[robots]] devices`).
+    pub optional_devices: &'static [&'static str],
+    /// Faults that only this mission knows.
+    pub faults: &'static [&'static str],
+    /// Kinds of events in events.csv that only this mission knows.
+    pub events: &'static [&'static str],
+    /// Columns of mission.csv after the time.
+    pub columns: &'static [&'static str],
+}
+
+/// A mission that is known; two are the same if their names are.
+#[derive(Clone, Copy)]
+pub struct Mission(pub &'static dyn MissionData);
+
+impl Deref for Mission {
+    type Target = dyn MissionData;
+
+    fn deref(&self) -> &Self::Target {
+        self.0
+    }
+}
+
+impl PartialEq for Mission {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl Eq for Mission {}
+
+impl Debug for Mission {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,183 @@
+//! Numbers that a mission tells: a row of mission.csv, and figures by name.
+
+use std::fmt;
+
+use serde::de::{MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// A number, or none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A count, or a time in ms.
+    Count(u64),
+    /// Any other number.
+    Real(f64),
+    /// There is none.
+    None,
+}
+
+impl From<u32> for Value {
+    fn from(count: u32) -> Self {
+        Self::Count(count.into())
+    }
+}
+
+impl From<u64> for Value {
+    fn from(count: u64) -> Self {
+        Self::Count(count)
+    }
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        Self::Real(number)
+    }
+}
+
+impl<T: Into<Self>> From<Option<T>> for Value {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::None, T::into)
+    }
+}
+
+/// MissionFigures by name, in order. In a file `items.delivered` is `delivered` in `items`; those of one group follow each other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MissionFigures(Vec<(String, Value)>);
+
+impl MissionFigures {
+    /// Adds a figure.
+    pub fn add(&mut self, name: &str, value: impl Into<Value>) {
+        self.0.push((name.to_owned(), value.into()));
+    }
+
+    /// The figure of that name; [`Value::None`] where there is no such figure.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Value {
+        let mut figures = self.0.iter();
+        let found = figures.find(|(known, _)| known == name);
+        found.map_or(Value::None, |(_, value)| *value)
+    }
+
+    /// The count of that name; 0 where there is none.
+    #[must_use]
+    pub fn count(&self, name: &str) -> u64 {
+        match self.get(name) {
+            Value::Count(count) => count,
+            Value::Real(_) | Value::None => 0,
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, Value)> {
+        self.0.iter().map(|(name, value)| (name.as_str(), *value))
+    }
+}
+
+/// A mission's figures of a whole run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TeamFigures {
+    /// Of the mission.
+    pub mission: MissionFigures,
+    /// Of each robot, by rank.
+    pub robots: Vec<MissionFigures>,
+}
+
+impl TeamFigures {
+    /// None yet, of a team of that size.
+    #[must_use]
+    pub fn new(robots: usize) -> Self {
+        Self {
+            mission: MissionFigures::default(),
+            robots: vec![MissionFigures::default(); robots],
+        }
+    }
+}
+
+impl Serialize for MissionFigures {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        let mut left = self.0.as_slice();
+        while let Some((name, value)) = left.first() {
+            let Some((group, _)) = name.split_once('.') else {
+                map.serialize_entry(name, value)?;
+                left = &left[1..];
+                continue;
+            };
+            let in_group = |(name, value): &(String, Value)| {
+                let name = name.strip_prefix(group)?.strip_prefix('.')?;
+                Some((name.to_owned(), *value))
+            };
+            let members: Vec<_> = left.iter().map_while(in_group).collect();
+            left = &left[members.len()..];
+            map.serialize_entry(group, &Self(members))?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for MissionFigures {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Entry {
+            Group(MissionFigures),
+            Value(Value),
+        }
+
+        struct Entries;
+
+        impl<'de> Visitor<'de> for Entries {
+            type Value = MissionFigures;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("figures by name")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<MissionFigures, A::Error> {
+                let mut figures = MissionFigures::default();
+                while let Some((name, entry)) = map.next_entry::<String, Entry>()? {
+                    match entry {
+                        Entry::Value(value) => figures.add(&name, value),
+                        Entry::Group(members) => {
+                            for (member, value) in members.iter() {
+                                figures.add(&format!("{name}.{member}"), value);
+                            }
+                        }
+                    }
+                }
+                Ok(figures)
+            }
+        }
+
+        deserializer.deserialize_map(Entries)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_are_objects_in_a_file_and_come_back() {
+        let mut figures = MissionFigures::default();
+        figures.add("strokes", 3_u32);
+        figures.add("ends.left", 1_u32);
+        figures.add("ends.right", 2_u32);
+        figures.add("mean_ms", Some(12.0));
+        figures.add("max_ms", None::<u64>);
+        let json = serde_json::to_string(&figures).unwrap();
+        assert_eq!(
+            json,
+            r#"{"strokes":3,"ends":{"left":1,"right":2},"mean_ms":12.0,"max_ms":null}"#
+        );
+        assert_eq!(
+            serde_json::from_str::<MissionFigures>(&json).unwrap(),
+            figures
+        );
+        assert_eq!(figures.count("ends.right"), 2);
+        assert_eq!(figures.get("mean_ms"), Value::Real(12.0));
+        assert_eq!(figures.get("other"), Value::None);
+    }
+}

@@ -1,0 +1,178 @@
+//! The waste clean-up on the bus and in the log (thesis §4.1.1).
+
+use arrayvec::ArrayVec;
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+use super::{Deed, MissionFigures, Value};
+use crate::items::ItemCounts;
+use crate::log::{Table, TableRow};
+use crate::time::SimTime;
+
+/// What the spill sensor finds under the robot's center.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Zone {
+    /// Plain floor.
+    #[default]
+    None,
+    /// An initial spill location.
+    Spill,
+    /// The desired final spill location.
+    Deposit,
+}
+
+/// Most items that the waste sensor tells apart: with so many, what lies beyond the last is unseen.
+pub const WASTE_MOST: usize = 8;
+
+/// Waste on the floor, nearest first, as offsets in the robot's frame, m.
+pub type SensedWaste = ArrayVec<Vec2, WASTE_MOST>;
+
+/// What the devices of the clean-up tell. Each is `None` when the robot lacks it or when it is dead.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WasteSensed {
+    /// Waste on the floor within range, nearest first, as offsets in the robot's frame, m.
+    pub waste: Option<SensedWaste>,
+    /// Spill sensor.
+    pub zone: Option<Zone>,
+    /// Whether the robot's center is on the report site.
+    pub report_site: Option<bool>,
+    /// Whether the gripper holds an item.
+    pub holding: Option<bool>,
+}
+
+impl WasteSensed {
+    /// All devices are dead.
+    pub const NOTHING: Self = Self {
+        waste: None,
+        zone: None,
+        report_site: None,
+        holding: None,
+    };
+}
+
+/// What the gripper is told to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Gripper {
+    /// Keep whatever it holds or does not hold.
+    #[default]
+    Keep,
+    /// Close on the nearest item in reach.
+    Pick,
+    /// Let go: the item falls in front of the robot.
+    Drop,
+}
+
+/// What a robot of the clean-up does beside driving.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WasteDeed {
+    /// Gripper command.
+    pub gripper: Gripper,
+    /// Report the mission's progress; has an effect on the report site only.
+    pub report_progress: bool,
+}
+
+/// Doing nothing is no deed, whoever says so.
+impl From<WasteDeed> for Deed {
+    fn from(deed: WasteDeed) -> Self {
+        if deed == WasteDeed::default() {
+            Self::Nothing
+        } else {
+            Self::Waste(deed)
+        }
+    }
+}
+
+impl From<Gripper> for Deed {
+    fn from(gripper: Gripper) -> Self {
+        WasteDeed {
+            gripper,
+            ..WasteDeed::default()
+        }
+        .into()
+    }
+}
+
+/// Name of a figure.
+pub const REPORTS_MADE: &str = "reports_made";
+/// Name of a figure.
+pub const ITEMS_DELIVERED: &str = "items_delivered";
+/// Name of a figure.
+pub const LATENESS_MEAN_MS: &str = "report_lateness_mean_ms";
+/// Name of a figure.
+pub const LATENESS_MAX_MS: &str = "report_lateness_max_ms";
+
+/// A row of mission.csv.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // The columns of DESIGN §8.
+pub struct WasteRow {
+    pub t_ms: SimTime,
+    pub items_in_spills: u32,
+    pub items_carried: u32,
+    pub items_on_floor: u32,
+    pub items_delivered: u32,
+    pub last_report_ms: Option<SimTime>,
+}
+
+impl TableRow for WasteRow {
+    const TABLE: Table = Table::Mission;
+}
+
+/// What run.json tells of the clean-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WasteFigures {
+    /// Where the items were at the end.
+    pub items: ItemCounts,
+    /// Progress reports made.
+    pub reports_made: u32,
+    /// How much later than the wanted period after the report before it, or after the start, a report came: the mean over
+    /// all reports, ms; `None` without reports. Early ones count as 0.
+    pub report_lateness_mean_ms: Option<f64>,
+    /// The same of the latest one.
+    pub report_lateness_max_ms: Option<u64>,
+}
+
+impl WasteFigures {
+    /// Those among a run's figures; zeros in a run of another mission.
+    #[must_use]
+    pub fn of(figures: &MissionFigures) -> Self {
+        let count = |name| figures.count(name) as u32;
+        Self {
+            items: ItemCounts {
+                in_spills: count("items.in_spills"),
+                carried: count("items.carried"),
+                on_floor: count("items.on_floor"),
+                delivered: count("items.delivered"),
+            },
+            reports_made: count(REPORTS_MADE),
+            report_lateness_mean_ms: match figures.get(LATENESS_MEAN_MS) {
+                Value::Real(mean) => Some(mean),
+                _ => None,
+            },
+            report_lateness_max_ms: match figures.get(LATENESS_MAX_MS) {
+                Value::Count(most) => Some(most),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// What run.json tells of one robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WasteRobotFigures {
+    /// Items brought to the deposit.
+    pub items_delivered: u32,
+    /// Progress reports made.
+    pub reports_made: u32,
+}
+
+impl WasteRobotFigures {
+    /// Those among a robot's figures.
+    #[must_use]
+    pub fn of(figures: &MissionFigures) -> Self {
+        Self {
+            items_delivered: figures.count(ITEMS_DELIVERED) as u32,
+            reports_made: figures.count(REPORTS_MADE) as u32,
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Which allocator each robot has, and what is stated of allocators. What allocators there are is told by whoever reads a
+//! scenario: no list of them stands here.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value};
+
+use super::error::{Problem, ScenarioError, instead};
+use super::parameters::ParameterSpec;
+use super::path::Path;
+use super::{Robot, Scenario};
+
+/// `[allocators]`: by allocator the values that are stated, by parameter.
+pub type Allocators = BTreeMap<String, Map<String, Value>>;
+
+/// An allocator as far as a scenario can speak of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AllocatorSpec {
+    /// What it is chosen by.
+    pub name: &'static str,
+    /// How it decides, in a line.
+    pub about: &'static str,
+    /// The keys of `[allocators.NAME]`.
+    pub parameters: Vec<ParameterSpec>,
+}
+
+impl AllocatorSpec {
+    /// The allocator of a scenario that chooses none. Its parameters stand in `[alliance]`.
+    #[must_use]
+    pub fn alliance() -> Self {
+        Self {
+            name: Scenario::DEFAULT_ALLOCATOR,
+            about: "ALLIANCE: motivations that grow until a behavior set activates (Parker 1998)",
+            parameters: Vec::new(),
+        }
+    }
+}
+
+impl Scenario {
+    /// The allocator of a scenario that chooses none.
+    pub const DEFAULT_ALLOCATOR: &str = "alliance";
+
+    /// The allocator of a robot: its own choice, else the team's.
+    #[must_use]
+    pub fn allocator_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
+        let stated = robot.allocator.as_deref().or(self.allocator.as_deref());
+        stated.unwrap_or(Self::DEFAULT_ALLOCATOR)
+    }
+
+    /// The values that are stated of an allocator, as a JSON object.
+    #[must_use]
+    pub fn allocator_values(&self, allocator: &str) -> Value {
+        let stated = self.allocators.get(allocator).cloned();
+        Value::Object(stated.unwrap_or_default())
+    }
+
+    /// Checks the choice of allocators and what is stated of them.
+    ///
+    /// # Errors
+    /// The first allocator or parameter that is unknown, or value that is out of range.
+    pub fn check_allocators(&self, known: &[AllocatorSpec]) -> Result<(), ScenarioError> {
+        self.allocator_problem(known)
+            .map_err(|problem| problem.located(None))
+    }
+
+    /// The same for a scenario whose file is known.
+    pub(super) fn allocator_problem(&self, known: &[AllocatorSpec]) -> Result<(), Problem> {
+        if let Some(name) = &self.allocator {
+            find(name, known, &Path::of(["allocator"]))?;
+        }
+        for (index, robot) in self.robots.iter().enumerate() {
+            if let Some(name) = &robot.allocator {
+                let at = Path::of(["robots"]).index(index).key("allocator");
+                find(name, known, &at)?;
+            }
+        }
+        for (name, stated) in &self.allocators {
+            let at = Path::of(["allocators"]).key(name);
+            let allocator = find(name, known, &at)?;
+            for (key, value) in stated {
+                let at = at.key(key);
+                let mut parameters = allocator.parameters.iter();
+                match parameters.find(|parameter| parameter.key == key) {
+                    Some(parameter) => parameter.check(value, &at)?,
+                    None => return Err(unknown_parameter(allocator, key, known, at)),
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn find<'k>(
+    name: &str,
+    known: &'k [AllocatorSpec],
+    at: &Path,
+) -> Result<&'k AllocatorSpec, Problem> {
+    known.iter().find(|spec| spec.name == name).ok_or_else(|| {
+        let what = format!("there is no allocator '{name}'");
+        let names = known.iter().map(|spec| spec.name);
+        Problem::at(at.clone(), what, instead(name, names))
+    })
+}
+
+fn unknown_parameter(
+    allocator: &AllocatorSpec,
+    key: &str,
+    known: &[AllocatorSpec],
+    at: Path,
+) -> Problem {
+    let has = |spec: &&AllocatorSpec| spec.parameters.iter().any(|it| it.key == key);
+    let what = match known.iter().find(has) {
+        Some(owner) => format!(
+            "that is a parameter of {}, not of {}",
+            owner.name, allocator.name
+        ),
+        None => format!("{} has no such parameter", allocator.name),
+    };
+    let own = allocator.parameters.iter().map(|parameter| parameter.key);
+    let remedy = match allocator.name {
+        Scenario::DEFAULT_ALLOCATOR => "its parameters stand in [alliance]".to_owned(),
+        _ => instead(key, own),
+    };
+    Problem::at(at, what, remedy)
+}

@@ -1,0 +1,124 @@
+//! Ranges of numbers, and names: what checks of scenarios are made of.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+
+use super::error::Problem;
+use super::path::Path;
+use crate::keys::is_name;
+
+/// The numbers that a key may have.
+pub struct Limits {
+    from: f64,
+    /// Whether `from` itself is not among them.
+    open: bool,
+    to: f64,
+    unit: &'static str,
+}
+
+/// Numbers above 0 and up to that one.
+#[must_use]
+pub const fn above_zero(to: f64, unit: &'static str) -> Limits {
+    Limits {
+        from: 0.0,
+        open: true,
+        to,
+        unit,
+    }
+}
+
+/// Numbers from the first to the second, both included.
+#[must_use]
+pub const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
+    Limits {
+        from,
+        open: false,
+        to,
+        unit,
+    }
+}
+
+/// Lengths, m.
+pub const LENGTH: Limits = above_zero(1e3, "m");
+/// Fractions of a whole.
+pub const FRACTION: Limits = closed(0.0, 1.0, "");
+/// Penetrabilities of components.
+pub const PENETRABILITY: Limits = closed(0.0, 100.0, "");
+/// Times, s.
+pub const TIME: Limits = above_zero(1e9, "s");
+/// Speeds, m/s.
+pub const SPEED: Limits = above_zero(1e3, "m/s");
+/// Turn rates, degrees per second.
+pub const TURN_RATE: Limits = above_zero(3600.0, "deg/s");
+/// Power, W.
+pub const POWER: Limits = closed(0.0, 1e9, "W");
+
+impl Limits {
+    /// Refuses a number at `path` that is not among these; NaN never is.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check<T: Copy + Display + Into<f64>>(
+        &self,
+        path: Path,
+        number: T,
+    ) -> Result<(), Problem> {
+        let value: f64 = number.into();
+        let high_enough = if self.open {
+            value > self.from
+        } else {
+            value >= self.from
+        };
+        if high_enough && value <= self.to {
+            return Ok(());
+        }
+        let low = match (self.open, self.from) {
+            (true, from) => format!("above {from}"),
+            (false, from) => format!("at least {from}"),
+        };
+        let remedy = format!("it must be {low} and at most {} {}", self.to, self.unit);
+        Err(Problem::at(
+            path,
+            format!("{number} is out of range"),
+            remedy.trim_end(),
+        ))
+    }
+}
+
+/// Refuses what is not a name.
+///
+/// # Errors
+/// It is not one.
+pub fn name(path: Path, name: &str) -> Result<(), Problem> {
+    if is_name(name) {
+        return Ok(());
+    }
+    let remedy =
+        "use at most 32 letters, digits, '-' and '_', with a letter or a digit first".to_owned();
+    Err(Problem::at(path, format!("'{name}' is not a name"), remedy))
+}
+
+/// Checks how many things a list has, and that their names are names, each there once.
+///
+/// # Errors
+/// The first mistake.
+pub fn named<'a>(
+    list: &Path,
+    names: impl ExactSizeIterator<Item = &'a str>,
+    most: usize,
+) -> Result<(), Problem> {
+    if !(1..=most).contains(&names.len()) {
+        let what = format!("{} entries", names.len());
+        return Err(Problem::at(list.clone(), what, format!("give 1 to {most}")));
+    }
+    let mut first = BTreeMap::new();
+    for (index, each) in names.enumerate() {
+        let path = list.index(index).key("name");
+        name(path.clone(), each)?;
+        if let Some(first) = first.insert(each, index) {
+            let what = format!("'{each}' is already the name of {list}[{first}]");
+            return Err(Problem::at(path, what, "give each its own name"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,42 @@
+//! The robots of a run by name and by id.
+
+use std::collections::BTreeMap;
+
+use super::Robot;
+use crate::ids::RobotId;
+
+/// Who takes part in a run: names in the order of ranks, and the way back from a name to its robot.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Roster {
+    names: Vec<String>,
+    ids: BTreeMap<String, RobotId>,
+}
+
+impl Roster {
+    /// The roster of that team, given in rank order.
+    #[must_use]
+    pub fn of(robots: &[Robot]) -> Self {
+        let names: Vec<String> = robots.iter().map(|robot| robot.name.clone()).collect();
+        Self {
+            ids: names.iter().cloned().zip((0..).map(RobotId)).collect(),
+            names,
+        }
+    }
+
+    /// The robot of that name.
+    #[must_use]
+    pub fn robot_named(&self, name: &str) -> Option<RobotId> {
+        self.ids.get(name).copied()
+    }
+
+    /// Name of a robot of this roster.
+    #[must_use]
+    pub fn name(&self, robot: RobotId) -> &str {
+        self.names.get(robot.index()).map_or("?", String::as_str)
+    }
+
+    /// All names, in rank order.
+    pub fn names(&self) -> impl ExactSizeIterator<Item = &str> + Clone {
+        self.names.iter().map(String::as_str)
+    }
+}

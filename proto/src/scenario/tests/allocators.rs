@@ -1,0 +1,128 @@
+//! The choice of allocators, and what is stated of them.
+
+use serde_json::json;
+
+use crate::scenario::{
+    AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, Scenario, Setup, Vocabulary,
+};
+
+fn parameter(key: &'static str, range: ParameterRange) -> ParameterSpec {
+    ParameterSpec {
+        key,
+        unit: "",
+        default: ParameterDefault::Required,
+        about: "",
+        range,
+    }
+}
+
+fn vocabulary() -> Vocabulary {
+    let mut vocabulary = Vocabulary::default();
+    vocabulary.allocators.push(AllocatorSpec {
+        name: "nearest",
+        about: "the nearest task",
+        parameters: vec![
+            ParameterSpec {
+                unit: "s",
+                ..parameter("patience_s", ParameterRange::Above(0.0, 10.0))
+            },
+            parameter("bids", ParameterRange::Whole(1, 9)),
+            parameter("greedy", ParameterRange::Flag),
+            parameter("tie", ParameterRange::Choice(&["low", "high"])),
+        ],
+    });
+    vocabulary.allocators.push(AllocatorSpec {
+        name: "market",
+        about: "auctions",
+        parameters: vec![parameter("rounds", ParameterRange::Whole(1, 9))],
+    });
+    vocabulary
+}
+
+fn read(text: &str) -> Result<Scenario, String> {
+    Scenario::parse_with("s.toml", text, &vocabulary()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_robot_has_its_own_allocator_or_the_teams() {
+    let text = "allocator = 'market'\n[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\nallocator = 'nearest'";
+    let scenario = read(text).unwrap();
+    let of = |rank: usize| scenario.allocator_of(&scenario.robots[rank]);
+    assert_eq!((of(0), of(1)), ("market", "nearest"));
+    let default = Scenario::default();
+    assert_eq!(default.allocator_of(&default.robots[0]), "alliance");
+}
+
+#[test]
+fn what_is_stated_of_an_allocator_is_kept_as_it_is() {
+    let text = "[allocators.nearest]\npatience_s = 2\nbids = 3\ngreedy = true\ntie = 'low'";
+    let scenario = read(text).unwrap();
+    let stated = json!({"patience_s": 2, "bids": 3, "greedy": true, "tie": "low"});
+    assert_eq!(scenario.allocator_values("nearest"), stated);
+    assert_eq!(scenario.allocator_values("market"), json!({}));
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let json = serde_json::to_string(&setup).unwrap();
+    assert_eq!(serde_json::from_str::<Setup>(&json).unwrap(), setup);
+}
+
+#[test]
+fn of_a_scenario_that_states_none_json_says_nothing() {
+    let json = serde_json::to_value(Scenario::default()).unwrap();
+    assert!(json.get("allocator").is_none() && json.get("allocators").is_none());
+}
+
+#[test]
+fn mistakes_have_file_line_and_remedy() {
+    for (text, line) in [
+        (
+            "allocator = 'nearst'",
+            "s.toml:1: allocator: there is no allocator 'nearst'; did you mean 'nearest'? (there are alliance, nearest, market)",
+        ),
+        (
+            "[[robots]]\nname = 'a'\nallocator = 'x'",
+            "s.toml:3: robots[0].allocator: there is no allocator 'x'; there are alliance, nearest, market",
+        ),
+        (
+            "[allocators.greedy]",
+            "s.toml:1: allocators.greedy: there is no allocator 'greedy'; there are alliance, nearest, market",
+        ),
+        (
+            "[allocators.nearest]\nbid = 1",
+            "s.toml:2: allocators.nearest.bid: nearest has no such parameter; did you mean 'bids'? (there are patience_s, bids, greedy, tie)",
+        ),
+        (
+            "[allocators.market]\nbids = 1",
+            "s.toml:2: allocators.market.bids: that is a parameter of nearest, not of market; there is only 'rounds'",
+        ),
+        (
+            "[allocators.alliance]\npreset = 'team'",
+            "s.toml:2: allocators.alliance.preset: alliance has no such parameter; its parameters stand in [alliance]",
+        ),
+        (
+            "[allocators.nearest]\npatience_s = 0",
+            "s.toml:2: allocators.nearest.patience_s: 0 is out of range; it must be above 0 and at most 10 s",
+        ),
+        (
+            "[allocators.nearest]\npatience_s = nan",
+            "s.toml:2: allocators.nearest.patience_s: nan does not fit; write a number",
+        ),
+        (
+            "[allocators.nearest]\nbids = 1.5",
+            "s.toml:2: allocators.nearest.bids: 1.5 does not fit; write a whole number from 1 to 9",
+        ),
+        (
+            "[allocators.nearest]\ngreedy = 'yes'",
+            "s.toml:2: allocators.nearest.greedy: the string 'yes' does not fit; write true or false",
+        ),
+        (
+            "[allocators.nearest]\ntie = 'lo'",
+            "s.toml:2: allocators.nearest.tie: there is no choice 'lo'; did you mean 'low'? (there are low, high)",
+        ),
+        (
+            "[allocators.nearest]\ntie = 3",
+            "s.toml:2: allocators.nearest.tie: 3 does not fit; write one of low, high",
+        ),
+    ] {
+        assert_eq!(read(text).unwrap_err(), line, "for {text:?}");
+    }
+}

@@ -1,0 +1,165 @@
+//! What is done for an allocator around its step: changes of state with their reasons, heartbeats, and the count of progress.
+
+use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::team::TaskState;
+use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
+use alliance_proto::time::SimTime;
+use smallvec::{SmallVec, smallvec};
+
+use super::{Allocator, Announcement, Decision, Input, Me, Mind, Outcome, OwnBehavior};
+
+/// An allocator with everything that robots have in common whatever their allocator.
+#[derive(Clone, Debug)]
+pub struct Framed<A> {
+    me: Me,
+    allocator: A,
+    decision: Decision,
+    /// Since when the active behavior has been active, or the robot idle.
+    since: SimTime,
+    /// When it spoke last; `None` before its first step.
+    sent: Option<SimTime>,
+    /// Effects so far, by place of the behavior in [`Me::behaviors`].
+    progress: SmallVec<[u32; 6]>,
+}
+
+impl<A: Allocator> Framed<A> {
+    /// A robot at the start of an incarnation.
+    pub fn new(me: Me, config: &A::Config) -> Self {
+        Self {
+            allocator: A::new(&me, config),
+            decision: Decision::default(),
+            since: SimTime::ZERO,
+            sent: None,
+            progress: smallvec![0; me.behaviors.len()],
+            me,
+        }
+    }
+
+    fn own(&self, behavior: BehaviorId) -> Option<OwnBehavior> {
+        let mut own = self.me.behaviors.iter();
+        own.find(|own| own.id == behavior).copied()
+    }
+
+    fn task_of(&self, behavior: Option<BehaviorId>) -> Option<TaskId> {
+        Some(self.own(behavior?)?.task)
+    }
+
+    fn announce(&self, state: TaskState, since: SimTime, behavior: BehaviorId) -> Announcement {
+        let task = self.task_of(Some(behavior));
+        let own = self.me.behaviors.iter().zip(&self.progress);
+        let mut done = own.filter(|(own, _)| Some(own.task) == task);
+        Announcement {
+            state,
+            since,
+            behavior: Some(behavior),
+            task,
+            progress: done.next().map_or(0, |(_, done)| *done),
+        }
+    }
+
+    /// Heartbeats: at once on a change of state or progress, else every 1/ρ.
+    fn speak(&mut self, before: Option<BehaviorId>, input: &Input<'_>, outcome: &mut Outcome) {
+        let now = input.now;
+        let active = self.decision.active;
+        let left = before.filter(|_| before != active);
+        if let Some(left) = left.filter(|_| self.task_of(before) != self.task_of(active)) {
+            outcome
+                .announcements
+                .push(self.announce(TaskState::Released, now, left));
+        }
+        let has_progressed = input
+            .progressed
+            .iter()
+            .any(|task| Some(*task) == self.task_of(active));
+        let is_due = self
+            .sent
+            .is_none_or(|sent| now.since(sent) >= self.me.heartbeat_period);
+        if before == active && !has_progressed && !is_due {
+            return;
+        }
+        self.sent = Some(now);
+        outcome.announcements.push(match active {
+            Some(active) => self.announce(TaskState::Executing, self.since, active),
+            None => Announcement {
+                state: TaskState::Idle,
+                since: self.since,
+                behavior: None,
+                task: None,
+                progress: 0,
+            },
+        });
+    }
+}
+
+impl<A: Allocator> Mind for Framed<A> {
+    fn checkpoint(&self) -> Box<dyn Mind> {
+        Box::new(self.clone())
+    }
+
+    fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {
+        for task in input.progressed {
+            // The count is the task's, be it by this behavior or another.
+            for (own, done) in self.me.behaviors.iter().zip(&mut self.progress) {
+                *done += u32::from(own.task == *task);
+            }
+        }
+        let before = self.decision.active;
+        self.decision.reason = None;
+        self.decision.say.clear();
+        self.decision.rows.clear();
+        self.allocator.step(input, &mut self.decision);
+
+        let mut choices = input.choices.iter();
+        let is_applicable = |behavior: BehaviorId| {
+            choices.any(|choice| choice.behavior == behavior && choice.applicable)
+        };
+        if let Some(chosen) = self.decision.active
+            && !{ is_applicable }(chosen)
+        {
+            // An agent that breaks the rules of the seam would act on what it cannot do: it ends, and its robot with it.
+            panic!(
+                "the allocator chose behavior {}, which is not applicable",
+                chosen.0
+            );
+        }
+
+        let active = self.decision.active;
+        outcome.changes.clear();
+        outcome.announcements.clear();
+        outcome.motivations.clear();
+        if before != active {
+            self.since = input.now;
+            let cause = self.decision.reason;
+            if let Some(left) = before {
+                let mut choices = input.choices.iter();
+                let can_go_on = choices.any(|choice| choice.behavior == left && choice.applicable);
+                let cause = cause.unwrap_or(Reason::Reassigned);
+                outcome.changes.push(StateChange {
+                    set: left,
+                    from: BehaviorState::Active,
+                    to: BehaviorState::Hibernating,
+                    reason: if can_go_on {
+                        cause
+                    } else {
+                        Reason::NotApplicable
+                    },
+                });
+            }
+            if let Some(taken) = active {
+                outcome.changes.push(StateChange {
+                    set: taken,
+                    from: BehaviorState::Hibernating,
+                    to: BehaviorState::Active,
+                    reason: cause.unwrap_or(Reason::Chosen),
+                });
+            }
+        }
+        if self.sent.is_none() {
+            self.since = input.now;
+        }
+        self.speak(before, input, outcome);
+        outcome.active = active;
+        std::mem::swap(&mut outcome.rows, &mut self.decision.rows);
+        std::mem::swap(&mut outcome.say, &mut self.decision.say);
+    }
+}

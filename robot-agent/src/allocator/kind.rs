@@ -1,0 +1,100 @@
+//! An allocator by name.
+
+use std::fmt::Debug;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use alliance_proto::scenario::{AllocatorSpec, Setup};
+use serde::de::DeserializeOwned;
+
+use super::{Allocator, Framed, Me, Mind};
+
+/// An allocator that scenarios can name.
+pub trait Kind: Debug + Send + Sync {
+    /// Its name, as scenarios and `--allocator` state it, what it does in one line, and its parameters.
+    fn spec(&self) -> AllocatorSpec;
+
+    /// Reads the run's parameters for it, once for all robots of a process.
+    ///
+    /// # Errors
+    /// When the parameters are not such as it takes.
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError>;
+}
+
+/// An allocator with the parameters of a run.
+pub trait Prepared: Debug + Send + Sync {
+    /// A robot's allocator at the start of an incarnation.
+    fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind>;
+}
+
+/// Parameters that an allocator does not take.
+#[derive(Debug, thiserror::Error)]
+#[error("allocators.{allocator}: {why}")]
+pub struct ConfigError {
+    /// Whose.
+    pub allocator: String,
+    /// What is wrong.
+    pub why: String,
+}
+
+/// The kind of a type that implements [`Allocator`].
+pub struct Typed<A> {
+    name: &'static str,
+    about: &'static str,
+    of: PhantomData<fn() -> A>,
+}
+
+impl<A> Debug for Typed<A> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Typed").field(&self.name).finish()
+    }
+}
+
+impl<A: Allocator> Typed<A> {
+    /// That type under a name.
+    #[must_use]
+    pub fn new(name: &'static str, about: &'static str) -> Self {
+        Self {
+            name,
+            about,
+            of: PhantomData,
+        }
+    }
+}
+
+impl<A: Allocator> Kind for Typed<A> {
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: self.name,
+            about: self.about,
+            parameters: A::parameters(),
+        }
+    }
+
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        let config: A::Config = config(setup, self.name)?;
+        Ok(Arc::new(Parameters::<A>(config)))
+    }
+}
+
+/// `[allocators.NAME]` of the run's scenario.
+fn config<C: DeserializeOwned>(setup: &Setup, name: &str) -> Result<C, ConfigError> {
+    C::deserialize(setup.scenario.allocator_values(name)).map_err(|error| ConfigError {
+        allocator: name.to_owned(),
+        why: error.to_string(),
+    })
+}
+
+struct Parameters<A: Allocator>(A::Config);
+
+impl<A: Allocator> Debug for Parameters<A> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Parameters")
+    }
+}
+
+impl<A: Allocator> Prepared for Parameters<A> {
+    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
+        Box::new(Framed::<A>::new(me, &self.0))
+    }
+}

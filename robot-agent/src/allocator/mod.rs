@@ -1,0 +1,247 @@
+//! The seam between a robot's mind and the rule that chooses its task.
+//!
+//! A rule is a type that implements [`Allocator`]. In each step it gets an [`Input`], with one [`Choice`] per behavior of the robot,
+//! and writes a [`Decision`]: which behavior is active, what to tell the team, and what the log should show of its reasoning.
+//! Everything else is done for it: heartbeats, state changes with their reasons, the step that goes back because it did not count.
+//!
+//! - [`kind`](Kind): an allocator by name, as scenarios state it, with its parameters.
+//! - [`registry`](Registry): the allocators that a program knows.
+//! - `framed`: what is done for an [`Allocator`] around its step.
+//! - [`utility`]: the utility that rules which compare costs have in common.
+//!
+//! # What an allocator may rely on, and must keep
+//! - Inputs are all it knows: no clock, no file, no global, no thread. The same inputs give the same decision on every machine.
+//! - Its state is all in the value: a clone is a checkpoint, to which a robot goes back when its step did not count.
+//! - What is sent at tick *t* is heard at *t* + 1 or later, doubled, or never. Messages of other allocators are ignored.
+//! - The active behavior is one of the choices that are applicable in that step.
+
+mod framed;
+mod kind;
+mod registry;
+#[cfg(test)]
+mod tests;
+pub mod utility;
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use alliance_proto::rng::{self, Purpose};
+use alliance_proto::scenario::ParameterSpec;
+use alliance_proto::team::{Broadcast, TaskState};
+use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
+
+pub use framed::Framed;
+pub use kind::{ConfigError, Kind, Prepared, Typed};
+pub use registry::Registry;
+
+/// A rule by which one robot chooses its task; pure.
+pub trait Allocator: Clone + Debug + Send + 'static {
+    /// Its parameters, as `[allocators.NAME]` of a scenario states them; every key has a default, and unknown keys are refused.
+    type Config: serde::de::DeserializeOwned + Send + Sync + 'static;
+
+    /// The keys of its parameters, for people and for checks: unit, default, meaning and range of each.
+    #[must_use]
+    fn parameters() -> Vec<ParameterSpec> {
+        Vec::new()
+    }
+
+    /// A robot at the start of an incarnation: it has heard nothing yet.
+    fn new(me: &Me, config: &Self::Config) -> Self;
+
+    /// One step. `decision` is empty when it comes, but for [`Decision::active`], which is what it was after the step before.
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision);
+}
+
+/// The parameters of an allocator that has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoParameters {}
+
+/// What a robot knows of itself and its team for the whole run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Me {
+    /// The robot itself.
+    pub robot: RobotId,
+    /// Which life of it this is, from 1.
+    pub incarnation: Incarnation,
+    /// Number of robots of the scenario; their ids are 0 to `team - 1`.
+    pub team: usize,
+    /// Number of tasks of the scenario.
+    pub tasks: usize,
+    /// Its own behaviors, in the order of [`Input::choices`].
+    pub behaviors: Vec<OwnBehavior>,
+    /// Length of a step, s.
+    pub step_s: f64,
+    /// 1/ρ: every robot speaks at least so often, whatever its allocator.
+    pub heartbeat_period: SimTime,
+    /// τ: a teammate that has been silent for so long has ceased.
+    pub ceased_after: SimTime,
+    /// The tasks that the scenario gives to this robot beforehand, for allocators that do not negotiate; see
+    /// [`crate::allocators::fixed`].
+    pub assigned: Arc<[TaskId]>,
+}
+
+/// A behavior that a robot has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnBehavior {
+    /// Its id.
+    pub id: BehaviorId,
+    /// The task that it performs.
+    pub task: TaskId,
+    /// How many robots may perform the task at once.
+    pub max_robots: usize,
+    /// Of the task; higher goes first.
+    pub priority: i32,
+}
+
+/// What a robot brings to a step.
+#[derive(Clone, Copy)]
+pub struct Input<'a> {
+    /// Time of the step; later than that of the step before.
+    pub now: SimTime,
+    /// Length of a step, s. A step made late is still one step.
+    pub step_s: f64,
+    /// Where the robot believes to be, m; `None` while its position sensor is dead.
+    pub position: Option<Vec2>,
+    /// Whether it carries something that its task is about.
+    pub is_laden: bool,
+    /// Whether each own behavior can be active in this step (sensory feedback, eq. 2.1), in the order of [`Me::behaviors`].
+    pub applicable: &'a [bool],
+    /// The same with costs, rounds and rewards: one per own behavior; empty for a [`Mind`] that does not weigh them.
+    pub choices: &'a [Choice],
+    /// Tasks on which the robot itself achieved an effect on the world since its last step, one entry per effect.
+    pub progressed: &'a [TaskId],
+    /// What it hears in this step, by (rank of the sender, incarnation, sequence number).
+    pub heard: &'a [Arc<Broadcast>],
+    /// What tasks cost after others, for those who plan sequences.
+    pub route: &'a dyn RouteCost,
+    /// Random numbers of this step.
+    pub draws: Draws,
+}
+
+/// What a behavior of the robot has to offer in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// The behavior.
+    pub behavior: BehaviorId,
+    /// The task that it performs.
+    pub task: TaskId,
+    /// Since when the task has been due again, as far as the robot knows, ms; what was said about an older round is void.
+    pub round: SimTime,
+    /// Whether the behavior can be active in this step (sensory feedback, eq. 2.1).
+    pub applicable: bool,
+    /// Estimated time of one unit of its work, s, from what the robot itself knows; `None` if it cannot tell.
+    pub cost_s: Option<f64>,
+    /// What a unit is worth, in the mission's own measure.
+    pub reward: f64,
+    /// Of the task; higher goes first.
+    pub priority: i32,
+    /// How many robots may perform the task at once.
+    pub max_robots: usize,
+}
+
+/// Cost of a task after others.
+pub trait RouteCost {
+    /// Estimated time of a unit of `task` for a robot that has just done a unit of each of `after`, s. `None` if it cannot tell.
+    fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64>;
+}
+
+/// What comes of a step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Decision {
+    /// The behavior that the robot shall carry out. It must be one of the choices that are applicable.
+    pub active: Option<BehaviorId>,
+    /// Why that has changed, if it has; `None`: [`Reason::Chosen`], or [`Reason::NotApplicable`] where that is so.
+    pub reason: Option<Reason>,
+    /// What to tell the team: at most one message more than the robot has tasks.
+    pub say: Vec<AllocationMessage>,
+    /// What the log shows of the reasoning: a row per task that it says something about (allocation.csv).
+    pub rows: Vec<AllocationRow>,
+}
+
+/// Random numbers of one step of one robot's allocator: numbered by seed, robot and tick, so that a step that is made twice draws
+/// the same, and none shifts another's.
+#[derive(Clone, Copy, Debug)]
+pub struct Draws {
+    seed: u64,
+    robot: RobotId,
+    tick: u64,
+}
+
+impl Draws {
+    /// Words of a step's block.
+    const WORDS: u128 = 1 << 12;
+
+    /// Those of that robot in that tick.
+    #[must_use]
+    pub fn of(seed: u64, robot: RobotId, tick: u64) -> Self {
+        Self { seed, robot, tick }
+    }
+
+    /// The stream of this step, from its first number on; at most 4,096 words of it may be used.
+    #[must_use]
+    pub fn stream(&self) -> ChaCha8Rng {
+        let mut stream = rng::robot_stream(self.seed, Purpose::Allocation, self.robot);
+        stream.set_word_pos(u128::from(self.tick) * Self::WORDS);
+        stream
+    }
+}
+
+/// The part of a heartbeat that comes from the allocator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Announcement {
+    /// What the robot does about the task.
+    pub state: TaskState,
+    /// Since when.
+    pub since: SimTime,
+    /// The behavior; `None` when idle.
+    pub behavior: Option<BehaviorId>,
+    /// Its task; `None` when idle.
+    pub task: Option<TaskId>,
+    /// Effects that the robot has achieved on the task so far; 0 when idle.
+    pub progress: u32,
+}
+
+/// Everything that comes of a step, heartbeats and log included.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// The active behavior.
+    pub active: Option<BehaviorId>,
+    /// Rows of motivations.csv: one per own behavior, of allocators that have motivations.
+    pub motivations: Vec<Motivation>,
+    /// Rows of allocation.csv, of all others.
+    pub rows: Vec<AllocationRow>,
+    /// Changes of state, in the order in which they happened.
+    pub changes: Vec<StateChange>,
+    /// Each becomes one heartbeat of this step, in this order.
+    pub announcements: Vec<Announcement>,
+    /// What the allocator says beside heartbeats.
+    pub say: Vec<AllocationMessage>,
+}
+
+/// An allocator at work, whatever its type. [`Framed`] makes one of an [`Allocator`]; ALLIANCE, which has states and heartbeats of its
+/// own, is one by itself.
+pub trait Mind: Debug + Send {
+    /// A checkpoint.
+    fn checkpoint(&self) -> Box<dyn Mind>;
+
+    /// Whether it looks at costs, rounds and rewards: where nobody does they are not worked out.
+    fn weighs_costs(&self) -> bool {
+        true
+    }
+
+    /// One step.
+    fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome);
+}
+
+impl Clone for Box<dyn Mind> {
+    fn clone(&self) -> Self {
+        self.checkpoint()
+    }
+}

@@ -1,0 +1,100 @@
+//! The allocators that a program knows.
+
+use std::sync::{Arc, OnceLock};
+
+use alliance_proto::scenario::{Setup, Vocabulary};
+
+use super::{Allocator, ConfigError, Kind, Prepared, Typed};
+use crate::allocators::alliance::Alliance;
+use crate::allocators::first_come::FirstCome;
+use crate::allocators::fixed::Fixed;
+use crate::allocators::nearest::Nearest;
+use crate::allocators::random::Random;
+
+/// What the program at hand knows: written once, by its `main`, before anything reads it.
+static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
+
+/// The allocators that a program knows, by name.
+#[derive(Clone, Debug)]
+pub struct Registry {
+    kinds: Vec<Arc<dyn Kind>>,
+}
+
+impl Registry {
+    /// Those that come with the simulator.
+    #[must_use]
+    pub fn built_in() -> Self {
+        Self {
+            kinds: vec![Arc::new(Alliance)],
+        }
+        .allocator::<Nearest>(
+            "nearest",
+            "the applicable task of highest utility, whatever the others do",
+        )
+        .allocator::<FirstCome>(
+            "first-come",
+            "the best task that nobody is heard to execute; kept until a unit of it is done",
+        )
+        .allocator::<Random>(
+            "random",
+            "any applicable task, drawn anew from time to time",
+        )
+        .allocator::<Fixed>(
+            "static",
+            "the tasks that an assignment before the start gave to the robot",
+        )
+    }
+
+    /// Makes this the registry of the program: its commands and all that they start know these allocators.
+    ///
+    /// # Panics
+    /// If the program has one already: two would be two answers to what a scenario means.
+    pub fn install(self) {
+        let installed = OF_THIS_PROGRAM.set(self);
+        assert!(installed.is_ok(), "a program has one registry");
+    }
+
+    /// The registry of the program; the built-in one where its `main` installed none.
+    #[must_use]
+    pub fn of_this_program() -> &'static Self {
+        OF_THIS_PROGRAM.get_or_init(Self::built_in)
+    }
+
+    /// With one more, or another one under that name.
+    #[must_use]
+    pub fn allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self {
+        self.kinds.retain(|kind| kind.spec().name != name);
+        self.kinds.push(Arc::new(Typed::<A>::new(name, about)));
+        self
+    }
+
+    /// What scenarios may say of them: all, in the order in which they were added.
+    #[must_use]
+    pub fn vocabulary(&self) -> Vocabulary {
+        Vocabulary {
+            allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
+            ..Vocabulary::default()
+        }
+    }
+
+    /// The one of that name, with the parameters of a run.
+    ///
+    /// # Errors
+    /// When there is none, or the parameters are not such as it takes.
+    pub fn prepare(&self, name: &str, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        let kind = self.kinds.iter().find(|kind| kind.spec().name == name);
+        let unknown = || {
+            let names: Vec<_> = self
+                .vocabulary()
+                .allocators
+                .iter()
+                .map(|it| it.name)
+                .collect();
+            ConfigError {
+                allocator: name.to_owned(),
+                why: format!("there is no such allocator; there are {}", names.join(", ")),
+            }
+        };
+        kind.ok_or_else(unknown)?.prepare(setup)
+    }
+}

@@ -1,0 +1,340 @@
+//! The laws for all, and those of the baselines (ALLOCATORS.md §7).
+
+use std::sync::Arc;
+
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::Setup;
+use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::telemetry::Reason;
+use alliance_proto::time::SimTime;
+use proptest::prelude::*;
+
+use super::utility::DISCOUNT_PER_S;
+use super::{Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost};
+use crate::agent::TeamConfig;
+use crate::allocator::Registry;
+use crate::allocators::first_come::FirstCome;
+use crate::allocators::fixed::{self, Fixed};
+use crate::allocators::nearest::Nearest;
+use crate::allocators::random::{self, Random};
+use crate::testkit;
+
+#[test]
+fn every_baseline_keeps_the_laws() {
+    testkit::allocator::<Nearest>(&Default::default());
+    testkit::allocator::<FirstCome>(&Default::default());
+    testkit::allocator::<Fixed>(&Default::default());
+    testkit::allocator::<Random>(&random::Config { redraw_s: 2.0 });
+}
+
+/// A rule that keeps what is not applicable is found.
+#[test]
+#[should_panic(expected = "not applicable")]
+fn a_rule_that_breaks_a_law_is_found() {
+    #[derive(Clone, Debug)]
+    struct Stubborn(BehaviorId);
+    impl Allocator for Stubborn {
+        type Config = ();
+        fn new(me: &Me, (): &()) -> Self {
+            Self(me.behaviors[0].id)
+        }
+        fn step(&mut self, _: &Input<'_>, decision: &mut super::Decision) {
+            decision.active = Some(self.0);
+        }
+    }
+    testkit::allocator::<Stubborn>(&());
+}
+
+/// Memory of a message count, which a second copy changes.
+#[test]
+#[should_panic(expected = "a second copy changes nothing")]
+fn a_rule_that_counts_copies_is_found() {
+    #[derive(Clone, Debug)]
+    struct Counts(usize);
+    impl Allocator for Counts {
+        type Config = ();
+        fn new(_: &Me, (): &()) -> Self {
+            Self(0)
+        }
+        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
+            self.0 += input.heard.len();
+            let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
+            decision.active = (self.0 % 3 == 1)
+                .then(|| applicable.next().map(|choice| choice.behavior))
+                .flatten();
+        }
+    }
+    testkit::allocator::<Counts>(&());
+}
+
+struct Flat;
+
+impl RouteCost for Flat {
+    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
+        None
+    }
+}
+
+fn me(robot: u16, tasks: u16) -> Me {
+    Me {
+        robot: RobotId(robot),
+        incarnation: 1,
+        team: 3,
+        tasks: usize::from(tasks),
+        behaviors: (0..tasks)
+            .map(|task| OwnBehavior {
+                id: BehaviorId(task),
+                task: TaskId(task),
+                max_robots: 1,
+                priority: 0,
+            })
+            .collect(),
+        step_s: 0.05,
+        heartbeat_period: SimTime(1000),
+        ceased_after: SimTime(5000),
+        assigned: [TaskId(1)].into(),
+    }
+}
+
+fn choices(costs: &[f64]) -> Vec<Choice> {
+    let of = |(task, &cost_s): (usize, &f64)| Choice {
+        behavior: BehaviorId(task as u16),
+        task: TaskId(task as u16),
+        round: SimTime::ZERO,
+        applicable: true,
+        cost_s: Some(cost_s),
+        reward: 1.0,
+        priority: 0,
+        max_robots: 1,
+    };
+    costs.iter().enumerate().map(of).collect()
+}
+
+fn step(
+    mind: &mut dyn Mind,
+    tick: u64,
+    choices: &[Choice],
+    heard: &[Arc<Broadcast>],
+    progressed: &[TaskId],
+) -> Outcome {
+    let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
+    let mut outcome = Outcome::default();
+    let input = Input {
+        now: SimTime(50 * tick),
+        step_s: 0.05,
+        position: None,
+        is_laden: false,
+        applicable: &applicable,
+        choices,
+        progressed,
+        heard,
+        route: &Flat,
+        draws: Draws::of(7, RobotId(0), tick),
+    };
+    mind.step(&input, &mut outcome);
+    outcome
+}
+
+fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broadcast> {
+    Arc::new(Broadcast {
+        sender: RobotId(sender),
+        incarnation: 1,
+        tick: 0,
+        index: 0,
+        seq,
+        sent: SimTime::ZERO,
+        body: Content::Heartbeat(Heartbeat {
+            state: if task.is_some() {
+                TaskState::Executing
+            } else {
+                TaskState::Idle
+            },
+            since: SimTime(since_ms),
+            set: task.map(BehaviorId),
+            task: task.map(TaskId),
+            progress: 0,
+            position: None,
+            carrying: false,
+            knowledge: Knowledge::default(),
+        }),
+    })
+}
+
+/// u = r·λ^cost: at 0.98 a second, 10 s cost 18.3 % of the reward.
+#[test]
+fn utility_against_numbers_by_hand() {
+    assert!((libm::pow(DISCOUNT_PER_S, 10.0) - 0.817_07).abs() < 1e-5);
+    let mut nearest = Framed::<Nearest>::new(me(0, 2), &Default::default());
+    let outcome = step(&mut nearest, 0, &choices(&[10.0, 20.0]), &[], &[]);
+    assert_eq!(outcome.active, Some(BehaviorId(0)));
+    assert!((outcome.rows[0].utility - 0.817_07).abs() < 1e-5);
+    // What is under way has its whole reward for a minute, however far it has become; then it is weighed like the rest.
+    let far = choices(&[90.0, 20.0]);
+    assert_eq!(
+        step(&mut nearest, 1, &far, &[], &[]).active,
+        Some(BehaviorId(0))
+    );
+    assert_eq!(
+        step(&mut nearest, 1199, &far, &[], &[]).active,
+        Some(BehaviorId(0))
+    );
+    let outcome = step(&mut nearest, 1200, &far, &[], &[]);
+    assert_eq!(outcome.active, Some(BehaviorId(1)));
+    assert_eq!(outcome.changes[0].reason, Reason::Reassigned);
+    assert_eq!(outcome.changes[1].reason, Reason::Chosen);
+}
+
+/// Heartbeats of every allocator: at once on a change, then every 1/ρ.
+#[test]
+fn heartbeats_come_at_once_and_then_each_period() {
+    let mut nearest = Framed::<Nearest>::new(me(0, 2), &Default::default());
+    let spoke: Vec<u64> = (0..45)
+        .filter(|&tick| {
+            let mut now = choices(&[10.0, 20.0]);
+            now[0].applicable = tick < 7;
+            let progressed = [TaskId(1)];
+            let progressed = if tick == 30 { &progressed[..] } else { &[] };
+            let said = step(&mut nearest, tick, &now, &[], progressed).announcements;
+            let states: Vec<_> = said.iter().map(|it| it.state).collect();
+            match tick {
+                7 => assert_eq!(states, [TaskState::Released, TaskState::Executing]),
+                30 => assert_eq!(said[0].progress, 1),
+                _ => {}
+            }
+            !said.is_empty()
+        })
+        .collect();
+    assert_eq!(spoke, [0, 7, 27, 30]);
+}
+
+/// Lossless: whoever clashes, one executor is left two steps later, and it is the one that began earlier, else the lower rank.
+#[test]
+fn first_come_leaves_one_executor() {
+    let mut low = Framed::<FirstCome>::new(me(0, 2), &Default::default());
+    let mut high = Framed::<FirstCome>::new(me(2, 2), &Default::default());
+    let both = choices(&[10.0, 20.0]);
+    assert_eq!(
+        step(&mut low, 0, &both, &[], &[]).active,
+        Some(BehaviorId(0))
+    );
+    assert_eq!(
+        step(&mut high, 0, &both, &[], &[]).active,
+        Some(BehaviorId(0))
+    );
+    let outcome = step(&mut low, 1, &both, &[executes(2, 1, 0, Some(0))], &[]);
+    assert_eq!(outcome.active, Some(BehaviorId(0)));
+    let outcome = step(&mut high, 1, &both, &[executes(0, 1, 0, Some(0))], &[]);
+    assert_eq!(outcome.active, Some(BehaviorId(1)));
+    assert_eq!(outcome.changes[0].reason, Reason::Outbid);
+
+    // The lower one falls silent: its task is free after τ, to the step.
+    let first_only = choices(&[10.0]);
+    let mut idle = Framed::<FirstCome>::new(me(2, 1), &Default::default());
+    assert_eq!(
+        step(
+            &mut idle,
+            1,
+            &first_only,
+            &[executes(0, 1, 0, Some(0))],
+            &[]
+        )
+        .active,
+        None
+    );
+    assert_eq!(step(&mut idle, 100, &first_only, &[], &[]).active, None);
+    let outcome = step(&mut idle, 101, &first_only, &[], &[]);
+    assert_eq!(outcome.active, Some(BehaviorId(0)));
+    assert_eq!(outcome.changes[0].reason, Reason::Claimed);
+    // An older word that comes late takes nothing back, and a newer one frees the task at once.
+    let mut late = Framed::<FirstCome>::new(me(2, 1), &Default::default());
+    let words = [executes(0, 5, 0, None), executes(0, 4, 0, Some(0))];
+    assert_eq!(
+        step(&mut late, 1, &first_only, &words, &[]).active,
+        Some(BehaviorId(0))
+    );
+}
+
+#[test]
+fn a_static_robot_touches_nothing_else() {
+    let mut fixed = Framed::<Fixed>::new(me(0, 3), &Default::default());
+    let all = choices(&[1.0, 50.0, 1.0]);
+    assert_eq!(
+        step(&mut fixed, 0, &all, &[], &[]).active,
+        Some(BehaviorId(1))
+    );
+    let mut without = all.clone();
+    without[1].applicable = false;
+    assert_eq!(step(&mut fixed, 1, &without, &[], &[]).active, None);
+}
+
+/// Over 10,000 draws each of three tasks has a third: χ² below the 99.9 % point of two degrees of freedom, 13.8.
+#[test]
+fn random_draws_evenly() {
+    let config = random::Config { redraw_s: 0.05 };
+    let mut random = Framed::<Random>::new(me(0, 3), &config);
+    let mut counts = [0_f64; 3];
+    for tick in 0..10_000 {
+        let active = step(&mut random, tick, &choices(&[1.0, 2.0, 3.0]), &[], &[]).active;
+        counts[active.unwrap().index()] += 1.0;
+    }
+    let expected = 10_000.0 / 3.0;
+    let chi_squared: f64 = counts
+        .iter()
+        .map(|it| (it - expected).powi(2) / expected)
+        .sum();
+    assert!(chi_squared < 13.8, "{counts:?}");
+}
+
+proptest! {
+    /// The first round of the assignment is the cheapest of all: against every permutation.
+    #[test]
+    fn static_assignment_is_the_cheapest(
+        costs in prop::collection::vec(prop::collection::vec(1..1000_i64, 4), 4),
+    ) {
+        let rows: Vec<Vec<Option<i64>>> = costs
+            .iter()
+            .map(|row| row.iter().copied().map(Some).collect())
+            .collect();
+        let given = fixed::assign(&rows);
+        let total: i64 = given.iter().zip(&costs).map(|(tasks, row)| row[tasks[0].index()]).sum();
+        let mut least = i64::MAX;
+        for code in 0..256_usize {
+            let tasks = [code & 3, code >> 2 & 3, code >> 4 & 3, code >> 6 & 3];
+            let distinct = tasks.iter().collect::<std::collections::BTreeSet<_>>();
+            if distinct.len() == 4 {
+                least = least.min(tasks.iter().zip(&costs).map(|(task, row)| row[*task]).sum());
+            }
+        }
+        prop_assert_eq!(total, least);
+    }
+
+    /// Whatever the shape, every task that anybody can do is given once, to one who can.
+    #[test]
+    fn static_assignment_gives_every_task_once(
+        costs in (1..5_usize, 1..9_usize).prop_flat_map(|(robots, tasks)| {
+            let cell = prop::option::weighted(0.7, 1..1000_i64);
+            prop::collection::vec(prop::collection::vec(cell, tasks), robots)
+        }),
+    ) {
+        let given = fixed::assign(&costs);
+        for task in 0..costs[0].len() {
+            let owners: Vec<usize> = (0..costs.len())
+                .filter(|&robot| given[robot].contains(&TaskId(task as u16)))
+                .collect();
+            let can_be_done = costs.iter().any(|row| row[task].is_some());
+            prop_assert_eq!(owners.len(), usize::from(can_be_done));
+            prop_assert!(owners.iter().all(|&robot| costs[robot][task].is_some()));
+        }
+    }
+}
+
+#[test]
+fn an_unknown_allocator_and_a_wrong_key_are_one_line() {
+    let mut setup = Setup::default_for(1);
+    setup.scenario.allocator = Some("telepathy".to_owned());
+    let error = TeamConfig::of(&setup, &Registry::built_in()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "allocators.telepathy: there is no such allocator; there are alliance, nearest, first-come, random, static"
+    );
+}

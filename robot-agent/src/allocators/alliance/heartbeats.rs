@@ -1,0 +1,168 @@
+//! What a robot announces and when: at once on every change of state or progress, then every 1/ρ (ALLIANCE.md §3
+//! "Messages").
+
+use alliance_proto::ids::TaskId;
+use alliance_proto::team::TaskState;
+use alliance_proto::telemetry::{BehaviorState, StateChange};
+use alliance_proto::time::SimTime;
+use smallvec::{SmallVec, smallvec};
+
+use crate::allocator::Announcement;
+
+use super::behavior::{Awake, Behavior, Stance};
+use super::params::{Config, OwnBehavior, USUAL_BEHAVIORS};
+
+/// The schedule of a robot's heartbeats.
+#[derive(Clone, Debug)]
+pub(super) struct Heartbeats {
+    /// Last announcement per own set; of no account while the set hibernates.
+    sent: SmallVec<[SimTime; USUAL_BEHAVIORS]>,
+    /// While the robot is idle.
+    idle: Option<Idle>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Idle {
+    since: SimTime,
+    sent: SimTime,
+}
+
+/// What happened in the step that is being announced.
+pub(super) struct Happened<'a> {
+    /// Changes of state.
+    pub changes: &'a [StateChange],
+    /// Tasks on which the robot made progress.
+    pub progressed: &'a [TaskId],
+    /// Progress count by own task, these included.
+    pub progress: &'a [u32],
+}
+
+impl Heartbeats {
+    /// Nothing announced yet.
+    pub fn new(sets: usize) -> Self {
+        Self {
+            sent: smallvec![SimTime::ZERO; sets],
+            idle: None,
+        }
+    }
+
+    /// Adds the announcements of this step: released, then waiting, then executing, then idle, so that a robot's last word says
+    /// what it does.
+    pub fn announce(
+        &mut self,
+        now: SimTime,
+        config: &Config,
+        behaviors: &[Behavior],
+        awake: Awake,
+        happened: &Happened<'_>,
+        announcements: &mut Vec<Announcement>,
+    ) {
+        if config.switches.release_message && !happened.changes.is_empty() {
+            announcements.extend(released(now, config, behaviors, happened));
+        }
+
+        let wishes = awake.active.is_none() || config.switches.wish_when_suppressed;
+        if wishes && awake.waiting > 0 {
+            for (index, behavior) in behaviors.iter().enumerate() {
+                if let Stance::Waiting { since } = behavior.stance {
+                    let set = &config.sets[index];
+                    let said = self.say(now, index, set, TaskState::Waiting, since, happened);
+                    announcements.extend(said);
+                }
+            }
+        }
+        if let Some(index) = awake.active
+            && let Stance::Active { since, .. } = behaviors[index].stance
+        {
+            let set = &config.sets[index];
+            let said = self.say(now, index, set, TaskState::Executing, since, happened);
+            announcements.extend(said);
+        }
+        if config.switches.idle_heartbeat {
+            announcements.extend(self.idle(awake.is_none(), now, config.idle_period));
+        }
+    }
+
+    /// What a set is, if it is time to say so.
+    fn say(
+        &mut self,
+        now: SimTime,
+        index: usize,
+        set: &OwnBehavior,
+        state: TaskState,
+        since: SimTime,
+        happened: &Happened<'_>,
+    ) -> Option<Announcement> {
+        let at_once = || {
+            happened.changes.iter().any(|change| change.set == set.id)
+                || happened.progressed.contains(&set.task)
+        };
+        if now.since(self.sent[index]) < set.params.period && !at_once() {
+            return None;
+        }
+        self.sent[index] = now;
+        Some(about(state, since, set, happened))
+    }
+
+    /// When a set at work speaks next, if nothing happens before.
+    pub fn next(&self, index: usize, set: &OwnBehavior) -> SimTime {
+        self.sent[index] + set.params.period
+    }
+
+    fn idle(&mut self, is_idle: bool, now: SimTime, period: SimTime) -> Option<Announcement> {
+        let (since, due) = match self.idle {
+            _ if !is_idle => {
+                self.idle = None;
+                return None;
+            }
+            None => (now, true),
+            Some(idle) => (idle.since, now.since(idle.sent) >= period),
+        };
+        if !due {
+            return None;
+        }
+        self.idle = Some(Idle { since, sent: now });
+        Some(Announcement {
+            state: TaskState::Idle,
+            since,
+            behavior: None,
+            task: None,
+            progress: 0,
+        })
+    }
+}
+
+/// One release for each set that hibernates after executing or waiting, unless another set goes on with its task.
+fn released<'a>(
+    now: SimTime,
+    config: &'a Config,
+    behaviors: &'a [Behavior],
+    happened: &'a Happened<'_>,
+) -> impl Iterator<Item = Announcement> + 'a {
+    let goes_on = |task| {
+        let mut own = behaviors.iter().zip(&config.sets);
+        own.any(|(it, set)| set.task == task && it.stance != Stance::Hibernating)
+    };
+    let hibernates = |set| {
+        let mut changes = happened.changes.iter();
+        changes.any(|change| change.set == set && change.to == BehaviorState::Hibernating)
+    };
+    let sets = config.sets.iter();
+    sets.filter(move |set| hibernates(set.id) && !goes_on(set.task))
+        .map(move |set| about(TaskState::Released, now, set, happened))
+}
+
+fn about(
+    state: TaskState,
+    since: SimTime,
+    set: &OwnBehavior,
+    happened: &Happened<'_>,
+) -> Announcement {
+    Announcement {
+        state,
+        since,
+        behavior: Some(set.id),
+        task: Some(set.task),
+        progress: happened.progress[set.own_task],
+    }
+}

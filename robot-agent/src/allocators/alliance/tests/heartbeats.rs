@@ -1,0 +1,188 @@
+//! When a robot speaks and what it says.
+
+use super::*;
+
+use TaskState::{Executing, Idle, Released, Waiting};
+
+/// (time in ms, state, since in ms, task) of each announcement of a step.
+fn said(at: SimTime, output: &Outcome) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
+    let announcements = output.announcements.iter();
+    announcements
+        .map(|it| (at.0, it.state, it.since.0, it.task))
+        .collect()
+}
+
+/// What gold says while move-spill(top) is applicable from the start to `until_ms`.
+fn run(setup: &Setup, until_ms: u64, end_ms: u64) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
+    let mut gold = Solo::new(GOLD, setup);
+    let mut all = Vec::new();
+    while gold.now < ms(end_ms) {
+        let at = gold.now;
+        let applicable = if at < ms(until_ms) {
+            ONLY_TOP
+        } else {
+            [false; 4]
+        };
+        let output = gold.step(applicable, &[]);
+        all.extend(said(at, &output));
+    }
+    all
+}
+
+#[test]
+fn at_once_on_a_change_and_every_period_after_it() {
+    let setup = setup(Preset::Team, 2, 200);
+    // θ after 20 s of 5/s at 200 ms; 1/ρ = 1 s.
+    let top = Some(task(TOP));
+    let last: Vec<_> = run(&setup, 22_500, 24_000)
+        .into_iter()
+        .filter(|it| it.0 >= 19_000)
+        .collect();
+    assert_eq!(
+        last,
+        [
+            (19_000, Idle, 0, None),
+            (20_000, Executing, 20_000, top),
+            (21_000, Executing, 20_000, top),
+            (22_000, Executing, 20_000, top),
+            (22_600, Released, 22_600, top),
+            (22_600, Idle, 22_600, None),
+            (23_600, Idle, 22_600, None),
+        ]
+    );
+}
+
+#[test]
+fn period_that_is_no_multiple_of_the_step_is_rounded_up() {
+    let mut setup = setup(Preset::Team, 2, 200);
+    every_set(&mut setup, |set| set.broadcast_rate_hz = 2.0);
+    let times: Vec<u64> = run(&setup, 0, 2000).into_iter().map(|it| it.0).collect();
+    assert_eq!(times, [0, 600, 1200, 1800]);
+}
+
+#[test]
+fn silent_about_releases_and_idleness_by_the_switches() {
+    let setup = setup(Preset::Par98, 2, 200);
+    let states: Vec<TaskState> = run(&setup, 22_500, 30_000)
+        .into_iter()
+        .map(|it| it.1)
+        .collect();
+    assert_eq!(states, [Executing; 3]);
+}
+
+#[test]
+fn idle_heartbeats_come_at_the_longest_period() {
+    let mut setup = setup(Preset::Team, 2, 200);
+    let gold = setup.alliance.robots.get_mut("gold").unwrap();
+    gold.sets
+        .get_mut("report-progress")
+        .unwrap()
+        .broadcast_rate_hz = 0.25;
+    let times: Vec<u64> = run(&setup, 0, 9000).into_iter().map(|it| it.0).collect();
+    assert_eq!(times, [0, 4000, 8000]);
+}
+
+#[test]
+fn progress_is_told_at_once_and_counted() {
+    let mut setup = setup(Preset::Team, 2, 200);
+    every_set(&mut setup, |set| set.broadcast_rate_hz = 0.25);
+    let mut gold = Solo::new(GOLD, &setup);
+    gold.quiet_until(ms(21_000), ONLY_TOP);
+    let mut step = |progressed: &[TaskId]| {
+        let output = super::step_of(
+            &mut gold.engine,
+            &StepInput {
+                now: gold.now,
+                heard: &[],
+                applicable: &ONLY_TOP,
+                progressed,
+            },
+        );
+        gold.now = gold.now + ms(200);
+        let announcements = output.announcements.iter();
+        let counts: Vec<u32> = announcements.map(|it| it.progress).collect();
+        (counts, gold.engine.progress(task(TOP)))
+    };
+    assert_eq!(step(&[]), (vec![], 0));
+    assert_eq!(step(&[task(TOP), task(TOP)]), (vec![2], 2));
+    assert_eq!(step(&[]), (vec![], 2));
+    // Another task's progress is no news about this one.
+    assert_eq!(step(&[task(BOTTOM)]), (vec![], 2));
+}
+
+#[test]
+fn a_stopped_robot_does_not_make_up_for_missed_heartbeats() {
+    let setup = setup(Preset::Team, 2, 200);
+    let mut gold = Solo::new(GOLD, &setup);
+    gold.quiet_until(ms(21_200), ONLY_TOP);
+    gold.now = ms(90_000);
+    let counts: Vec<usize> = (0..7)
+        .map(|_| gold.step(ONLY_TOP, &[]).announcements.len())
+        .collect();
+    assert_eq!(counts, [1, 0, 0, 0, 0, 1, 0]);
+}
+
+#[test]
+fn a_waiting_set_says_so_every_period_and_releases_when_it_gives_in() {
+    let setup = setup(Preset::Team, 2, 200);
+    let mut gold = Solo::new(GOLD, &setup);
+    let mut all = Vec::new();
+    while gold.now < ms(50_000) {
+        let at = gold.now;
+        let heard: Vec<_> =
+            at.0.is_multiple_of(1000)
+                .then(|| gold.says(BLUE, Executing, ms(0)))
+                .into_iter()
+                .collect();
+        let applicable = if at < ms(47_000) {
+            ONLY_TOP
+        } else {
+            [false; 4]
+        };
+        let output = gold.step(applicable, &heard);
+        all.extend(said(at, &output).into_iter().filter(|it| it.1 != Idle));
+    }
+    // Reset by blue's first word at 0, slow for φ = 30 s, then fast: θ at 44 s.
+    let top = Some(task(TOP));
+    let expected = [
+        (44_000, Waiting, 44_000, top),
+        (45_000, Waiting, 44_000, top),
+        (46_000, Waiting, 44_000, top),
+        (47_000, Released, 47_000, top),
+    ];
+    assert_eq!(all, expected);
+}
+
+#[test]
+fn no_release_while_another_set_goes_on_with_the_task() {
+    // Blue waits with both of its sets for find-locations until gold leaves it.
+    let mut setup = setup(Preset::Team, 2, 200);
+    setup.scenario.robots[0].side_sensor = true;
+    let blue = setup.alliance.robots.get_mut("blue").unwrap();
+    let wander = blue.sets["find-locations-wander"].clone();
+    blue.sets
+        .insert("find-locations-methodical".to_owned(), wander);
+    let mut blue = engine(BLUE, &setup);
+    let mut step = |seq: u64, state| {
+        let now = ms(200 * seq);
+        let message = heartbeat(GOLD, seq, now, state, ms(0), FIND);
+        let output = super::step_of(
+            &mut blue,
+            &StepInput {
+                now,
+                heard: &shared(&[message]),
+                applicable: &[true, true, false, false, false],
+                progressed: &[],
+            },
+        );
+        let announcements = output.announcements.into_iter();
+        announcements
+            .map(|it| (it.state, it.behavior))
+            .collect::<Vec<_>>()
+    };
+    let methodical = Some(BehaviorId(0));
+    let before = (1..=226).flat_map(|seq| step(seq, Executing)).last();
+    assert_eq!(before, Some((Waiting, Some(set(FIND)))));
+    assert_eq!(step(227, Released), [(Executing, methodical)]);
+    assert_eq!(step(228, Released), []);
+}

@@ -1,0 +1,243 @@
+//! comm_received, its origin, releases, and the memory it takes.
+
+use alliance_proto::team::{Fact, Locations};
+
+use super::*;
+use crate::allocators::alliance::history::{History, Record};
+
+use TaskState::{Executing, Released, Waiting};
+
+/// Messages of gold about move-spill(top), with everything that the history looks at.
+fn gold(history: &History) -> &Record {
+    let mut about = history.about(task(TOP).index()).iter();
+    let (_, record) = about.find(|(teammate, _)| *teammate == GOLD).unwrap();
+    record
+}
+
+struct Gold {
+    history: History,
+    switches: Switches,
+    incarnation: u32,
+    seq: u64,
+}
+
+impl Gold {
+    fn new(switches: Switches) -> Self {
+        Self {
+            history: History::new(ALL.len()),
+            switches,
+            incarnation: 1,
+            seq: 0,
+        }
+    }
+
+    fn says(&mut self, at: u64, state: TaskState, progress: u32) -> &mut Self {
+        self.seq += 1;
+        let mut message = heartbeat(GOLD, self.seq, ms(at), state, ms(0), TOP);
+        message.incarnation = self.incarnation;
+        if let Content::Heartbeat(heartbeat) = &mut message.body {
+            heartbeat.progress = progress;
+        }
+        self.history
+            .hear(ms(at), &message, &self.switches, |task| Some(task.index()));
+        self
+    }
+
+    fn restarts(&mut self) {
+        self.incarnation += 1;
+        self.seq = 0;
+    }
+
+    fn record(&self) -> &Record {
+        gold(&self.history)
+    }
+
+    fn begins(&self, at: u64) -> bool {
+        self.record().begins(ms(at))
+    }
+
+    fn until(&self, span: u64, at: u64) -> bool {
+        self.record().until(ms(span), ms(at))
+    }
+
+    fn within(&self, span: u64, at: u64) -> bool {
+        self.record().within(ms(span), ms(at))
+    }
+}
+
+#[test]
+fn progress_starts_the_history_anew() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    assert!(gold.says(1000, Executing, 0).begins(1000));
+    assert!(!gold.says(2000, Executing, 0).begins(2000));
+    assert!(gold.until(30_000, 31_000));
+    // An item delivered: one more reset, and φ counts from here.
+    assert!(gold.says(31_000, Executing, 1).begins(31_000));
+    assert!(!gold.until(30_000, 60_999));
+    assert!(gold.until(30_000, 61_000));
+    assert!(!gold.says(32_000, Executing, 1).begins(32_000));
+}
+
+#[test]
+fn literal_history_knows_no_progress() {
+    let mut gold = Gold::new(Preset::Par98.switches());
+    gold.says(1000, Executing, 0);
+    assert!(!gold.says(31_000, Executing, 1).begins(31_000));
+    assert!(gold.until(30_000, 31_000));
+}
+
+#[test]
+fn progress_told_with_a_release_counts_from_the_next_message() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(1000, Executing, 0);
+    assert!(!gold.says(5000, Released, 1).begins(5000));
+    assert!(gold.says(9000, Executing, 1).begins(9000));
+}
+
+#[test]
+fn what_is_heard_in_the_step_of_the_report_belongs_to_the_new_history() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(1000, Executing, 0);
+    gold.says(5000, Executing, 0);
+    assert!(gold.says(5000, Released, 1).begins(5000));
+    assert!(!gold.says(9000, Executing, 1).begins(9000));
+}
+
+#[test]
+fn so_does_what_was_released_before_the_report_in_the_same_step() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(5000, Executing, 0).says(5000, Released, 0);
+    assert!(gold.says(5000, Released, 1).begins(5000));
+    assert!(!gold.within(5000, 5000));
+    assert!(!gold.says(9000, Executing, 1).begins(9000));
+}
+
+#[test]
+fn new_stints_releases_and_lives_do_not_move_the_origin() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(1000, Executing, 3);
+    gold.says(2000, Released, 3);
+    assert!(!gold.says(3000, Executing, 3).begins(3000));
+    for incarnation in 0..100 {
+        // A flapping robot: starts, claims, never works.
+        gold.restarts();
+        let at = 4000 + 1000 * incarnation;
+        assert!(!gold.says(at, Executing, 0).begins(at));
+    }
+    assert!(gold.until(30_000, 31_000));
+}
+
+#[test]
+fn first_progress_of_a_new_life_is_progress() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(1000, Executing, 3);
+    gold.restarts();
+    assert!(!gold.says(2000, Executing, 0).begins(2000));
+    assert!(gold.says(3000, Executing, 1).begins(3000));
+}
+
+#[test]
+fn release_ends_the_window_at_once_and_the_next_message_opens_it() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(1000, Executing, 0);
+    assert!(gold.within(5000, 1000));
+    gold.says(1500, Released, 0);
+    assert!(!gold.within(5000, 1500));
+    assert!(!gold.record().wanted_within(ms(5000), ms(1500)));
+    gold.says(2000, Executing, 0);
+    assert!(gold.within(5000, 2000));
+}
+
+#[test]
+fn a_wish_counts_in_acquiescence_and_elsewhere_by_the_switch() {
+    for counts in [false, true] {
+        let mut gold = Gold::new(Switches {
+            waiting_counts: counts,
+            ..Preset::Team.switches()
+        });
+        gold.says(1000, Waiting, 0);
+        assert!(gold.record().wanted_within(ms(5000), ms(1000)));
+        assert_eq!(gold.within(5000, 1000), counts);
+        assert_eq!(gold.begins(1000), counts);
+        assert_eq!(gold.says(2000, Executing, 0).begins(2000), !counts);
+    }
+}
+
+#[test]
+fn a_position_update_counts_for_its_task_and_carries_progress() {
+    let mut gold = Gold::new(Preset::Team.switches());
+    gold.says(1000, Executing, 0);
+    let mut update = heartbeat(GOLD, 2, ms(4000), Executing, ms(0), TOP);
+    update.body = position_update(1);
+    gold.history
+        .hear(ms(4000), &update, &gold.switches, |task| Some(task.index()));
+    assert!(gold.within(5000, 8999));
+    assert!(gold.begins(4000));
+}
+
+fn position_update(progress: u32) -> Content {
+    let locations = Locations {
+        min: Default::default(),
+        max: Default::default(),
+    };
+    Content::PositionUpdate {
+        task: task(TOP),
+        set: set(TOP),
+        progress,
+        locations: Fact {
+            value: locations,
+            seen_by: GOLD,
+            seen: ms(0),
+        },
+    }
+}
+
+#[test]
+fn idle_and_overtaken_messages_do_not_count() {
+    let switches = Preset::Team.switches();
+    let mut history = History::new(ALL.len());
+    let idle = heartbeat(GOLD, 1, ms(0), TaskState::Idle, ms(0), TOP);
+    history.hear(ms(0), &idle, &switches, |task| Some(task.index()));
+    assert_eq!(history.about(task(TOP).index()).iter().count(), 0);
+
+    let executing = heartbeat(GOLD, 2, ms(0), Executing, ms(0), TOP);
+    let released = heartbeat(GOLD, 3, ms(0), Released, ms(0), TOP);
+    history.hear(ms(500), &released, &switches, |task| Some(task.index()));
+    history.hear(ms(1000), &executing, &switches, |task| Some(task.index()));
+    let record = gold(&history);
+    assert!(!record.within(ms(5000), ms(1000)));
+}
+
+#[test]
+fn memory_does_not_grow_with_the_mission() {
+    let mut engine = engine(BLUE, &setup(Preset::Team, 3, 50));
+    let mut shape_after = |steps: std::ops::Range<u64>| {
+        for step in steps {
+            let now = ms(50 * step);
+            let heard: Vec<_> = [GOLD, GREEN]
+                .into_iter()
+                .flat_map(|sender| {
+                    (0..4).map(move |index| {
+                        let state = [Executing, Waiting, Released][(step % 3) as usize];
+                        heartbeat(sender, 4 * step + index, now, state, now, index as usize)
+                    })
+                })
+                .collect();
+            step_of(
+                &mut engine,
+                &StepInput {
+                    now,
+                    heard: &shared(&heard),
+                    applicable: &ALL,
+                    progressed: &[],
+                },
+            );
+        }
+        // The digits of times and counts aside, the state prints the same as long as it holds the same things.
+        let printed = format!("{engine:?}");
+        printed.matches("first:").count() + printed.matches("heard:").count()
+    };
+    let early = shape_after(1..31);
+    assert_eq!(shape_after(31..30_001), early);
+    assert!(early <= 2 * 4 * 2);
+}

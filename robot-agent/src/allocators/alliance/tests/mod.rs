@@ -1,0 +1,307 @@
+//! Tests of the engine as a whole, and a small team of engines in one process to make them with.
+
+mod bounds;
+mod equations;
+mod heartbeats;
+mod history;
+mod properties;
+mod steps;
+mod switches;
+mod takeover;
+mod teammates;
+mod waiting;
+
+use std::sync::Arc;
+
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::{
+    BehaviorParams, Preset, Robot, Scenario, Setup, StepOrder, Switches,
+};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
+use alliance_proto::time::SimTime;
+
+use super::{Engine, StepInput};
+use crate::allocator::{Announcement, Outcome};
+
+/// The sets of the default mission without a side sensor, by their place among the robot's own sets; the tasks have the
+/// same numbers.
+const FIND: usize = 0;
+const TOP: usize = 1;
+const BOTTOM: usize = 2;
+const REPORT: usize = 3;
+const ALL: [bool; 4] = [true; 4];
+/// Only move-spill(top) is applicable.
+const ONLY_TOP: [bool; 4] = [false, true, false, false];
+
+const BLUE: RobotId = RobotId(0);
+const GOLD: RobotId = RobotId(1);
+const GREEN: RobotId = RobotId(2);
+
+/// Catalog id of the own set at that place.
+fn set(index: usize) -> BehaviorId {
+    BehaviorId(index as u16 + 1)
+}
+
+fn task(index: usize) -> TaskId {
+    TaskId(index as u16)
+}
+
+fn ms(ms: u64) -> SimTime {
+    SimTime(ms)
+}
+
+/// `count` robots with the values of ALLIANCE.md §4: θ=100, δ_fast=5, δ_slow=1, φ=30, τ=5; heartbeats every second, and ψ
+/// and λ out of the way.
+fn setup(preset: Preset, count: usize, step_ms: u64) -> Setup {
+    let names = ["blue", "gold", "green", "red"];
+    let scenario = Scenario {
+        step_ms,
+        robots: names[..count]
+            .iter()
+            .map(|name| Robot {
+                name: (*name).to_owned(),
+                ..Robot::default()
+            })
+            .collect(),
+        ..Scenario::default()
+    };
+    let mut setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    setup.alliance.threshold = 100.0;
+    setup.alliance.switches = preset.switches();
+    every_set(&mut setup, |set| {
+        set.broadcast_rate_hz = 1.0;
+        set.ceased_after_s = 5.0;
+        set.fast_impatience = 5.0;
+        set.slow_impatience.values_mut().for_each(|it| *it = 1.0);
+        set.willing_to_affect_s
+            .values_mut()
+            .for_each(|it| *it = 30.0);
+        set.before_yielding_s = 10_000.0;
+        set.before_giving_up_s = 10_000.0;
+    });
+    setup
+}
+
+/// As an engine takes them.
+fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
+    broadcasts.iter().cloned().map(Arc::new).collect()
+}
+
+fn engine(robot: RobotId, setup: &Setup) -> Engine {
+    Engine::new(robot, setup)
+}
+
+fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {
+    let robots = setup.alliance.robots.values_mut();
+    robots
+        .flat_map(|robot| robot.sets.values_mut())
+        .for_each(edit);
+}
+
+/// All sets of one robot.
+fn behaviors_of(setup: &mut Setup, robot: &str, edit: impl FnMut(&mut BehaviorParams)) {
+    let robot = setup.alliance.robots.get_mut(robot).unwrap();
+    robot.sets.values_mut().for_each(edit);
+}
+
+/// A heartbeat about the own set at `index`, as a teammate would send it.
+fn heartbeat(
+    sender: RobotId,
+    seq: u64,
+    sent: SimTime,
+    state: TaskState,
+    since: SimTime,
+    index: usize,
+) -> Broadcast {
+    let announcement = Announcement {
+        state,
+        since,
+        behavior: (state != TaskState::Idle).then(|| set(index)),
+        task: (state != TaskState::Idle).then(|| task(index)),
+        progress: 0,
+    };
+    broadcast(sender, seq, sent, &announcement)
+}
+
+fn broadcast(sender: RobotId, seq: u64, sent: SimTime, it: &Announcement) -> Broadcast {
+    Broadcast {
+        sender,
+        incarnation: 1,
+        tick: 0,
+        index: 0,
+        seq,
+        sent,
+        body: Content::Heartbeat(Heartbeat {
+            state: it.state,
+            since: it.since,
+            set: it.behavior,
+            task: it.task,
+            progress: it.progress,
+            position: None,
+            carrying: false,
+            knowledge: Knowledge::default(),
+        }),
+    }
+}
+
+/// One engine with scripted teammates.
+struct Solo {
+    engine: Engine,
+    step_ms: u64,
+    now: SimTime,
+    seq: u64,
+}
+
+impl Solo {
+    fn new(robot: RobotId, setup: &Setup) -> Self {
+        Self {
+            engine: engine(robot, setup),
+            step_ms: setup.alliance.step_ms,
+            now: SimTime::ZERO,
+            seq: 0,
+        }
+    }
+
+    /// A step at `now`, which moves on after it.
+    fn step(&mut self, applicable: [bool; 4], heard: &[Broadcast]) -> Outcome {
+        let heard = &shared(heard);
+        let output = step_of(
+            &mut self.engine,
+            &StepInput {
+                now: self.now,
+                heard,
+                applicable: &applicable,
+                progressed: &[],
+            },
+        );
+        self.now = self.now + ms(self.step_ms);
+        output
+    }
+
+    /// The next message of a teammate about move-spill(top), sent now.
+    fn says(&mut self, sender: RobotId, state: TaskState, since: SimTime) -> Broadcast {
+        self.seq += 1;
+        heartbeat(sender, self.seq, self.now, state, since, TOP)
+    }
+
+    /// Steps in silence up to and without `end`.
+    fn quiet_until(&mut self, end: SimTime, applicable: [bool; 4]) {
+        while self.now < end {
+            self.step(applicable, &[]);
+        }
+    }
+}
+
+/// One step of an engine.
+fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> Outcome {
+    let mut output = Outcome::default();
+    engine.step(input, &mut output);
+    output
+}
+
+/// Engines that hear each other.
+struct Team {
+    engines: Vec<Engine>,
+    step_ms: u64,
+    order: StepOrder,
+    now: SimTime,
+    seq: u64,
+    /// What each robot hears in its next step.
+    inboxes: Vec<Vec<Broadcast>>,
+    /// Whether a broadcast from the first to the second robot gets through.
+    link: Box<dyn Fn(RobotId, RobotId) -> bool>,
+    /// Every change of state so far.
+    changes: Vec<(SimTime, RobotId, StateChange)>,
+}
+
+impl Team {
+    fn new(setup: &Setup) -> Self {
+        let count = setup.scenario.robots.len();
+        Self {
+            engines: (0..count as u16)
+                .map(|rank| engine(RobotId(rank), setup))
+                .collect(),
+            step_ms: setup.alliance.step_ms,
+            order: setup.step_order,
+            now: SimTime::ZERO,
+            seq: 0,
+            inboxes: vec![Vec::new(); count],
+            link: Box::new(|_, _| true),
+            changes: Vec::new(),
+        }
+    }
+
+    /// One step of all robots; what is applicable, by rank.
+    fn step(&mut self, applicable: &[[bool; 4]]) -> Vec<Outcome> {
+        self.step_with(applicable, &[])
+    }
+
+    /// The same, with progress that robots made on tasks.
+    fn step_with(
+        &mut self,
+        applicable: &[[bool; 4]],
+        progressed: &[(RobotId, TaskId)],
+    ) -> Vec<Outcome> {
+        let mut later = vec![Vec::new(); self.engines.len()];
+        let mut outputs = Vec::new();
+        for (rank, applicable) in applicable.iter().enumerate() {
+            let robot = RobotId(rank as u16);
+            let mut heard = std::mem::take(&mut self.inboxes[rank]);
+            heard.sort_by_key(|it| (it.sender, it.seq));
+            let tasks: Vec<TaskId> = progressed
+                .iter()
+                .filter(|(who, _)| *who == robot)
+                .map(|&(_, task)| task)
+                .collect();
+            let output = step_of(
+                &mut self.engines[rank],
+                &StepInput {
+                    now: self.now,
+                    heard: &shared(&heard),
+                    applicable,
+                    progressed: &tasks,
+                },
+            );
+            for announcement in &output.announcements {
+                self.seq += 1;
+                let message = broadcast(robot, self.seq, self.now, announcement);
+                for receiver in (0..self.engines.len()).filter(|&it| it != rank) {
+                    if (self.link)(robot, RobotId(receiver as u16)) {
+                        let same_step = self.order == StepOrder::InOrder && receiver > rank;
+                        let inboxes = if same_step {
+                            &mut self.inboxes
+                        } else {
+                            &mut later
+                        };
+                        inboxes[receiver].push(message.clone());
+                    }
+                }
+            }
+            let changes = output.changes.iter();
+            self.changes
+                .extend(changes.map(|&change| (self.now, robot, change)));
+            outputs.push(output);
+        }
+        for (inbox, messages) in self.inboxes.iter_mut().zip(later) {
+            inbox.extend(messages);
+        }
+        self.now = self.now + ms(self.step_ms);
+        outputs
+    }
+
+    fn run_until(&mut self, end: SimTime, applicable: &[[bool; 4]]) {
+        while self.now < end {
+            self.step(applicable);
+        }
+    }
+
+    /// The changes of one robot's set as (ms, state, reason).
+    fn changes_of(&self, robot: RobotId, index: usize) -> Vec<(u64, BehaviorState, Reason)> {
+        self.changes
+            .iter()
+            .filter(|(_, who, change)| *who == robot && change.set == set(index))
+            .map(|(at, _, change)| (at.0, change.to, change.reason))
+            .collect()
+    }
+}

@@ -1,0 +1,395 @@
+//! What holds whatever is heard, sensed or lost.
+
+use alliance_proto::scenario::HistoryOrigin;
+use proptest::prelude::*;
+
+use super::*;
+
+/// Values small enough for much to happen in a few hundred steps of 200 ms: θ after 2 s.
+fn brisk(preset: Preset, count: usize) -> Setup {
+    let mut setup = setup(preset, count, 200);
+    setup.alliance.threshold = 10.0;
+    every_set(&mut setup, |set| {
+        set.broadcast_rate_hz = 2.0;
+        set.ceased_after_s = 1.5;
+        set.willing_to_affect_s
+            .values_mut()
+            .for_each(|it| *it = 3.0);
+        set.before_yielding_s = 4.0;
+        set.before_giving_up_s = 9.0;
+    });
+    setup
+}
+
+prop_compose! {
+    fn switches()(
+        flags in prop::array::uniform7(any::<bool>()),
+        literal in any::<bool>(),
+        preset in prop::sample::select(vec![Preset::Thesis, Preset::Par98, Preset::Team]),
+        as_preset in any::<bool>(),
+    ) -> Switches {
+        if as_preset {
+            return preset.switches();
+        }
+        let [waiting, waiting_counts, wish_when_suppressed, reset_stops_active, arbitration, release_message, idle_heartbeat] =
+            flags;
+        Switches {
+            waiting,
+            waiting_counts,
+            wish_when_suppressed,
+            reset_stops_active,
+            history_origin: if literal { HistoryOrigin::MissionStart } else { HistoryOrigin::Progress },
+            arbitration,
+            release_message,
+            idle_heartbeat,
+        }
+    }
+}
+
+prop_compose! {
+    /// Anything that a stranger or teammate might say: any state, task, age, incarnation and order.
+    fn message()(
+        sender in 0_u16..5,
+        incarnation in 1_u32..4,
+        seq in 0_u64..400,
+        state in prop::sample::select(vec![
+            TaskState::Executing,
+            TaskState::Waiting,
+            TaskState::Idle,
+            TaskState::Released,
+        ]),
+        since in 0_u64..60_000,
+        task in prop::option::weighted(0.9, 0_u16..6),
+        progress in 0_u32..5,
+    ) -> Broadcast {
+        let mut message = broadcast(RobotId(sender), seq, ms(since), &Announcement {
+            state,
+            since: ms(since),
+            behavior: None,
+            task: task.map(TaskId),
+            progress,
+        });
+        message.incarnation = incarnation;
+        message
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Step {
+    heard: Vec<Broadcast>,
+    applicable: [bool; 4],
+    progressed: Vec<TaskId>,
+}
+
+prop_compose! {
+    fn step()(
+        heard in prop::collection::vec(message(), 0..3),
+        talks in prop::bool::weighted(0.3),
+        applicable in prop::array::uniform4(prop::bool::weighted(0.97)),
+        progressed in prop::collection::vec((0_u16..4).prop_map(TaskId), 0..2),
+    ) -> Step {
+        Step { heard: if talks { heard } else { Vec::new() }, applicable, progressed }
+    }
+}
+
+prop_compose! {
+    /// In most steps nothing happens.
+    fn calm_step()(
+        step in step(),
+        heard in prop::bool::weighted(0.15),
+        applicable in prop::bool::weighted(0.05),
+        progressed in prop::bool::weighted(0.05),
+    ) -> Step {
+        Step {
+            heard: if heard { step.heard } else { Vec::new() },
+            applicable: if applicable { step.applicable } else { [true; 4] },
+            progressed: if progressed { step.progressed } else { Vec::new() },
+        }
+    }
+}
+
+/// So many silent steps, and then what a teammate does about a task.
+type Talk = (usize, RobotId, TaskState, usize);
+
+/// Mostly that it executes move-spill(top), often enough to be waited for.
+fn talk() -> impl Strategy<Value = Talk> {
+    let state = prop_oneof![
+        12 => Just(TaskState::Executing),
+        2 => Just(TaskState::Waiting),
+        1 => Just(TaskState::Idle),
+        1 => Just(TaskState::Released),
+    ];
+    let task = prop_oneof![9 => Just(TOP), 1 => Just(BOTTOM)];
+    (
+        0..9_usize,
+        prop_oneof![5 => Just(BLUE), 1 => Just(GREEN)],
+        state,
+        task,
+    )
+}
+
+/// The steps of a robot that could do nothing but move-spill(top), and hears that.
+fn steps_of(talk: &[Talk]) -> Vec<Step> {
+    let mut steps = Vec::new();
+    for (seq, &(silent, sender, state, task)) in (0..).zip(talk) {
+        let step = Step {
+            heard: Vec::new(),
+            applicable: ONLY_TOP,
+            progressed: Vec::new(),
+        };
+        steps.extend(std::iter::repeat_n(step.clone(), silent));
+        let said = Announcement {
+            state,
+            since: ms(0),
+            behavior: None,
+            task: Some(self::task(task)),
+            progress: 0,
+        };
+        steps.push(Step {
+            heard: vec![broadcast(sender, seq, ms(0), &said)],
+            ..step
+        });
+    }
+    steps
+}
+
+/// Two engines make these steps, of which one makes all of them whole.
+fn compare_with_one_that_weighs_anew(
+    switches: Switches,
+    steps: &[Step],
+) -> Result<(), TestCaseError> {
+    let mut setup = brisk(Preset::Team, 3);
+    setup.alliance.switches = switches;
+    let mut engines = [engine(GOLD, &setup), engine(GOLD, &setup)];
+    for (number, step) in (0..).zip(steps) {
+        engines[0].weigh_anew();
+        let [anew, rested] = engines.each_mut().map(|engine| {
+            let input = StepInput {
+                now: ms(200 * number),
+                heard: &shared(&step.heard),
+                applicable: &step.applicable,
+                progressed: &step.progressed,
+            };
+            super::step_of(engine, &input)
+        });
+        prop_assert_eq!(anew, rested, "at step {}", number);
+    }
+    Ok(())
+}
+
+/// Whether that reason is one of the factors that are 0 in the row.
+fn is_named(reason: Reason, row: &alliance_proto::telemetry::Motivation) -> bool {
+    match reason {
+        Reason::NotApplicable => !row.sensory_feedback,
+        Reason::Suppressed => !row.activity_suppression,
+        Reason::ResetBy(_) => !row.impatience_reset,
+        Reason::AcquiescedPsi | Reason::GaveUpLambda => !row.acquiescence,
+        _ => false,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn a_step_is_what_its_row_says(
+        switches in switches(),
+        steps in prop::collection::vec(step(), 1..300),
+    ) {
+        let mut setup = brisk(Preset::Team, 3);
+        setup.alliance.switches = switches;
+        let mut engine = engine(GOLD, &setup);
+        let mut before = [0.0; 4];
+        let mut states = [BehaviorState::Hibernating; 4];
+        for (number, step) in (0..).zip(&steps) {
+            let output = super::step_of(&mut engine, &StepInput {
+                now: ms(200 * number),
+                heard: &shared(&step.heard),
+                applicable: &step.applicable,
+                progressed: &step.progressed,
+            });
+            let active = output.motivations.iter().filter(|it| it.state == BehaviorState::Active);
+            prop_assert!(active.count() <= 1);
+            for (index, row) in output.motivations.iter().enumerate() {
+                let factors = [
+                    row.sensory_feedback,
+                    row.activity_suppression,
+                    row.impatience_reset,
+                    row.acquiescence,
+                ];
+                let gain = if number == 0 { 0.0 } else { row.impatience * 0.2 };
+                let expected = if factors.contains(&false) {
+                    0.0
+                } else {
+                    f64::min(10.0, before[index] + gain)
+                };
+                prop_assert_eq!(row.motivation, expected);
+                prop_assert!((0.0..=10.0).contains(&row.motivation));
+                prop_assert!(row.state == BehaviorState::Hibernating || row.motivation == 10.0);
+                prop_assert_eq!(row.sensory_feedback, step.applicable[index]);
+                prop_assert!([1.0, 5.0].contains(&row.impatience));
+
+                let changes: Vec<_> = output.changes.iter().filter(|it| it.set == row.set).collect();
+                prop_assert!(changes.len() <= 1);
+                if let Some(change) = changes.first() {
+                    prop_assert_eq!(change.from, states[index]);
+                    prop_assert_ne!(change.from, change.to);
+                    prop_assert!(
+                        change.to != BehaviorState::Hibernating || is_named(change.reason, row)
+                    );
+                }
+                let state = changes.first().map_or(states[index], |it| it.to);
+                prop_assert_eq!(row.state, state);
+                before[index] = row.motivation;
+                states[index] = state;
+            }
+            check_announcements(&switches, &output, &states);
+        }
+    }
+
+    /// An engine that makes every step anew gives the same as one that repeats its rows while nothing can have changed.
+    #[test]
+    fn a_step_that_is_left_out_would_have_changed_nothing(
+        switches in switches(),
+        steps in prop::collection::vec(calm_step(), 50..400),
+    ) {
+        compare_with_one_that_weighs_anew(switches, &steps)?;
+    }
+
+    /// The same of a robot that could do nothing but a task at which others are.
+    #[test]
+    fn a_step_that_is_left_out_while_it_waits_would_have_changed_nothing(
+        switches in switches(),
+        talk in prop::collection::vec(talk(), 50..150),
+    ) {
+        let steps = steps_of(&talk);
+        compare_with_one_that_weighs_anew(switches, &steps)?;
+    }
+
+    /// Of two robots that execute an exclusive task the later one leaves it in the step in which it hears the other, unless
+    /// it had waited that one out.
+    #[test]
+    fn whatever_is_lost_a_claim_that_is_heard_decides(losses in losses()) {
+        let mut team = Team::new(&brisk(Preset::Team, 3));
+        // Since when each robot executes move-spill(top), and whether it had waited its bound for it.
+        let mut claims = [None; 3];
+        for (links, progress) in losses {
+            let heard = team.inboxes.clone();
+            let now = team.now;
+            let outputs = lossy_step(&mut team, links, progress);
+            for (rank, output) in outputs.iter().enumerate() {
+                let own = RobotId(rank as u16);
+                let was = claims[rank];
+                for change in &output.changes {
+                    claims[rank] = (change.to == BehaviorState::Active)
+                        .then_some((now, change.reason == Reason::WaitBound));
+                }
+                let Some((since, waited_out)) = was else { continue };
+                for message in &heard[rank] {
+                    let Content::Heartbeat(other) = &message.body else { continue };
+                    let beaten = other.state == TaskState::Executing
+                        && (other.since, message.sender) < (since, own)
+                        && !waited_out;
+                    let contradicted = heard[rank].iter().any(|later| {
+                        later.sender == message.sender && later.seq > message.seq
+                    });
+                    prop_assert!(!beaten || contradicted || claims[rank] != was);
+                }
+            }
+        }
+    }
+
+    /// par98: of two robots that execute an exclusive task neither goes on for longer than ψ and hears the other within τ.
+    /// So from a heartbeat on that is heard, it is the rest of ψ, if heartbeats are still heard when ψ ends, and at any
+    /// rate the rest of λ.
+    #[test]
+    fn whatever_is_lost_psi_ends_what_is_heard_and_lambda_the_rest(losses in losses()) {
+        let setup = brisk(Preset::Par98, 3);
+        let mut team = Team::new(&setup);
+        let mut since = [None; 3];
+        let mut last_heard = [None; 3];
+        for (links, progress) in losses {
+            let now = team.now;
+            for (heard, inbox) in last_heard.iter_mut().zip(&team.inboxes) {
+                if !inbox.is_empty() {
+                    *heard = Some(now);
+                }
+            }
+            let outputs = lossy_step(&mut team, links, progress);
+            for (rank, output) in outputs.iter().enumerate() {
+                let is_active = output.motivations[TOP].state == BehaviorState::Active;
+                since[rank] = is_active.then_some(since[rank].unwrap_or(now));
+                let Some(since) = since[rank] else { continue };
+                let hears = last_heard[rank].is_some_and(|heard| now.since(heard) < ms(1500));
+                prop_assert!(!hears || now.since(since) <= ms(4000));
+                prop_assert!(now.since(since) <= ms(9000));
+            }
+        }
+    }
+
+    /// However long the mission and whatever is said, a robot keeps as much as its teammates times the tasks ask for.
+    #[test]
+    fn memory_is_bounded_by_robots_times_tasks(
+        switches in switches(),
+        steps in prop::collection::vec(step(), 1..300),
+    ) {
+        let mut setup = brisk(Preset::Team, 3);
+        setup.alliance.switches = switches;
+        let mut engine = engine(GOLD, &setup);
+        for (number, step) in (0..).zip(&steps) {
+            super::step_of(&mut engine, &StepInput {
+                now: ms(200 * number),
+                heard: &shared(&step.heard),
+                applicable: &step.applicable,
+                progressed: &step.progressed,
+            });
+        }
+        let printed = format!("{engine:?}");
+        let (teammates, tasks) = (2, 4);
+        // Records of the history, and words that were heard: one claim per teammate and one wish per teammate and task.
+        prop_assert!(printed.matches("first:").count() <= teammates * tasks);
+        prop_assert!(printed.matches("heard:").count() <= teammates * (tasks + 1));
+        prop_assert!(printed.matches("RobotId").count() <= 100);
+    }
+}
+
+prop_compose! {
+    /// Steps of a team of three: which links carry, by sender and receiver, and whether blue makes progress.
+    fn losses()(
+        steps in prop::collection::vec(
+            (prop::array::uniform9(prop::bool::weighted(0.6)), prop::bool::weighted(0.02)),
+            1..400,
+        ),
+    ) -> Vec<([bool; 9], bool)> {
+        steps
+    }
+}
+
+fn lossy_step(team: &mut Team, links: [bool; 9], progress: bool) -> Vec<Outcome> {
+    team.link = Box::new(move |from, to| links[3 * from.index() + to.index()]);
+    let progressed = progress.then_some((BLUE, task(TOP)));
+    team.step_with(&[ONLY_TOP; 3], progressed.as_slice())
+}
+
+/// Each set that executes says so as the robot's last word; who has nothing to do is never said to do something.
+fn check_announcements(switches: &Switches, output: &Outcome, states: &[BehaviorState; 4]) {
+    for (place, it) in output.announcements.iter().enumerate() {
+        let index = it.behavior.map(|id| id.index() - 1);
+        let state = index.map(|index| states[index]);
+        match it.state {
+            TaskState::Executing => {
+                assert_eq!(state, Some(BehaviorState::Active));
+                assert_eq!(place + 1, output.announcements.len());
+            }
+            TaskState::Waiting => assert_eq!(state, Some(BehaviorState::Waiting)),
+            TaskState::Released => {
+                assert!(switches.release_message);
+                assert_eq!(state, Some(BehaviorState::Hibernating));
+            }
+            TaskState::Idle => {
+                assert!(switches.idle_heartbeat);
+                assert_eq!(*states, [BehaviorState::Hibernating; 4]);
+            }
+        }
+    }
+}

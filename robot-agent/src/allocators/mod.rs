@@ -1,0 +1,11 @@
+//! The rules by which a robot chooses what to do, one folder or file each. All are of the [`crate::allocator`] seam; none knows
+//! another, and none knows a mission.
+//!
+//! - [`alliance`]: motivational behaviors (Parker 1998).
+//! - [`nearest`], [`first_come`], [`random`], [`fixed`]: baselines, simple rules that any other should be held against.
+
+pub mod alliance;
+pub mod first_come;
+pub mod fixed;
+pub mod nearest;
+pub mod random;

@@ -1,0 +1,337 @@
+//! What every allocator must keep, as one call from a test of the crate that it lives in (ALLOCATORS.md §1, laws G1 to G4).
+//!
+//! ```
+//! use robot_agent::allocator::NoParameters;
+//! use robot_agent::allocators::nearest::Nearest;
+//! robot_agent::testkit::allocator::<Nearest>(&NoParameters {});
+//! ```
+
+use std::sync::Arc;
+
+use alliance_proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessage};
+use alliance_proto::codec::encoded_len;
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::telemetry::BehaviorState;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::allocator::{
+    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost,
+};
+
+/// Random teams that are tried.
+const TEAMS: u64 = 60;
+/// Steps of each.
+const STEPS: u64 = 400;
+
+/// Steps an allocator through random situations and asks for the laws. What other robots say are heartbeats, junk, and what the
+/// allocator itself says in their place.
+///
+/// # Panics
+/// With the law that does not hold, the seed and the step.
+pub fn allocator<A: Allocator>(config: &A::Config) {
+    minds(|me| Box::new(Framed::<A>::new(me, config)));
+}
+
+/// The same for allocators that have states and heartbeats of their own.
+///
+/// # Panics
+/// As [`allocator`].
+pub fn minds(mut make: impl FnMut(Me) -> Box<dyn Mind>) {
+    for seed in 0..TEAMS {
+        Trial::new(seed, &mut make).run();
+    }
+}
+
+/// One robot among others, of all of whom the allocator is the same.
+struct Trial {
+    seed: u64,
+    chance: ChaCha8Rng,
+    me: Me,
+    /// The robot's own, and three more that must always give the same: one is a copy of its clone now and then, one hears everything
+    /// twice, one hears junk from robots that there are not.
+    minds: [Box<dyn Mind>; 4],
+    /// A teammate's, whose words are heard.
+    other: Box<dyn Mind>,
+    said: Vec<AllocationMessage>,
+    states: Vec<BehaviorState>,
+    seq: u64,
+}
+
+impl Trial {
+    fn new(seed: u64, make: &mut impl FnMut(Me) -> Box<dyn Mind>) -> Self {
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let tasks = chance.random_range(1..6_u16);
+        let behaviors = (0..tasks).map(|task| OwnBehavior {
+            id: BehaviorId(task),
+            task: TaskId(task),
+            max_robots: chance.random_range(1..3),
+            priority: chance.random_range(-1..2),
+        });
+        let me = Me {
+            robot: RobotId(1),
+            incarnation: 1,
+            behaviors: behaviors.collect(),
+            team: chance.random_range(2..5),
+            tasks: usize::from(tasks),
+            step_s: 0.05,
+            heartbeat_period: SimTime(1000),
+            ceased_after: SimTime(5000),
+            assigned: (0..tasks).map(TaskId).collect(),
+        };
+        let other = Me {
+            robot: RobotId(0),
+            ..me.clone()
+        };
+        Self {
+            seed,
+            chance,
+            minds: std::array::from_fn(|_| make(me.clone())),
+            other: make(other),
+            said: Vec::new(),
+            states: vec![BehaviorState::Hibernating; me.behaviors.len()],
+            seq: 0,
+            me,
+        }
+    }
+
+    fn run(mut self) {
+        let mut choices = Vec::new();
+        for tick in 0..STEPS {
+            let now = SimTime(50 * tick);
+            self.situation(now, &mut choices);
+            let heard = self.heard(now);
+            let progressed: Vec<TaskId> = self.some_tasks(0.02);
+            let position = self.chance.random_bool(0.9).then_some(Vec2::ONE);
+            let is_laden = self.chance.random_bool(0.1);
+            let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
+            let (seed, step_s, flat) = (self.seed, self.me.step_s, Flat(&choices));
+            let input = |heard, robot| Input {
+                now,
+                step_s,
+                position,
+                is_laden,
+                applicable: &applicable,
+                choices: &choices,
+                progressed: &progressed,
+                heard,
+                route: &flat,
+                draws: Draws::of(seed, robot, tick),
+            };
+            let twice: Vec<Arc<Broadcast>> = heard
+                .iter()
+                .flat_map(|it| [it.clone(), it.clone()])
+                .collect();
+            let mut with_junk = heard.clone();
+            with_junk.extend(strangers(&heard, self.me.team));
+
+            let lists = [&heard, &heard, &twice, &with_junk];
+            let mut outcomes: [Outcome; 4] = Default::default();
+            for ((mind, outcome), list) in self.minds.iter_mut().zip(&mut outcomes).zip(lists) {
+                mind.step(&input(list, self.me.robot), outcome);
+            }
+            let at = format!("seed {}, step {tick}", self.seed);
+            assert_eq!(outcomes[0], outcomes[1], "{at}: G1, a clone goes on alike");
+            assert_eq!(
+                outcomes[0], outcomes[2],
+                "{at}: G1, a second copy changes nothing"
+            );
+            assert_eq!(
+                outcomes[0], outcomes[3],
+                "{at}: G1, strangers change nothing"
+            );
+
+            let mut other = Outcome::default();
+            self.other.step(&input(&[], RobotId(0)), &mut other);
+            self.said.extend(other.say);
+            let surplus = self.said.len().saturating_sub(8);
+            self.said.drain(..surplus);
+
+            let [outcome, ..] = &outcomes;
+            self.check(&at, outcome, &choices);
+            if self.chance.random_bool(0.1) {
+                // A step that does not count leaves no trace: the clone of before is the copy's state from now on.
+                let kept = self.minds[0].checkpoint();
+                let mut astray = Outcome::default();
+                let later = Input {
+                    now: SimTime(now.0 + 1),
+                    ..input(&[], self.me.robot)
+                };
+                self.minds[0].step(&later, &mut astray);
+                self.minds[0] = kept.checkpoint();
+                self.minds[1] = kept;
+            }
+        }
+    }
+
+    /// What the robot could do: mostly as before.
+    fn situation(&mut self, now: SimTime, choices: &mut Vec<Choice>) {
+        if choices.is_empty() || self.chance.random_bool(0.05) {
+            choices.clear();
+            for own in &self.me.behaviors {
+                choices.push(Choice {
+                    behavior: own.id,
+                    task: own.task,
+                    round: SimTime(now.0 / 8000 * 8000),
+                    applicable: self.chance.random_bool(0.7),
+                    cost_s: self
+                        .chance
+                        .random_bool(0.9)
+                        .then(|| self.chance.random_range(0.0..200.0)),
+                    reward: f64::from(self.chance.random_range(1..4)),
+                    priority: own.priority,
+                    max_robots: own.max_robots,
+                });
+            }
+        }
+    }
+
+    fn some_tasks(&mut self, share: f64) -> Vec<TaskId> {
+        let all = 0..self.me.tasks as u16;
+        all.filter(|_| self.chance.random_bool(share))
+            .map(TaskId)
+            .collect()
+    }
+
+    /// Broadcasts of teammates: sound ones, wild ones, and what the allocator says.
+    fn heard(&mut self, now: SimTime) -> Vec<Arc<Broadcast>> {
+        let count = if self.chance.random_bool(0.2) {
+            self.chance.random_range(1..4)
+        } else {
+            0
+        };
+        let mut heard: Vec<Arc<Broadcast>> =
+            (0..count).map(|_| Arc::new(self.broadcast(now))).collect();
+        heard.sort_by_key(|it| (it.sender, it.incarnation, it.seq));
+        heard
+    }
+
+    fn broadcast(&mut self, now: SimTime) -> Broadcast {
+        self.seq += 1;
+        let wild = self.chance.random_bool(0.1);
+        let sender = match self.chance.random_range(0..self.me.team as u16) {
+            1 => RobotId(0),
+            other => RobotId(other),
+        };
+        let body = if self.chance.random_bool(0.5) {
+            self.heartbeat(now, wild)
+        } else {
+            Content::Allocation(self.allocation(wild))
+        };
+        Broadcast {
+            sender,
+            incarnation: self.chance.random_range(1..3),
+            tick: now.0 / 50,
+            index: 0,
+            seq: if wild { u64::MAX - self.seq } else { self.seq },
+            sent: if wild { SimTime(u64::MAX) } else { now },
+            body,
+        }
+    }
+
+    fn heartbeat(&mut self, now: SimTime, wild: bool) -> Content {
+        let states = [
+            TaskState::Executing,
+            TaskState::Idle,
+            TaskState::Released,
+            TaskState::Waiting,
+        ];
+        let state = states[self.chance.random_range(0..states.len())];
+        let tasks = self.me.tasks as u16 + if wild { 40 } else { 0 };
+        let task = (state != TaskState::Idle).then(|| TaskId(self.chance.random_range(0..tasks)));
+        let back_ms = self.chance.random_range(0..9000);
+        Content::Heartbeat(Heartbeat {
+            state,
+            since: if wild {
+                SimTime(u64::MAX)
+            } else {
+                now.since(SimTime(back_ms))
+            },
+            set: task.map(|task| BehaviorId(task.0)),
+            task,
+            progress: self.chance.random_range(0..9),
+            position: Some(Vec2::splat(if wild { f32::NAN } else { 2.0 })),
+            carrying: false,
+            knowledge: Knowledge::default(),
+        })
+    }
+
+    fn allocation(&mut self, wild: bool) -> AllocationMessage {
+        if !wild && !self.said.is_empty() {
+            let place = self.chance.random_range(0..self.said.len());
+            return self.said[place].clone();
+        }
+        let length = self.chance.random_range(0..40);
+        AllocationMessage::Open(OpenMessage {
+            schema: "somebody/else".to_owned(),
+            bytes: (0..length).map(|_| self.chance.random()).collect(),
+        })
+    }
+
+    fn check(&mut self, at: &str, outcome: &Outcome, choices: &[Choice]) {
+        if let Some(active) = outcome.active {
+            let can = choices
+                .iter()
+                .any(|it| it.behavior == active && it.applicable);
+            assert!(can, "{at}: G2, the active behavior is applicable");
+        }
+        for change in &outcome.changes {
+            let state = &mut self.states[change.set.index()];
+            assert_eq!(*state, change.from, "{at}: states follow each other");
+            *state = change.to;
+        }
+        for (own, state) in self.me.behaviors.iter().zip(&self.states) {
+            let is_active = outcome.active == Some(own.id);
+            assert_eq!(
+                is_active,
+                *state == BehaviorState::Active,
+                "{at}: one active behavior, and told"
+            );
+        }
+        let most = 1 + self.me.tasks;
+        assert!(
+            outcome.say.len() <= most,
+            "{at}: G4, at most {most} messages"
+        );
+        for message in &outcome.say {
+            let length = encoded_len(message).unwrap_or(usize::MAX);
+            assert!(
+                length <= OPEN_MESSAGE_MAX,
+                "{at}: G4, a message has {length} bytes"
+            );
+        }
+        for row in &outcome.rows {
+            assert!(
+                row.task.index() < self.me.tasks,
+                "{at}: rows are about tasks"
+            );
+            assert!(
+                row.utility.is_finite(),
+                "{at}: a utility is {}",
+                row.utility
+            );
+        }
+    }
+}
+
+/// The same from robots that the team does not have.
+fn strangers(heard: &[Arc<Broadcast>], team: usize) -> impl Iterator<Item = Arc<Broadcast>> {
+    heard.iter().map(move |it| {
+        let mut stranger = it.as_ref().clone();
+        stranger.sender = RobotId(team as u16 + 7);
+        Arc::new(stranger)
+    })
+}
+
+/// Every task costs what it does now, wherever the robot was before.
+struct Flat<'a>(&'a [Choice]);
+
+impl RouteCost for Flat<'_> {
+    fn seconds(&self, _: &[TaskId], task: TaskId) -> Option<f64> {
+        self.0.iter().find(|choice| choice.task == task)?.cost_s
+    }
+}

@@ -1,0 +1,184 @@
+//! Parameters that are valid, but do not go together.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::scenario::{BehaviorKind, BehaviorParams, Setup};
+
+use super::forecast::Forecast;
+
+/// What is wrong with a behavior set, for one or more robots.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Which rule is broken.
+    pub kind: Kind,
+    /// The behavior set.
+    pub set: String,
+    /// The robots, by rank.
+    pub robots: Vec<String>,
+    /// With which values, and what comes of it.
+    pub text: String,
+}
+
+/// The rules.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// ψ is shorter than a unit of work.
+    YieldsTooEarly,
+    /// λ is shorter than a unit of work.
+    GivesUpTooEarly,
+    /// λ is shorter than φ.
+    PatienceUnused,
+    /// τ is near 1/ρ.
+    SilenceTooShort,
+    /// The report period does not go with ψ and λ.
+    ReportsLate,
+}
+
+impl Kind {
+    /// Its name in JSON.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::YieldsTooEarly => "yields-too-early",
+            Self::GivesUpTooEarly => "gives-up-too-early",
+            Self::PatienceUnused => "patience-unused",
+            Self::SilenceTooShort => "silence-too-short",
+            Self::ReportsLate => "reports-late",
+        }
+    }
+}
+
+/// All warnings, by set in the catalog's order, then by rule.
+#[must_use]
+pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
+    let catalog = &setup.catalog;
+    let mut found: BTreeMap<(usize, Kind, String), Vec<String>> = BTreeMap::new();
+    for forecast in forecasts {
+        let place = catalog.sets.iter().position(|set| set.name == forecast.set);
+        for (kind, text) in of_set(setup, forecast) {
+            let robots = found
+                .entry((place.unwrap_or_default(), kind, text))
+                .or_default();
+            robots.push(forecast.robot.clone());
+        }
+    }
+    found
+        .into_iter()
+        .map(|((place, kind, text), robots)| Warning {
+            kind,
+            set: catalog.sets[place].name.clone(),
+            robots,
+            text,
+        })
+        .collect()
+}
+
+fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(Kind, String)> {
+    let params = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
+    let own = params(&forecast.robot, &forecast.set);
+    let (psi_s, lambda_s) = (own.before_yielding_s, own.before_giving_up_s);
+    let work_s = forecast.work_s;
+    let mut found = Vec::new();
+    if psi_s < work_s {
+        found.push((
+            Kind::YieldsTooEarly,
+            format!(
+                "psi = {psi_s} s is shorter than a unit of work, about {work_s:.0} s: it yields before anything is done"
+            ),
+        ));
+    }
+    if lambda_s < work_s {
+        found.push((
+            Kind::GivesUpTooEarly,
+            format!(
+                "lambda = {lambda_s} s is shorter than a unit of work, about {work_s:.0} s: it gives up before anything is done"
+            ),
+        ));
+    }
+
+    let rivals = || {
+        let takeovers = forecast.takeovers.iter();
+        takeovers.map(|it| params(&it.teammate, &it.set))
+    };
+    let patience_s = rivals()
+        .map(|theirs| theirs.phi_toward(&forecast.robot))
+        .fold(0.0, f64::max);
+    if lambda_s < patience_s {
+        found.push((
+            Kind::PatienceUnused,
+            format!(
+                "lambda = {lambda_s} s is shorter than phi = {patience_s} s of teammates toward it: failing, it gives up before they lose patience"
+            ),
+        ));
+    }
+    let period_s = rivals()
+        .map(|theirs| heard_every_s(setup, theirs))
+        .fold(0.0, f64::max);
+    let tau_s = own.ceased_after_s;
+    if tau_s < 2.0 * period_s {
+        let missed = if tau_s <= period_s {
+            "it takes every teammate for gone between two heartbeats"
+        } else {
+            "it takes a teammate for gone when one heartbeat is lost"
+        };
+        found.push((
+            Kind::SilenceTooShort,
+            format!(
+                "tau = {tau_s} s is less than two heartbeats of teammates, {period_s} s apart: {missed}"
+            ),
+        ));
+    }
+    found.extend(report_period(setup, forecast));
+    found
+}
+
+/// Time between two heartbeats, s: 1/ρ, rounded up to whole steps.
+fn heard_every_s(setup: &Setup, params: &BehaviorParams) -> f64 {
+    let step_s = setup.alliance.step_ms as f64 / 1000.0;
+    (1.0 / params.broadcast_rate_hz / step_s - 1e-9).ceil() * step_s
+}
+
+/// Whether reports have to come late: because it takes too long to make one, or because everybody may be moving spills when
+/// one is due.
+fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
+    let scenario = &setup.scenario;
+    let catalog = &setup.catalog;
+    let set = catalog.behavior_named(&forecast.set)?;
+    if BehaviorKind::of(&catalog.sets[set.index()]) != BehaviorKind::ReportProgress {
+        return None;
+    }
+    let report_period_s = scenario.waste.report_period_s;
+    let takes_s = forecast.activates_s + forecast.work_s;
+    if takes_s > report_period_s {
+        return Some((
+            Kind::ReportsLate,
+            format!(
+                "from becoming due, a report takes about {takes_s:.0} s, more than the report period of {report_period_s} s"
+            ),
+        ));
+    }
+    let moving = || {
+        let sets = catalog.sets.iter();
+        sets.filter(|set| matches!(BehaviorKind::of(set), BehaviorKind::MoveSpill(_)))
+    };
+    let places: u64 = moving()
+        .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))
+        .sum();
+    if places < scenario.robots.len() as u64 {
+        return None;
+    }
+    let own = &setup.alliance.robots[&forecast.robot].sets;
+    let longest = |of: fn(&BehaviorParams) -> f64| {
+        moving().map(|set| of(&own[&set.name])).fold(0.0, f64::max)
+    };
+    let lambda_s = longest(|params| params.before_giving_up_s);
+    let psi_s = longest(|params| params.before_yielding_s);
+    (lambda_s > report_period_s).then(|| {
+        (
+            Kind::ReportsLate,
+            format!(
+                "all robots may be moving spills when a report is due, every {report_period_s} s; this one goes on until psi = {psi_s} s if somebody wants its spill, else until lambda = {lambda_s} s"
+            ),
+        )
+    })
+}

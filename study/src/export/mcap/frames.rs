@@ -1,0 +1,84 @@
+//! Where the robots are: a frame of each in the world's.
+
+use std::io::{Seek, Write};
+
+use alliance_proto::control::AgentState;
+use alliance_proto::log::{PoseRow, RunLog};
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
+use foxglove::messages::{FrameTransform, FrameTransforms};
+
+use super::merge::Stream;
+use super::recording::{Channel, Message, Recording};
+use super::well_known::{WORLD, stamp, turned, vector};
+
+/// The topic `/tf`.
+pub struct Frames {
+    channel: Channel<FrameTransforms>,
+    /// Names, by rank.
+    robots: Vec<String>,
+}
+
+impl Frames {
+    /// # Errors
+    /// Those of the recording.
+    pub fn new<W: Write + Seek>(
+        recording: &mut Recording<W>,
+        setup: &Setup,
+    ) -> anyhow::Result<Self> {
+        let robots = setup.scenario.robots.iter();
+        Ok(Self {
+            channel: recording.channel("/tf")?,
+            robots: robots.map(|robot| robot.name.clone()).collect(),
+        })
+    }
+
+    /// Tells for each tick where everybody was who was in the mission, as poses.csv has it: there every robot sensed. And at
+    /// the end, where they have come to.
+    pub fn stream<'s>(&'s self, log: &'s RunLog, end: &View) -> Stream<'s> {
+        let mut rows = log.each_row::<PoseRow>().peekable();
+        let ticks = std::iter::from_fn(move || {
+            let first = rows.next()?;
+            let time = first.as_ref().map_or(SimTime::ZERO, |row| row.t_ms);
+            let same = |row: &Result<PoseRow, _>| row.as_ref().is_ok_and(|row| row.t_ms == time);
+            let rest = std::iter::from_fn(|| rows.next_if(same));
+            let frames: Result<_, _> = std::iter::once(first)
+                .chain(rest)
+                .map(|row| row.map(|row| frame(&row)))
+                .collect();
+            Some(match frames {
+                Ok(frames) => Ok(self.message(time, frames)),
+                Err(error) => Err(error.into()),
+            })
+        });
+        let last = self.robots.iter().zip(&end.robots);
+        let last = last
+            .filter(|(_, robot)| robot.state != AgentState::Absent)
+            .map(|(name, robot)| {
+                let pose = robot.pose;
+                transform(end.now, name, pose.position.into(), pose.heading_rad)
+            })
+            .collect();
+        Box::new(ticks.chain([Ok(self.message(end.now, last))]))
+    }
+
+    fn message(&self, time: SimTime, transforms: Vec<FrameTransform>) -> Message {
+        self.channel.message(time, &FrameTransforms { transforms })
+    }
+}
+
+fn frame(row: &PoseRow) -> FrameTransform {
+    transform(row.t_ms, &row.robot, (row.x_m, row.y_m), row.heading_rad)
+}
+
+/// Origin at the center of the body, x ahead.
+fn transform(time: SimTime, robot: &str, at: (f32, f32), heading_rad: f32) -> FrameTransform {
+    FrameTransform {
+        timestamp: Some(stamp(time)),
+        parent_frame_id: WORLD.to_owned(),
+        child_frame_id: robot.to_owned(),
+        translation: Some(vector(at.0, at.1, 0.0)),
+        rotation: Some(turned(heading_rad)),
+    }
+}

@@ -1,0 +1,333 @@
+//! The rows of the log's tables as typed messages: all columns, under their names (DESIGN §8).
+
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, TableRow};
+use alliance_proto::mission::waste::WasteRow;
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use anyhow::Context;
+use foxglove::Encode;
+use foxglove::messages::{Log, log::Level};
+use world_server::recorder::{EventKind, FaultEvent};
+
+use super::merge::Stream;
+use super::recording::{Channel, Message, Recording};
+use super::well_known::stamp;
+
+/// Events that `/log` has as warnings.
+const WARNINGS: [EventKind; 7] = [
+    EventKind::Gone,
+    EventKind::Stalled,
+    EventKind::Lost,
+    EventKind::EnergyOut,
+    EventKind::Fault(FaultEvent::Applied),
+    EventKind::Fault(FaultEvent::Hit),
+    EventKind::Fault(FaultEvent::Failed),
+];
+
+/// The topics of the tables. Those who plot ask for a topic, so what makes a curve has its own.
+pub struct Tables {
+    /// By robot and behavior set.
+    motivations: BTreeMap<String, BTreeMap<String, Channel<Motivation>>>,
+    /// By robot.
+    poses: BTreeMap<String, Channel<Pose>>,
+    messages: Channel<Reception>,
+    events: Channel<Event>,
+    mission: Channel<Mission>,
+    log: Channel<Log>,
+    threshold: Channel<Threshold>,
+    theta: f64,
+}
+
+#[derive(Encode)]
+struct Motivation {
+    t_ms: u64,
+    robot: String,
+    behavior_set: String,
+    task: String,
+    motivation: f64,
+    impatience: f64,
+    sensory_feedback: bool,
+    activity_suppression: bool,
+    impatience_reset: bool,
+    acquiescence: bool,
+    state: String,
+}
+
+#[derive(Encode)]
+struct Pose {
+    t_ms: u64,
+    robot: String,
+    x_m: f32,
+    y_m: f32,
+    heading_rad: f32,
+    speed_m_s: f32,
+    carrying: bool,
+    behavior_set: String,
+    energy: Option<f32>,
+}
+
+#[derive(Encode)]
+struct Reception {
+    t_ms: u64,
+    receiver: String,
+    sender: String,
+    incarnation: u32,
+    seq: Option<u64>,
+    kind: String,
+    state: String,
+    since_ms: Option<u64>,
+    behavior_set: String,
+    task: String,
+    progress: Option<u32>,
+    sent_ms: u64,
+    fate: String,
+}
+
+#[derive(Encode)]
+struct Event {
+    t_ms: u64,
+    kind: String,
+    robot: String,
+    subject: String,
+    reason: String,
+    detail: String,
+}
+
+#[derive(Encode)]
+struct Mission {
+    t_ms: u64,
+    items_in_spills: u32,
+    items_carried: u32,
+    items_on_floor: u32,
+    items_delivered: u32,
+    last_report_ms: Option<u64>,
+}
+
+#[derive(Encode)]
+struct Threshold {
+    motivation: f64,
+}
+
+impl Tables {
+    /// # Errors
+    /// Those of the recording.
+    pub fn new<W: Write + Seek>(
+        recording: &mut Recording<W>,
+        setup: &Setup,
+    ) -> anyhow::Result<Self> {
+        let catalog = &setup.catalog;
+        let mut motivations = BTreeMap::new();
+        let mut poses = BTreeMap::new();
+        for robot in &setup.scenario.robots {
+            let name = &robot.name;
+            let of_robot = catalog
+                .behaviors_of(robot)
+                .map(|set| {
+                    let set = catalog.behavior_name(set);
+                    let topic = format!("/motivations/{name}/{set}");
+                    Ok((set.to_owned(), recording.channel(&topic)?))
+                })
+                .collect::<anyhow::Result<_>>()?;
+            motivations.insert(name.clone(), of_robot);
+            poses.insert(name.clone(), recording.channel(&format!("/poses/{name}"))?);
+        }
+        Ok(Self {
+            motivations,
+            poses,
+            messages: recording.channel("/messages")?,
+            events: recording.channel("/events")?,
+            mission: recording.channel("/mission")?,
+            log: recording.channel("/log")?,
+            threshold: recording.channel("/threshold")?,
+            theta: setup.alliance.threshold,
+        })
+    }
+
+    /// All messages that come from the tables of a full log.
+    pub fn streams<'s>(&'s self, log: &'s RunLog) -> [Stream<'s>; 7] {
+        let end = log.run.result.sim_time_ms;
+        let threshold = Threshold {
+            motivation: self.theta,
+        };
+        let ends = [SimTime::ZERO, end].map(|at| Ok(self.threshold.message(at, &threshold)));
+        [
+            stream(log, |row| self.motivation(row)),
+            stream(log, |row| self.pose(row)),
+            stream(log, |row| Ok(self.reception(row))),
+            stream(log, |row| Ok(self.event(row))),
+            stream(log, |row| Ok(self.mission(&row))),
+            stream(log, |row| Ok(self.sentence(&row))),
+            Box::new(ends.into_iter()),
+        ]
+    }
+
+    fn motivation(&self, row: MotivationRow) -> anyhow::Result<Message> {
+        let robot = self.motivations.get(&row.robot);
+        let channel = robot
+            .and_then(|sets| sets.get(&row.behavior_set))
+            .with_context(|| format!("{} has no {}", row.robot, row.behavior_set))?;
+        let message = Motivation {
+            t_ms: row.t_ms.0,
+            robot: row.robot,
+            behavior_set: row.behavior_set,
+            task: row.task,
+            motivation: row.motivation,
+            impatience: row.impatience,
+            sensory_feedback: row.sensory_feedback,
+            activity_suppression: row.activity_suppression,
+            impatience_reset: row.impatience_reset,
+            acquiescence: row.acquiescence,
+            state: row.state,
+        };
+        Ok(channel.message(row.t_ms, &message))
+    }
+
+    fn pose(&self, row: PoseRow) -> anyhow::Result<Message> {
+        let channel = self
+            .poses
+            .get(&row.robot)
+            .with_context(|| format!("there is no {}", row.robot))?;
+        let message = Pose {
+            t_ms: row.t_ms.0,
+            robot: row.robot,
+            x_m: row.x_m,
+            y_m: row.y_m,
+            heading_rad: row.heading_rad,
+            speed_m_s: row.speed_m_s,
+            carrying: row.carrying,
+            behavior_set: row.behavior_set,
+            energy: row.energy,
+        };
+        Ok(channel.message(row.t_ms, &message))
+    }
+
+    fn reception(&self, row: MessageRow) -> Message {
+        let message = Reception {
+            t_ms: row.t_ms.0,
+            receiver: row.receiver,
+            sender: row.sender,
+            incarnation: row.incarnation,
+            seq: row.seq,
+            kind: row.kind,
+            state: row.state,
+            since_ms: row.since_ms.map(|time| time.0),
+            behavior_set: row.behavior_set,
+            task: row.task,
+            progress: row.progress,
+            sent_ms: row.sent_ms.0,
+            fate: row.fate,
+        };
+        self.messages.message(row.t_ms, &message)
+    }
+
+    fn event(&self, row: EventRow) -> Message {
+        let message = Event {
+            t_ms: row.t_ms.0,
+            kind: row.kind,
+            robot: row.robot,
+            subject: row.subject,
+            reason: row.reason,
+            detail: row.detail,
+        };
+        self.events.message(row.t_ms, &message)
+    }
+
+    fn mission(&self, row: &WasteRow) -> Message {
+        let message = Mission {
+            t_ms: row.t_ms.0,
+            items_in_spills: row.items_in_spills,
+            items_carried: row.items_carried,
+            items_on_floor: row.items_on_floor,
+            items_delivered: row.items_delivered,
+            last_report_ms: row.last_report_ms.map(|time| time.0),
+        };
+        self.mission.message(row.t_ms, &message)
+    }
+
+    /// The event once more, for people.
+    fn sentence(&self, row: &EventRow) -> Message {
+        let message = Log {
+            timestamp: Some(stamp(row.t_ms)),
+            level: level(&row.kind).into(),
+            message: text(row),
+            name: match &*row.robot {
+                "" => "world",
+                robot => robot,
+            }
+            .to_owned(),
+            file: String::new(),
+            line: 0,
+        };
+        self.log.message(row.t_ms, &message)
+    }
+}
+
+fn stream<'s, R: TableRow + 's>(
+    log: &'s RunLog,
+    message: impl Fn(R) -> anyhow::Result<Message> + 's,
+) -> Stream<'s> {
+    Box::new(log.each_row::<R>().map(move |row| message(row?)))
+}
+
+fn level(kind: &str) -> Level {
+    match WARNINGS.iter().any(|warning| warning.to_string() == kind) {
+        true => Level::Warning,
+        false => Level::Info,
+    }
+}
+
+/// `activated move-spill(top): threshold, move-spill(top)`.
+fn text(row: &EventRow) -> String {
+    let what = [&*row.kind, &*row.subject].join(" ");
+    let why: Vec<&str> = [&*row.reason, &*row.detail]
+        .into_iter()
+        .filter(|part| !part.is_empty())
+        .collect();
+    match why.as_slice() {
+        [] => what.trim_end().to_owned(),
+        why => format!("{}: {}", what.trim_end(), why.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(fields: [&str; 5], expected: (Level, &str)) {
+        let [kind, robot, subject, reason, detail] = fields.map(ToOwned::to_owned);
+        let row = EventRow {
+            t_ms: SimTime::ZERO,
+            kind,
+            robot,
+            subject,
+            reason,
+            detail,
+        };
+        assert_eq!((level(&row.kind), &*text(&row)), expected);
+    }
+
+    #[test]
+    fn events_in_words() {
+        check(
+            ["activated", "blue", "move-spill(top)", "threshold", ""],
+            (Level::Info, "activated move-spill(top): threshold"),
+        );
+        check(["reported", "blue", "", "", ""], (Level::Info, "reported"));
+        check(
+            ["gone", "gold", "", "", "incarnation 1"],
+            (Level::Warning, "gone: incarnation 1"),
+        );
+        check(
+            ["hit", "", "f1", "", "kill gold"],
+            (Level::Warning, "hit f1: kill gold"),
+        );
+        check(
+            ["healed", "", "f1", "over", "kill gold"],
+            (Level::Info, "healed f1: over, kill gold"),
+        );
+    }
+}

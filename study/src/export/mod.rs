@@ -1,0 +1,127 @@
+//! `alliance export`: a run in the formats of other tools.
+//!
+//! - `mcap`: what could be seen of the run, and what its tables hold, as one recording.
+//! - `parquet`: the tables of its log, a file each.
+
+mod mcap;
+mod new_file;
+mod parquet;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use alliance_proto::log::{RunLog, RunOutcome};
+use alliance_proto::tell;
+use anyhow::{Context, anyhow};
+use clap::Args;
+
+use new_file::NewFile;
+
+/// Write a run as MCAP, for Foxglove, Lichtblick and PlotJuggler, or as Parquet, for notebooks.
+#[derive(Args, Clone, Debug)]
+pub struct ExportCommand {
+    /// Folder of the run
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    #[command(flatten)]
+    formats: Formats,
+}
+
+/// What to make of it.
+#[derive(Args, Clone, Debug)]
+#[group(required = true, multiple = true)]
+struct Formats {
+    /// Write an MCAP file [default: DIR/run.mcap]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    mcap: Option<Option<PathBuf>>,
+    /// Write each table of the log as a Parquet file into this folder [default: DIR/parquet]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
+    parquet: Option<Option<PathBuf>>,
+}
+
+impl ExportCommand {
+    /// Exit status 0; 1 when this program does not repeat the run exactly and so cannot tell how it looked; 2 for a folder
+    /// that holds no such run, or a file that cannot be written.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        match self.export() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                tell!("alliance export: {error:#}");
+                ExitCode::from(if error.is::<mcap::Differs>() { 1 } else { 2 })
+            }
+        }
+    }
+
+    fn export(&self) -> anyhow::Result<()> {
+        let log = open(&self.folder)?;
+        if let Some(folder) = &self.formats.parquet {
+            let folder = folder
+                .clone()
+                .unwrap_or_else(|| self.folder.join("parquet"));
+            let left_out = parquet::write(&log, &folder)?;
+            if !left_out.is_empty() {
+                tell!(
+                    "note: --log {} keeps no {}",
+                    log.run.log.as_str(),
+                    left_out.join(", ")
+                );
+            }
+            tell!("parquet {}", folder.display());
+        }
+        if let Some(file) = &self.formats.mcap {
+            let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
+            write_mcap(&log, &file)?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes the run in that folder as DIR/run.mcap.
+///
+/// # Errors
+/// When it is not a run that this program repeats exactly, or the file cannot be written.
+pub fn export_mcap(folder: &Path) -> anyhow::Result<()> {
+    write_mcap(&open(folder)?, &mcap_file(folder))
+}
+
+fn mcap_file(folder: &Path) -> PathBuf {
+    folder.join("run.mcap")
+}
+
+fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
+    let mut file = NewFile::create(path)?;
+    mcap::write(log, file.writer()).with_context(|| path.display().to_string())?;
+    file.put_in_place()?;
+    tell!("mcap    {}", path.display());
+    Ok(())
+}
+
+fn open(folder: &Path) -> anyhow::Result<RunLog> {
+    // The error says why by itself: its source would say it twice.
+    RunLog::open(folder)
+        .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))
+}
+
+/// What an export says of the run that it was made from.
+fn facts(log: &RunLog) -> BTreeMap<String, String> {
+    let run = &log.run;
+    let hash = run
+        .hash
+        .clone()
+        .or_else(|| log.last.map(|seal| format!("{:016x}", seal.hash)));
+    let outcome = match run.outcome {
+        RunOutcome::Running => "running",
+        RunOutcome::Ended(outcome) => outcome.as_str(),
+    };
+    [
+        ("seed", run.setup.seed.to_string()),
+        ("scenario", run.setup.scenario.name.clone()),
+        ("hash", hash.unwrap_or_default()),
+        ("outcome", outcome.to_owned()),
+        ("version", run.version.clone()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into()
+}

@@ -1,0 +1,127 @@
+//! The tables of a log as Parquet: a file each, with the columns of DESIGN §8 under their names.
+//!
+//! Numbers keep their values to the bit: times and counts are 64-bit integers, positions single and motivations double
+//! floats. Flags are booleans, numbers that a row lacks are null, and texts that it lacks are empty, as in the CSV.
+
+mod column;
+mod tables;
+
+use std::fs::{self, File};
+use std::io::{BufWriter, ErrorKind};
+use std::path::Path;
+use std::sync::Arc;
+
+use ::parquet::basic::Compression;
+use ::parquet::file::metadata::KeyValue;
+use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::writer::SerializedFileWriter;
+use ::parquet::schema::types::Type;
+use alliance_proto::log::{
+    EventRow, MessageRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
+};
+use alliance_proto::mission::waste::WasteRow;
+use anyhow::{Context, anyhow, bail};
+
+use super::facts;
+use super::new_file::NewFile;
+use column::Column;
+use tables::Columns;
+
+/// Rows that are held in memory at once.
+const GROUP_ROWS: usize = 1 << 16;
+
+/// How a table is written.
+type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
+
+/// Writes the tables that the log's level keeps into a folder; says which it does not keep. Files that an older export has
+/// left of those are removed: beside the new ones they would pass for tables of this run.
+///
+/// # Errors
+/// When the log has no tables, holds what is no row, or a file cannot be written. Older files stay until all are written.
+pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
+    let tables: [(Table, WriteTable); 6] = [
+        (MotivationRow::TABLE, write_table::<MotivationRow>),
+        (MessageRow::TABLE, write_table::<MessageRow>),
+        (EventRow::TABLE, write_table::<EventRow>),
+        (PoseRow::TABLE, write_table::<PoseRow>),
+        (WasteRow::TABLE, write_table::<WasteRow>),
+        (TickRow::TABLE, write_table::<TickRow>),
+    ];
+    let (kept, left_out): (Vec<_>, Vec<_>) = tables
+        .into_iter()
+        .partition(|(table, _)| log.run.log.keeps(*table));
+    if kept.is_empty() {
+        bail!(
+            "the run was logged with --log {}, which keeps no tables: run it again with --log full",
+            log.run.log.as_str()
+        );
+    }
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let path = |table: Table| folder.join(format!("{}.parquet", name(table)));
+    let mut files = Vec::new();
+    for (table, write) in kept {
+        let path = path(table);
+        let mut file = NewFile::create(&path)?;
+        write(log, &mut file)
+            // What lies between says it once more.
+            .map_err(|error| anyhow!("{}: {}", path.display(), error.root_cause()))?;
+        files.push(file);
+    }
+    for file in files {
+        file.put_in_place()?;
+    }
+    for (table, _) in &left_out {
+        let path = path(*table);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(error).with_context(|| format!("cannot remove {}", path.display()));
+            }
+            _ => {}
+        }
+    }
+    Ok(left_out.iter().map(|(table, _)| name(*table)).collect())
+}
+
+/// Without the ending of the CSV file.
+fn name(table: Table) -> &'static str {
+    table.file_name().trim_end_matches(".csv")
+}
+
+fn write_table<R: Columns>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
+    let columns = R::COLUMNS
+        .iter()
+        .map(Column::schema)
+        .collect::<Result<_, _>>()?;
+    let schema = Type::group_type_builder(name(R::TABLE))
+        .with_fields(columns)
+        .build()?;
+    let facts = facts(log).into_iter();
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_key_value_metadata(Some(
+            facts
+                .map(|(key, value)| KeyValue::new(key, value))
+                .collect(),
+        ))
+        .build();
+    let mut writer: SerializedFileWriter<BufWriter<&mut File>> =
+        SerializedFileWriter::new(file.writer(), Arc::new(schema), Arc::new(properties))?;
+    let mut rows = log.each_row::<R>();
+    loop {
+        let group: Vec<R> = rows.by_ref().take(GROUP_ROWS).collect::<Result<_, _>>()?;
+        if group.is_empty() {
+            break;
+        }
+        let mut group_writer = writer.next_row_group()?;
+        for column in R::COLUMNS {
+            let mut column_writer = group_writer
+                .next_column()?
+                .context("fewer columns than in the schema")?;
+            column.write(&group, &mut column_writer)?;
+            column_writer.close()?;
+        }
+        group_writer.close()?;
+    }
+    writer.close()?;
+    Ok(())
+}

@@ -1,0 +1,489 @@
+//! A whole run in one process: the same world, agents, radio and recorder, without processes and sockets, with the same
+//! bytes as the result. What faults ask of processes is done to agents.
+
+mod air;
+
+use std::collections::{BTreeMap, VecDeque};
+
+use alliance_proto::ids::{Incarnation, RobotId, Tick};
+use alliance_proto::log::{Input, InputLine, LogLevel, RunFile};
+use alliance_proto::process::ProcessAct;
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::Outcome;
+use alliance_proto::view::View;
+use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use robot_agent::allocator::{ConfigError, Registry};
+use world_server::barrier::Presence;
+use world_server::missions;
+use world_server::recorder::{RecordError, Recorder, Sink};
+use world_server::simulation::Simulation;
+
+use air::Air;
+
+/// What comes from outside, by the tick that it changes.
+type Outside = BTreeMap<Tick, Vec<Input>>;
+
+/// So many robots sense, then perceive, then think, then act, then report: each of these runs through much code, which is at hand
+/// if several do the same one after the other.
+const TOGETHER: usize = 32;
+
+/// Why a run in one process cannot begin.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The log cannot be written.
+    #[error(transparent)]
+    Log(#[from] RecordError),
+    /// This program does not know an allocator of the run, or not with these parameters.
+    #[error(transparent)]
+    Allocator(#[from] ConfigError),
+}
+
+/// A team and its world, stepped by hand.
+pub struct Team<S> {
+    simulation: Simulation,
+    recorder: Recorder<S>,
+    /// What all agents know.
+    common: TeamConfig,
+    /// By rank; `None` where no agent lives.
+    agents: Vec<Option<Agent>>,
+    air: Air,
+    /// Those who are asked at the moment, and the workspace of each.
+    asked: Vec<RobotId>,
+    spaces: Vec<Workspace>,
+    outside: Outside,
+    /// Which lives faults have begun: one that ended before it took part has a number, too.
+    lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
+}
+
+impl<S: Sink> Team<S> {
+    /// All robots of the scenario that are not absent, ready for tick 0.
+    ///
+    /// # Errors
+    /// [`StartError`].
+    pub fn new(setup: Setup, log: LogLevel, sink: S) -> Result<Self, StartError> {
+        let present = setup.scenario.robots.iter().filter(|robot| !robot.absent);
+        let joins: Vec<InputLine> = present
+            .map(|robot| InputLine {
+                tick: 0,
+                input: Input::Join {
+                    robot: robot.name.clone(),
+                    incarnation: 1,
+                    moment: None,
+                    scripted: false,
+                },
+            })
+            .collect();
+        Self::with_inputs(setup, joins, log, sink)
+    }
+
+    /// A run to which the same happens from outside as to one that was logged. What a fault asked for happens by itself.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn with_inputs(
+        setup: Setup,
+        inputs: Vec<InputLine>,
+        log: LogLevel,
+        sink: S,
+    ) -> Result<Self, StartError> {
+        let mission = missions::of(&setup.scenario);
+        let recorder = Recorder::new(&setup, mission, log, sink)?;
+        let mut outside = Outside::new();
+        let mut lives = BTreeMap::new();
+        for line in inputs {
+            match line.input {
+                Input::Join {
+                    robot,
+                    incarnation,
+                    scripted: true,
+                    ..
+                } => {
+                    let lives: &mut VecDeque<_> = lives.entry((line.tick, robot)).or_default();
+                    lives.push_back(incarnation);
+                }
+                input if input.is_scripted() => {}
+                input => outside.entry(line.tick).or_default().push(input),
+            }
+        }
+        let mut team = Self {
+            common: TeamConfig::of(&setup, Registry::of_this_program())?,
+            agents: setup.scenario.robots.iter().map(|_| None).collect(),
+            air: Air::new(setup.scenario.robots.len()),
+            asked: Vec::new(),
+            spaces: Vec::new(),
+            simulation: Simulation::new(setup, mission, true),
+            recorder,
+            outside,
+            lives,
+        };
+        // Over at its start, for want of anything to do, a run takes nobody in.
+        if team.simulation.outcome().is_none() {
+            team.admit(0);
+        }
+        Ok(team)
+    }
+
+    /// The run.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// A snapshot for eyes.
+    pub fn view(&mut self) -> View {
+        self.simulation.view()
+    }
+
+    /// One tick. Says how the run ended, once it has.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn tick(&mut self) -> Result<Option<Outcome>, RecordError> {
+        let tick = self.simulation.tick();
+        let outside = self.outside.remove(&tick).unwrap_or_default();
+        let (mut timed, outside): (Vec<Input>, Vec<Input>) = outside
+            .into_iter()
+            .partition(|input| input.moment().is_some());
+        // A command ends the moment at which it is obeyed.
+        timed.sort_by_key(|input| (input.moment(), input.is_command()));
+        let mut timed = VecDeque::from(timed);
+        for input in &outside {
+            self.obey(input);
+        }
+        while self.simulation.outcome().is_none() && !self.simulation.is_complete() {
+            self.simulation.begin();
+            let mut idle = true;
+            loop {
+                let next = self.simulation.next_act();
+                let is_fed = self.feed(&mut timed);
+                if let Some((robot, act)) = next {
+                    self.act(robot, act, &outside);
+                }
+                if next.is_none() && !is_fed {
+                    break;
+                }
+                idle = false;
+            }
+            if self.simulation.outcome().is_none() {
+                self.simulation.gather();
+            }
+            self.remove_dead(&outside);
+            while self.ask_some(&outside) {
+                idle = false;
+            }
+            if idle && !self.simulation.is_complete() {
+                // Nobody takes part, and nobody will.
+                self.simulation.abandon();
+                return Ok(self.simulation.outcome());
+            }
+        }
+        if self.simulation.is_complete() {
+            self.feed(&mut timed);
+            self.admit(tick + 1);
+            self.simulation.finish();
+            self.simulation.record(&mut self.recorder)?;
+        }
+        Ok(self.simulation.outcome())
+    }
+
+    /// Runs to the end.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn run(mut self) -> Result<(Outcome, Recorder<S>), RecordError> {
+        loop {
+            if let Some(outcome) = self.tick()? {
+                return self.finish(outcome);
+            }
+        }
+    }
+
+    /// Runs to the end, or until that many ticks are done: then it ends as it is told to. `see` looks at the run before the
+    /// first tick and after each.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn run_for(
+        mut self,
+        ticks: u64,
+        then: Outcome,
+        mut see: impl FnMut(&mut Simulation),
+    ) -> Result<(Outcome, Recorder<S>), RecordError> {
+        see(&mut self.simulation);
+        while self.simulation.tick() < ticks {
+            let outcome = self.tick()?;
+            see(&mut self.simulation);
+            if let Some(outcome) = outcome {
+                return self.finish(outcome);
+            }
+        }
+        // A run that ended for want of robots has begun one more tick: what fell due in it is in the log.
+        let barrier = self.simulation.barrier();
+        let is_deserted = barrier
+            .robots()
+            .all(|robot| barrier.presence(robot) != Presence::Present);
+        if then == Outcome::NoRobotLeft && is_deserted {
+            self.tick()?;
+        }
+        let outcome = self.simulation.outcome().unwrap_or(then);
+        self.finish(outcome)
+    }
+
+    /// Ends the log: the run ended like this.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn end(mut self, outcome: Outcome) -> Result<(RunFile, Recorder<S>), RecordError> {
+        let ending = self.simulation.ending();
+        let run = self.recorder.finish(outcome, ending)?;
+        Ok((run, self.recorder))
+    }
+
+    fn finish(self, outcome: Outcome) -> Result<(Outcome, Recorder<S>), RecordError> {
+        let (_, recorder) = self.end(outcome)?;
+        Ok((outcome, recorder))
+    }
+
+    /// Lets in whoever takes part from that tick on; before it begins.
+    fn admit(&mut self, tick: Tick) {
+        let coming = self.outside.get(&tick).cloned().unwrap_or_default();
+        for input in coming.iter().filter(|input| input.moment().is_none()) {
+            self.let_in(input);
+        }
+    }
+
+    /// If that is somebody who comes.
+    fn let_in(&mut self, input: &Input) {
+        match input {
+            Input::Join {
+                robot, incarnation, ..
+            } => {
+                if let Some(robot) = self.simulation.robot_named(robot) {
+                    self.spawn_agent(robot, *incarnation);
+                    self.simulation.admit(robot, *incarnation);
+                }
+            }
+            Input::StallEnd { robot, .. } => {
+                if let Some(robot) = self.simulation.robot_named(robot)
+                    && let Some(incarnation) = self.simulation.barrier().incarnation(robot)
+                {
+                    self.simulation.admit(robot, incarnation);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What came from outside at this very moment of the tick; says whether there was anything.
+    fn feed(&mut self, timed: &mut VecDeque<Input>) -> bool {
+        let mut any = false;
+        while let Some(input) = timed.pop_front_if(|input| self.simulation.feeds(input)) {
+            any = true;
+            match &input {
+                Input::Gone { robot, .. } => {
+                    if let Some(robot) = self.simulation.robot_named(robot) {
+                        self.die(robot);
+                    }
+                }
+                _ => {
+                    self.let_in(&input);
+                    self.obey(&input);
+                }
+            }
+        }
+        any
+    }
+
+    fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
+        let agent = Agent::new(robot, incarnation, self.simulation.setup(), &self.common);
+        self.agents[robot.index()] = Some(agent);
+    }
+
+    /// If that is what an operator ordered.
+    fn obey(&mut self, input: &Input) {
+        match input {
+            Input::Order { order, .. } => {
+                if let Err(why) = self.simulation.order(order.clone()) {
+                    tracing::warn!(%why, "a logged order was refused");
+                }
+            }
+            // Those of one command together: they are one input.
+            Input::Clear { ids, .. } => self.simulation.clear_again(ids.clone()),
+            _ => {}
+        }
+    }
+
+    /// Does at once what the launcher does to processes, or fails at it where the log says that it failed.
+    fn act(&mut self, robot: RobotId, act: ProcessAct, outside: &[Input]) {
+        let name = self.name(robot).to_owned();
+        let number = self.simulation.act_number();
+        let failed = outside.iter().find_map(|input| match input {
+            Input::Failed {
+                robot,
+                act: failed,
+                number: at,
+                reason,
+            } if (robot, *failed) == (&name, act) && at.is_none_or(|at| at == number) => {
+                Some(reason)
+            }
+            _ => None,
+        });
+        if let Some(why) = failed {
+            return self.simulation.act_done(robot, act, Err(why.clone()));
+        }
+        match act {
+            ProcessAct::Start => {
+                let joins = (self.simulation.tick(), name);
+                let lives = self.lives.get_mut(&joins);
+                if let Some(incarnation) = lives.and_then(VecDeque::pop_front) {
+                    self.simulation.skip_to(robot, incarnation);
+                }
+                let (_, name) = joins;
+                if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
+                    self.spawn_agent(robot, incarnation);
+                    self.simulation.arrive(robot, incarnation);
+                }
+            }
+            ProcessAct::Kill | ProcessAct::Terminate => self.die(robot),
+            ProcessAct::Stop | ProcessAct::Continue => {
+                self.simulation.act_done(robot, act, Ok(()));
+            }
+        }
+    }
+
+    fn die(&mut self, robot: RobotId) {
+        if let Some(incarnation) = self.simulation.barrier().incarnation(robot) {
+            self.agents[robot.index()] = None;
+            self.simulation.gone(robot, incarnation);
+        }
+    }
+
+    /// The deaths of those who take no part in this tick anyway.
+    fn remove_dead(&mut self, outside: &[Input]) {
+        for robot in self.simulation.barrier().robots() {
+            if self.simulation.barrier().presence(robot) == Presence::Silent
+                && self.death(robot, outside).is_some()
+            {
+                self.die(robot);
+            }
+        }
+    }
+
+    /// If the robot dies in this tick: the tick in which it counted last.
+    fn death(&self, robot: RobotId, outside: &[Input]) -> Option<Option<Tick>> {
+        if outside.is_empty() {
+            return None;
+        }
+        let name = self.name(robot);
+        outside.iter().find_map(|input| match input {
+            Input::Gone {
+                robot: of,
+                incarnation,
+                last_counted,
+                ..
+            } if of == name
+                && self.simulation.barrier().incarnation(robot) == Some(*incarnation) =>
+            {
+                Some(*last_counted)
+            }
+            _ => None,
+        })
+    }
+
+    /// Asks those who are next, and does what comes of it; says whether there was anybody.
+    fn ask_some(&mut self, outside: &[Input]) -> bool {
+        // What comes from outside happens when all are asked who can be.
+        let most = if outside.is_empty() {
+            TOGETHER
+        } else {
+            usize::MAX
+        };
+        self.asked.clear();
+        while self.asked.len() < most
+            && let Some(robot) = self.simulation.next_question()
+        {
+            self.asked.push(robot);
+        }
+        if self.asked.is_empty() {
+            return false;
+        }
+        if outside.is_empty() {
+            self.answer(outside);
+            return true;
+        }
+        let mut asked = std::mem::take(&mut self.asked);
+        // Who dies after its report has done so before the last report of all.
+        let tick = self.simulation.tick();
+        asked.sort_by_key(|robot| self.death(*robot, outside) != Some(Some(tick)));
+        for robot in &asked {
+            self.asked.clear();
+            self.asked.push(*robot);
+            self.ask(*robot, outside);
+        }
+        true
+    }
+
+    fn ask(&mut self, robot: RobotId, outside: &[Input]) {
+        let death = self.death(robot, outside);
+        let stalls = outside.iter().any(
+            |input| matches!(input, Input::StallBegin { robot: name, .. } if name == self.name(robot)),
+        );
+        if stalls {
+            self.simulation.stall(robot);
+        } else if death.is_none_or(|counted| counted == Some(self.simulation.tick())) {
+            self.answer(outside);
+        }
+        if death.is_some() {
+            self.die(robot);
+        }
+    }
+
+    /// Steps the agents that were asked, and then hands over their reports.
+    fn answer(&mut self, outside: &[Input]) {
+        let most = self.spaces.len().max(self.asked.len());
+        self.spaces.resize_with(most, Workspace::default);
+        let robots = &self.simulation.setup().scenario.robots;
+        let name = |robot: RobotId| &robots[robot.index()].name;
+        for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+            let message = self.simulation.message(robot);
+            let is_lost = |sender, tick, index| {
+                outside.iter().any(|input| match input {
+                    Input::Lost {
+                        receiver,
+                        sender: of,
+                        sent_tick,
+                        index: lost,
+                    } => {
+                        receiver == name(robot)
+                            && (*sent_tick, *lost) == (tick, index)
+                            && of == name(sender)
+                    }
+                    _ => false,
+                })
+            };
+            self.air
+                .collect(&message.manifest, is_lost, &mut space.arrived);
+            if let Some(agent) = &mut self.agents[robot.index()] {
+                agent.perceive(message, space);
+            }
+        }
+        for part in [Agent::think, Agent::act] {
+            for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+                if let Some(agent) = &mut self.agents[robot.index()] {
+                    part(agent, self.simulation.message(robot), space);
+                }
+            }
+        }
+        let tick = self.simulation.tick();
+        for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+            if self.agents[robot.index()].is_some() {
+                self.air
+                    .send(tick, robot, &mut space.broadcasts, &mut space.spent);
+                self.simulation.report(&space.report);
+            }
+        }
+    }
+
+    fn name(&self, robot: RobotId) -> &str {
+        &self.simulation.setup().scenario.robots[robot.index()].name
+    }
+}

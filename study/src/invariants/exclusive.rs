@@ -1,0 +1,140 @@
+//! Two robots that hear each other do not both go on with an exclusive task (docs/BOUNDS.md, "Two robots on an exclusive
+//! task").
+//!
+//! Once they hear each other, the bound is, from the first tick in which they do and both execute the task:
+//!
+//! - With arbitration (`team`), the next heartbeat of either, which comes within 1/ρ, settles it in the step in which it is
+//!   heard, one after it was sent.
+//! - Without it, and where one of them has waited the other out, it is settled by ψ: whoever has been active for longer than
+//!   that leaves in the step in which it has heard the other within τ.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::scenario::{BehaviorParams, Scenario, Setup};
+use alliance_proto::telemetry::BehaviorState;
+use alliance_proto::time::SimTime;
+
+use super::WorldState;
+use super::hearing::hear_each_other;
+
+/// Steps in which things are noticed, sent and heard.
+const STEPS: u64 = 4;
+
+/// What is known of exclusive tasks so far.
+#[derive(Clone, Debug)]
+pub struct Exclusive {
+    setup: Setup,
+    /// Ticks that two robots, by rank, have gone on together with a task, and have heard each other.
+    together: BTreeMap<(usize, usize, TaskId), u64>,
+    waits: BTreeMap<(usize, BehaviorId), Wait>,
+}
+
+/// What a set has waited since it last hibernated.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wait {
+    spent: SimTime,
+    since: Option<SimTime>,
+}
+
+impl Exclusive {
+    /// Before the first tick.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        Self {
+            setup: setup.clone(),
+            together: BTreeMap::new(),
+            waits: BTreeMap::new(),
+        }
+    }
+
+    /// Looks at them after a tick.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
+        self.note_waits(state);
+        let mut together = BTreeMap::new();
+        let executing: Vec<(usize, BehaviorId)> = (0..state.robots.len())
+            .flat_map(|rank| state.robots[rank].active().map(move |set| (rank, set)))
+            .collect();
+        for (place, &(other, theirs)) in executing.iter().enumerate() {
+            for &(one, own) in &executing[..place] {
+                let task = self.setup.catalog.sets[own.index()].task;
+                let is_exclusive = self.setup.catalog.tasks[task.index()].max_robots == 1;
+                if !is_exclusive
+                    || task != self.setup.catalog.sets[theirs.index()].task
+                    || !hear_each_other(scenario, state, one, other)
+                {
+                    continue;
+                }
+                let key = (one, other, task);
+                let ticks = 1 + self.together.get(&key).copied().unwrap_or_default();
+                let bound = self.bound(&[(one, own), (other, theirs)]);
+                if ticks > bound {
+                    let name = |rank: usize| &scenario.robots[rank].name;
+                    return Err(format!(
+                        "{} and {} hear each other and have both gone on with {} for {ticks} ticks, but {bound} are the bound",
+                        name(one),
+                        name(other),
+                        self.setup.catalog.task_name(task)
+                    ));
+                }
+                together.insert(key, ticks);
+            }
+        }
+        self.together = together;
+        Ok(())
+    }
+
+    /// Longest time that these two may go on, in ticks.
+    fn bound(&self, sets: &[(usize, BehaviorId); 2]) -> u64 {
+        let step_s = self.setup.scenario.step_ms as f64 / 1000.0;
+        let longest_s = |of: fn(&BehaviorParams) -> f64| {
+            let of = sets.iter().map(|&(rank, set)| of(self.params(rank, set)));
+            of.fold(0.0, f64::max)
+        };
+        let steps = |time_s: f64| (time_s / step_s).ceil() as u64;
+        let heartbeat = steps(longest_s(|set| 1.0 / set.broadcast_rate_hz)) + STEPS;
+        let settled_by_claims = self.setup.alliance.switches.arbitration
+            && !sets
+                .iter()
+                .any(|&(rank, set)| self.may_have_waited_out(rank, set));
+        if settled_by_claims {
+            heartbeat
+        } else {
+            heartbeat + steps(longest_s(|set| set.before_yielding_s))
+        }
+    }
+
+    fn params(&self, rank: usize, set: BehaviorId) -> &BehaviorParams {
+        let robot = &self.setup.scenario.robots[rank].name;
+        &self.setup.alliance.robots[robot].sets[self.setup.catalog.behavior_name(set)]
+    }
+
+    fn note_waits(&mut self, state: &WorldState) {
+        for (rank, robot) in state.robots.iter().enumerate() {
+            for it in &robot.motivations {
+                let wait = self.waits.entry((rank, it.set)).or_default();
+                match (it.state, wait.since) {
+                    (BehaviorState::Hibernating, _) => *wait = Wait::default(),
+                    (BehaviorState::Waiting, None) => wait.since = Some(state.now),
+                    (BehaviorState::Active, Some(since)) => {
+                        wait.spent = wait.spent + state.now.since(since);
+                        wait.since = None;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Whether it has waited for ψ + τ, be it to a step or two.
+    fn may_have_waited_out(&self, rank: usize, set: BehaviorId) -> bool {
+        let params = self.params(rank, set);
+        let bound_s = params.before_yielding_s + params.ceased_after_s;
+        let step_s = self.setup.scenario.step_ms as f64 / 1000.0;
+        let wait = self.waits.get(&(rank, set)).copied().unwrap_or_default();
+        wait.spent.as_secs_f64() >= bound_s - 2.0 * step_s
+    }
+}

@@ -1,0 +1,143 @@
+//! A mission that is covered ends (ALLIANCE.md §5).
+//!
+//! The mission is owed from the moment on at which nothing more is about to change (every fault that heals has healed, and none
+//! will come at a known time), ψ and λ are longer than a unit of work, and the mission is covered ([`super::coverage`]) and
+//! all of it in places where robots look ([`super::strewn`]). It must then end within
+//! [`Termination::due_s`]. If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
+
+use alliance_proto::control::{FaultStatus, Phase};
+use alliance_proto::scenario::{BehaviorParams, Body, Scenario, Setup};
+use alliance_proto::time::SimTime;
+
+use super::WorldState;
+use super::coverage::{is_covered, is_sound, is_within_reach};
+use super::strewn::Strewn;
+
+/// How many times longer than by one robot alone, in an empty room, a mission may take.
+const PATIENCE: f64 = 5.0;
+
+/// Units of work that finding the locations takes, and going there.
+const SEARCH_UNITS: f64 = 8.0;
+
+/// What is known of the end so far.
+#[derive(Clone, Debug)]
+pub struct Termination {
+    /// Whether ψ and λ are longer than a unit of work.
+    patient: bool,
+    /// The longest unit of work, s.
+    unit_s: f64,
+    /// How long one useless teammate, that talks, can keep a task from a robot (docs/BOUNDS.md), s.
+    kept_s: f64,
+    /// Since when the mission is owed, and how long it may take.
+    owed: Option<(SimTime, f64)>,
+    strewn: Strewn,
+}
+
+impl Termination {
+    /// Before the first tick.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let bodies = scenario.robots.iter().map(|robot| scenario.body_of(robot));
+        let slowest = bodies.fold(scenario.body, |slowest, body| Body {
+            speed_m_s: slowest.speed_m_s.min(body.speed_m_s),
+            turn_deg_s: slowest.turn_deg_s.min(body.turn_deg_s),
+            ..slowest
+        });
+        let units = setup
+            .catalog
+            .sets
+            .iter()
+            .map(|set| setup.catalog.mission.unit_s(scenario, &slowest, set));
+        let unit_s = units.fold(0.0, f64::max);
+        let robots = setup.alliance.robots.values();
+        let params: Vec<&BehaviorParams> = robots.flat_map(|robot| robot.sets.values()).collect();
+        let shortest = |of: fn(&BehaviorParams) -> f64| {
+            params
+                .iter()
+                .map(|set| of(set))
+                .fold(f64::INFINITY, f64::min)
+        };
+        let longest =
+            |of: fn(&BehaviorParams) -> f64| params.iter().map(|set| of(set)).fold(0.0, f64::max);
+        let rise_s = setup.alliance.threshold / shortest(|set| set.fast_impatience);
+        let slow_s = longest(|set| {
+            set.willing_to_affect_s
+                .values()
+                .copied()
+                .fold(0.0, f64::max)
+        });
+        let wait_s = longest(|set| set.before_yielding_s + set.ceased_after_s);
+        Self {
+            patient: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)) > unit_s,
+            unit_s,
+            kept_s: 2.0 * rise_s + slow_s + wait_s,
+            owed: None,
+            strewn: Strewn::default(),
+        }
+    }
+
+    /// Looks at the mission after a tick.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
+        let left = state
+            .items
+            .iter()
+            .filter(|item| !state.is_delivered(scenario, item))
+            .count();
+        self.strewn.note(state);
+        let is_covered = self.patient
+            && left > 0
+            && is_calm(state)
+            && is_covered(scenario, state)
+            && !self.strewn.is_any_off_the_ways(scenario, state);
+        if !is_covered {
+            self.owed = None;
+            return Ok(());
+        }
+        let (since, due_s) = *self.owed.get_or_insert((
+            state.now,
+            Self::due_s(self.unit_s, self.kept_s, left, useless(scenario, state)),
+        ));
+        if state.now.since(since).as_secs_f64() <= due_s {
+            return Ok(());
+        }
+        if !is_within_reach(scenario, state) {
+            // What can be reached changes as items and bodies move.
+            self.owed = None;
+            return Ok(());
+        }
+        Err(format!(
+            "{left} items are left, although all faults that heal have healed {since} into the run, and {due_s:.0} s should do"
+        ))
+    }
+
+    /// The time that a mission may take, s: five times what one robot needs for the search and the items left; and, for
+    /// each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
+    #[must_use]
+    pub fn due_s(unit_s: f64, kept_s: f64, left: usize, useless: usize) -> f64 {
+        PATIENCE * unit_s * (SEARCH_UNITS + left as f64) + 2.0 * kept_s * useless as f64
+    }
+}
+
+/// Robots that take part and cannot work.
+fn useless(scenario: &Scenario, state: &WorldState) -> usize {
+    let robots = state.robots.iter().enumerate();
+    robots
+        .filter(|&(rank, robot)| robot.takes_part && !is_sound(scenario, state, rank))
+        .count()
+}
+
+/// Whether no fault is about to begin or to heal. What waits for an event may never come.
+fn is_calm(state: &WorldState) -> bool {
+    let unsettled = |fault: &&FaultStatus| {
+        let order = &fault.order;
+        let comes = fault.phase == Phase::Armed && order.when.is_none();
+        let heals = fault.phase == Phase::InForce && order.for_s.is_some();
+        let just_came = fault.applied_ms == Some(state.now);
+        comes || heals || just_came
+    };
+    !state.faults.iter().any(|fault| unsettled(&fault))
+}

@@ -1,0 +1,691 @@
+//! Violations made by hand, each of which must be seen; and what is none.
+
+use alliance_proto::control::{FaultStatus, Phase};
+use alliance_proto::fault::Order;
+use alliance_proto::ids::{BehaviorId, ItemId, RobotId};
+use alliance_proto::log::{LogLevel, Memory, RunLog};
+use alliance_proto::scenario::{Preset, Scenario, Setup};
+use alliance_proto::telemetry::{BehaviorState, Motivation};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use world_server::world::{ComponentId, ObstacleId};
+
+use super::*;
+use crate::in_process::Team;
+
+const TOP: BehaviorId = BehaviorId(2);
+const BOTTOM: BehaviorId = BehaviorId(3);
+
+fn setup() -> Setup {
+    Setup::default_for(1)
+}
+
+/// The default mission after its first tick.
+fn beginning() -> WorldState {
+    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    team.tick().unwrap();
+    WorldState::of(team.simulation())
+}
+
+/// The same a tick later.
+fn next(state: &mut WorldState) {
+    state.tick += 1;
+    state.now = SimTime(state.tick * setup().scenario.step_ms);
+}
+
+/// Looks at a good tick, and then at one that has been changed.
+fn seen(change: impl FnOnce(&mut WorldState)) -> Result<(), Violation> {
+    let mut invariants = Invariants::new(&setup());
+    let mut state = beginning();
+    invariants.check(&state).unwrap();
+    next(&mut state);
+    change(&mut state);
+    invariants.check(&state)
+}
+
+#[track_caller]
+fn violates(invariant: Invariant, what: &str, change: impl FnOnce(&mut WorldState)) {
+    let violation = seen(change).unwrap_err();
+    assert_eq!(violation.invariant, invariant, "{violation}");
+    assert!(violation.what.contains(what), "{violation}");
+    let line = violation.to_string();
+    assert!(
+        line.starts_with(&format!("{invariant}: tick 1: ")),
+        "{line}"
+    );
+    assert_eq!(line.lines().count(), 1);
+}
+
+/// A fault in force since long.
+fn in_force(order: &str) -> FaultStatus {
+    let order: Order = serde_json::from_str(order).unwrap();
+    FaultStatus {
+        id: "f1".to_owned(),
+        order,
+        phase: Phase::InForce,
+        applied_ms: None,
+        healed_ms: None,
+        hits: 0,
+    }
+}
+
+fn set_state(world: &mut WorldState, rank: usize, set: BehaviorId, state: BehaviorState) {
+    let motivations = &mut world.robots[rank].motivations;
+    let it = motivations.iter_mut().find(|it| it.set == set).unwrap();
+    (it.state, it.motivation) = (state, 100.0);
+}
+
+#[test]
+fn a_tick_that_follows_is_well() {
+    assert_eq!(seen(|_| ()), Ok(()));
+}
+
+#[test]
+fn a_whole_mission_is_well() {
+    let mut invariants = Invariants::new(&setup());
+    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let outcome = loop {
+        let outcome = team.tick().unwrap();
+        invariants.see(team.simulation()).unwrap();
+        if let Some(outcome) = outcome {
+            break outcome;
+        }
+    };
+    let (_, recorder) = team.end(outcome).unwrap();
+    let mut log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    replayed::check(&log).unwrap();
+
+    log.run.hash = Some("0".repeat(16));
+    let error = replayed::check(&log).unwrap_err();
+    let violation = error.downcast_ref::<Violation>().unwrap();
+    assert_eq!(violation.invariant, Invariant::ReplayIdentical);
+}
+
+#[test]
+fn figures_that_a_replay_does_not_give() {
+    let team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    let (_, recorder) = team
+        .run_for(20, alliance_proto::tick::Outcome::Interrupted, |_| ())
+        .unwrap();
+    let mut log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    replayed::check(&log).unwrap();
+    log.run.result.mission.add("reports_made", 9_u32);
+    assert!(replayed::check(&log).is_err());
+}
+
+/// Found by the campaign: the replay did not begin the tick in which nobody was left, so that what fell due in it was missing.
+#[test]
+fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
+    let text = "
+        robots = [{ name = 'blue' }, { name = 'gold', absent = true }]
+        [[faults.timeline]]
+        fault.pause = 'blue'
+        at_s = 1.0
+        [[faults.timeline]]
+        fault.continue = 'gold'
+        at_s = 2.0
+    ";
+    let scenario = Scenario::parse("mission.toml", text).unwrap();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+    let (outcome, recorder) = team.run().unwrap();
+    assert_eq!(outcome, alliance_proto::tick::Outcome::NoRobotLeft);
+    let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    assert!(
+        log.run
+            .faults
+            .iter()
+            .all(|fault| fault.applied_ms.is_some())
+    );
+    replayed::check(&log).unwrap();
+}
+
+/// Found by the campaign: the kill was decided on before the successor was there, and met it at the end of the tick.
+#[test]
+fn a_robot_that_is_restarted_and_killed_in_one_tick_is_so_again() {
+    for [first, then] in [["restart", "kill"], ["kill", "restart"]] {
+        let text = format!(
+            "
+            robots = [{{ name = 'blue' }}, {{ name = 'gold' }}]
+            limit_s = 5.0
+            [[faults.timeline]]
+            fault.{first} = 'blue'
+            at_s = 1.0
+            [[faults.timeline]]
+            fault.{then} = 'blue'
+            at_s = 1.0
+        "
+        );
+        let scenario = Scenario::parse("mission.toml", &text).unwrap();
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let (_, recorder) = team.run().unwrap();
+        let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+        assert!(!log.run.unscripted, "{first}, {then}");
+        assert!(log.run.faults.iter().all(|fault| fault.hits == 1));
+        replayed::check(&log).unwrap();
+    }
+}
+
+#[test]
+fn ticks_that_are_left_out_or_do_not_end() {
+    let left_out = seen(|state| state.tick = 2).unwrap_err();
+    assert_eq!(
+        left_out.to_string(),
+        "ticks go on: tick 2: tick 1 was to come"
+    );
+    let mut invariants = Invariants::new(&setup());
+    let mut team = Team::new(setup(), LogLevel::Off, Memory::default()).unwrap();
+    team.tick().unwrap();
+    invariants.see(team.simulation()).unwrap();
+    let stuck = invariants.see(team.simulation()).unwrap_err();
+    assert_eq!(stuck.to_string(), "ticks go on: tick 1: it does not end");
+}
+
+#[test]
+fn items_that_come_go_or_are_in_two_places() {
+    let items = Invariant::ItemsAccountedFor;
+    violates(items, "23 items, but 24 to 24", |state| {
+        state.items.pop();
+    });
+    violates(items, "25 items", |state| {
+        let item = state.items[0];
+        state.items.push(item);
+    });
+    violates(
+        items,
+        "item-3 is with gold, which carries nothing",
+        |state| {
+            state.items[3].carrier = Some(RobotId(1));
+        },
+    );
+    violates(
+        items,
+        "item-3 is with gold, which carries item-4",
+        |state| {
+            state.items[3].carrier = Some(RobotId(1));
+            state.robots[1].carrying = Some(ItemId(4));
+        },
+    );
+    violates(
+        items,
+        "gold carries item-3, which is not with it",
+        |state| {
+            state.robots[1].carrying = Some(ItemId(3));
+        },
+    );
+    violates(
+        items,
+        "green carries item-3, which is not with it",
+        |state| {
+            state.items[3].carrier = Some(RobotId(1));
+            state.robots[1].carrying = Some(ItemId(3));
+            state.robots[2].carrying = Some(ItemId(3));
+        },
+    );
+    violates(items, "gold carries item-3 without a body", |state| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].carrying = Some(ItemId(3));
+        state.robots[1].present = false;
+    });
+    violates(items, "outside the border", |state| {
+        state.items[0].position.x = 12.5
+    });
+    violates(items, "outside the border", |state| {
+        state.items[0].position.y = f32::NAN
+    });
+    // One that is carried is well.
+    let carried = seen(|state| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].carrying = Some(ItemId(3));
+    });
+    assert_eq!(carried, Ok(()));
+}
+
+#[test]
+fn waste_adds_items_in_its_tick_and_not_more_than_it_says() {
+    let waste = |count: usize, applied: u64| {
+        seen(|state| {
+            let mut fault = in_force(r#"{"fault":{"waste":{"x_m":6,"y_m":2,"items":2}}}"#);
+            (fault.phase, fault.applied_ms) = (Phase::Over, Some(SimTime(applied)));
+            state.faults.push(fault);
+            let item = state.items[0];
+            state.items.extend(vec![item; count]);
+        })
+    };
+    for count in 0..=2 {
+        assert_eq!(waste(count, 50), Ok(()));
+    }
+    assert!(waste(3, 50).is_err());
+    assert!(waste(1, 0).is_err());
+}
+
+#[test]
+fn the_deposit_keeps_what_it_gets() {
+    let mut invariants = Invariants::new(&setup());
+    let mut state = beginning();
+    let before = state.items[0].position;
+    state.items[0].position = Vec2::new(9.6, 4.5);
+    invariants.check(&state).unwrap();
+    next(&mut state);
+    state.items[0].position = before;
+    let violation = invariants.check(&state).unwrap_err();
+    assert_eq!(violation.what, "item-0 has left the deposit");
+}
+
+#[test]
+fn bodies_in_the_border_in_obstacles_and_in_each_other() {
+    let solids = Invariant::NoOverlap;
+    violates(solids, "blue is", |state| {
+        state.robots[0].pose.position.x = 0.19
+    });
+    violates(solids, "in the border", |state| {
+        state.robots[0].pose.position.y = 8.9
+    });
+    violates(solids, "blue and gold overlap by", |state| {
+        let at = state.robots[0].pose.position;
+        state.robots[1].pose.position = at + Vec2::new(0.39, 0.0);
+    });
+    // Neither absent bodies nor penetrable ones are in anybody's way.
+    let absent = seen(|state| {
+        let at = state.robots[0].pose.position;
+        state.robots[1].pose.position = at;
+        state.robots[1].present = false;
+    });
+    assert_eq!(absent, Ok(()));
+}
+
+/// An obstacle whose left side is so far to the right of gold's center.
+fn obstacle(state: &WorldState, right_m: f32) -> Rectangle {
+    let min = state.robots[1].pose.position + Vec2::new(right_m, -0.5);
+    Rectangle {
+        id: ComponentId::Obstacle(ObstacleId(0)),
+        min,
+        max: min + Vec2::ONE,
+        solid: true,
+    }
+}
+
+#[test]
+fn an_obstacle_on_a_robot_can_only_be_left() {
+    let ways = |ways_m: &[f32]| {
+        let mut invariants = Invariants::new(&setup());
+        let mut state = beginning();
+        let gold = Vec2::new(6.0, 4.5);
+        state.robots[1].pose.position = gold;
+        let there = obstacle(&state, 0.1);
+        let mut found = invariants.check(&state);
+        for way_m in ways_m {
+            next(&mut state);
+            state.rectangles = vec![there];
+            state.robots[1].pose.position = gold + Vec2::new(0.1 - way_m, 0.0);
+            found = found.and_then(|()| invariants.check(&state));
+        }
+        found.map_err(|violation| violation.what)
+    };
+    assert_eq!(ways(&[0.1, 0.1, 0.15, 0.2, 0.25]), Ok(()));
+    assert!(
+        ways(&[0.1, 0.09])
+            .unwrap_err()
+            .starts_with("gold gets deeper into obstacle-0, 0.11")
+    );
+    assert!(ways(&[0.1, 0.15, 0.12]).unwrap_err().contains("deeper"));
+    assert!(
+        ways(&[0.1, 0.21, 0.19])
+            .unwrap_err()
+            .ends_with(" m in obstacle-0")
+    );
+    // From the beginning there is none on anybody.
+    assert!(
+        ways(&[0.3, 0.11])
+            .unwrap_err()
+            .ends_with(" m in obstacle-0")
+    );
+    // A patch is no obstacle.
+    let patch = seen(|state| {
+        let mut patch = obstacle(state, 0.0);
+        patch.solid = false;
+        state.rectangles.push(patch);
+    });
+    assert_eq!(patch, Ok(()));
+}
+
+#[test]
+fn distances_from_a_rectangle() {
+    let it = Rectangle {
+        id: ComponentId::Obstacle(ObstacleId(0)),
+        min: Vec2::new(1.0, 1.0),
+        max: Vec2::new(3.0, 2.0),
+        solid: true,
+    };
+    for (x, y, way_m) in [
+        (0.0, 1.5, 1.0),
+        (2.0, 4.0, 2.0),
+        (6.0, 6.0, 5.0),
+        (2.0, 1.5, -0.5),
+        (2.9, 1.5, -0.1),
+        (1.0, 1.0, 0.0),
+    ] {
+        let found = solids::distance(&it, Vec2::new(x, y));
+        assert!((found - way_m).abs() < 1e-6, "{x} {y}: {found}");
+    }
+}
+
+#[test]
+fn numbers_that_are_none_or_out_of_range() {
+    let numbers = Invariant::NumbersInRange;
+    let of_gold = |name: &str, change: fn(&mut RobotState)| {
+        violates(numbers, name, |state| change(&mut state.robots[1]));
+    };
+    of_gold("heading", |gold| gold.pose.heading_rad = f32::NAN);
+    of_gold("heading", |gold| gold.pose.heading_rad = 3.2);
+    of_gold("speed", |gold| gold.speed_m_s = f32::NAN);
+    of_gold("speed", |gold| gold.speed_m_s = -0.1);
+    of_gold("speed", |gold| gold.speed_m_s = f32::INFINITY);
+    of_gold("energy", |gold| gold.energy_j = Some(f32::NAN));
+    of_gold("motivation", |gold| {
+        gold.motivations[1].motivation = f64::NAN
+    });
+    of_gold("motivation", |gold| gold.motivations[1].motivation = 100.1);
+    of_gold("motivation", |gold| gold.motivations[1].motivation = -1e-9);
+    of_gold("impatience", |gold| {
+        gold.motivations[1].impatience = f64::INFINITY
+    });
+    // One that is nowhere is out of the room, or overlaps: whichever is seen first.
+    assert!(seen(|state| state.robots[1].pose.position.x = f32::NAN).is_err());
+}
+
+#[test]
+fn two_active_sets() {
+    violates(
+        Invariant::OneActiveBehavior,
+        "green has 2 active",
+        |state| {
+            set_state(state, 2, TOP, BehaviorState::Active);
+            set_state(state, 2, BOTTOM, BehaviorState::Active);
+        },
+    );
+}
+
+/// How many ticks gold and green may go on with a task before that is seen, under a preset, from a state that is changed.
+fn together(preset: Preset, change: impl Fn(&mut WorldState)) -> Option<u64> {
+    let scenario = Scenario {
+        alliance: alliance_proto::scenario::AllianceSection {
+            preset,
+            ..Default::default()
+        },
+        ..Scenario::default()
+    };
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let mut exclusive = Exclusive::new(&setup);
+    let mut state = beginning();
+    for ticks in 0..10_000 {
+        next(&mut state);
+        for rank in [1, 2] {
+            set_state(&mut state, rank, TOP, BehaviorState::Active);
+        }
+        change(&mut state);
+        if exclusive.check(&setup.scenario, &state).is_err() {
+            return Some(ticks);
+        }
+    }
+    None
+}
+
+#[test]
+fn two_robots_on_an_exclusive_task() {
+    // A heartbeat every second, and ψ = 240 s, at 20 ticks/s.
+    assert_eq!(together(Preset::Team, |_| ()), Some(24));
+    assert_eq!(together(Preset::Par98, |_| ()), Some(4824));
+    // Not both of them, not the same task.
+    assert_eq!(
+        together(Preset::Team, |state| set_state(
+            state,
+            1,
+            TOP,
+            BehaviorState::Waiting
+        )),
+        None
+    );
+    let other_task = |state: &mut WorldState| {
+        set_state(state, 1, TOP, BehaviorState::Hibernating);
+        set_state(state, 1, BOTTOM, BehaviorState::Active);
+    };
+    assert_eq!(together(Preset::Team, other_task), None);
+    // Now and then one lets go.
+    let in_turn = |state: &mut WorldState| {
+        if state.tick.is_multiple_of(20) {
+            set_state(state, 1, TOP, BehaviorState::Hibernating);
+        }
+    };
+    assert_eq!(together(Preset::Team, in_turn), None);
+}
+
+#[test]
+fn who_has_waited_another_out_is_left_to_psi() {
+    // ψ + τ = 245 s.
+    let waits = |ticks: u64| {
+        together(Preset::Team, move |state: &mut WorldState| {
+            if state.tick < ticks {
+                set_state(state, 1, TOP, BehaviorState::Waiting);
+            }
+        })
+    };
+    assert_eq!(waits(20), Some(19 + 24));
+    assert_eq!(waits(4910), Some(4909 + 4824));
+}
+
+#[test]
+fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
+    let hears = |order: &str| {
+        let fault = in_force(order);
+        together(Preset::Team, |state| state.faults = vec![fault.clone()])
+    };
+    for order in [
+        r#"{"fault":{"deaf":"gold"}}"#,
+        r#"{"fault":{"mute":"green"}}"#,
+        r#"{"fault":{"drop":{"from":"gold","p":0.1}}}"#,
+        r#"{"fault":{"delay":{"to":"gold","delay_s":1}}}"#,
+        r#"{"fault":{"hold":{"from":"green","to":"gold"}}}"#,
+        r#"{"fault":{"reorder":{"p":0.5}}}"#,
+        r#"{"fault":{"partition":{"groups":[["blue","gold"],["green"]]}}}"#,
+        r#"{"fault":{"range":{"range_m":0.5}}}"#,
+        r#"{"fault":{"radio":"poor-radio"}}"#,
+    ] {
+        assert_eq!(hears(order), None, "{order}");
+    }
+    for order in [
+        r#"{"fault":{"deaf":"blue"}}"#,
+        r#"{"fault":{"drop":{"from":"gold","to":"blue","p":1}}}"#,
+        r#"{"fault":{"duplicate":{"p":1}}}"#,
+        r#"{"fault":{"partition":{"groups":[["blue"],["green"]]}}}"#,
+        r#"{"fault":{"range":{"range_m":9}}}"#,
+        r#"{"fault":{"babble":"gold"}}"#,
+    ] {
+        assert_eq!(hears(order), Some(24), "{order}");
+    }
+    let heals = together(Preset::Team, |state| {
+        let mut fault = in_force(r#"{"fault":{"deaf":"gold"},"for_s":5}"#);
+        if state.tick >= 100 {
+            fault.phase = Phase::Over;
+        }
+        state.faults = vec![fault];
+    });
+    assert_eq!(heals, Some(99 + 24));
+    let silent = together(Preset::Team, |state| state.robots[1].takes_part = false);
+    assert_eq!(silent, None);
+}
+
+/// After which simulated time a mission that goes nowhere is seen, s.
+fn owed(change: impl Fn(&mut WorldState)) -> Option<u64> {
+    let setup = setup();
+    let mut termination = Termination::new(&setup);
+    let mut state = beginning();
+    for s in 0..20_000 {
+        state.now = SimTime(1000 * s);
+        change(&mut state);
+        if termination.check(&setup.scenario, &state).is_err() {
+            return Some(s);
+        }
+    }
+    None
+}
+
+#[test]
+fn a_covered_mission_that_does_not_end() {
+    let due_s = owed(|_| ()).unwrap();
+    // Five times 24 items and the search, of about 26 s each.
+    assert!((4000..4400).contains(&due_s), "{due_s}");
+    let with = |order: &str| owed(|state| state.faults = vec![in_force(order)]);
+    // Faults that leave a robot that can do everything.
+    for order in [
+        r#"{"fault":{"deaf":"gold"}}"#,
+        r#"{"fault":{"drop":{"p":0.5}}}"#,
+        r#"{"fault":{"kill":"gold"}}"#,
+        r#"{"fault":{"mute":"gold"},"when":"gold dies"}"#,
+    ] {
+        assert_eq!(with(order), Some(due_s), "{order}");
+    }
+    // One that talks and does nothing costs time.
+    assert!(with(r#"{"fault":{"power":"gold"}}"#) > Some(due_s + 400));
+    // More is to come or to heal, or somebody lies for good.
+    for order in [
+        r#"{"fault":{"mute":"gold"},"for_s":9}"#,
+        r#"{"fault":{"babble":"gold"}}"#,
+        r#"{"fault":{"sensor":{"robot":"gold","device":"position","mode":"stuck"}}}"#,
+        r#"{"fault":{"actuator":{"robot":"gold","mode":"gripper"}}}"#,
+    ] {
+        assert_eq!(with(order), None, "{order}");
+    }
+    let recurs = owed(|state| {
+        let mut fault = in_force(r#"{"fault":{"mute":"gold"},"every_s":20,"for_s":9}"#);
+        fault.phase = Phase::Armed;
+        state.faults = vec![fault];
+    });
+    assert_eq!(recurs, None);
+    let healed = owed(|state| {
+        let mut fault = in_force(r#"{"fault":{"mute":"gold"},"for_s":100}"#);
+        if state.now >= SimTime(100_000) {
+            fault.phase = Phase::Over;
+        }
+        state.faults = vec![fault];
+    });
+    assert_eq!(healed, Some(due_s + 100));
+}
+
+#[test]
+fn a_mission_that_nobody_covers_may_go_on() {
+    let nobody = |state: &mut WorldState| {
+        for robot in &mut state.robots {
+            robot.takes_part = false;
+        }
+    };
+    assert_eq!(owed(nobody), None);
+    // A dead robot holds an item.
+    let held = |state: &mut WorldState| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].takes_part = false;
+    };
+    assert_eq!(owed(held), None);
+    // All is done.
+    let done = |state: &mut WorldState| {
+        for item in &mut state.items {
+            item.position = Vec2::new(9.6, 4.5);
+        }
+    };
+    assert_eq!(owed(done), None);
+}
+
+#[test]
+fn waste_that_is_strewn_where_nobody_looks() {
+    let due_s = owed(|_| ());
+    let moved = |to: Vec2| {
+        owed(|state| {
+            if state.now > SimTime(0) {
+                state.items[3].position = to;
+            }
+        })
+    };
+    // Top is at (4, 6), the deposit at (9.6, 4.5).
+    assert_eq!(moved(Vec2::new(4.0, 6.7)), due_s);
+    assert_eq!(moved(Vec2::new(7.0, 5.4)), due_s);
+    assert_eq!(moved(Vec2::new(4.0, 7.5)), None);
+    let added = owed(|state| {
+        if state.now == SimTime(1000) {
+            let mut item = state.items[0];
+            item.position = Vec2::new(11.5, 0.5);
+            state.items.push(item);
+        }
+    });
+    assert_eq!(added, None);
+    // Whoever has carried it knows where it has fallen.
+    let carried = owed(|state| {
+        let item = &mut state.items[3];
+        item.carrier = (state.now == SimTime(1000)).then_some(RobotId(1));
+        if state.now > SimTime(1000) {
+            item.position = Vec2::new(11.5, 0.5);
+        }
+    });
+    assert!(carried.is_some());
+}
+
+#[test]
+fn a_way_that_is_blocked() {
+    let wall = |gap_m: f32| {
+        owed(|state| {
+            state.rectangles = vec![Rectangle {
+                id: ComponentId::Obstacle(ObstacleId(0)),
+                min: Vec2::new(6.5, 0.0),
+                max: Vec2::new(7.0, 9.0 - gap_m),
+                solid: true,
+            }];
+        })
+    };
+    assert!(wall(1.0).is_some());
+    assert_eq!(wall(0.5), None);
+    // A dead body in the gap.
+    let plugged = owed(|state| {
+        state.rectangles = vec![Rectangle {
+            id: ComponentId::Obstacle(ObstacleId(0)),
+            min: Vec2::new(6.5, 0.0),
+            max: Vec2::new(7.0, 8.0),
+            solid: true,
+        }];
+        state.robots[1].takes_part = false;
+        state.robots[1].pose.position = Vec2::new(6.75, 8.5);
+    });
+    assert_eq!(plugged, None);
+}
+
+#[test]
+fn patience_that_is_shorter_than_a_unit_of_work_excuses() {
+    let mut scenario = Scenario::default();
+    scenario.alliance.defaults.before_yielding_s = Some(10.0);
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let mut termination = Termination::new(&setup);
+    let mut state = beginning();
+    for s in 0..20_000 {
+        state.now = SimTime(1000 * s);
+        assert_eq!(termination.check(&setup.scenario, &state), Ok(()));
+    }
+}
+
+/// Motivations as they come from agents.
+#[test]
+fn a_scene_has_what_the_run_says() {
+    let state = beginning();
+    assert_eq!((state.tick, state.now), (0, SimTime(0)));
+    assert_eq!((state.robots.len(), state.items.len()), (3, 24));
+    let sets = |rank: usize| -> Vec<BehaviorId> {
+        let motivations: &[Motivation] = &state.robots[rank].motivations;
+        motivations.iter().map(|it| it.set).collect()
+    };
+    assert_eq!(sets(0), [0, 1, 2, 3, 4].map(BehaviorId));
+    assert_eq!(sets(1), [1, 2, 3, 4].map(BehaviorId));
+    assert!(
+        state
+            .robots
+            .iter()
+            .all(|robot| robot.present && robot.takes_part)
+    );
+}

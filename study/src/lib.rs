@@ -1,0 +1,23 @@
+//! What is made of runs: they are made again, checked, compared, drawn, counted and written for other tools.
+//!
+//! - [`in_process`]: a whole mission without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
+//!   differ; [`retrace`]: a finished run with a view of each tick.
+//! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
+//! - [`sweep`]: many runs, and what is common to them; [`random_mission`]: missions that are drawn for it; [`invariants`]: what must
+//!   hold in every run.
+//! - [`check`]: what a scenario's parameters mean, before anything runs.
+//!
+//! Logs are read by [`alliance_proto::log`]. Each subcommand of `alliance` that is about runs stands with what it does.
+
+pub mod check;
+pub mod diff;
+pub mod export;
+pub mod in_process;
+pub mod interrupted;
+pub mod invariants;
+mod palette;
+pub mod random_mission;
+pub mod replay;
+pub mod report;
+pub mod retrace;
+pub mod sweep;

@@ -1,0 +1,329 @@
+//! Random fault plans: orders of every kind of fault, for a scenario's timeline.
+
+use alliance_proto::fault::{
+    Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, MoveWaste, Order, Partition,
+    RadioQuality, RangeFault, WasteFault, When, Who,
+};
+use alliance_proto::scenario::{Obstacle, Robot, Scenario};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use world_server::faults::campaign::{random_actuator_fault, random_sensor_fault};
+
+use super::Between;
+
+/// Longest time from the moment that a fault takes effect until it heals, s.
+const LONGEST_S: f64 = 60.0;
+/// Shortest, s.
+const SHORTEST_S: f64 = 0.5;
+/// Share of faults that wait for an event.
+const BY_EVENT: f64 = 0.1;
+/// Share of faults that come again and again.
+const PERIODIC: f64 = 0.02;
+/// Share of faults that never heal, of those that time triggers once.
+const FOR_GOOD: f64 = 0.12;
+
+/// How much goes wrong.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RandomFaults {
+    /// The fewest orders.
+    pub min: u32,
+    /// The most.
+    pub max: u32,
+    /// Until then, in s of simulated time, everything has begun that time triggers, and has healed if it ever does.
+    pub until_s: f64,
+}
+
+impl RandomFaults {
+    pub(super) fn between(&self) -> Between {
+        Between {
+            min: self.min,
+            max: self.max,
+        }
+    }
+}
+
+/// Draws a fault of one kind; `None` if the mission has nobody whom it could befall.
+type Draw = fn(&mut Dice<'_>) -> Option<Fault>;
+
+/// All kinds that there are, each as likely.
+const DRAWS: [Draw; 25] = [
+    |dice| Some(Fault::Kill(dice.robot().name)),
+    |dice| Some(Fault::Terminate(dice.robot().name)),
+    |dice| Some(Fault::Pause(dice.robot().name)),
+    |dice| Some(Fault::Continue(dice.robot().name)),
+    |dice| Some(Fault::Restart(dice.robot().name)),
+    |dice| Some(Fault::Add(dice.absent_robot()?)),
+    |dice| Some(Fault::Remove(dice.robot().name)),
+    |dice| {
+        let Link { from, to } = dice.link();
+        Some(Fault::Drop(Loss {
+            from,
+            to,
+            p: dice.between(0.1, 1.0),
+            burst_s: dice.any(&[0.0, 0.5, 2.0]),
+        }))
+    },
+    |dice| {
+        let Link { from, to } = dice.link();
+        Some(Fault::Delay(Delay {
+            from,
+            to,
+            delay_s: dice.between(0.0, 3.0),
+            jitter_s: dice.any(&[0.0, 0.5, 2.0]),
+        }))
+    },
+    |dice| Some(Fault::Duplicate(dice.chance())),
+    |dice| Some(Fault::Reorder(dice.chance())),
+    |dice| Some(Fault::Hold(dice.link())),
+    |dice| dice.partition().map(Fault::Partition),
+    |dice| Some(Fault::Mute(dice.robot().name)),
+    |dice| Some(Fault::Deaf(dice.robot().name)),
+    |dice| {
+        let range_m = dice.between(1.0, 8.0) as f32;
+        Some(Fault::Range(RangeFault { range_m }))
+    },
+    |dice| Some(Fault::Radio(dice.any(&RadioQuality::ALL))),
+    |dice| {
+        let robot = dice.robot();
+        Some(random_sensor_fault(dice.rng, &robot))
+    },
+    |dice| {
+        let robot = dice.robot();
+        Some(random_actuator_fault(dice.rng, &robot))
+    },
+    |dice| Some(Fault::Power(dice.robot().name)),
+    |dice| Some(Fault::Babble(dice.robot().name)),
+    |dice| {
+        let (x_m, y_m) = dice.place();
+        Some(Fault::Obstacle(Obstacle {
+            x_m,
+            y_m,
+            width_m: dice.between(0.2, 1.5) as f32,
+            height_m: dice.between(0.2, 1.5) as f32,
+            penetrability: dice.any(&[0.0, 0.0, 0.0, 0.3, 2.0]),
+        }))
+    },
+    |dice| {
+        let (x_m, y_m) = dice.place_for_waste();
+        let items = dice.rng.random_range(1..=3);
+        Some(Fault::Waste(WasteFault { x_m, y_m, items }))
+    },
+    |dice| {
+        let (x_m, y_m) = dice.place_for_waste();
+        let item = dice.item();
+        Some(Fault::MoveWaste(MoveWaste { item, x_m, y_m }))
+    },
+    |dice| {
+        let (x_m, y_m) = dice.place();
+        Some(Fault::MoveRobot(MoveRobot {
+            robot: dice.robot().name,
+            x_m,
+            y_m,
+            heading_deg: dice.any(&[None, Some(-90.0), Some(33.0)]),
+        }))
+    },
+];
+
+/// A random timeline for that scenario, by time; what waits for an event comes last.
+#[must_use]
+pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng) -> Vec<Order> {
+    let count = faults.between().draw(rng);
+    let mut dice = Dice { rng, scenario };
+    let mut orders = Vec::new();
+    while orders.len() < count as usize {
+        let draw = dice.any(&DRAWS);
+        if let Some(fault) = draw(&mut dice) {
+            orders.push(dice.order(fault, faults.until_s));
+        }
+    }
+    orders.sort_by_key(|order| (order.at_s.is_none(), order.at()));
+    orders
+}
+
+/// The mission's draws.
+struct Dice<'a> {
+    rng: &'a mut ChaCha8Rng,
+    scenario: &'a Scenario,
+}
+
+impl Dice<'_> {
+    fn order(&mut self, fault: Fault, until_s: f64) -> Order {
+        let lasts = !fault.is_momentary();
+        let mut order = Order::now(fault);
+        if self.rng.random_bool(BY_EVENT) {
+            order.when = Some(self.event());
+            order.for_s = lasts.then(|| self.between(SHORTEST_S, LONGEST_S));
+            return order;
+        }
+        let at_s = self.between(0.0, until_s - SHORTEST_S);
+        order.at_s = Some(at_s);
+        let longest_s = LONGEST_S.min(until_s - at_s);
+        if self.rng.random_bool(PERIODIC) {
+            let every_s = self.between(20.0, 60.0);
+            order.every_s = Some(every_s);
+            order.for_s = lasts.then(|| self.between(SHORTEST_S, every_s / 2.0));
+        } else if lasts && !self.rng.random_bool(FOR_GOOD) {
+            order.for_s = Some(self.between(SHORTEST_S.min(longest_s), longest_s));
+        }
+        order
+    }
+
+    /// Something that happens sooner or later.
+    fn event(&mut self) -> When {
+        let robot = self.robot().name;
+        When {
+            robot: self.rng.random_bool(0.5).then_some(robot),
+            what: self.any(&Happening::ALL),
+            subject: None,
+        }
+    }
+
+    fn robot(&mut self) -> Robot {
+        let robots = &self.scenario.robots;
+        robots[self.rng.random_range(0..robots.len())].clone()
+    }
+
+    fn absent_robot(&mut self) -> Option<String> {
+        let absent: Vec<&Robot> = self.scenario.robots.iter().filter(|it| it.absent).collect();
+        let place = (!absent.is_empty()).then(|| self.rng.random_range(0..absent.len()));
+        place.map(|place| absent[place].name.clone())
+    }
+
+    fn link(&mut self) -> Link {
+        Link {
+            from: self.who(),
+            to: self.who(),
+        }
+    }
+
+    fn who(&mut self) -> Who {
+        let robot = self.robot().name;
+        if self.rng.random_bool(0.5) {
+            Who::All
+        } else {
+            Who::Robot(robot)
+        }
+    }
+
+    fn chance(&mut self) -> Chance {
+        let Link { from, to } = self.link();
+        let p = self.between(0.1, 1.0);
+        Chance { from, to, p }
+    }
+
+    /// Everybody in one of two groups, or in none.
+    fn partition(&mut self) -> Option<Partition> {
+        let mut groups = [Vec::new(), Vec::new(), Vec::new()];
+        for robot in &self.scenario.robots {
+            let group = self.any(&[0, 0, 1, 1, 2]);
+            groups[group].push(robot.name.clone());
+        }
+        let [one, other, _] = groups;
+        let one_way = self.rng.random_bool(0.3);
+        (!one.is_empty() && !other.is_empty()).then(|| Partition {
+            groups: vec![one, other],
+            one_way,
+        })
+    }
+
+    /// A place within the border, m.
+    fn place(&mut self) -> (f32, f32) {
+        let room = self.scenario.room;
+        let mut along = |size_m: f32| self.between(0.0, f64::from(size_m)) as f32;
+        let (x_m, y_m) = (along(room.width_m), along(room.height_m));
+        (x_m.min(room.width_m), y_m.min(room.height_m))
+    }
+
+    /// A place within the border, half of the time in a spill: there robots look for waste, m.
+    fn place_for_waste(&mut self) -> (f32, f32) {
+        let anywhere = self.place();
+        let (room, waste) = (self.scenario.room, &self.scenario.waste);
+        let spill = self.any(&waste.spills);
+        let half_m = f64::from(waste.spill_radius_m) / 2.0;
+        let mut beside = |fraction: f32, size_m: f32| {
+            let at_m = f64::from(fraction * size_m) + self.between(-half_m, half_m);
+            (at_m as f32).clamp(0.0, size_m)
+        };
+        let in_spill = (
+            beside(spill.x_fraction, room.width_m),
+            beside(spill.y_fraction, room.height_m),
+        );
+        self.any(&[anywhere, in_spill])
+    }
+
+    /// The number of an item, or of the first that there is not.
+    fn item(&mut self) -> u32 {
+        let spills = &self.scenario.waste.spills;
+        let items: u32 = spills.iter().map(|spill| spill.items).sum();
+        self.rng.random_range(0..=items)
+    }
+
+    fn any<T: Clone>(&mut self, all: &[T]) -> T {
+        all[self.rng.random_range(0..all.len())].clone()
+    }
+
+    /// To two decimals: people read them.
+    fn between(&mut self, from: f64, to: f64) -> f64 {
+        let value = if from < to {
+            self.rng.random_range(from..to)
+        } else {
+            from
+        };
+        (value * 100.0).round() / 100.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::*;
+    use alliance_proto::scenario::Setup;
+
+    fn orders(until_s: f64) -> Vec<Order> {
+        let faults = RandomFaults {
+            min: 20,
+            max: 20,
+            until_s,
+        };
+        let scenario = Scenario::default();
+        let of = |seed| timeline(&faults, &scenario, &mut ChaCha8Rng::seed_from_u64(seed));
+        (0..200).flat_map(of).collect()
+    }
+
+    #[test]
+    fn everything_has_healed_in_time_but_what_never_does() {
+        let setup = Setup::default_for(1);
+        for until_s in [1.0, 5.0, 240.0] {
+            for order in orders(until_s) {
+                order.check(&setup.scenario, &setup.catalog).unwrap();
+                let Some(at_s) = order.at_s else {
+                    assert!(order.when.is_some());
+                    assert_eq!(order.for_s.is_none(), order.fault.is_momentary());
+                    continue;
+                };
+                let ends_s = at_s + order.for_s.unwrap_or_default();
+                assert!(
+                    order.every_s.is_some() || ends_s <= until_s + 0.01,
+                    "{order:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn some_wait_some_come_again_and_some_stay() {
+        let orders = orders(240.0);
+        let share = |which: fn(&Order) -> bool| {
+            orders.iter().filter(|order| which(order)).count() as f64 / orders.len() as f64
+        };
+        let near = |share: f64, wanted: f64| assert!((share - wanted).abs() < 0.03, "{share}");
+        near(share(|it| it.when.is_some()), BY_EVENT);
+        near(share(|it| it.every_s.is_some()), PERIODIC);
+        let stays =
+            |it: &Order| it.when.is_none() && it.for_s.is_none() && !it.fault.is_momentary();
+        near(share(stays), FOR_GOOD * 20.0 / 25.0);
+    }
+}

@@ -1,0 +1,207 @@
+//! Random missions: room, team and what goes wrong, each a function of a seed.
+//!
+//! - [`room`]: obstacles with corridors between them. [`mod@team`]: robots. [`faults`]: a timeline with faults of every kind.
+//!
+//! What is drawn is written into a scenario, so that a run of it needs no more draws, and who looks for the reason of a failure
+//! can leave out what does not matter.
+
+pub mod faults;
+pub mod room;
+pub mod team;
+
+use alliance_proto::scenario::Scenario;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use serde::{Deserialize, Serialize};
+
+use faults::{RandomFaults, timeline};
+use room::obstacles;
+use team::team;
+
+/// Most obstacles and faults of a mission, and most robots.
+const MOST: u32 = 100;
+
+/// What of a mission is drawn; the rest is the scenario's.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RandomMission {
+    /// How many obstacles; fewer where the room has no place for them.
+    pub obstacles: Option<Between>,
+    /// How many robots.
+    pub robots: Option<Between>,
+    /// What goes wrong.
+    pub faults: Option<RandomFaults>,
+}
+
+/// A whole number from `min` to `max`, each as likely.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Between {
+    /// The least.
+    pub min: u32,
+    /// The most.
+    pub max: u32,
+}
+
+/// What is drawn, by its own random stream: so none shifts another's random numbers.
+#[derive(Clone, Copy)]
+enum Stream {
+    Robots = 1,
+    Obstacles = 2,
+    Faults = 3,
+}
+
+impl Between {
+    fn draw(self, rng: &mut ChaCha8Rng) -> u32 {
+        rng.random_range(self.min..=self.max)
+    }
+}
+
+impl RandomMission {
+    /// The first thing that is wrong with it: which key, what, and what would be right.
+    #[must_use]
+    pub fn mistake(&self) -> Option<(&'static str, String, String)> {
+        let faults = self.faults.as_ref().map(|faults| faults.between());
+        let counts = [
+            ("obstacles", self.obstacles, 0),
+            ("robots", self.robots, 1),
+            ("faults", faults, 0),
+        ];
+        for (key, between, least) in counts {
+            let Some(Between { min, max }) = between else {
+                continue;
+            };
+            if min < least || max < min || max > MOST {
+                let what = format!("from {min} to {max} does not fit");
+                let remedy = format!("write numbers from {least} to {MOST}, the lower one as min");
+                return Some((key, what, remedy));
+            }
+        }
+        let until_s = self.faults.as_ref().map(|faults| faults.until_s);
+        until_s
+            .filter(|until_s| !(1.0..=1e6).contains(until_s))
+            .map(|until_s| {
+                let what = format!("until_s = {until_s} is out of range");
+                (
+                    "faults",
+                    what,
+                    "it must be at least 1 and at most 1000000 s".to_owned(),
+                )
+            })
+    }
+
+    /// The scenario with what that seed gives.
+    #[must_use]
+    pub fn draw(&self, mut scenario: Scenario, seed: u64) -> Scenario {
+        let stream = |stream: Stream| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(stream as u64);
+            rng
+        };
+        if let Some(between) = self.robots {
+            let mut rng = stream(Stream::Robots);
+            let count = between.draw(&mut rng);
+            scenario.robots = team(count, self.faults.is_some(), &mut rng);
+        }
+        if let Some(between) = self.obstacles {
+            let mut rng = stream(Stream::Obstacles);
+            let count = between.draw(&mut rng);
+            scenario.obstacles = obstacles(&scenario, count, &mut rng);
+        }
+        if let Some(faults) = &self.faults {
+            let mut rng = stream(Stream::Faults);
+            scenario.faults.timeline = timeline(faults, &scenario, &mut rng);
+        }
+        scenario
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use alliance_proto::scenario::Setup;
+    use world_server::missions;
+    use world_server::world::start_poses;
+
+    use super::*;
+
+    fn mission() -> RandomMission {
+        RandomMission {
+            obstacles: Some(Between { min: 1, max: 8 }),
+            robots: Some(Between { min: 1, max: 8 }),
+            faults: Some(RandomFaults {
+                min: 0,
+                max: 12,
+                until_s: 240.0,
+            }),
+        }
+    }
+
+    #[test]
+    fn every_seed_gives_a_mission_that_can_be_run_and_they_differ() {
+        let (mut obstacles, mut robots, mut faults) =
+            (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+        let mut kinds = BTreeSet::new();
+        for seed in 0..500 {
+            let scenario = mission().draw(Scenario::default(), seed);
+            assert_eq!(scenario, mission().draw(Scenario::default(), seed));
+            start_poses(&scenario, (missions::of(&scenario).start_area)(&scenario)).unwrap();
+            obstacles.insert(scenario.obstacles.len());
+            robots.insert(scenario.robots.len());
+            faults.insert(scenario.faults.timeline.len());
+            for order in &scenario.faults.timeline {
+                kinds.insert(order.fault.name());
+            }
+            // Also by its text, which is what a failed run leaves.
+            let text = toml::to_string(&scenario).unwrap();
+            assert_eq!(Scenario::parse("mission.toml", &text).unwrap(), scenario);
+            Setup::resolve(scenario, seed, None).unwrap();
+        }
+        assert_eq!(obstacles, (1..=8).collect());
+        assert_eq!(robots, (1..=8).collect());
+        assert_eq!(faults, (0..=12).collect());
+        assert_eq!(kinds.len(), 25);
+    }
+
+    #[test]
+    fn what_is_drawn_shifts_nothing_else() {
+        let all = mission().draw(Scenario::default(), 7);
+        let alone = RandomMission {
+            obstacles: mission().obstacles,
+            ..RandomMission::default()
+        };
+        let room = alone.draw(Scenario::default(), 7);
+        assert_eq!(room.obstacles, all.obstacles);
+        assert_eq!(room.robots, Scenario::default().robots);
+        assert_ne!(all, mission().draw(Scenario::default(), 8));
+    }
+
+    #[test]
+    fn numbers_that_do_not_fit_are_named() {
+        assert_eq!(mission().mistake(), None);
+        let wrong = |change: fn(&mut RandomMission)| {
+            let mut mission = mission();
+            change(&mut mission);
+            mission.mistake().unwrap().0
+        };
+        assert_eq!(
+            wrong(|it| it.robots = Some(Between { min: 0, max: 3 })),
+            "robots"
+        );
+        assert_eq!(
+            wrong(|it| it.obstacles = Some(Between { min: 4, max: 3 })),
+            "obstacles"
+        );
+        assert_eq!(
+            wrong(|it| it.obstacles = Some(Between { min: 0, max: 101 })),
+            "obstacles"
+        );
+        for until_s in [0.0, f64::NAN, 1e9] {
+            let mut mission = mission();
+            mission.faults.as_mut().unwrap().until_s = until_s;
+            assert_eq!(mission.mistake().unwrap().0, "faults");
+        }
+    }
+}

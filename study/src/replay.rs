@@ -1,0 +1,110 @@
+//! A run again, from its log: scenario, seed and inputs give the same bytes (DESIGN §5).
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use alliance_proto::log::{LogLevel, Memory, RunLog, RunOutcome};
+use alliance_proto::tell;
+use alliance_proto::tick::Outcome;
+use anyhow::{Context, bail};
+use clap::Args;
+use world_server::missions;
+use world_server::simulation::Simulation;
+use world_server::world::start_poses;
+
+use crate::diff::{Comparison, compare};
+use crate::in_process::Team;
+
+/// Run a logged run again and compare every tick.
+#[derive(Args, Clone, Debug)]
+pub struct ReplayCommand {
+    /// Folder of the run
+    folder: PathBuf,
+    /// Write the log of the replay into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the result as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+impl ReplayCommand {
+    /// Exit status 0 when the replay is identical, 1 when it differs, 2 when the folder holds no run that can be replayed.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        match self.replay() {
+            Ok(comparison) => comparison.show(self.json),
+            Err(error) => {
+                tell!("alliance replay: {error:#}");
+                ExitCode::from(2)
+            }
+        }
+    }
+
+    fn replay(&self) -> anyhow::Result<Comparison> {
+        if let Some(out) = &self.out
+            && out.join("run.json").exists()
+        {
+            bail!(
+                "--out {}: already holds a run; name a new folder",
+                out.display()
+            );
+        }
+        let logged = RunLog::open(&self.folder)?;
+        let version = env!("CARGO_PKG_VERSION");
+        if logged.run.version != version {
+            tell!(
+                "the run was made by version {}, this is {version}",
+                logged.run.version
+            );
+        }
+        let (memory, again) = replay(&logged, logged.run.log, |_| {})?;
+        if let Some(out) = &self.out {
+            write(&memory, out)?;
+        }
+        Ok(compare(&logged, &again)?)
+    }
+}
+
+/// Runs a logged run again, for as many ticks as its log is whole, and logs it at that level. `see` looks at the run before
+/// the first tick and after each.
+///
+/// # Errors
+/// When the log has no tick that could be compared, or holds what is no input.
+pub fn replay(
+    logged: &RunLog,
+    level: LogLevel,
+    see: impl FnMut(&mut Simulation),
+) -> anyhow::Result<(Memory, RunLog)> {
+    let (ticks, outcome) = match (logged.run.outcome, logged.last) {
+        (RunOutcome::Ended(outcome), _) => (logged.run.result.ticks, outcome),
+        (RunOutcome::Running, Some(last)) => (last.tick + 1, Outcome::Interrupted),
+        (RunOutcome::Running, None) if logged.run.log == LogLevel::Off => {
+            bail!("the run did not end and was logged with --log off: there is nothing to compare")
+        }
+        (RunOutcome::Running, None) => bail!("the log has no whole tick"),
+    };
+    let setup = logged.run.setup.clone();
+    let scenario = &setup.scenario;
+    let area = (missions::of(scenario).start_area)(scenario);
+    if let Err(error) = start_poses(scenario, area) {
+        bail!("run.json: scenario.{}", error.of(scenario));
+    }
+    let team = Team::with_inputs(setup, logged.inputs()?, level, Memory::default())?;
+    let (_, recorder) = team.run_for(ticks, outcome, see)?;
+    let memory = recorder.into_sink();
+    let again = RunLog::from_memory(&memory).context("the replay's own log")?;
+    Ok((memory, again))
+}
+
+fn write(memory: &Memory, out: &Path) -> anyhow::Result<()> {
+    let at = || out.display().to_string();
+    std::fs::create_dir_all(out).with_context(at)?;
+    for (table, bytes) in &memory.tables {
+        std::fs::write(out.join(table.file_name()), bytes).with_context(at)?;
+    }
+    for (document, text) in &memory.documents {
+        std::fs::write(out.join(document.file_name()), text).with_context(at)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,446 @@
+//! The page of a report: one file that needs no other.
+
+use alliance_proto::log::{RunFile, RunOutcome};
+use alliance_proto::time::SimTime;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::failures::{Aftermath, Cause, Loss, Sign};
+use super::faults::{Fault, Phase, faults};
+use super::figures::Figure;
+use super::history::History;
+use super::metrics::Metrics;
+
+/// Figures that would make the page larger than this are left to their own files.
+const INLINE_BYTES: usize = 6 * 1024 * 1024;
+
+/// Rows of the table of faults; a lossy link hits thousands of times.
+const FAULT_ROWS: usize = 200;
+
+/// How pages of figures and tables look.
+pub const STYLE: &str = "
+body { font: 16px/1.45 sans-serif; color: #222; background: #fff; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
+h1 { font-size: 1.5rem } h2 { font-size: 1.2rem; margin-top: 2.5rem }
+table { border-collapse: collapse; margin: .8rem 0; font-size: .9rem }
+th, td { padding: .2rem .7rem; border-bottom: 1px solid #ccc; text-align: right; vertical-align: top }
+th:first-child, td:first-child, td.text, th.text { text-align: left }
+thead th { border-bottom: 2px solid #555 }
+dl { font-size: .9rem } dt { font-weight: bold; margin-top: .4rem } dd { margin-left: 1.2rem }
+figure { margin: 1.5rem 0; break-inside: avoid } figure svg { width: 100%; height: auto }
+figcaption, .note { font-size: .9rem; color: #444 }
+";
+
+/// What each figure counts, in a sentence.
+const DEFINITIONS: [(&str, &str); 12] = [
+    (
+        "makespan",
+        "Simulated time from the start to the end of the tick in which the last item was delivered; none, if the mission was \
+         not completed.",
+    ),
+    (
+        "present",
+        "Time of the ticks in which the robot's report counted: it was neither dead nor stopped.",
+    ),
+    (
+        "idle share",
+        "Part of the time present in which none of the robot's behavior sets was active; waiting is idle.",
+    ),
+    (
+        "activations per minute",
+        "How often a behavior set of the robot became active, per minute present.",
+    ),
+    (
+        "messages and bytes per second",
+        "Broadcasts that the robot published, each once however many heard it, and their payloads (encoded and sealed, without \
+         what zenoh and TCP add), per second present. Taken from run.json, so unknown for a run that was killed.",
+    ),
+    (
+        "applicable",
+        "Time in which a behavior set for the task had sensory feedback 1 in a robot that was present.",
+    ),
+    (
+        "orphan",
+        "Part of the time applicable in which nobody was productive. A robot is productive from its activation for the task to \
+         the last effect of that stint: an item delivered, a report made, a wall or an extreme of the room found. What comes \
+         after the last effect, and a stint without any, is not productive, however busy the robot looked.",
+    ),
+    (
+        "unattended",
+        "Part of the time applicable in which no behavior set for the task was active in any robot that was present.",
+    ),
+    (
+        "duplicate",
+        "Time in which behavior sets for an exclusive task were active in two or more robots that were present.",
+    ),
+    (
+        "detection latency",
+        "From the death or stop of a robot that was executing a task to the first moment at which a teammate that can do the \
+         task no longer reckoned with it: the teammate's ceased-after time (τ) since it last heard the robot claim the task has \
+         passed, or its impatience rate for the task rose to fast, or it activated the task. Only moments before the robot was \
+         back count.",
+    ),
+    (
+        "takeover latency",
+        "From the moment since which an exclusive task stood still to its activation by another robot than the one that was \
+         last on it. It stands still since that one's death or stop; if it lives, since the last effect of its stint, or since \
+         its activation if there was none. Taking up a task that was left as not applicable is no takeover.",
+    ),
+    (
+        "report lateness",
+        "How much longer than the wanted period a progress report came after the one before it, or after the start; a report \
+         in time counts as 0.",
+    ),
+];
+
+/// The page, and how many figures had no room in it.
+#[must_use]
+pub fn page(
+    run: &RunFile,
+    history: &History,
+    metrics: &Metrics,
+    figures: &[Figure],
+) -> (String, usize) {
+    let mut room = INLINE_BYTES;
+    let mut left_out = 0;
+    let mut drawings = Vec::new();
+    for figure in figures {
+        let size = figure.svg.len();
+        drawings.push(if size <= room {
+            room -= size;
+            html! { (PreEscaped(&figure.svg)) }
+        } else {
+            left_out += 1;
+            let file = format!("{}.svg", figure.name);
+            html! { p { "Too large for this page: " a href=(file) { (file) } "." } }
+        });
+    }
+    let scenario = &run.setup.scenario;
+    let title = format!("{}, seed {}", scenario.name, run.setup.seed);
+    let text = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { (title) }
+                p { (scenario.description) }
+                (overview(run, history, metrics))
+                h2 { "Robots" }
+                (robots(history, metrics))
+                h2 { "Tasks" }
+                (tasks(history, metrics))
+                h2 { "Progress reports" }
+                (reports(history, metrics))
+                h2 { "Losses of robots" }
+                (losses(history, metrics))
+                h2 { "Takeovers" }
+                (takeovers(history, metrics))
+                h2 { "Faults" }
+                (fault_table(&faults(&history.events)))
+                h2 { "Figures" }
+                @for (figure, drawing) in figures.iter().zip(&drawings) {
+                    figure id=(figure.name) {
+                        (drawing)
+                        figcaption { (figure.caption) }
+                    }
+                }
+                h2 { "What is counted" }
+                dl {
+                    @for (name, definition) in DEFINITIONS {
+                        dt { (name) }
+                        dd { (definition) }
+                    }
+                }
+            }
+        }
+    };
+    (text.into_string(), left_out)
+}
+
+fn overview(run: &RunFile, history: &History, metrics: &Metrics) -> Markup {
+    let outcome = match run.outcome {
+        RunOutcome::Ended(outcome) => outcome.as_str().to_owned(),
+        RunOutcome::Running => format!(
+            "not ended: the world was killed, or is still running; the log is whole up to {}",
+            seconds(history.end)
+        ),
+    };
+    let items = history.mission.last().map_or_else(
+        || "none in the log".to_owned(),
+        |row| {
+            let total =
+                row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered;
+            format!("{} of {total} delivered", row.items_delivered)
+        },
+    );
+    let detection = metrics.failures.iter().filter_map(|failure| {
+        let found = failure.orphan.as_ref()?.detection?;
+        Some(found.at.since(failure.at))
+    });
+    let (lost, live): (Vec<_>, Vec<_>) = metrics
+        .takeovers
+        .iter()
+        .partition(|takeover| matches!(takeover.cause, Cause::Lost(_)));
+    let latencies = |takeovers: &[&super::failures::Takeover]| {
+        summary(takeovers.iter().map(|takeover| takeover.latency()))
+    };
+    let lateness = summary(metrics.reports.iter().map(|report| report.late));
+    html! {
+        table {
+            tbody {
+                tr { td { "outcome" } td.text { (outcome) } }
+                tr { td { "makespan" } td.text {
+                    (metrics.makespan.map_or_else(|| format!("none; {} simulated", seconds(history.end)), seconds))
+                } }
+                tr { td { "items" } td.text { (items) } }
+                tr { td { "report lateness" } td.text { (lateness) } }
+                tr { td { "detection latency" } td.text { (summary(detection)) } }
+                tr { td { "takeover latency after a loss" } td.text { (latencies(&lost)) } }
+                tr { td { "takeover latency, other" } td.text { (latencies(&live)) } }
+                tr { td { "stalls or losses that nobody asked for" } td.text {
+                    @if run.unscripted { "yes" } @else { "none" }
+                } }
+                tr { td { "hash" } td.text { (run.hash.as_deref().unwrap_or("none")) } }
+            }
+        }
+    }
+}
+
+fn robots(history: &History, metrics: &Metrics) -> Markup {
+    html! {
+        table {
+            thead { tr {
+                th { "robot" } th { "present" } th { "idle share" } th { "activations" } th { "per minute" }
+                th { "messages" } th { "per second" } th { "bytes per second" }
+            } }
+            tbody {
+                @for (robot, figures) in history.robots.iter().zip(&metrics.robots) {
+                    tr {
+                        td { (robot.name) }
+                        td { (seconds(figures.present)) }
+                        td { (format!("{:.1} %", 100.0 * figures.idle_share())) }
+                        td { (figures.activations) }
+                        td { (format!("{:.2}", figures.activations_per_min())) }
+                        @if let Some(sent) = figures.sent {
+                            @let (messages, bytes) = sent.per_s(figures.present);
+                            td { (sent.messages) }
+                            td { (format!("{messages:.2}")) }
+                            td { (format!("{bytes:.1}")) }
+                        } @else {
+                            td { "unknown" } td { "unknown" } td { "unknown" }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn tasks(history: &History, metrics: &Metrics) -> Markup {
+    html! {
+        table {
+            thead { tr {
+                th { "task" } th { "applicable" } th { "orphan" } th { "unattended" } th { "duplicate" }
+            } }
+            tbody {
+                @for (task, figures) in history.catalog.tasks.iter().zip(&metrics.tasks) {
+                    tr {
+                        td { (task.name) }
+                        td { (seconds(figures.applicable.total())) }
+                        td { (seconds(figures.orphan.total())) }
+                        td { (seconds(figures.unattended.total())) }
+                        td {
+                            @match &figures.duplicate {
+                                Some(spans) => (seconds(spans.total())),
+                                None => "not exclusive",
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn reports(history: &History, metrics: &Metrics) -> Markup {
+    let period = history.setup.scenario.waste.report_period_s;
+    html! {
+        p.note {
+            "Wanted period: " (format!("{period} s")) ". "
+            @if metrics.overdue > SimTime::ZERO {
+                "When the log ended, the next report was overdue by " (seconds(metrics.overdue)) "."
+            }
+        }
+        @if metrics.reports.is_empty() { p.note { "No report was made." } } @else {
+            table {
+                thead { tr { th { "at" } th { "by" } th { "after" } th { "late" } th { "of the period" } } }
+                tbody {
+                    @for report in &metrics.reports {
+                        tr {
+                            td { (seconds(report.at)) }
+                            td { (report.by.map_or("?", |rank| name(history, rank))) }
+                            td { (seconds(report.interval)) }
+                            td { (seconds(report.late)) }
+                            td { (format!("{:.1} %", 100.0 * report.late.as_secs_f64() / period)) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn losses(history: &History, metrics: &Metrics) -> Markup {
+    if metrics.failures.is_empty() {
+        return html! { p.note { "No robot died or was stopped." } };
+    }
+    html! {
+        table {
+            thead { tr {
+                th { "at" } th.text { "robot" } th.text { "back" } th.text { "its task" } th.text { "detected after" }
+                th.text { "then" }
+            } }
+            tbody {
+                @for failure in &metrics.failures {
+                    tr {
+                        td { (seconds(failure.at)) }
+                        td.text { (name(history, failure.robot)) " " (loss(failure.loss)) }
+                        td.text { (failure.back.map_or_else(|| "never".to_owned(), seconds)) }
+                        @match &failure.orphan {
+                            None => { td.text { "none" } td.text { "" } td.text { "" } },
+                            Some(orphan) => {
+                                td.text { (history.catalog.task_name(orphan.task)) }
+                                td.text {
+                                    @match orphan.detection {
+                                        Some(found) => {
+                                            (seconds(found.at.since(failure.at))) " by " (name(history, found.by))
+                                            " (" (sign(found.sign)) ")"
+                                        },
+                                        None => "not detected",
+                                    }
+                                }
+                                td.text { (aftermath(history, failure.at, orphan.aftermath)) }
+                            },
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn takeovers(history: &History, metrics: &Metrics) -> Markup {
+    if metrics.takeovers.is_empty() {
+        return html! { p.note { "No task went from one robot to another before it was done." } };
+    }
+    html! {
+        table {
+            thead { tr {
+                th { "at" } th.text { "task" } th.text { "from" } th.text { "to" } th { "latency" } th.text { "because" }
+            } }
+            tbody {
+                @for takeover in &metrics.takeovers {
+                    tr {
+                        td { (seconds(takeover.at)) }
+                        td.text { (history.catalog.task_name(takeover.task)) }
+                        td.text { (name(history, takeover.from)) }
+                        td.text { (name(history, takeover.by)) }
+                        td { (seconds(takeover.latency())) }
+                        td.text {
+                            (name(history, takeover.from)) " "
+                            @match &takeover.cause {
+                                Cause::Lost(how) => (loss(*how)),
+                                Cause::Left(reason) => { "left: " (reason) },
+                                Cause::StillActive => "was still active",
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn fault_table(faults: &[Fault]) -> Markup {
+    if faults.is_empty() {
+        return html! { p.note { "None in the log." } };
+    }
+    let hits = faults
+        .iter()
+        .filter(|fault| fault.phase == Phase::Hit)
+        .count();
+    let named = || faults.iter().filter(|fault| fault.phase != Phase::Hit);
+    let hidden = named().count().saturating_sub(FAULT_ROWS);
+    html! {
+        @if hits > 0 { p.note { "Not listed: " (hits) " single effects, such as messages lost." } }
+        @if hidden > 0 { p.note { "Not listed: " (hidden) " more after these." } }
+        table {
+            thead { tr { th { "at" } th.text { "what" } th.text { "more" } } }
+            tbody {
+                @for fault in named().take(FAULT_ROWS) {
+                    tr {
+                        td { (seconds(fault.at)) }
+                        td.text { (fault.label) }
+                        td.text { (fault.detail) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn name(history: &History, rank: usize) -> &str {
+    &history.robots[rank].name
+}
+
+fn loss(loss: Loss) -> &'static str {
+    match loss {
+        Loss::Died => "died",
+        Loss::Stopped => "was stopped",
+    }
+}
+
+fn sign(sign: Sign) -> &'static str {
+    match sign {
+        Sign::Silence => "silence",
+        Sign::Impatience => "impatience",
+        Sign::Activation => "activation",
+    }
+}
+
+fn aftermath(history: &History, lost: SimTime, aftermath: Aftermath) -> String {
+    match aftermath {
+        Aftermath::Covered { by } => format!("{} was on it, too", name(history, by)),
+        Aftermath::TakenOver { at, by } => {
+            format!(
+                "{} took over after {}",
+                name(history, by),
+                seconds(at.since(lost))
+            )
+        }
+        Aftermath::Resumed { at } => format!("went on itself after {}", seconds(at.since(lost))),
+        Aftermath::Nobody => "nobody took over".to_owned(),
+    }
+}
+
+fn seconds(time: SimTime) -> String {
+    format!("{:.2} s", time.as_secs_f64())
+}
+
+/// Mean and largest of some times.
+fn summary(times: impl Iterator<Item = SimTime>) -> String {
+    let times: Vec<SimTime> = times.collect();
+    let Some(most) = times.iter().max() else {
+        return "none to count".to_owned();
+    };
+    let total: f64 = times.iter().map(|time| time.as_secs_f64()).sum();
+    let count = times.len();
+    format!(
+        "mean {:.2} s, longest {} (of {count})",
+        total / count as f64,
+        seconds(*most)
+    )
+}

@@ -1,0 +1,567 @@
+//! Hand-made logs and what is computed from them. Steps take half a second; times here are in seconds.
+
+use alliance_proto::ids::TaskId;
+use alliance_proto::log::{
+    EventRow, Figures, LogLevel, MessageRow, MotivationRow, RobotFigures, RunFile, RunOutcome,
+};
+use alliance_proto::scenario::{Robot, Scenario, Setup, TaskSection};
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+
+use super::failures::{Aftermath, Cause, Detection, Failure, Loss, Orphan, Sign, Takeover};
+use super::history::History;
+use super::metrics::{Metrics, ReportMade, Sent};
+use super::spans::{Span, Spans};
+use super::stints::StintEnd;
+
+const BLUE: usize = 0;
+const GOLD: usize = 1;
+const GREEN: usize = 2;
+
+const TOP: &str = "move-spill(top)";
+const BOTTOM: &str = "move-spill(bottom)";
+const REPORT: &str = "report-progress";
+
+const STEP_MS: u64 = 500;
+
+fn at(seconds: f64) -> SimTime {
+    SimTime::from_secs_f64(seconds)
+}
+
+fn spans<const N: usize>(spans: [(f64, f64); N]) -> Spans {
+    let span = |(from, to)| Span {
+        from: at(from),
+        to: at(to),
+    };
+    spans.into_iter().map(span).collect()
+}
+
+/// A log in the making.
+struct Made {
+    history: History,
+    figures: Figures,
+    outcome: RunOutcome,
+}
+
+impl Made {
+    /// The default team with τ = 5 s, and nothing in its log yet.
+    fn run(seconds: f64) -> Self {
+        Self::with(seconds, |_| {})
+    }
+
+    fn with(seconds: f64, change: impl FnOnce(&mut Scenario)) -> Self {
+        let mut scenario = Scenario {
+            step_ms: STEP_MS,
+            ..Scenario::default()
+        };
+        change(&mut scenario);
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        Self {
+            history: History::new(setup, at(seconds)),
+            figures: Figures::default(),
+            outcome: RunOutcome::Ended(Outcome::Complete),
+        }
+    }
+
+    /// The robot takes part in all ticks from one moment to the other. Both spills' tasks are applicable; the named set is
+    /// active, if any. All impatience is fast.
+    fn during(&mut self, robot: &str, from: f64, to: f64, active: Option<&str>) {
+        self.rows(robot, from, to, |row| {
+            if Some(row.behavior_set.as_str()) == active {
+                row.state = "active".to_owned();
+            }
+        });
+    }
+
+    fn rows(&mut self, robot: &str, from: f64, to: f64, change: impl Fn(&mut MotivationRow)) {
+        let rank = self.history.rank(robot).unwrap();
+        let sets: Vec<(String, f64)> = self.history.robots[rank]
+            .sets
+            .iter()
+            .map(|set| (set.name.clone(), set.params.fast_impatience))
+            .collect();
+        for t_ms in (at(from).0..at(to).0).step_by(STEP_MS as usize) {
+            for (set, fast) in &sets {
+                let mut row = MotivationRow {
+                    t_ms: SimTime(t_ms),
+                    robot: robot.to_owned(),
+                    behavior_set: set.clone(),
+                    task: String::new(),
+                    motivation: 1.0,
+                    impatience: *fast,
+                    sensory_feedback: set.starts_with("move-spill"),
+                    activity_suppression: true,
+                    impatience_reset: true,
+                    acquiescence: true,
+                    state: "hibernating".to_owned(),
+                };
+                change(&mut row);
+                self.history.add_motivation(&row).unwrap();
+            }
+        }
+    }
+
+    fn event(&mut self, seconds: f64, kind: &str, robot: &str, rest: [&str; 3]) {
+        let [subject, reason, detail] = rest.map(str::to_owned);
+        self.history.events.push(EventRow {
+            t_ms: at(seconds),
+            kind: kind.to_owned(),
+            robot: robot.to_owned(),
+            subject,
+            reason,
+            detail,
+        });
+    }
+
+    /// The receiver hears the sender say that it executes the task.
+    fn claim(&mut self, seconds: f64, receiver: &str, sender: &str, task: &str) {
+        self.message(seconds, receiver, sender, task, "executing", "heard");
+    }
+
+    fn message(
+        &mut self,
+        seconds: f64,
+        receiver: &str,
+        sender: &str,
+        task: &str,
+        state: &str,
+        fate: &str,
+    ) {
+        let row = MessageRow {
+            t_ms: at(seconds),
+            receiver: receiver.to_owned(),
+            sender: sender.to_owned(),
+            incarnation: 1,
+            seq: Some(0),
+            kind: "heartbeat".to_owned(),
+            state: state.to_owned(),
+            since_ms: None,
+            behavior_set: task.to_owned(),
+            task: task.to_owned(),
+            progress: None,
+            sent_ms: at(seconds - 0.5),
+            fate: fate.to_owned(),
+        };
+        self.history.add_message(&row).unwrap();
+    }
+
+    fn metrics(&self) -> Metrics {
+        let run = RunFile {
+            version: String::new(),
+            log: LogLevel::Full,
+            hash: None,
+            outcome: self.outcome,
+            unscripted: false,
+            faults: Vec::new(),
+            result: self.figures.clone(),
+            setup: self.history.setup.clone(),
+        };
+        Metrics::of(&self.history, &run)
+    }
+
+    fn task(&self, name: &str) -> TaskId {
+        self.history.task_named(name).unwrap()
+    }
+}
+
+/// Gold is on the upper spill from 10 s, delivers an item in the step before 20 s, and dies at 30 s. Blue takes over at 45 s,
+/// delivers before 55 s, and goes on to the end at 60 s.
+fn death() -> Made {
+    let mut made = Made::run(60.0);
+    made.during("gold", 0.0, 10.0, None);
+    made.during("gold", 10.0, 30.0, Some(TOP));
+    made.during("blue", 0.0, 45.0, None);
+    made.during("blue", 45.0, 60.0, Some(TOP));
+    made.during("green", 0.0, 60.0, None);
+    for second in 10..30 {
+        let heard = f64::from(second) + 0.5;
+        made.claim(heard, "blue", "gold", TOP);
+        // Gold's last word is lost on green.
+        let fate = if second == 29 { "lost" } else { "heard" };
+        made.message(heard, "green", "gold", TOP, "executing", fate);
+        // The other task is none of its business.
+        made.claim(heard + 0.5, "green", "blue", BOTTOM);
+    }
+    made.event(10.0, "activated", "gold", [TOP, "threshold", TOP]);
+    made.event(19.5, "delivered", "gold", ["item-1", "", ""]);
+    made.event(20.0, "progress", "gold", ["", "", TOP]);
+    made.event(30.0, "gone", "gold", ["", "", ""]);
+    made.event(45.0, "activated", "blue", [TOP, "threshold", TOP]);
+    made.event(54.5, "delivered", "blue", ["item-2", "", ""]);
+    made
+}
+
+#[test]
+fn a_death_its_detection_and_its_takeover() {
+    let made = death();
+    let metrics = made.metrics();
+    let task = made.task(TOP);
+    assert_eq!(
+        metrics.failures,
+        [Failure {
+            at: at(30.0),
+            robot: GOLD,
+            loss: Loss::Died,
+            back: None,
+            orphan: Some(Orphan {
+                task,
+                // Last heard at 28.5 s, and τ = 5 s.
+                detection: Some(Detection {
+                    at: at(33.5),
+                    by: GREEN,
+                    sign: Sign::Silence,
+                }),
+                aftermath: Aftermath::TakenOver {
+                    at: at(45.0),
+                    by: BLUE,
+                },
+            }),
+        }]
+    );
+    let takeover = Takeover {
+        at: at(45.0),
+        task,
+        from: GOLD,
+        by: BLUE,
+        stood_since: at(30.0),
+        cause: Cause::Lost(Loss::Died),
+    };
+    assert_eq!(takeover.latency(), at(15.0));
+    assert_eq!(metrics.takeovers, [takeover]);
+}
+
+#[test]
+fn a_task_is_an_orphan_unless_somebody_is_productive_on_it() {
+    let made = death();
+    let metrics = made.metrics();
+    let top = &metrics.tasks[made.task(TOP).index()];
+    assert_eq!(top.applicable, spans([(0.0, 60.0)]));
+    // Gold was productive from 10 to 20 s, blue from 45 to 55 s.
+    assert_eq!(top.orphan, spans([(0.0, 10.0), (20.0, 45.0), (55.0, 60.0)]));
+    assert_eq!(top.unattended, spans([(0.0, 10.0), (30.0, 45.0)]));
+    assert_eq!(top.duplicate, Some(Spans::default()));
+    let bottom = &metrics.tasks[made.task(BOTTOM).index()];
+    assert_eq!(bottom.orphan, spans([(0.0, 60.0)]));
+    assert_eq!(bottom.unattended, bottom.orphan);
+    // Never applicable to anybody.
+    let report = &metrics.tasks[made.task(REPORT).index()];
+    let none = Spans::default();
+    assert_eq!((&report.applicable, &report.orphan), (&none, &none));
+}
+
+#[test]
+fn stints_with_their_effects_and_ends() {
+    let stints = death().metrics().stints;
+    let facts: Vec<_> = stints
+        .iter()
+        .map(|stint| (stint.robot, stint.effects.clone(), stint.end.clone()))
+        .collect();
+    assert_eq!(
+        facts,
+        [
+            (GOLD, vec![at(20.0)], StintEnd::Absent),
+            (BLUE, vec![at(55.0)], StintEnd::Ongoing),
+        ]
+    );
+}
+
+/// Gold is stopped at 30 s, in the middle of its work, and goes on at `back`.
+fn stop(back: f64) -> Made {
+    let mut made = Made::run(60.0);
+    made.during("blue", 0.0, 60.0, None);
+    made.during("gold", 10.0, 30.0, Some(TOP));
+    made.during("gold", back, 60.0, Some(TOP));
+    made.claim(29.5, "blue", "gold", TOP);
+    made.event(30.0, "stalled", "gold", ["", "", ""]);
+    made.event(back, "back", "gold", ["", "", ""]);
+    made
+}
+
+#[test]
+fn a_stopped_robot_that_comes_back() {
+    for (back, detected) in [(40.0, Some(34.5)), (34.5, None), (33.0, None)] {
+        let metrics = stop(back).metrics();
+        let [failure] = metrics.failures.as_slice() else {
+            panic!("{:?}", metrics.failures)
+        };
+        assert_eq!(
+            (failure.loss, failure.back),
+            (Loss::Stopped, Some(at(back)))
+        );
+        let orphan = failure.orphan.as_ref().unwrap();
+        assert_eq!(orphan.aftermath, Aftermath::Resumed { at: at(back) });
+        assert_eq!(orphan.detection.map(|found| found.at), detected.map(at));
+        assert_eq!(metrics.takeovers, []);
+        assert_eq!(metrics.robots[GOLD].present, at(20.0 + 60.0 - back));
+    }
+}
+
+#[test]
+fn whoever_stands_in_for_a_stopped_robot_takes_over_and_gives_back() {
+    let mut made = Made::run(60.0);
+    made.during("blue", 10.0, 30.0, Some(TOP));
+    made.during("blue", 50.0, 60.0, Some(TOP));
+    made.during("gold", 0.0, 40.0, None);
+    made.during("gold", 40.0, 51.0, Some(TOP));
+    made.event(30.0, "stalled", "blue", ["", "", ""]);
+    made.event(50.0, "back", "blue", ["", "", ""]);
+    made.event(51.0, "waiting", "gold", [TOP, "arbitration", TOP]);
+    let metrics = made.metrics();
+    let facts: Vec<_> = metrics
+        .takeovers
+        .iter()
+        .map(|takeover| (takeover.at, takeover.by, takeover.latency()))
+        .collect();
+    assert_eq!(facts, [(at(40.0), GOLD, at(10.0))]);
+    let top = &metrics.tasks[made.task(TOP).index()];
+    assert_eq!(top.duplicate, Some(spans([(50.0, 51.0)])));
+}
+
+#[test]
+fn a_claim_that_is_withdrawn_takes_nothing_over() {
+    // Gold claims what blue has, and gives in; then blue yields to green.
+    let mut made = Made::run(60.0);
+    made.during("blue", 10.0, 40.0, Some(TOP));
+    made.during("gold", 0.0, 20.0, None);
+    made.during("gold", 20.0, 21.0, Some(TOP));
+    made.during("green", 0.0, 45.0, None);
+    made.during("green", 45.0, 60.0, Some(TOP));
+    made.event(21.0, "waiting", "gold", [TOP, "arbitration", TOP]);
+    made.event(40.0, "hibernated", "blue", [TOP, "acquiesced-psi", TOP]);
+    let takeovers = made.metrics().takeovers;
+    let facts: Vec<_> = takeovers
+        .iter()
+        .map(|takeover| (takeover.from, takeover.by, takeover.latency()))
+        .collect();
+    assert_eq!(facts, [(BLUE, GREEN, at(35.0))]);
+}
+
+#[test]
+fn whoever_is_lost_without_a_task_leaves_no_orphan() {
+    let mut made = Made::run(20.0);
+    made.during("blue", 0.0, 20.0, None);
+    made.during("gold", 0.0, 10.0, None);
+    made.event(10.0, "gone", "gold", ["", "", ""]);
+    assert_eq!(made.metrics().failures[0].orphan, None);
+}
+
+#[test]
+fn impatience_and_activation_are_signs_too() {
+    // Blue's patience ends at 32 s, before the silence is long enough.
+    let mut made = Made::run(60.0);
+    made.rows("blue", 0.0, 32.0, |row| row.impatience = 0.1);
+    made.during("blue", 32.0, 60.0, None);
+    made.during("gold", 10.0, 30.0, Some(TOP));
+    made.claim(29.5, "blue", "gold", TOP);
+    made.event(30.0, "gone", "gold", ["", "", ""]);
+    let detection = |made: &Made| {
+        let orphan = made.metrics().failures[0].orphan.clone();
+        orphan
+            .unwrap()
+            .detection
+            .map(|found| (found.at, found.sign))
+    };
+    assert_eq!(detection(&made), Some((at(32.0), Sign::Impatience)));
+
+    // Green has never heard of gold, and its turn was due anyway.
+    made.during("green", 0.0, 31.0, None);
+    made.during("green", 31.0, 60.0, Some(TOP));
+    assert_eq!(detection(&made), Some((at(31.0), Sign::Activation)));
+}
+
+#[test]
+fn a_task_that_a_teammate_shares_is_covered_and_one_that_nobody_takes_is_not() {
+    let mut made = Made::run(60.0);
+    made.during("gold", 10.0, 30.0, Some(TOP));
+    made.event(30.0, "gone", "gold", ["", "", ""]);
+    let aftermath = |made: &Made| made.metrics().failures[0].orphan.clone().unwrap().aftermath;
+    assert_eq!(aftermath(&made), Aftermath::Nobody);
+    made.during("blue", 20.0, 40.0, Some(TOP));
+    assert_eq!(aftermath(&made), Aftermath::Covered { by: BLUE });
+}
+
+/// Blue has the upper spill from 10 s, last delivers before 30 s, and leaves at 50 s for that reason; gold activates it at 52 s.
+fn handover(reason: &str) -> Made {
+    let mut made = Made::run(60.0);
+    made.during("blue", 0.0, 10.0, None);
+    made.during("blue", 10.0, 50.0, Some(TOP));
+    made.during("blue", 50.0, 60.0, None);
+    made.during("gold", 0.0, 52.0, None);
+    made.during("gold", 52.0, 60.0, Some(TOP));
+    made.event(29.5, "delivered", "blue", ["item-1", "", ""]);
+    made.event(50.0, "hibernated", "blue", [TOP, reason, TOP]);
+    made
+}
+
+#[test]
+fn a_handover_counts_from_the_latest_effect() {
+    for reason in ["acquiesced-psi", "gave-up-lambda", "reset-by gold"] {
+        let made = handover(reason);
+        assert_eq!(
+            made.metrics().takeovers,
+            [Takeover {
+                at: at(52.0),
+                task: made.task(TOP),
+                from: BLUE,
+                by: GOLD,
+                stood_since: at(30.0),
+                cause: Cause::Left(reason.to_owned()),
+            }]
+        );
+    }
+    assert_eq!(handover("not-applicable").metrics().takeovers, []);
+}
+
+/// Two robots on one task from 15 to 20 s.
+fn both(max_robots: u32) -> Made {
+    let mut made = Made::with(30.0, |scenario| {
+        let section = TaskSection {
+            max_robots,
+            ..TaskSection::default()
+        };
+        scenario.tasks.insert(TOP.to_owned(), section);
+    });
+    made.during("blue", 10.0, 20.0, Some(TOP));
+    made.during("gold", 0.0, 15.0, None);
+    made.during("gold", 15.0, 25.0, Some(TOP));
+    made.event(11.5, "delivered", "blue", ["item-1", "", ""]);
+    made.event(17.5, "delivered", "blue", ["item-2", "", ""]);
+    made.event(20.0, "hibernated", "blue", [TOP, "acquiesced-psi", TOP]);
+    made
+}
+
+#[test]
+fn two_on_an_exclusive_task_are_one_too_many() {
+    let made = both(1);
+    let metrics = made.metrics();
+    let top = &metrics.tasks[made.task(TOP).index()];
+    assert_eq!(top.duplicate, Some(spans([(15.0, 20.0)])));
+    let takeover = &metrics.takeovers[0];
+    assert_eq!(takeover.cause, Cause::StillActive);
+    // Of blue's two deliveries only the first was before gold came.
+    assert_eq!(takeover.latency(), at(3.0));
+
+    let made = both(2);
+    let metrics = made.metrics();
+    assert_eq!(metrics.tasks[made.task(TOP).index()].duplicate, None);
+    assert_eq!(metrics.takeovers, []);
+}
+
+#[test]
+fn shares_and_rates_count_the_time_in_which_a_robot_took_part() {
+    let mut made = death();
+    let figures = RobotFigures {
+        messages_sent: 60,
+        bytes_sent: 6_000,
+        ..RobotFigures::default()
+    };
+    made.figures.robots.insert("gold".to_owned(), figures);
+    let metrics = made.metrics();
+    let gold = &metrics.robots[GOLD];
+    assert_eq!((gold.present, gold.idle), (at(30.0), at(10.0)));
+    assert_eq!(gold.idle_share(), 1.0 / 3.0);
+    assert_eq!(gold.activations_per_min(), 2.0);
+    let sent = Sent {
+        messages: 60,
+        bytes: 6_000,
+    };
+    assert_eq!(gold.sent, Some(sent));
+    assert_eq!(sent.per_s(gold.present), (2.0, 200.0));
+    assert_eq!(metrics.robots[GREEN].idle_share(), 1.0);
+    assert_eq!(metrics.makespan, Some(at(60.0)));
+
+    // What a run that was killed has sent nobody has written down.
+    made.outcome = RunOutcome::Running;
+    let metrics = made.metrics();
+    assert_eq!((metrics.robots[GOLD].sent, metrics.makespan), (None, None));
+    made.outcome = RunOutcome::Ended(Outcome::TimeLimit);
+    assert_eq!(made.metrics().makespan, None);
+}
+
+#[test]
+fn lateness_of_reports() {
+    let mut made = Made::run(600.0);
+    for (seconds, robot) in [(130.0, "green"), (200.0, "gold"), (400.0, "green")] {
+        made.event(seconds, "reported", robot, ["", "", ""]);
+    }
+    let metrics = made.metrics();
+    let made = |seconds, by, interval, late| ReportMade {
+        at: at(seconds),
+        by: Some(by),
+        interval: at(interval),
+        late: at(late),
+    };
+    assert_eq!(
+        metrics.reports,
+        [
+            made(130.0, GREEN, 130.0, 10.0),
+            made(200.0, GOLD, 70.0, 0.0),
+            made(400.0, GREEN, 200.0, 80.0),
+        ]
+    );
+    // The next one was due at 520 s.
+    assert_eq!(metrics.overdue, at(80.0));
+}
+
+#[test]
+fn resets_are_those_that_took_something_away() {
+    let mut made = Made::run(10.0);
+    made.rows("blue", 0.0, 1.0, |row| row.motivation = 5.0);
+    for (from, level) in [(1.0, 0.0), (1.5, 0.0)] {
+        made.rows("blue", from, from + 0.5, |row| {
+            row.impatience_reset = false;
+            row.motivation = level;
+        });
+    }
+    let sets = &made.history.robots[BLUE].sets;
+    for set in sets {
+        assert_eq!(set.resets, [at(1.0)], "{}", set.name);
+        assert_eq!(set.levels.len(), 4);
+    }
+}
+
+#[test]
+fn a_robot_alone_and_a_run_without_a_tick() {
+    let alone = |scenario: &mut Scenario| {
+        scenario.robots = vec![Robot {
+            name: "solo".to_owned(),
+            ..Robot::default()
+        }];
+    };
+    let mut made = Made::with(60.0, alone);
+    made.during("solo", 0.0, 30.0, Some(TOP));
+    made.event(30.0, "gone", "solo", ["", "", ""]);
+    let orphan = made.metrics().failures[0].orphan.clone().unwrap();
+    assert_eq!(
+        (orphan.detection, orphan.aftermath),
+        (None, Aftermath::Nobody)
+    );
+
+    let metrics = Made::with(0.0, alone).metrics();
+    assert_eq!(metrics.robots[0].idle_share(), 0.0);
+    assert_eq!(metrics.robots[0].activations_per_min(), 0.0);
+    assert_eq!((metrics.stints.len(), metrics.overdue), (0, SimTime::ZERO));
+}
+
+#[test]
+fn rows_of_another_run_are_refused() {
+    let mut history = Made::run(10.0).history;
+    let row = MotivationRow {
+        t_ms: SimTime(0),
+        robot: "red".to_owned(),
+        behavior_set: TOP.to_owned(),
+        task: TOP.to_owned(),
+        motivation: 0.0,
+        impatience: 1.0,
+        sensory_feedback: true,
+        activity_suppression: true,
+        impatience_reset: true,
+        acquiescence: true,
+        state: "hibernating".to_owned(),
+    };
+    let error = history.add_motivation(&row).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "motivations.csv has a row about 'red', which run.json does not know"
+    );
+}

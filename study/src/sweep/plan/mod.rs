@@ -1,0 +1,180 @@
+//! The file that says what is varied.
+//!
+//! - `file`: how it is written. `factors`: what it varies.
+
+mod factors;
+mod file;
+#[cfg(test)]
+mod tests;
+
+use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
+use anyhow::{Context, bail};
+use robot_agent::allocator::Registry;
+use world_server::missions;
+use world_server::world::start_poses;
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::design::{Design, change};
+use crate::random_mission::RandomMission;
+use factors::{
+    Stated, disjoint, drawn, faults, grid, key, leaves, list, path, presets, sample, seeds,
+};
+use file::{File, Source};
+
+/// More than anybody runs; every run's row is held in memory.
+const MAX_RUNS: usize = 1_000_000;
+
+/// A sweep.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The scenario that is varied, every default filled in.
+    base: toml::Table,
+    /// Its runs.
+    pub design: Design,
+    /// What is drawn for each seed.
+    mission: RandomMission,
+    /// Whether each run is checked for what must always hold.
+    pub check: bool,
+}
+
+impl Plan {
+    /// Reads a plan. `scenario` finds one by its name or file; `file_name` is for error messages. Each value is tried on the
+    /// scenario by itself, so that what is left to fail are values that do not go together.
+    ///
+    /// # Errors
+    /// The first mistake, in one line: where, what, and what would be right.
+    pub fn parse(
+        file_name: &str,
+        text: &str,
+        scenario: impl FnOnce(&str) -> anyhow::Result<Scenario>,
+    ) -> anyhow::Result<Self> {
+        let file = TomlFile::parse(file_name, text)?;
+        let contents: File = file.to()?;
+        let place = |at: &[Step]| format!("{file_name}:{}", file.line_of(at));
+
+        let mut base = match contents.scenario {
+            None => Scenario::default(),
+            Some(Source::Named(name)) => {
+                scenario(&name).with_context(|| place(&[key("scenario")]))?
+            }
+            Some(Source::Here(scenario)) => *scenario,
+        };
+        if let Some(limit_s) = contents.limit_s {
+            base.limit_s = limit_s;
+        }
+        // By its text: so a float of 32 bits is 0.2 there, too.
+        let base: toml::Table = toml::from_str(&toml::to_string(&base)?)?;
+        let source = match contents.limit_s {
+            Some(_) => [key("limit_s")],
+            None => [key("scenario")],
+        };
+        Scenario::from_table_with(&base, &vocabulary()).with_context(|| place(&source))?;
+
+        let mut factors = Vec::new();
+        let mut stated = Vec::new();
+        let mut columns = Vec::new();
+        for leaf in leaves(&file, &[key("grid")], contents.grid, |_| false) {
+            columns.push((leaf.at.clone(), leaf.path.clone()));
+            factors.push(grid(&file, leaf, &mut stated)?);
+        }
+        factors.extend(list(&file, contents.list, &mut stated, &mut columns)?);
+        if let Some(random) = contents.random {
+            factors.extend(sample(&file, random, &mut stated, &mut columns)?);
+        }
+        if !contents.presets.is_empty() {
+            columns.push((vec![key("presets")], path("alliance.preset")));
+            factors.push(presets(&file, &contents.presets)?);
+        }
+        if !contents.faults.is_empty() {
+            columns.push((vec![key("faults")], path("faults")));
+            factors.push(faults(contents.faults, &mut stated)?);
+        }
+        factors.push(seeds(&file, contents.seeds)?);
+        let mission = contents.random_mission;
+        columns.extend(drawn(&file, &mission)?);
+        disjoint(&file, &columns)?;
+        for Stated { at, changes } in &stated {
+            let mut table = base.clone();
+            for each in changes {
+                change(&mut table, each)
+                    .map_err(anyhow::Error::msg)
+                    .with_context(|| place(at))?;
+            }
+            Scenario::from_table_with(&table, &vocabulary()).with_context(|| place(at))?;
+        }
+
+        let design = Design { factors };
+        if design.runs().is_none_or(|runs| runs > MAX_RUNS) {
+            let sizes: Vec<String> = design
+                .factors
+                .iter()
+                .map(|factor| factor.levels.len().to_string())
+                .collect();
+            bail!(
+                "{file_name}: {} runs are more than {MAX_RUNS}; take fewer values, or draw some under [random]",
+                sizes.join(" x ")
+            );
+        }
+        Ok(Self {
+            base,
+            design,
+            mission,
+            check: contents.check,
+        })
+    }
+
+    /// Tells this plan from one that would give other runs; comments and order of tables do not matter, the program's version
+    /// does.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let version = env!("CARGO_PKG_VERSION");
+        let mut whole = format!("{version}\n{}\n{:?}", self.base, self.design);
+        if self.check || self.mission != RandomMission::default() {
+            whole.push_str(&format!("\n{:?}\n{}", self.mission, self.check));
+        }
+        format!("{:016x}", xxh3_64(whole.as_bytes()))
+    }
+
+    /// The scenario that is varied, as a file.
+    #[must_use]
+    pub fn base(&self) -> String {
+        self.base.to_string()
+    }
+
+    /// The scenario of a run, every default filled in.
+    ///
+    /// # Errors
+    /// When the run's settings do not go together.
+    pub fn scenario(&self, run: usize) -> Result<toml::Table, String> {
+        let mut table = self.base.clone();
+        for level in self.design.levels(run) {
+            for each in &level.changes {
+                change(&mut table, each)?;
+            }
+        }
+        if self.mission == RandomMission::default() {
+            return Ok(table);
+        }
+        let scenario =
+            Scenario::from_table_with(&table, &vocabulary()).map_err(|error| error.to_string())?;
+        let drawn = self.mission.draw(scenario, self.design.seed(run));
+        // By its text, as the scenario itself.
+        let text = toml::to_string(&drawn).map_err(|error| error.to_string())?;
+        toml::from_str(&text).map_err(|error| error.to_string())
+    }
+}
+
+/// Everything that a run needs.
+///
+/// # Errors
+/// What is wrong with the scenario.
+pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
+    let scenario = Scenario::from_table_with(scenario, &vocabulary())?;
+    start_poses(&scenario, (missions::of(&scenario).start_area)(&scenario))?;
+    Ok(Setup::resolve(scenario, seed, None)?.setup)
+}
+
+/// What scenarios of this program may speak of.
+fn vocabulary() -> Vocabulary {
+    Registry::of_this_program().vocabulary()
+}

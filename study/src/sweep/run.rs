@@ -1,0 +1,284 @@
+//! One run, and the row that it leaves.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use alliance_proto::control::FaultStatus;
+use alliance_proto::fault::Fault;
+use alliance_proto::log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
+use alliance_proto::mission::waste::WasteFigures;
+use alliance_proto::tick::Outcome;
+use serde::{Deserialize, Serialize};
+
+use super::plan::{Plan, setup};
+use crate::in_process::Team;
+use crate::invariants::{Invariants, replayed};
+
+/// Ticks between two looks at whether it shall go on.
+const TICKS_PER_LOOK: u64 = 64;
+
+/// What is kept of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Its number.
+    pub run: usize,
+    /// What came of it.
+    pub end: End,
+}
+
+/// How a run went.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum End {
+    /// To its end.
+    Ended(Figures),
+    /// Not at all, or not to its end.
+    Failed(Failure),
+}
+
+/// Figures of a run, named as in run.json.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Of the whole run, 16 hexadecimal digits.
+    pub hash: String,
+    /// Simulated time, ms.
+    pub sim_time_ms: u64,
+    /// In the deposit.
+    pub items_delivered: u32,
+    /// All items.
+    pub items_total: u32,
+    /// Progress reports.
+    pub reports_made: u32,
+    /// Mean lateness of the reports, ms; `None` without any.
+    pub report_lateness_mean_ms: Option<f64>,
+    /// Of the latest one.
+    pub report_lateness_max_ms: Option<u64>,
+    /// Of behavior sets, by all robots.
+    pub activations: u64,
+    /// By all robots.
+    pub messages_sent: u64,
+    /// Their payloads.
+    pub bytes_sent: u64,
+    /// At all receivers.
+    pub messages_heard: u64,
+    /// At all receivers.
+    pub messages_lost: u64,
+    /// Faults that were armed, by kind.
+    pub faults: BTreeMap<String, FaultCount>,
+}
+
+/// Faults of a kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FaultCount {
+    /// That were armed.
+    pub armed: u64,
+    /// Of those, that changed something.
+    pub hit: u64,
+    /// How often all of them together.
+    pub hits: u64,
+}
+
+/// Why a run has no figures.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failure {
+    /// One line.
+    pub reason: String,
+    /// Its scenario in TOML.
+    pub scenario: String,
+}
+
+/// Does a run; `None` if it was told to stop. A panic is its own, and kept as the reason why it failed.
+pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
+    let scenario = plan.scenario(run);
+    let ended = scenario
+        .clone()
+        .map_err(anyhow::Error::msg)
+        .map(|scenario| {
+            // Nothing that the closure has touched is looked at again.
+            let ended = catch_unwind(AssertUnwindSafe(|| {
+                simulate(&scenario, plan.design.seed(run), plan.check, stops)
+            }));
+            ended.unwrap_or_else(|panic| {
+                let text = panic.downcast_ref::<String>().map(String::as_str);
+                let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+                Err(anyhow::anyhow!(
+                    "panicked: {}",
+                    text.unwrap_or("without a word")
+                ))
+            })
+        });
+    let end = match ended.and_then(|ended| ended) {
+        Ok(None) => return None,
+        Ok(Some(figures)) => End::Ended(figures),
+        Err(error) => End::Failed(Failure {
+            reason: format!("{error:#}").replace(['\n', '\r'], " "),
+            scenario: scenario.map_or_else(|_| plan.base(), |table| table.to_string()),
+        }),
+    };
+    Some(Row { run, end })
+}
+
+fn simulate(
+    scenario: &toml::Table,
+    seed: u64,
+    check: bool,
+    stops: &dyn Fn() -> bool,
+) -> anyhow::Result<Option<Figures>> {
+    let setup = setup(scenario, seed)?;
+    let mut invariants = check.then(|| Invariants::new(&setup));
+    let mut team = Team::new(setup, LogLevel::Off, Memory::default())?;
+    let outcome = loop {
+        let outcome = team.tick()?;
+        if let Some(invariants) = &mut invariants {
+            invariants.see(team.simulation())?;
+        }
+        if let Some(outcome) = outcome {
+            break outcome;
+        }
+        if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) && stops() {
+            return Ok(None);
+        }
+    };
+    let (run, recorder) = team.end(outcome)?;
+    if check {
+        replayed::check(&RunLog::from_memory(&recorder.into_sink())?)?;
+    }
+    Ok(Some(Figures::of(&run, outcome)))
+}
+
+impl Figures {
+    fn of(run: &RunFile, outcome: Outcome) -> Self {
+        debug_assert_eq!(run.outcome, RunOutcome::Ended(outcome));
+        let result = &run.result;
+        let waste = WasteFigures::of(&result.mission);
+        let robots = || result.robots.values();
+        Self {
+            outcome,
+            hash: run.hash.clone().unwrap_or_default(),
+            sim_time_ms: result.sim_time_ms.0,
+            items_delivered: waste.items.delivered,
+            items_total: waste.items.total(),
+            reports_made: waste.reports_made,
+            report_lateness_mean_ms: waste.report_lateness_mean_ms,
+            report_lateness_max_ms: waste.report_lateness_max_ms,
+            activations: robots().map(|robot| u64::from(robot.activations)).sum(),
+            messages_sent: robots().map(|robot| robot.messages_sent).sum(),
+            bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
+            messages_heard: robots().map(|robot| robot.messages_heard).sum(),
+            messages_lost: robots().map(|robot| robot.messages_lost).sum(),
+            faults: by_kind(&run.faults),
+        }
+    }
+
+    /// All faults together.
+    #[must_use]
+    pub fn all_faults(&self) -> FaultCount {
+        let mut all = FaultCount::default();
+        for of_kind in self.faults.values() {
+            all.add(of_kind);
+        }
+        all
+    }
+}
+
+impl FaultCount {
+    /// Adds those of another run or kind.
+    pub fn add(&mut self, other: &Self) {
+        self.armed += other.armed;
+        self.hit += other.hit;
+        self.hits += other.hits;
+    }
+}
+
+fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
+    let mut counts: BTreeMap<String, FaultCount> = BTreeMap::new();
+    for fault in faults {
+        counts
+            .entry(kind(&fault.order.fault))
+            .or_default()
+            .add(&FaultCount {
+                armed: 1,
+                hit: u64::from(fault.hits > 0),
+                hits: fault.hits,
+            });
+    }
+    counts
+}
+
+/// The fault's name; of sensors and actuators also how they fail.
+fn kind(fault: &Fault) -> String {
+    let mode = match fault {
+        Fault::Sensor(fault) => fault.mode.to_string(),
+        Fault::Actuator(fault) => fault.mode.to_string(),
+        _ => return fault.name().to_owned(),
+    };
+    let mode = mode.split(' ').next().unwrap_or_default();
+    format!("{} {mode}", fault.name())
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::scenario::Scenario;
+
+    use super::*;
+
+    fn plan(text: &str) -> Plan {
+        Plan::parse("plan.toml", text, |_| Ok(Scenario::default())).unwrap()
+    }
+
+    #[test]
+    fn a_run_that_panics_is_kept_with_its_words() {
+        let plan = plan("");
+        let row = attempt(&plan, 0, &|| panic!("out of {}", "luck")).unwrap();
+        let End::Failed(failure) = row.end else {
+            panic!("{row:?}")
+        };
+        assert_eq!(failure.reason, "panicked: out of luck");
+        let scenario: toml::Table = toml::from_str(&failure.scenario).unwrap();
+        assert_eq!(Ok(scenario), plan.scenario(0));
+    }
+
+    #[test]
+    fn settings_that_do_not_go_together_fail_in_one_line() {
+        let plan = plan(
+            "[scenario]\nrobots = [{ name = 'blue', start = { x_m = 4.6, y_m = 4.5 } }]\n\
+             obstacles = [{ x_m = 8.0, y_m = 4.0, width_m = 1.0, height_m = 1.0 }]\n\
+             [grid]\nbody.radius_m = [0.2, 0.5]\nobstacles.0.x_m = [8.0, 5.0]\n",
+        );
+        let row = attempt(&plan, 3, &|| true).unwrap();
+        let End::Failed(failure) = row.end else {
+            panic!("{row:?}")
+        };
+        assert_eq!(failure.reason.lines().count(), 1, "{failure:?}");
+        assert!(!failure.reason.contains("panicked"), "{failure:?}");
+    }
+
+    #[test]
+    fn a_run_that_is_told_to_stop_leaves_no_row() {
+        assert_eq!(attempt(&plan(""), 0, &|| true), None);
+    }
+
+    #[test]
+    fn figures_are_those_of_the_run() {
+        let plan = plan("limit_s = 30.0\nseeds = [7]\n");
+        let row = attempt(&plan, 0, &|| false).unwrap();
+        let End::Ended(figures) = row.end else {
+            panic!("{row:?}")
+        };
+        let setup = setup(&plan.scenario(0).unwrap(), 7).unwrap();
+        let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+        let (outcome, recorder) = team.run().unwrap();
+        assert_eq!(
+            (figures.outcome, &figures.hash),
+            (outcome, &recorder.hash())
+        );
+        assert_eq!(
+            (figures.outcome, figures.sim_time_ms),
+            (Outcome::TimeLimit, 30_000)
+        );
+        assert_eq!((figures.items_delivered, figures.items_total), (0, 24));
+        assert!(figures.messages_sent > 0 && figures.bytes_sent > figures.messages_sent);
+    }
+}

@@ -1,0 +1,204 @@
+//! Every allocator that needs no words of its own: the same bytes by processes and in one, replayed, and what ALLOCATORS.md §2 says
+//! happens when a robot dies (issue "Open: any allocator, any mission", item 4).
+
+use alliance_proto::log::{AllocationRow, EventRow, LogLevel, Memory, MotivationRow, RunLog};
+use alliance_proto::mission::Value;
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::tick::Outcome;
+use study::in_process::Team;
+
+use crate::harness::Lab;
+
+const BASELINES: [&str; 4] = ["nearest", "first-come", "random", "static"];
+
+/// Gold dies in the middle of its work, and comes back no more.
+const KILL: &str = "[[faults.timeline]]\nat = 100.0\nkill = \"gold\"\n";
+
+fn scenario(allocator: &str, rest: &str) -> Scenario {
+    let known = robot_agent::allocator::Registry::built_in().vocabulary();
+    let text = format!("allocator = \"{allocator}\"\nlimit_s = 1800.0\n{rest}");
+    Scenario::parse_with("s.toml", &text, &known).unwrap()
+}
+
+fn run(scenario: Scenario, seed: u64) -> (Outcome, RunLog) {
+    let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
+    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let (outcome, recorder) = team.run().unwrap();
+    (outcome, RunLog::from_memory(&recorder.into_sink()).unwrap())
+}
+
+/// Activations of a task after a time: when, who, why.
+fn activations(log: &RunLog, task: &str, after_ms: u64) -> Vec<(u64, String, String)> {
+    let rows = log.rows::<EventRow>().unwrap().into_iter();
+    rows.filter(|row| row.kind == "activated" && row.subject == task && row.t_ms.0 >= after_ms)
+        .map(|row| (row.t_ms.0, row.robot, row.reason))
+        .collect()
+}
+
+#[test]
+fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
+    let lab = Lab::new();
+    std::fs::write(lab.path("kill.toml"), KILL).unwrap();
+    for allocator in BASELINES {
+        let arguments = ["kill.toml", "--limit", "200", "--allocator", allocator];
+        let many = lab.mission(&format!("{allocator}-many"), &arguments);
+        let out = format!("{allocator}-one");
+        let one = lab.run(&[&["run", "--in-process", "--out", &out], &arguments[..]].concat());
+        assert_eq!(many.status.code(), one.status.code(), "{}", many.stderr);
+        assert!(
+            many.status.code().is_some_and(|code| code < 2),
+            "{}",
+            many.stderr
+        );
+        // None of them has motivations.
+        for file in [
+            "allocation.csv",
+            "events.csv",
+            "poses.csv",
+            "messages.csv",
+            "ticks.csv",
+        ] {
+            let read = |run: &str| std::fs::read(lab.path(run).join(file)).unwrap();
+            assert!(
+                read(&format!("{allocator}-many")) == read(&out),
+                "{allocator}: {file}"
+            );
+        }
+        lab.run(&["replay", &format!("{allocator}-many")]).expect(0);
+        let log = lab.log(&out);
+        assert!(log.rows::<MotivationRow>().unwrap().is_empty());
+        assert!(log.rows::<AllocationRow>().unwrap().len() > 1000);
+    }
+}
+
+/// Without faults each of them carries everything to the deposit.
+#[test]
+fn every_baseline_completes_the_mission() {
+    for allocator in ["nearest", "first-come", "static"] {
+        let (outcome, log) = run(scenario(allocator, ""), 1);
+        assert_eq!(outcome, Outcome::Complete, "{allocator}");
+        let delivered = log.run.result.mission.get("items.delivered");
+        assert_eq!(delivered, Value::Count(24), "{allocator}");
+    }
+}
+
+/// The task of the dead is anybody's once it has been silent for τ = 5 s, and nobody's before.
+#[test]
+fn first_come_takes_over_after_tau() {
+    let (outcome, log) = run(scenario("first-come", KILL), 1);
+    assert_eq!(outcome, Outcome::Complete);
+    let rows = log.rows::<EventRow>().unwrap();
+    let last = rows
+        .iter()
+        .rfind(|row| row.kind == "activated" && row.robot == "gold")
+        .unwrap();
+    let heard: Vec<u64> = log
+        .each_row::<alliance_proto::log::MessageRow>()
+        .map(|row| row.unwrap())
+        .filter(|row| row.sender == "gold" && row.fate == "heard" && row.state == "executing")
+        .map(|row| row.t_ms.0)
+        .collect();
+    let silent_since = heard.iter().max().unwrap();
+    let next = activations(&log, &last.subject, 100_000);
+    let (when, who, why) = next.first().unwrap();
+    assert!(
+        *when >= silent_since + 5000,
+        "{who} took it at {when} ms, last heard at {silent_since}"
+    );
+    assert_ne!(who, "gold");
+    assert_eq!(why, "claimed");
+}
+
+/// What was given to the dead stays undone.
+#[test]
+fn static_never_takes_over() {
+    let (outcome, log) = run(scenario("static", KILL), 1);
+    assert_eq!(outcome, Outcome::TimeLimit);
+    let gold: Vec<String> = log
+        .rows::<EventRow>()
+        .unwrap()
+        .into_iter()
+        .filter(|row| row.kind == "activated" && row.robot == "gold" && row.t_ms.0 <= 100_000)
+        .map(|row| row.subject)
+        .collect();
+    assert!(!gold.is_empty());
+    for task in gold {
+        assert_eq!(activations(&log, &task, 100_001), [], "{task}");
+    }
+}
+
+/// Allocators differ within a team, and `--allocator` beats what the file says of each robot.
+#[test]
+fn a_mixed_team_and_the_command_line() {
+    let lab = Lab::new();
+    let mixed = "[[robots]]\nname = \"blue\"\nside_sensor = true\n\
+                 [[robots]]\nname = \"gold\"\nallocator = \"nearest\"\n";
+    std::fs::write(lab.path("mixed.toml"), mixed).unwrap();
+    lab.mission("mixed", &["mixed.toml", "--limit", "60"])
+        .expect(1);
+    let log = lab.log("mixed");
+    let weighed = log.rows::<AllocationRow>().unwrap();
+    assert!(!weighed.is_empty() && weighed.iter().all(|row| row.robot == "gold"));
+    let motivated = log.rows::<MotivationRow>().unwrap();
+    assert!(!motivated.is_empty() && motivated.iter().all(|row| row.robot == "blue"));
+
+    lab.mission(
+        "all",
+        &["mixed.toml", "--limit", "60", "--allocator", "static"],
+    )
+    .expect(1);
+    assert!(lab.log("all").rows::<MotivationRow>().unwrap().is_empty());
+}
+
+#[test]
+fn bad_input_is_one_line_with_its_place() {
+    let lab = Lab::new();
+    let cases = [
+        (
+            "allocator = \"nearst\"\n",
+            "s.toml:1: allocator: there is no allocator 'nearst'",
+        ),
+        (
+            "\n[allocators.random]\nredraws = 1.0\n",
+            "s.toml:3: allocators.random.redraws: random has no such parameter",
+        ),
+        (
+            "[allocators.nearest]\nredraw_s = 1.0\n",
+            "that is a parameter of random, not of nearest",
+        ),
+        (
+            "[allocators.random]\nredraw_s = -1.0\n",
+            "-1.0 is out of range",
+        ),
+    ];
+    for (text, wanted) in cases {
+        std::fs::write(lab.path("s.toml"), text).unwrap();
+        let refused = lab.mission("none", &["s.toml"]).expect(2);
+        assert!(refused.stderr.contains(wanted), "{}", refused.stderr);
+        assert_eq!(
+            refused.stderr.trim_end().lines().count(),
+            1,
+            "{}",
+            refused.stderr
+        );
+        assert!(!lab.path("none").exists());
+    }
+    let refused = lab.mission("none", &["--allocator", "telepathy"]).expect(2);
+    assert!(
+        refused.stderr.contains("there is no allocator 'telepathy'"),
+        "{}",
+        refused.stderr
+    );
+}
+
+#[test]
+fn allocators_are_listed_with_their_parameters() {
+    let lab = Lab::new();
+    let all = lab.run(&["allocators"]).expect(0).stdout;
+    for name in BASELINES.iter().chain(&["alliance"]) {
+        assert!(all.lines().any(|line| line.starts_with(name)), "{all}");
+    }
+    let random = lab.run(&["allocators", "random"]).expect(0).stdout;
+    assert!(random.contains("redraw_s = 30 s"), "{random}");
+    lab.run(&["allocators", "telepathy"]).expect(2);
+}

@@ -1,0 +1,183 @@
+//! A mission of somebody else: places to be touched once. It shows what the world's side of one takes.
+
+use alliance_proto::mission::Bytes;
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::{Robot, Start};
+use alliance_proto::view::{Mark, MarkOutline, MarkRole};
+use serde::{Deserialize, Serialize};
+
+use super::*;
+use crate::world::World;
+
+const BLUE: RobotId = RobotId(0);
+
+const REACH_M: f32 = 0.3;
+
+static VISIT: MissionKind = MissionKind {
+    name: "visit",
+    columns: &["visited", "left"],
+    verbs: &[("visits", "visited")],
+    start_area: |scenario| [Vec2::ZERO, Vec2::new(0.6, scenario.room.height_m)],
+    new: |_, floor| {
+        Box::new(Typed(Visit {
+            places: vec![Vec2::new(3.0, 2.0), Vec2::new(5.0, 2.0)],
+            visited: vec![false; 2],
+            visits: vec![0; floor.robot_count()],
+        }))
+    },
+};
+
+/// The state is which places have been visited: where they are never changes.
+#[derive(Clone, Serialize)]
+struct Visit {
+    #[serde(skip)]
+    places: Vec<Vec2>,
+    visited: Vec<bool>,
+    #[serde(skip)]
+    visits: Vec<u32>,
+}
+
+/// The nearest place that is not visited yet.
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Near {
+    place: Option<(u32, Vec2)>,
+}
+
+#[derive(Serialize, Deserialize)]
+enum Touch {
+    Place(u32),
+}
+
+impl TypedMission for Visit {
+    type Sensed = Near;
+    type Deed = Touch;
+
+    fn act(
+        &mut self,
+        robot: RobotId,
+        Touch::Place(place): Touch,
+        floor: &mut Floor,
+        happened: &mut Happened,
+    ) {
+        let index = place as usize;
+        let Some(at) = self.places.get(index) else {
+            return;
+        };
+        if at.distance(floor.pose(robot).position) <= REACH_M && !self.visited[index] {
+            self.visited[index] = true;
+            self.visits[robot.index()] += 1;
+            happened.tell("visited", Some(robot)).subject = format!("place-{place}");
+            // Whoever was told of it is told of another one.
+            floor.changed_near(*at, floor.size().length());
+        }
+    }
+
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (Near, Validity) {
+        let position = floor.pose(robot).position;
+        let places = (0..).zip(&self.places).zip(&self.visited);
+        let open = places.filter(|(_, visited)| !**visited);
+        let open = open.map(|((place, at), _)| (place, *at - position));
+        let place = open.min_by(|a, b| a.1.length().total_cmp(&b.1.length()));
+        (Near { place }, Validity::UntilChange)
+    }
+
+    fn end(&self, _now: SimTime) -> Option<Outcome> {
+        let all = self.visited.iter().all(|visited| *visited);
+        all.then_some(Outcome::Complete)
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        let visited = self.visited.iter().filter(|visited| **visited).count() as u64;
+        row.extend([visited, self.places.len() as u64 - visited].map(Value::from));
+    }
+
+    fn figures(&self, figures: &mut TeamFigures) {
+        for (figures, visits) in figures.robots.iter_mut().zip(&self.visits) {
+            figures.add("visits", *visits);
+        }
+    }
+
+    fn show(&self, _floor: &Floor, view: &mut View) {
+        for (id, (center, visited)) in self.places.iter().zip(&self.visited).enumerate() {
+            view.mark(Mark {
+                id: format!("place-{id}"),
+                outline: MarkOutline::Disc {
+                    center: *center,
+                    radius_m: REACH_M,
+                },
+                role: MarkRole::Target,
+                share: Some(f32::from(u8::from(*visited))),
+                label: String::new(),
+            });
+        }
+    }
+}
+
+fn world() -> World {
+    let mut setup = Setup::default_for(1);
+    setup.scenario.robots = vec![Robot {
+        name: "blue".to_owned(),
+        start: Some(Start {
+            x_m: 1.0,
+            y_m: 2.0,
+            heading_deg: 0.0,
+        }),
+        ..Robot::default()
+    }];
+    World::new(&setup, &VISIT)
+}
+
+fn sensed(world: &World) -> Near {
+    match world.readings(BLUE).mission {
+        Sensed::Open(bytes) => bytes.decode().unwrap(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn touch(place: u32) -> Actuation {
+    Actuation {
+        speed_m_s: 0.5,
+        deed: Deed::Open(Bytes::encode(&Touch::Place(place)).unwrap()),
+        ..Actuation::default()
+    }
+}
+
+#[test]
+fn both_places_are_visited_and_the_mission_ends() {
+    let mut world = world();
+    assert_eq!(sensed(&world).place, Some((0, Vec2::new(2.0, 0.0))));
+    let start = world.mission().state();
+    let mut told = Vec::new();
+    while world.mission().end(world.now()).is_none() {
+        assert!(world.now() < SimTime(20_000));
+        let (place, _) = sensed(&world).place.unwrap();
+        let events = world.step(&[Some(touch(place))]);
+        let events = events.iter();
+        told.extend(events.map(|event| format!("{} {}", event.kind, event.subject)));
+    }
+    assert_eq!(told, ["visited place-0", "visited place-1"]);
+    assert_eq!(sensed(&world), Near::default());
+    assert_ne!(world.mission().state(), start);
+    let mut row = Vec::new();
+    world.mission().row(&mut row);
+    assert_eq!(row, [Value::Count(2), Value::Count(0)]);
+    let mut figures = TeamFigures::new(1);
+    world.mission().figures(&mut figures);
+    assert_eq!(figures.robots[0].count("visits"), 2);
+    let mut view = View::default();
+    world.mission().show(&world, &mut view);
+    assert_eq!(view.marks[1].share, Some(1.0));
+}
+
+#[test]
+fn what_is_no_deed_of_it_does_nothing() {
+    let mut world = world();
+    let foreign = Deed::Waste(Default::default());
+    for deed in [Deed::Open(Bytes::encode(&9_u32).unwrap()), foreign] {
+        let actuation = Actuation {
+            deed,
+            ..Actuation::default()
+        };
+        assert_eq!(world.step(&[Some(actuation)]), []);
+    }
+}

@@ -1,0 +1,196 @@
+//! A mission with types of its own, which cross the bus as bytes.
+
+use alliance_proto::codec;
+use alliance_proto::fault::Fault;
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::mission::{Bytes, Deed, Sensed};
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::{Happened, TeamFigures, Validity, Value, WorldMission};
+use crate::world::{ChangeError, Floor};
+
+/// Room for the encoding of a mission's state in a step that does not allocate, bytes.
+const STATE_ROOM: usize = 1024;
+
+/// A [`WorldMission`] in types of its own: see there what each method is for. [`Typed`] makes it one. It is serialized for its
+/// hash, so that it skips what never changes, and nothing else.
+pub trait TypedMission: Serialize + Clone + Send + 'static {
+    /// What its devices tell: [`SENSED_MAX`](alliance_proto::mission::SENSED_MAX) bytes on the bus at most.
+    type Sensed: Serialize + DeserializeOwned + Default;
+
+    /// What a robot does beside driving: [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the bus at most.
+    type Deed: DeserializeOwned;
+
+    /// See [`WorldMission::begin`].
+    fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
+
+    /// See [`WorldMission::act`]. What an agent sends that is no deed is none.
+    fn act(&mut self, robot: RobotId, deed: Self::Deed, floor: &mut Floor, happened: &mut Happened);
+
+    /// See [`WorldMission::settle`].
+    fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
+
+    /// What its devices tell a robot now.
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (Self::Sensed, Validity);
+
+    /// See [`WorldMission::lose`].
+    fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
+
+    /// See [`WorldMission::change`].
+    fn change(
+        &mut self,
+        _fault: &Fault,
+        _floor: &mut Floor,
+    ) -> Option<Result<String, ChangeError>> {
+        None
+    }
+
+    /// Makes a device tell what it tells in `from`.
+    fn copy_device(&self, _device: &str, _from: &Self::Sensed, _to: &mut Self::Sensed) {}
+
+    /// See [`WorldMission::mislead`].
+    fn mislead(
+        &self,
+        _device: &str,
+        _sensed: &mut Self::Sensed,
+        _error_m: &mut dyn FnMut() -> f32,
+    ) {
+    }
+
+    /// See [`WorldMission::end`].
+    fn end(&self, now: SimTime) -> Option<Outcome>;
+
+    /// See [`WorldMission::load`].
+    fn load(&self, _robot: RobotId) -> Option<ItemId> {
+        None
+    }
+
+    /// See [`WorldMission::row`].
+    fn row(&self, row: &mut Vec<Value>);
+
+    /// See [`WorldMission::figures`].
+    fn figures(&self, _figures: &mut TeamFigures) {}
+
+    /// See [`WorldMission::show`].
+    fn show(&self, _floor: &Floor, _view: &mut View) {}
+
+    /// See [`WorldMission::holds`].
+    ///
+    /// # Errors
+    /// What does not hold, in one line.
+    fn holds(&self, _floor: &Floor) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// A [`TypedMission`] as the world takes it.
+#[derive(Clone, Debug)]
+pub struct Typed<M>(pub M);
+
+impl<M: TypedMission> Typed<M> {
+    fn decoded(sensed: &Sensed) -> M::Sensed {
+        match sensed {
+            Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
+            _ => M::Sensed::default(),
+        }
+    }
+
+    /// # Panics
+    /// If it is larger than it may be.
+    fn encoded(sensed: &M::Sensed) -> Sensed {
+        match Bytes::encode(sensed) {
+            Ok(bytes) => Sensed::Open(bytes),
+            Err(error) => panic!("what a mission's devices tell: {error}"),
+        }
+    }
+}
+
+impl<M: TypedMission> WorldMission for Typed<M> {
+    fn begin(&mut self, floor: &mut Floor, happened: &mut Happened) {
+        self.0.begin(floor, happened);
+    }
+
+    fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened) {
+        if let Deed::Open(bytes) = deed
+            && let Ok(deed) = bytes.decode()
+        {
+            self.0.act(robot, deed, floor, happened);
+        }
+    }
+
+    fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {
+        self.0.settle(floor, happened);
+    }
+
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
+        let (told, validity) = self.0.sense(robot, floor);
+        *sensed = Self::encoded(&told);
+        validity
+    }
+
+    fn lose(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut Happened) {
+        self.0.lose(robot, floor, happened);
+    }
+
+    fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
+        self.0.change(fault, floor)
+    }
+
+    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+        let mut told = Self::decoded(to);
+        self.0.copy_device(device, &Self::decoded(from), &mut told);
+        *to = Self::encoded(&told);
+    }
+
+    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+        let mut told = Self::decoded(sensed);
+        self.0.mislead(device, &mut told, error_m);
+        *sensed = Self::encoded(&told);
+    }
+
+    fn end(&self, now: SimTime) -> Option<Outcome> {
+        self.0.end(now)
+    }
+
+    fn load(&self, robot: RobotId) -> Option<ItemId> {
+        self.0.load(robot)
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        self.0.row(row);
+    }
+
+    fn state(&self) -> u64 {
+        let encoded = "a mission's state can be encoded";
+        let mut place = [0; STATE_ROOM];
+        // Plain data of known length, and the destination is memory.
+        let length = codec::encode_to_slice(&self.0, &mut place).expect(encoded);
+        if let Some(state) = place.get(..length) {
+            return xxh3_64(state);
+        }
+        let mut room = vec![0; length];
+        codec::encode_to_slice(&self.0, &mut room).expect(encoded);
+        xxh3_64(&room)
+    }
+
+    fn figures(&self, figures: &mut TeamFigures) {
+        self.0.figures(figures);
+    }
+
+    fn show(&self, floor: &Floor, view: &mut View) {
+        self.0.show(floor, view);
+    }
+
+    fn holds(&self, floor: &Floor) -> Result<(), String> {
+        self.0.holds(floor)
+    }
+
+    fn boxed(&self) -> Box<dyn WorldMission> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,101 @@
+//! Adds up the figures of run.json.
+
+use std::iter;
+use std::sync::Arc;
+
+use alliance_proto::control::FaultStatus;
+use alliance_proto::log::{Figures, Input, RobotFigures};
+use alliance_proto::mission::{MissionFigures, TeamFigures};
+use alliance_proto::scenario::{Roster, Setup};
+use alliance_proto::telemetry::BehaviorState;
+use alliance_proto::time::SimTime;
+
+use super::answers::Answer;
+use super::record::TickRecord;
+
+/// What a run that ends knows of itself and its log does not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ending {
+    /// Whether a stall or loss that the scenario did not ask for changed it.
+    pub unscripted: bool,
+    /// Its faults, with how often each has hit, in the order in which they were armed.
+    pub faults: Vec<FaultStatus>,
+    /// The mission's figures.
+    pub figures: TeamFigures,
+}
+
+/// Adds up the figures of a run.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    figures: Figures,
+    /// By rank.
+    robots: Vec<RobotFigures>,
+    roster: Arc<Roster>,
+    step: SimTime,
+}
+
+impl Tally {
+    pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        Self {
+            figures: Figures::default(),
+            robots: vec![RobotFigures::default(); scenario.robots.len()],
+            roster: Arc::clone(&setup.roster),
+            step: SimTime(scenario.step_ms),
+        }
+    }
+
+    pub fn add(&mut self, record: &TickRecord<'_>) {
+        self.figures.ticks += 1;
+        self.figures.sim_time_ms = record.now + self.step;
+        for input in record.inputs {
+            if let Input::Join { robot, .. } = input
+                && let Some(robot) = self.roster.robot_named(robot)
+            {
+                self.robots[robot.index()].lives += 1;
+            }
+        }
+        for (figures, answer) in self.robots.iter_mut().zip(record.answers) {
+            if answer.counts {
+                count(figures, answer);
+            }
+        }
+    }
+
+    /// The figures so far, with those of the mission.
+    pub fn figures(&self, of_mission: TeamFigures) -> Figures {
+        let TeamFigures { mission, robots } = of_mission;
+        let of_mission = robots
+            .into_iter()
+            .chain(iter::repeat_with(MissionFigures::default));
+        let robots = self.roster.names().zip(&self.robots).zip(of_mission);
+        let robots = robots.map(|((name, robot), mission)| {
+            let figures = RobotFigures {
+                mission,
+                ..robot.clone()
+            };
+            (name.to_owned(), figures)
+        });
+        Figures {
+            mission,
+            robots: robots.collect(),
+            ..self.figures.clone()
+        }
+    }
+}
+
+fn count(figures: &mut RobotFigures, answer: &Answer) {
+    let (report, deliveries) = (&answer.report, answer.deliveries);
+    figures.ticks_counted += 1;
+    figures.messages_sent += u64::from(report.broadcasts);
+    figures.bytes_sent += u64::from(report.broadcast_bytes);
+    figures.messages_heard += u64::from(deliveries.heard + deliveries.delayed);
+    figures.messages_delayed += u64::from(deliveries.delayed);
+    figures.messages_lost += u64::from(deliveries.lost);
+    figures.messages_duplicate += u64::from(deliveries.duplicate);
+    let activated = report
+        .changes
+        .iter()
+        .filter(|change| change.to == BehaviorState::Active);
+    figures.activations += activated.count() as u32;
+}
