@@ -7,6 +7,8 @@ use alliance_proto::{tell, terminal};
 use clap::Args;
 use robot_agent::allocator::Registry;
 
+use crate::parameters::blocks;
+
 /// List the allocators, or the parameters of one.
 #[derive(Args, Clone, Debug)]
 pub struct AllocatorsCommand {
@@ -52,16 +54,6 @@ fn description(spec: &AllocatorSpec) -> String {
     } else {
         text += &format!("\n[allocators.{}]\n", spec.name);
     }
-    for parameter in &spec.parameters {
-        let unit = format!(" {}", parameter.unit);
-        text += &format!(
-            "{} = {}{}\n    {}; {}\n",
-            parameter.key,
-            parameter.default,
-            unit.trim_end(),
-            parameter.about,
-            parameter.range
-        );
-    }
+    text += &blocks(&spec.parameters);
     text
 }

@@ -25,6 +25,7 @@ mod fault;
 mod missions_command;
 pub mod observer;
 pub mod page;
+mod parameters;
 pub mod run;
 mod runtime;
 pub mod scenarios;

@@ -1,12 +1,13 @@
-//! `alliance missions`: lists the missions, or the parameters of one.
+//! `alliance missions`: what there is to do for a team, and the parameters of one mission.
 
-use std::fmt::Write;
 use std::process::ExitCode;
 
 use alliance_proto::mission::data::Mission;
-use alliance_proto::scenario::Vocabulary;
 use alliance_proto::{tell, terminal};
 use clap::Args;
+use robot_agent::allocator::Registry;
+
+use crate::parameters::blocks;
 
 /// List the missions, or the parameters of one.
 #[derive(Args, Clone, Debug)]
@@ -19,7 +20,7 @@ impl MissionsCommand {
     /// Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let missions = Vocabulary::default().missions;
+        let missions = Registry::of_this_program().vocabulary().missions;
         let Some(name) = &self.name else {
             let lines = missions
                 .iter()
@@ -27,11 +28,13 @@ impl MissionsCommand {
             return say(lines.collect::<String>());
         };
         if let Some(mission) = missions.iter().find(|mission| mission.name() == name) {
-            return say(parameters(*mission));
+            return say(description(*mission));
         }
-        let known: Vec<&str> = missions.iter().map(|mission| mission.name()).collect();
-        let known = known.join(", ");
-        tell!("alliance missions: no mission '{name}'; there are {known}");
+        let names: Vec<&str> = missions.iter().map(|mission| mission.name()).collect();
+        tell!(
+            "alliance missions: there is no mission '{name}'; there are {}",
+            names.join(", ")
+        );
         ExitCode::from(2)
     }
 }
@@ -40,21 +43,13 @@ fn say(text: String) -> ExitCode {
     terminal::answer("alliance missions", text, ExitCode::SUCCESS)
 }
 
-/// A line for each parameter: key, unit, default, meaning, range.
-fn parameters(mission: Mission) -> String {
-    let mut text = format!("[{}] {}\n", mission.name(), mission.about());
-    let all = mission.parameters();
-    let width = all.iter().map(|it| it.key.len()).max().unwrap_or_default();
-    for parameter in all {
-        let (key, unit, default) = (parameter.key, parameter.unit, parameter.default.to_string());
-        let (about, range) = (parameter.about, parameter.range);
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "  {key:<width$}  {unit:<2}  {default:<21}  {about}; {range}"
-        );
-    }
-    text
+/// What there is to do, and a block for each parameter.
+fn description(mission: Mission) -> String {
+    let (name, about) = (mission.name(), mission.about());
+    format!(
+        "{name}: {about}\n\n[{name}]\n{}",
+        blocks(&mission.parameters())
+    )
 }
 
 #[cfg(test)]
@@ -62,15 +57,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_parameter_has_a_line_with_its_unit_and_default() {
-        for mission in Vocabulary::default().missions {
-            let text = parameters(mission);
+    fn every_parameter_is_described_with_its_default() {
+        for mission in Registry::built_in().vocabulary().missions {
+            let text = description(mission);
             for parameter in mission.parameters() {
-                let mut lines = text.lines();
-                let line = lines.find(|line| line.trim_start().starts_with(parameter.key));
-                let line = line.unwrap();
-                assert!(line.contains(&parameter.default.to_string()), "{line}");
-                assert!(line.contains(parameter.about), "{line}");
+                let line = format!("\n{} = {}", parameter.key, parameter.default);
+                assert!(text.contains(&line), "{line}");
+                assert!(text.contains(parameter.about), "{line}");
             }
         }
     }
