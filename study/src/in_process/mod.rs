@@ -150,11 +150,14 @@ impl<S: Sink> Team<S> {
             self.obey(input);
         }
         while self.simulation.outcome().is_none() && !self.simulation.is_complete() {
+            self.feed(&mut timed);
             self.simulation.begin();
             let mut idle = true;
             loop {
+                // An act may have waited for a moment before it was asked for.
+                let mut is_fed = self.feed(&mut timed);
                 let next = self.simulation.next_act();
-                let is_fed = self.feed(&mut timed);
+                is_fed |= self.feed(&mut timed);
                 if let Some((robot, act)) = next {
                     self.act(robot, act, &outside);
                 }
