@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use alliance_proto::scenario::AllocatorSpec;
+use alliance_proto::{tell, terminal};
 use clap::Args;
 use robot_agent::allocator::Registry;
 
@@ -21,22 +22,25 @@ impl AllocatorsCommand {
     pub fn run(&self) -> ExitCode {
         let specs = Registry::of_this_program().vocabulary().allocators;
         let Some(name) = &self.name else {
-            for spec in &specs {
-                println!("{:<12} {}", spec.name, spec.about);
-            }
-            return ExitCode::SUCCESS;
+            let lines = specs
+                .iter()
+                .map(|spec| format!("{:<12} {}\n", spec.name, spec.about));
+            return say(lines.collect::<String>());
         };
         if let Some(spec) = specs.iter().find(|spec| spec.name == name) {
-            print!("{}", description(spec));
-            return ExitCode::SUCCESS;
+            return say(description(spec));
         }
         let names: Vec<&str> = specs.iter().map(|spec| spec.name).collect();
-        eprintln!(
+        tell!(
             "alliance allocators: there is no allocator '{name}'; there are {}",
             names.join(", ")
         );
         ExitCode::from(2)
     }
+}
+
+fn say(text: String) -> ExitCode {
+    terminal::answer("alliance allocators", text, ExitCode::SUCCESS)
 }
 
 /// What it does, and a block for each parameter.

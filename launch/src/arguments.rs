@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use clap::Parser;
 use clap::error::ErrorKind;
 
@@ -16,7 +17,7 @@ pub fn parse<C: Parser>() -> Result<C, ExitCode> {
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
         _ => {
-            eprintln!("alliance: {}; try --help", one_line(&error.to_string()));
+            tell!("alliance: {}; try --help", one_line(&error.to_string()));
             ExitCode::from(2)
         }
     })

@@ -1,6 +1,5 @@
 //! A client of the control topic of a live run, for every command that asks the world something.
 
-use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -8,6 +7,7 @@ use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::control::{ControlCommand, Reply, Request};
 use alliance_proto::rendezvous::{self, Rendezvous};
 use alliance_proto::secret::random;
+use alliance_proto::{tell, terminal};
 use anyhow::{anyhow, bail};
 use clap::Args;
 use serde::Serialize;
@@ -46,7 +46,7 @@ impl ControlArgs {
         words: impl FnOnce(&Reply) -> String,
     ) -> ExitCode {
         let failed = |error: anyhow::Error, status| {
-            eprintln!("alliance {part}: {error:#}");
+            tell!("alliance {part}: {error:#}");
             ExitCode::from(status)
         };
         let live = match rendezvous::live() {
@@ -67,11 +67,14 @@ impl ControlArgs {
             Ok(answered) => answered,
             Err(error) => return failed(error, 3),
         };
-        if self.json {
-            print(&reply);
+        if self.json
+            && let Err(error) = print(&reply)
+        {
+            tell!("alliance {part}: {error:#}");
+            return ExitCode::from(3);
         }
         if let Reply::Refused(why) = &reply {
-            eprintln!("alliance {part}: {why}");
+            tell!("alliance {part}: {why}");
             return ExitCode::from(2);
         }
         if !self.json {
@@ -82,7 +85,7 @@ impl ControlArgs {
             } else {
                 String::new()
             };
-            eprintln!("{words}{whose}");
+            tell!("{words}{whose}");
         }
         ExitCode::SUCCESS
     }
@@ -157,11 +160,13 @@ pub async fn query(observer: &Observer, command: ControlCommand) -> anyhow::Resu
     }
 }
 
-/// Prints JSON on stdout. Who closes the pipe has read enough.
-pub fn print(json: &impl Serialize) {
-    let mut stdout = std::io::stdout().lock();
-    let _ = serde_json::to_writer_pretty(&mut stdout, json);
-    let _ = writeln!(stdout);
+/// Prints JSON on stdout.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn print(json: &impl Serialize) -> anyhow::Result<()> {
+    let text = serde_json::to_string_pretty(json)?;
+    Ok(terminal::print(format_args!("{text}\n"))?)
 }
 
 /// What is said of a reply to some other question.

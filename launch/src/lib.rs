@@ -6,9 +6,12 @@
 //! - What is made of runs is [`study`]'s.
 //! - [`scenarios`]: the built-in ones.
 
-use std::io::Write;
+// They panic where nothing can be written; `alliance_proto::terminal` does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use clap::{Parser, Subcommand};
 pub use robot_agent::allocator::Registry;
 use robot_agent::args::AgentArgs;
@@ -28,6 +31,8 @@ mod runtime;
 pub mod scenarios;
 mod scenarios_command;
 mod status;
+#[cfg(test)]
+mod tampered;
 
 /// Studies fault-tolerant robot teams: a world, one process per robot, ALLIANCE, and faults that repeat exactly.
 #[derive(Parser)]
@@ -92,10 +97,9 @@ pub fn main(registry: Registry) -> ExitCode {
     alliance_proto::session::prepare_process();
     // Before anything else: a child whose launcher has died meanwhile shall not begin.
     if let Err(error) = run::children::die_with_launcher() {
-        eprintln!("alliance: {error:#}");
+        tell!("alliance: {error:#}");
         return ExitCode::from(3);
     }
-    end_when_nobody_reads();
     log_to_stderr();
     let command: AllianceCli = match arguments::parse() {
         Ok(command) => command,
@@ -120,21 +124,4 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Allocators(command) => command.run(),
         Part::Missions(command) => command.run(),
     }
-}
-
-/// Who closes the pipe has read enough: a closed or full stdout or stderr is no crash. The standard library knows no other way
-/// to say so than a panic of `println!`.
-fn end_when_nobody_reads() {
-    let report = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let said = panic.payload().downcast_ref::<String>();
-        match said.and_then(|said| said.strip_prefix("failed printing to ")) {
-            Some(why) if why.contains("Broken pipe") => std::process::exit(0),
-            Some(why) => {
-                let _ = writeln!(std::io::stderr(), "alliance: cannot write to {why}");
-                std::process::exit(3);
-            }
-            None => report(panic),
-        }
-    }));
 }

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use alliance_proto::mission::data::Mission;
+use alliance_proto::{tell, terminal};
 use clap::Args;
 use robot_agent::allocator::Registry;
 
@@ -21,22 +22,25 @@ impl MissionsCommand {
     pub fn run(&self) -> ExitCode {
         let missions = Registry::of_this_program().vocabulary().missions;
         let Some(name) = &self.name else {
-            for mission in missions {
-                println!("{:<12} {}", mission.name(), mission.about());
-            }
-            return ExitCode::SUCCESS;
+            let lines = missions
+                .iter()
+                .map(|mission| format!("{:<12} {}\n", mission.name(), mission.about()));
+            return say(lines.collect::<String>());
         };
         if let Some(mission) = missions.iter().find(|mission| mission.name() == name) {
-            print!("{}", description(*mission));
-            return ExitCode::SUCCESS;
+            return say(description(*mission));
         }
         let names: Vec<&str> = missions.iter().map(|mission| mission.name()).collect();
-        eprintln!(
+        tell!(
             "alliance missions: there is no mission '{name}'; there are {}",
             names.join(", ")
         );
         ExitCode::from(2)
     }
+}
+
+fn say(text: String) -> ExitCode {
+    terminal::answer("alliance missions", text, ExitCode::SUCCESS)
 }
 
 /// What there is to do, and a block for each parameter.

@@ -1,8 +1,10 @@
 //! `alliance scenarios`: lists the built-in scenarios, or prints the file of one.
 
+use std::fmt::Display;
 use std::process::ExitCode;
 
 use alliance_proto::scenario::Scenario;
+use alliance_proto::{tell, terminal};
 use clap::Args;
 
 use world_server::args::{FAMILY, SizeArgs};
@@ -27,14 +29,10 @@ impl ScenariosCommand {
             Ok(None) => self.list_or_print(),
             Ok(Some(sized)) => {
                 // Its keys are strings and the destination is memory, so nothing is left to fail.
-                print!(
-                    "{}",
-                    toml::to_string(&sized).expect("a scenario can be written")
-                );
-                ExitCode::SUCCESS
+                say(toml::to_string(&sized).expect("a scenario can be written"))
             }
             Err(error) => {
-                eprintln!("alliance scenarios: {error:#}");
+                tell!("alliance scenarios: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -42,22 +40,25 @@ impl ScenariosCommand {
 
     fn list_or_print(&self) -> ExitCode {
         let Some(name) = &self.name else {
-            for scenario in builtins() {
+            let lines = builtins().iter().map(|scenario| {
                 let description = Scenario::parse(&scenario.file_name(), scenario.text)
                     .map_or_else(|error| error.to_string(), |parsed| parsed.description);
-                println!("{:<24} {description}", scenario.name);
-            }
-            return ExitCode::SUCCESS;
+                format!("{:<24} {description}\n", scenario.name)
+            });
+            return say(lines.collect::<String>());
         };
         if let Some(scenario) = builtin(name) {
-            print!("{}", scenario.text);
-            return ExitCode::SUCCESS;
+            return say(scenario.text);
         }
         let known: Vec<&str> = builtins().iter().map(|scenario| scenario.name).collect();
-        eprintln!(
+        tell!(
             "alliance scenarios: no built-in scenario '{name}'; there are {}",
             known.join(", ")
         );
         ExitCode::from(2)
     }
+}
+
+fn say(text: impl Display) -> ExitCode {
+    terminal::answer("alliance scenarios", text, ExitCode::SUCCESS)
 }

@@ -11,6 +11,7 @@
 //! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
+//! - [`terminal`]: what a command says to whoever started it.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
 pub mod allocation;
@@ -36,6 +37,7 @@ pub mod secret;
 pub mod session;
 pub mod team;
 pub mod telemetry;
+pub mod terminal;
 pub mod tick;
 pub mod time;
 pub mod view;

@@ -12,12 +12,14 @@ use rand_chacha::rand_core::SeedableRng;
 mod requests;
 #[path = "../../fuzz/round_trip.rs"]
 mod round_trip;
+#[path = "../../fuzz/setups.rs"]
+mod setups;
 
 /// Damaged copies of each message.
 const DAMAGED: usize = 2000;
 
 /// Messages of a fuzz target by file name: type, hyphen, what it is. For `decode` those of a real mission, and by hand such as
-/// it has none of; for `control` the examples of docs/CONTROL.md.
+/// it has none of; for `control` the examples of docs/CONTROL.md; for `setup` small ones.
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
     let mut files: Vec<_> = std::fs::read_dir(folder.join(target))
@@ -114,6 +116,11 @@ fn every_message_of_the_corpus_is_one_of_its_type() {
             assert_eq!(requests::command_of(&text), Some(expected), "{name}");
         }
     }
+    for (name, text) in corpus("setup") {
+        if let Some((expected, _)) = name.split_once('-') {
+            assert_eq!(setups::kind_of(&text), Some(expected), "{name}");
+        }
+    }
 }
 
 #[test]
@@ -127,5 +134,12 @@ fn damaged_messages_are_refused_or_stand() {
 fn damaged_requests_are_refused_or_stand() {
     damage("control", &[flip, insert, repeat, misspell], |text| {
         let _ = requests::command_of(text);
+    });
+}
+
+#[test]
+fn damaged_setups_and_scenarios_are_refused_or_stand() {
+    damage("setup", &[flip, insert, misspell], |text| {
+        let _ = setups::kind_of(text);
     });
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use alliance_proto::keys::is_name;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
+use alliance_proto::tell;
 use clap::Args;
 use tokio::time::{Instant, sleep};
 
@@ -79,7 +80,7 @@ impl AgentArgs {
     }
 
     fn fail(&self, why: &str) -> ExitCode {
-        eprintln!("robot-agent {}: {why}", self.robot);
+        tell!("robot-agent {}: {why}", self.robot);
         ExitCode::from(3)
     }
 }
@@ -91,6 +92,8 @@ pub fn log_to_stderr() {
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        // A line that cannot be written is no reason to write another one, and less to panic.
+        .log_internal_errors(false)
         // A log file wants no colors.
         .with_ansi(std::io::stderr().is_terminal())
         .init();

@@ -11,6 +11,9 @@
 //!
 //! The shell: [`process`] puts an agent on the bus, [`args`] is its command line.
 
+// They panic where nothing can be written; `alliance_proto::terminal` does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod agent;
 pub mod allocator;
 pub mod allocators;

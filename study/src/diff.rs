@@ -10,6 +10,7 @@ use alliance_proto::log::{
     Input, InputLine, LogLevel, ReadError, RunFile, RunLog, Section, Table, TickRow, WORLD,
 };
 use alliance_proto::time::SimTime;
+use alliance_proto::{tell, terminal};
 use clap::Args;
 use csv::StringRecord;
 use serde::Serialize;
@@ -37,7 +38,7 @@ impl DiffCommand {
         match compared {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
-                eprintln!("alliance diff: {error}");
+                tell!("alliance diff: {error}");
                 ExitCode::from(2)
             }
         }
@@ -84,16 +85,17 @@ impl Comparison {
     /// Tells people on stderr, or programs on stdout; the exit status.
     #[must_use]
     pub fn show(&self, json: bool) -> ExitCode {
-        if json {
-            // Plain data with string keys, so nothing is left to fail.
-            println!("{}", serde_json::to_string(self).unwrap_or_default());
-        } else {
-            eprintln!("{self}");
-        }
-        match self {
+        let status = match self {
             Self::Identical { .. } => ExitCode::SUCCESS,
             Self::Differs(_) => ExitCode::from(1),
+        };
+        if json {
+            // Plain data with string keys, so nothing is left to fail.
+            let text = serde_json::to_string(self).unwrap_or_default();
+            return terminal::answer("alliance", format_args!("{text}\n"), status);
         }
+        tell!("{self}");
+        status
     }
 }
 
@@ -281,8 +283,8 @@ fn in_words(input: &Input) -> String {
         Input::Lost {
             receiver, sender, ..
         } => format!("{receiver} lost a message of {sender}"),
-        Input::Order { order } => format!("'{}' was ordered", order.fault),
-        Input::Clear { ids } => format!("{} cleared", ids.join(", ")),
+        Input::Order { order, .. } => format!("'{}' was ordered", order.fault),
+        Input::Clear { ids, .. } => format!("{} cleared", ids.join(", ")),
         Input::Failed { robot, .. } => format!("an order to the process of {robot} failed"),
     }
 }
@@ -462,6 +464,7 @@ mod tests {
                     id: Some("f1".to_owned()),
                     ..Order::now(Fault::Mute("gold".to_owned()))
                 },
+                moment: None,
             },
         };
         let (calm, broken) = (run(1, |_| {}, None), run(1, |_| {}, Some(order)));

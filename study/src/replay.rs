@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use alliance_proto::log::{LogLevel, Memory, RunLog, RunOutcome};
+use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
+use world_server::missions;
 use world_server::simulation::Simulation;
+use world_server::world::start_poses;
 
 use crate::diff::{Comparison, compare};
 use crate::in_process::Team;
@@ -32,7 +35,7 @@ impl ReplayCommand {
         match self.replay() {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
-                eprintln!("alliance replay: {error:#}");
+                tell!("alliance replay: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -50,7 +53,7 @@ impl ReplayCommand {
         let logged = RunLog::open(&self.folder)?;
         let version = env!("CARGO_PKG_VERSION");
         if logged.run.version != version {
-            eprintln!(
+            tell!(
                 "the run was made by version {}, this is {version}",
                 logged.run.version
             );
@@ -82,6 +85,11 @@ pub fn replay(
         (RunOutcome::Running, None) => bail!("the log has no whole tick"),
     };
     let setup = logged.run.setup.clone();
+    let scenario = &setup.scenario;
+    let area = (missions::of(scenario).start_area)(scenario);
+    if let Err(error) = start_poses(scenario, area) {
+        bail!("run.json: scenario.{}", error.of(scenario));
+    }
     let team = Team::with_inputs(setup, logged.inputs()?, level, Memory::default())?;
     let (_, recorder) = team.run_for(ticks, outcome, see)?;
     let memory = recorder.into_sink();

@@ -75,6 +75,15 @@ impl<'l> Team<'l> {
         let _ = kill(Pid::from_raw(self.pid(name) as i32), signal);
     }
 
+    /// Sends a signal to whatever process is that robot now, if any is.
+    pub fn try_signal_latest(&self, name: &str, signal: Signal) {
+        let option = format!("--robot {name} ");
+        let is_it = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(&option));
+        for pid in self.launcher.children().into_iter().filter(is_it) {
+            let _ = kill(Pid::from_raw(pid as i32), signal);
+        }
+    }
+
     /// Whether the run has not ended yet.
     pub fn is_running(&mut self) -> bool {
         self.launcher.is_running()

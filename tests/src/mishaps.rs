@@ -2,7 +2,8 @@
 //! orders faults.
 //!
 //! All by a seed, and as processes would do it: a death before or after the report of a tick, a report that comes too late,
-//! a broadcast that never arrives, an order at any moment of a tick.
+//! a broadcast that never arrives, an order or a signal by hand at any moment of a tick, also while something is being done to a
+//! process, which may fail.
 
 use alliance_proto::fault::Order;
 use alliance_proto::ids::{Incarnation, RobotId};
@@ -31,7 +32,8 @@ pub struct Rates {
     pub stall: f64,
     /// That a robot that is dead or silent comes back in a tick.
     pub back: f64,
-    /// That an operator orders or clears something at one of the moments of a tick.
+    /// That an operator orders or clears something at one of the moments of a tick, that somebody kills a process there, and ten
+    /// times that: that what a fault asks of a process fails.
     pub order: f64,
 }
 
@@ -136,6 +138,7 @@ impl Team {
 
     /// An operator may say something now. What does not fit is refused, as it would be by the world.
     fn operate(&mut self) {
+        self.strike();
         if !self.chance.random_bool(self.rates.order) {
             return;
         }
@@ -150,9 +153,37 @@ impl Team {
         let _ = self.simulation.order(order);
     }
 
-    /// Does to a process what a fault asks for.
+    /// Somebody may kill a process now, whatever is going on.
+    fn strike(&mut self) {
+        if !self.chance.random_bool(self.rates.order) {
+            return;
+        }
+        let robot = RobotId(self.chance.random_range(0..self.members.len()) as u16);
+        let spared = !self.can_spare(robot);
+        let member = &mut self.members[robot.index()];
+        if !spared && !matches!(member.state, State::Dead) {
+            member.state = State::Dead;
+            self.simulation.gone(robot, member.incarnation);
+        }
+    }
+
+    /// Does to a process what a fault asks for, or fails at it.
     fn act(&mut self, robot: RobotId, act: ProcessAct) {
+        let is_dead = matches!(self.members[robot.index()].state, State::Dead);
+        let fails = self.chance.random_bool((10.0 * self.rates.order).min(1.0));
         match act {
+            ProcessAct::Start if fails => {
+                let name = self.simulation.setup().scenario.robots[robot.index()]
+                    .name
+                    .clone();
+                if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
+                    self.simulation.gone(robot, incarnation);
+                }
+            }
+            ProcessAct::Stop | ProcessAct::Continue if fails || is_dead => {
+                let why = "it does not obey the signal".to_owned();
+                self.simulation.act_done(robot, act, Err(why));
+            }
             ProcessAct::Start => {
                 let name = self.simulation.setup().scenario.robots[robot.index()]
                     .name
@@ -196,6 +227,9 @@ impl Team {
 
     fn ask(&mut self, robot: RobotId) {
         let member = &mut self.members[robot.index()];
+        if matches!(member.state, State::Dead) {
+            return;
+        }
         let message = self.simulation.message(robot);
         let mut space = Workspace::default();
         member.radio.collect(&message.manifest, &mut space.arrived);

@@ -1,6 +1,8 @@
 //! Command line of a world, the same for `world-server`, `alliance world` and, but for the run's id, `alliance run`.
 
-use std::io::IsTerminal;
+use std::fs::{create_dir, create_dir_all};
+use std::io::{ErrorKind, IsTerminal};
+use std::iter::once;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
@@ -8,8 +10,9 @@ use std::time::{Duration, SystemTime};
 use alliance_proto::keys::is_name;
 use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{
-    MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder, Vocabulary,
+    MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder, Vocabulary, text_of,
 };
+use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -138,13 +141,15 @@ impl MissionArgs {
             )?),
         };
         let resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
-        let name = &resolved.setup.scenario.name;
         let scenario = &resolved.setup.scenario;
         let area = (missions::of(scenario).start_area)(scenario);
-        start_poses(scenario, area).with_context(|| format!("scenario '{name}'"))?;
+        if let Err(error) = start_poses(scenario, area) {
+            let asked = self.scenario.as_deref().unwrap_or(&scenario.name);
+            bail!("{asked}: {}", error.of(scenario));
+        }
         if !resolved.skipped.is_empty() {
             let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
-            eprintln!(
+            tell!(
                 "skipped, for the scenario has no such robot or behavior set: {}",
                 skipped.join(", ")
             );
@@ -185,12 +190,19 @@ impl SizeArgs {
 }
 
 impl RunArgs {
-    /// Folder of the run's log: the one asked for, or a new one below `runs/`.
+    /// Folder of the run's log: the one asked for, or a new one below `runs/`, which is made here, so that no other run that
+    /// begins at this moment takes it.
     ///
     /// # Errors
-    /// When the folder asked for already holds a run.
+    /// When the folder asked for already holds a run, or cannot be named to other processes; when none can be made.
     pub fn folder(&self, setup: &Setup) -> anyhow::Result<PathBuf> {
         if let Some(folder) = &self.out {
+            if folder.to_str().is_none() {
+                bail!(
+                    "--out {}: its name is no UTF-8; name another folder",
+                    folder.display()
+                );
+            }
             if folder.join("run.json").exists() {
                 bail!(
                     "--out {}: already holds a run; name a new folder",
@@ -203,19 +215,13 @@ impl RunArgs {
         #[allow(clippy::disallowed_methods)]
         let time = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
         let time = time.replace([':', '-'], "").replace('T', "-");
-        let base = format!(
-            "runs/{}-seed{}-{}",
+        let name = format!(
+            "{}-seed{}-{}",
             setup.scenario.name,
             setup.seed,
             time.trim_end_matches('Z')
         );
-        let mut folder = PathBuf::from(&base);
-        let mut number = 1;
-        while folder.exists() {
-            number += 1;
-            folder = PathBuf::from(format!("{base}-{number}"));
-        }
-        Ok(folder)
+        new_folder(Path::new("runs"), &name)
     }
 
     /// The pace that was asked for, or else one that eyes can follow where the clock is held at first.
@@ -255,7 +261,7 @@ impl WorldArgs {
         let (folder, setup) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                eprintln!("world: {error:#}");
+                tell!("world: {error:#}");
                 return ExitCode::from(2);
             }
         };
@@ -263,7 +269,7 @@ impl WorldArgs {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
             Err(error) => {
-                eprintln!("world: {error:#}");
+                tell!("world: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -308,6 +314,23 @@ impl WorldArgs {
     }
 }
 
+/// Makes a folder that nobody else has, by that name, or with -2, -3, … behind it.
+fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
+    create_dir_all(parent).with_context(|| format!("cannot make {}", parent.display()))?;
+    let later = (2..).map(|number| format!("{name}-{number}"));
+    for name in once(name.to_owned()).chain(later) {
+        let folder = parent.join(name);
+        match create_dir(&folder) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            made => {
+                made.with_context(|| format!("cannot make {}", folder.display()))?;
+                return Ok(folder);
+            }
+        }
+    }
+    bail!("{}: no name is left", parent.display())
+}
+
 /// The built-in scenario of that name, or the one in that file.
 ///
 /// # Errors
@@ -322,7 +345,8 @@ pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
             "'{asked}' is neither a built-in scenario nor a file; `alliance scenarios` lists the built-in ones"
         );
     }
-    let text = std::fs::read_to_string(path).with_context(|| asked.to_owned())?;
+    let bytes = std::fs::read(path).with_context(|| asked.to_owned())?;
+    let text = text_of(asked, bytes)?;
     Ok(Scenario::parse_with(asked, &text, &known.vocabulary)?)
 }
 
@@ -339,6 +363,8 @@ pub fn log_to_stderr() {
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        // A line that cannot be written is no reason to write another one, and less to panic.
+        .log_internal_errors(false)
         // A log file wants no colors.
         .with_ansi(std::io::stderr().is_terminal())
         .init();
@@ -396,5 +422,44 @@ fn run_id(text: &str) -> Result<String, String> {
         Ok(text.to_owned())
     } else {
         Err("use letters, digits, '-' and '_', at most 32".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread::scope;
+
+    use super::*;
+
+    #[test]
+    fn who_begins_at_the_same_moment_gets_a_folder_of_its_own() {
+        let runs = tempfile::tempdir().unwrap();
+        let parent = runs.path().join("runs");
+        let mut made: Vec<PathBuf> = scope(|scope| {
+            let all: Vec<_> = (0..8)
+                .map(|_| scope.spawn(|| new_folder(&parent, "a").unwrap()))
+                .collect();
+            all.into_iter().map(|one| one.join().unwrap()).collect()
+        });
+        made.sort();
+        let names = ["a", "a-2", "a-3", "a-4", "a-5", "a-6", "a-7", "a-8"];
+        assert_eq!(made, names.map(|name| parent.join(name)));
+    }
+
+    #[test]
+    fn a_file_that_is_no_utf_8_is_answered_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        std::fs::write(&path, b"step_ms = 50\nname = \"\xff\"\n").unwrap();
+        let asked = path.to_str().unwrap();
+        let known = Known {
+            builtin: |_| None,
+            vocabulary: Vocabulary::default(),
+        };
+        let error = read_scenario(asked, &known).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            format!("{asked}:2: these bytes are no UTF-8 text; save the file as UTF-8")
+        );
     }
 }

@@ -92,6 +92,8 @@ pub struct Barrier {
     /// Whom the scenario starts in the current tick, which waits for them.
     expected: BTreeSet<RobotId>,
     inputs: Vec<Input>,
+    /// What moment of the tick it is, but while reports are gathered.
+    moment: Option<u32>,
     /// Who died before the current tick was asked for.
     dead: Vec<RobotId>,
 }
@@ -111,6 +113,7 @@ impl Barrier {
             to_ask: VecDeque::new(),
             expected: BTreeSet::new(),
             inputs: Vec::new(),
+            moment: None,
             dead: Vec::new(),
         }
     }
@@ -198,7 +201,7 @@ impl Barrier {
             place.late = false;
             place.presence = Presence::Entering { again: false };
             if self.expected.remove(&robot) {
-                place.enter(true, &mut self.inputs);
+                place.enter(true, None, &mut self.inputs);
             }
             self.enter_if_idle();
         }
@@ -214,8 +217,14 @@ impl Barrier {
         }
     }
 
-    /// The liveliness token of an incarnation has gone: that agent is dead.
-    pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
+    /// What moment of the tick it is, for whatever comes from outside now; `None` while reports are gathered, which may come in
+    /// any order.
+    pub fn set_moment(&mut self, moment: Option<u32>) {
+        self.moment = moment;
+    }
+
+    /// The liveliness token of an incarnation has gone: that agent is dead. `asked_for`: just that is being done to it.
+    pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation, asked_for: bool) {
         let place = &mut self.places[robot.index()];
         if place.incarnation != incarnation {
             return;
@@ -230,15 +239,16 @@ impl Barrier {
                 place.suspended = false;
                 place.manifest.clear();
                 let counted_now = place.answer.is_some().then_some(self.tick);
-                // A doomed robot that owes its report has died of something else.
-                let owes =
-                    place.presence == Presence::Present && place.asked && counted_now.is_none();
+                // One that has reported dies in this tick anyway; before, it has died of something else.
+                let owes = place.presence == Presence::Present && place.asked;
+                let scripted = place.doomed && (counted_now.is_some() || (asked_for && !owes));
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
                     incarnation,
                     last_counted: counted_now.or(place.last_counted),
                     listed: !place.doomed || counted_now.is_none(),
-                    scripted: place.doomed && !owes,
+                    moment: self.moment.filter(|_| !scripted),
+                    scripted,
                 });
                 // Its place is free at once for a successor that the scenario starts in the same tick.
                 if place.doomed && !place.asked {
@@ -291,7 +301,7 @@ impl Barrier {
         if std::mem::take(&mut place.suspended) && place.presence == Presence::Silent && !place.gone
         {
             place.presence = Presence::Entering { again: true };
-            place.enter(true, &mut self.inputs);
+            place.enter(true, None, &mut self.inputs);
         }
     }
 
@@ -305,7 +315,7 @@ impl Barrier {
         let place = &mut self.places[robot.index()];
         place.absent = false;
         if place.presence == (Presence::Entering { again: false }) {
-            place.enter(true, &mut self.inputs);
+            place.enter(true, None, &mut self.inputs);
         } else {
             self.expected.insert(robot);
         }
@@ -556,7 +566,7 @@ impl Barrier {
             if place.end_tick() {
                 gathered.dead.push(RobotId(index as u16));
             }
-            place.enter(false, &mut self.inputs);
+            place.enter(false, None, &mut self.inputs);
         }
         self.tick += 1;
     }
@@ -597,8 +607,9 @@ impl Barrier {
     }
 
     fn enter(&mut self) {
+        let moment = self.moment.filter(|moment| *moment > 0);
         for place in &mut self.places {
-            place.enter(false, &mut self.inputs);
+            place.enter(false, moment, &mut self.inputs);
         }
     }
 }

@@ -11,6 +11,9 @@
 //! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`latest`] leads to it, [`args`] is its
 //! command line.
 
+// They panic where nothing can be written; `alliance_proto::terminal` does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod args;
 pub mod barrier;
 pub mod faults;

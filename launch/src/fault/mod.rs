@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use alliance_proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase, Reply, schema};
 use alliance_proto::fault::Order;
+use alliance_proto::tell;
 use alliance_proto::time::SimTime;
 use clap::{Args, Subcommand};
 use comfy_table::{CellAlignment, Table};
@@ -47,8 +48,13 @@ impl FaultArgs {
     #[must_use]
     pub fn run(self) -> ExitCode {
         if self.schema && self.part.is_none() {
-            print(&schema());
-            return ExitCode::SUCCESS;
+            return match print(&schema()) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    tell!("alliance fault: {error:#}");
+                    ExitCode::from(3)
+                }
+            };
         }
         let command = match self.part {
             Some(Part::List) => Ok(ControlCommand::List),
@@ -82,7 +88,7 @@ impl FaultArgs {
 }
 
 fn refuse(why: &str) -> ExitCode {
-    eprintln!("alliance fault: {why}; try --help");
+    tell!("alliance fault: {why}; try --help");
     ExitCode::from(2)
 }
 

@@ -27,7 +27,7 @@ mod assets;
 mod gate;
 pub mod link;
 mod live;
-mod logged;
+pub(crate) mod logged;
 mod past;
 pub mod server;
 pub mod view;

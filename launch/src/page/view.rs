@@ -4,6 +4,7 @@ use std::future::Future;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
 use tokio::signal::ctrl_c;
@@ -32,14 +33,14 @@ impl ViewCommand {
         let (link, logged) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                eprintln!("alliance view: {error:#}");
+                tell!("alliance view: {error:#}");
                 return ExitCode::from(2);
             }
         };
         match self.serve(link, logged) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                eprintln!("alliance view: {error:#}");
+                tell!("alliance view: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -47,12 +48,12 @@ impl ViewCommand {
 
     fn serve(&self, link: Link, logged: Logged) -> anyhow::Result<()> {
         if let Some(warning) = &logged.warning {
-            eprintln!("{warning}");
+            tell!("{warning}");
         }
-        eprintln!("{}: {} (Ctrl-C ends it)", self.folder.display(), link.url());
+        tell!("{}: {} (Ctrl-C ends it)", self.folder.display(), link.url());
         if self.link.open {
             // The link stands there all the same.
-            let _ = link.open().map_err(|error| eprintln!("{error:#}"));
+            let _ = link.open().map_err(|error| tell!("{error:#}"));
         }
         serve_log(link, logged, std::future::pending())
     }
@@ -68,7 +69,7 @@ pub fn stay_with_log(link: Link, folder: &Path) -> anyhow::Result<()> {
     if logged.was_interrupted() {
         return Ok(());
     }
-    eprintln!(
+    tell!(
         "page    {} shows the log (Ctrl-C, or closing it, ends this)",
         link.url()
     );

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::tell;
 use clap::Args;
 use tokio::signal::ctrl_c;
 use tokio::time::{Instant, sleep};
@@ -45,14 +46,14 @@ impl WatchCommand {
         let watched = match link {
             Ok(link) => self.serve(link),
             Err(error) => {
-                eprintln!("alliance watch: {error:#}");
+                tell!("alliance watch: {error:#}");
                 return ExitCode::from(2);
             }
         };
         match watched {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                eprintln!("alliance watch: {error:#}");
+                tell!("alliance watch: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -65,10 +66,10 @@ impl WatchCommand {
             let id = run.run.clone();
             let live = Live::join(run, self.stays).await?;
             if !self.inherited {
-                eprintln!("run {id}: {}", link.url());
+                tell!("run {id}: {}", link.url());
                 if self.link.open {
                     // The link stands there all the same.
-                    let _ = link.open().map_err(|error| eprintln!("{error:#}"));
+                    let _ = link.open().map_err(|error| tell!("{error:#}"));
                 }
             }
             let (listener, token) = link.into_server()?;

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
 use study::export::export_mcap;
@@ -47,14 +48,14 @@ impl RunCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // Everything is read and checked here, before the first process starts.
-        let prepared = self
-            .mission
-            .setup(&crate::known())
-            .and_then(|setup| Ok((self.run.folder(&setup)?, setup, self.link()?)));
+        let prepared = self.mission.setup(&crate::known()).and_then(|setup| {
+            let link = self.link()?;
+            Ok((self.run.folder(&setup)?, setup, link))
+        });
         let (folder, setup, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                eprintln!("alliance run: {error:#}");
+                tell!("alliance run: {error:#}");
                 return ExitCode::from(2);
             }
         };
@@ -63,7 +64,7 @@ impl RunCommand {
         let stay = match stay.map(Link::try_clone).transpose() {
             Ok(stay) => stay,
             Err(error) => {
-                eprintln!("alliance run: {error:#}");
+                tell!("alliance run: {error:#}");
                 return ExitCode::from(3);
             }
         };
@@ -86,7 +87,7 @@ impl RunCommand {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
-                eprintln!("alliance run: {error:#}");
+                tell!("alliance run: {error:#}");
                 ExitCode::from(3)
             }
         }

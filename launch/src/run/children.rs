@@ -151,6 +151,18 @@ impl Process {
         }
     }
 
+    /// What it said last, or why that is not known.
+    #[must_use]
+    pub fn said(&self) -> String {
+        let words = self.last_words();
+        if words.is_empty() {
+            let log = self.log.display();
+            format!("it said nothing that could be written to {log}: is the disk full?")
+        } else {
+            format!("it said:\n{words}")
+        }
+    }
+
     /// Last lines of what it printed, indented.
     #[must_use]
     pub fn last_words(&self) -> String {

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::log::{LogLevel, RunLog};
+use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use study::in_process::Team;
@@ -79,7 +80,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
         violation = replayed::check(&RunLog::open(&plan.folder)?).err();
     }
     if let Some(violation) = &violation {
-        eprintln!("violated: {violation:#}");
+        tell!("violated: {violation:#}");
     }
     Ok(outcome == Outcome::Complete && violation.is_none())
 }

@@ -7,7 +7,9 @@ use std::time::Duration;
 
 use alliance_proto::control::AgentState;
 use alliance_proto::event::EventLine;
+use alliance_proto::ids::Tick;
 use alliance_proto::scenario::{Catalog, Setup};
+use alliance_proto::tell;
 use alliance_proto::view::{RobotView, View};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use tokio::time::Instant;
@@ -15,11 +17,62 @@ use tokio::time::Instant;
 /// Least time between two lines where stderr is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
+/// How long the clock may stand still before it is said for whom it waits.
+const STANDSTILL: Duration = Duration::from_secs(5);
+
+/// A clock that stands still, though nobody holds it.
+#[derive(Default)]
+struct Standstill {
+    /// The tick that it stands at, and since when.
+    at: Option<(Tick, Instant)>,
+    told: bool,
+}
+
+impl Standstill {
+    /// What is to be said of that, once.
+    fn see(&mut self, view: &View, names: &[String], now: Instant) -> Option<String> {
+        let held = view.clock.as_ref().is_some_and(|clock| clock.paused);
+        let since = match self.at {
+            Some((tick, since)) if tick == view.tick && !held => since,
+            _ => {
+                *self = Self {
+                    at: Some((view.tick, now)),
+                    told: false,
+                };
+                return None;
+            }
+        };
+        let is_long = now.duration_since(since) >= STANDSTILL;
+        if !is_long || std::mem::replace(&mut self.told, true) {
+            return None;
+        }
+        let robots = names.iter().zip(&view.robots);
+        let silent = robots.filter(|(_, robot)| robot.state == AgentState::Silent);
+        let silent: Vec<String> = silent
+            .map(|(name, robot)| match robot.pid {
+                Some(pid) => format!("{name} (process {pid})"),
+                None => name.clone(),
+            })
+            .collect();
+        let whom = if silent.is_empty() {
+            "an agent to start or to answer".to_owned()
+        } else {
+            silent.join(", ")
+        };
+        Some(format!(
+            "the clock stands at {}: it waits for {whom}; `kill -CONT` lets a stopped process go on, `alliance fault restart` starts \
+             it anew, Ctrl-C ends the run",
+            view.now
+        ))
+    }
+}
+
 /// Shows views as they come.
 pub struct Progress {
     names: Vec<String>,
     catalog: Arc<Catalog>,
     started: Option<(Instant, f64)>,
+    standstill: Standstill,
     style: Style,
 }
 
@@ -74,6 +127,7 @@ impl Progress {
             names,
             catalog: Arc::clone(&setup.catalog),
             started: None,
+            standstill: Standstill::default(),
             style,
         }
     }
@@ -81,6 +135,9 @@ impl Progress {
     /// Shows a snapshot.
     pub fn show(&mut self, view: &View) {
         let now = Instant::now();
+        if let Some(line) = self.standstill.see(view, &self.names, now) {
+            self.say(&line);
+        }
         let sim = view.now.as_secs_f64();
         let (since, from) = *self.started.get_or_insert((now, sim));
         let real = now.duration_since(since).as_secs_f64();
@@ -110,7 +167,7 @@ impl Progress {
                 if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
                     *last = Some(now);
                     let (delivered, total) = (view.items.delivered, view.items.total());
-                    eprintln!(
+                    tell!(
                         "{clock}, {delivered}/{total} delivered; {}",
                         doing.join("; ")
                     );
@@ -124,7 +181,7 @@ impl Progress {
         match &self.style {
             // A terminal that cannot be written to has nobody in front of it.
             Style::Terminal { bars, .. } => drop(bars.println(line)),
-            Style::Lines { .. } => eprintln!("{line}"),
+            Style::Lines { .. } => tell!("{line}"),
         }
     }
 

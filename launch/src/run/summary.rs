@@ -4,6 +4,7 @@ use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{LogLevel, RunFile, RunOutcome};
 use alliance_proto::mission::waste::{WasteFigures, WasteRobotFigures};
 use alliance_proto::time::SimTime;
+use alliance_proto::{tell, terminal};
 use comfy_table::{CellAlignment, Table};
 use serde_json::json;
 use study::table;
@@ -15,7 +16,7 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     let host: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(plan.folder.join("host.json"))?)?;
     if run.unscripted {
-        eprintln!(
+        tell!(
             "note: a stall or a loss that the scenario did not ask for is part of this run (`unscripted` in run.json)"
         );
     }
@@ -31,10 +32,10 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
             "faults": run.faults,
             "host": host,
         });
-        println!("{result:#}");
+        terminal::print(format_args!("{result:#}\n"))?;
         return Ok(());
     }
-    eprintln!("{}", robots(plan, run));
+    tell!("{}", robots(plan, run));
     let result = &run.result;
     let waste = WasteFigures::of(&result.mission);
     let real_s = host["running_s"].as_f64().unwrap_or_default();
@@ -42,28 +43,29 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     let late = waste.report_lateness_max_ms.map_or_else(String::new, |ms| {
         format!(", the latest {} late", SimTime(ms))
     });
-    eprintln!(
+    tell!(
         "{}: {} of {} items delivered, {} progress reports{late}",
         outcome(run),
         waste.items.delivered,
         waste.items.total(),
         waste.reports_made,
     );
-    eprintln!(
+    tell!(
         "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
-        result.sim_time_ms, result.ticks,
+        result.sim_time_ms,
+        result.ticks,
     );
     if let Some(line) = faults(&run.faults) {
-        eprintln!("{line}");
+        tell!("{line}");
     }
-    eprintln!("folder  {}", plan.folder.display());
-    eprintln!("seed    {}", run.setup.seed);
-    eprintln!("hash    {}", run.hash.as_deref().unwrap_or("none"));
+    tell!("folder  {}", plan.folder.display());
+    tell!("seed    {}", run.setup.seed);
+    tell!("hash    {}", run.hash.as_deref().unwrap_or("none"));
     if !plan.open {
         let folder = plan.folder.display();
-        eprintln!("next    alliance view {folder}");
+        tell!("next    alliance view {folder}");
         if run.log == LogLevel::Full {
-            eprintln!("        alliance report {folder}");
+            tell!("        alliance report {folder}");
         }
     }
     Ok(())

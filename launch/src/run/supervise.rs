@@ -33,6 +33,9 @@ const AGAIN: Duration = Duration::from_millis(500);
 /// How long a run that has not begun outlives one of its agents.
 const STILLBORN: Duration = Duration::from_secs(1);
 
+/// How long a world that is asked to end may take, in all. It has a log to finish.
+const ENDING: Duration = Duration::from_secs(15);
+
 /// How often processes and progress are looked at when nothing calls.
 const INTERVAL: Duration = Duration::from_millis(200);
 
@@ -199,6 +202,7 @@ impl Team {
                 () = sleep(pause) => {}
             }
             self.poll(bus.as_mut()).await?;
+            self.insist(interrupted);
 
             let begun = views.borrow().as_ref().is_some_and(|view| {
                 view.tick > 0
@@ -307,6 +311,22 @@ impl Team {
         }
     }
 
+    /// A world that was asked to end and does not is killed: at once after the grace if it is stopped, and so hears nothing.
+    fn insist(&self, interrupted: Option<Instant>) {
+        let patience = if self.world.is_stopped() {
+            GRACE
+        } else {
+            ENDING
+        };
+        if self.world.ending().is_none()
+            && interrupted.is_some_and(|since| since.elapsed() > patience)
+        {
+            self.progress
+                .say("the world does not end: it is killed; the log is whole up to its last tick");
+            self.world.signal(Signal::SIGKILL);
+        }
+    }
+
     /// No process outlives its run. The page ends last: it still has to tell those who look at it.
     async fn end_all(&mut self) {
         let team = std::iter::once(&mut self.world)
@@ -326,9 +346,9 @@ impl Team {
         match self.world.ending() {
             Some(Ending::Exit(0 | 1)) => Ok(()),
             ending => bail!(
-                "the world {}; its log is whole up to its last tick; it said:\n{}",
+                "the world {}; its log is whole up to its last tick; {}",
                 ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
-                self.world.last_words()
+                self.world.said()
             ),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::{ActuatorMode, Fault, Order, SensorMode, Who};
 use crate::keys::is_name;
+use crate::mission::waste_data::MAX_ITEMS_IN_ALL;
 use crate::scenario::{Catalog, Scenario, instead};
 
 /// Longest times, s; as in scenario files.
@@ -68,6 +69,7 @@ impl Order {
             let what = "it comes again but never heals".to_owned();
             return Err(wrong(&["every_s"], what, "give it a duration as well"));
         }
+        self.check_waste(checker.scenario.limit_s)?;
         let Some(when) = &self.when else {
             return Ok(());
         };
@@ -88,6 +90,28 @@ impl Order {
             }
         }
         Ok(())
+    }
+}
+
+impl Order {
+    /// What is strewn again and again would be more and more until the run ends.
+    fn check_waste(&self, limit_s: f64) -> Checked {
+        let (Fault::Waste(waste), Some(every_s)) = (&self.fault, self.every_s) else {
+            return Ok(());
+        };
+        let first_s = self.at_s.unwrap_or_default();
+        let times = ((limit_s - first_s) / every_s).max(0.0).floor() + 1.0;
+        let items = times * f64::from(waste.items);
+        if items <= f64::from(MAX_ITEMS_IN_ALL) {
+            return Ok(());
+        }
+        let what = format!(
+            "{} items every {every_s} s are {items:.0} until limit_s, {limit_s} s",
+            waste.items
+        );
+        let remedy =
+            format!("let it be at most {MAX_ITEMS_IN_ALL} in all: strew fewer, or more rarely");
+        Err(wrong(&["every_s"], what, &remedy))
     }
 }
 

@@ -25,6 +25,9 @@ pub enum Input {
         robot: String,
         /// Its new incarnation.
         incarnation: Incarnation,
+        /// At which moment of the tick; `None`: from its beginning on.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
         /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
         scripted: bool,
@@ -39,6 +42,9 @@ pub enum Input {
         last_counted: Option<Tick>,
         /// Whether that tick's broadcasts were listed in the team's manifests.
         listed: bool,
+        /// At which moment of the tick; `None`: while reports were gathered.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
         /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
         scripted: bool,
@@ -55,6 +61,9 @@ pub enum Input {
     StallEnd {
         /// The robot.
         robot: String,
+        /// At which moment of the tick; `None`: from its beginning on.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
         /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
         scripted: bool,
@@ -74,11 +83,17 @@ pub enum Input {
     Order {
         /// The order, with its id.
         order: Order,
+        /// At which moment of the tick; `None`: at its beginning.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
     },
     /// An operator cleared faults, before this tick began.
     Clear {
         /// Their ids.
         ids: Vec<String>,
+        /// At which moment of the tick; `None`: at its beginning.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        moment: Option<u32>,
     },
     /// What a fault asked for could not be done to a process.
     Failed {
@@ -86,6 +101,12 @@ pub enum Input {
         robot: String,
         /// What.
         act: ProcessAct,
+        /// How many acts had been asked for in this tick before it.
+        #[serde(default)]
+        number: Option<u32>,
+        /// Why, as told in the log.
+        #[serde(default)]
+        reason: String,
     },
 }
 
@@ -101,6 +122,25 @@ impl Input {
             Self::Lost { .. } | Self::Order { .. } | Self::Clear { .. } | Self::Failed { .. } => {
                 false
             }
+        }
+    }
+
+    /// Whether it is what an operator asked for.
+    #[must_use]
+    pub fn is_command(&self) -> bool {
+        matches!(self, Self::Order { .. } | Self::Clear { .. })
+    }
+
+    /// At which moment of its tick it happened; `None` where that does not matter.
+    #[must_use]
+    pub fn moment(&self) -> Option<u32> {
+        match self {
+            Self::Join { moment, .. }
+            | Self::Gone { moment, .. }
+            | Self::StallEnd { moment, .. }
+            | Self::Order { moment, .. }
+            | Self::Clear { moment, .. } => *moment,
+            Self::StallBegin { .. } | Self::Lost { .. } | Self::Failed { .. } => None,
         }
     }
 

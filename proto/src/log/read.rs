@@ -75,10 +75,7 @@ impl RunLog {
             path: path.clone(),
             source,
         })?;
-        let run: RunFile = serde_json::from_slice(&text).map_err(|error| ReadError::Malformed {
-            path,
-            reason: error.to_string(),
-        })?;
+        let run = RunFile::parse(&text).map_err(|reason| ReadError::Malformed { path, reason })?;
 
         let mut tables = BTreeMap::new();
         for table in Table::ALL.into_iter().filter(|table| run.log.keeps(*table)) {

@@ -34,6 +34,27 @@ pub struct RunFile {
     pub setup: Setup,
 }
 
+impl RunFile {
+    /// Reads run.json and checks it: whoever touched it may have broken anything, and what it holds is run again.
+    ///
+    /// # Errors
+    /// One line: what is wrong, where, and what would be right.
+    pub(super) fn parse(text: &[u8]) -> Result<Self, String> {
+        let run: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+        run.setup.check().map_err(|error| error.to_string())?;
+        let scenario = &run.setup.scenario;
+        let limit_ms = SimTime::from_secs_f64(scenario.limit_s).0;
+        let most = limit_ms.div_ceil(scenario.step_ms);
+        let ticks = run.result.ticks;
+        if ticks > most {
+            return Err(format!(
+                "result.ticks: {ticks} is out of range; it must be at most {most}, for the run ends at limit_s"
+            ));
+        }
+        Ok(run)
+    }
+}
+
 /// How a run ended, if it did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::path::Path;
+use super::path::{Path, Step};
 
 /// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: what is wrong; what would be
 /// right`; file and line are missing where the scenario does not come from a file.
@@ -26,6 +26,19 @@ impl ScenarioError {
             remedy,
         }
     }
+}
+
+/// The contents of a file as text; `name` is for the error message.
+///
+/// # Errors
+/// The line of the first byte that is none.
+pub fn text_of(name: &str, bytes: Vec<u8>) -> Result<String, ScenarioError> {
+    String::from_utf8(bytes).map_err(|error| {
+        let whole = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = whole.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let what = "these bytes are no UTF-8 text".to_owned();
+        ScenarioError::in_file(name, line, what, "save the file as UTF-8".to_owned())
+    })
 }
 
 impl fmt::Display for ScenarioError {
@@ -84,6 +97,14 @@ impl Problem {
             what: what.into(),
             remedy: remedy.into(),
         }
+    }
+
+    /// The same where the scenario is part of something else, under that key.
+    pub(super) fn below(mut self, key: &str) -> Self {
+        if let Place::Scenario(path) = &mut self.place {
+            path.0.insert(0, Step::Key(key.to_owned()));
+        }
+        self
     }
 }
 

@@ -9,6 +9,7 @@ mod catalog;
 mod document;
 mod error;
 mod geometry;
+mod in_force;
 pub mod limits;
 mod load;
 mod parameters;
@@ -44,7 +45,7 @@ pub use alliance::{
 pub use allocators::{AllocatorSpec, Allocators};
 pub use catalog::{BehaviorSpec, Catalog, TaskSpec};
 pub(crate) use error::instead;
-pub use error::{Problem, ScenarioError};
+pub use error::{Problem, ScenarioError, text_of};
 pub use load::TomlFile;
 pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
 pub use path::{Path, Step};

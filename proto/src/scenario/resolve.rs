@@ -135,13 +135,18 @@ pub(super) fn check(
 /// would grow with the square of its size, only those that a statement names, and [`BehaviorParams::OTHERS`].
 struct Toward<'a>(BTreeSet<&'a str>);
 
+/// Whether each robot has values of its own toward each of the others.
+pub(super) fn lists_all(scenario: &Scenario) -> bool {
+    scenario.robots.len() <= Toward::MOST_LISTED
+}
+
 impl<'a> Toward<'a> {
     /// Most robots that list each other: 1 MB of JSON.
     const MOST_LISTED: usize = 100;
 
     fn of(scenario: &'a Scenario, statements: &'a [Statement]) -> Self {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
-        if scenario.robots.len() <= Self::MOST_LISTED {
+        if lists_all(scenario) {
             return Self(names().collect());
         }
         let known: BTreeSet<&str> = names().collect();

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use alliance_proto::scenario::{Setup, StepOrder};
+use alliance_proto::{tell, terminal};
 use clap::Args;
 use world_server::args::{Known, MissionArgs, SizeArgs};
 
@@ -64,14 +65,15 @@ impl CheckCommand {
             Ok(setup) => {
                 let check = Check::of(&setup);
                 if self.json {
-                    println!("{:#}", show::json(&setup, &check));
-                } else {
-                    eprint!("{}", show::text(&setup, &check));
+                    let json = show::json(&setup, &check);
+                    let text = format_args!("{json:#}\n");
+                    return terminal::answer("alliance check", text, ExitCode::SUCCESS);
                 }
+                tell!("{}", show::text(&setup, &check).trim_end_matches('\n'));
                 ExitCode::SUCCESS
             }
             Err(error) => {
-                eprintln!("alliance check: {error:#}");
+                tell!("alliance check: {error:#}");
                 ExitCode::from(2)
             }
         }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use alliance_proto::log::{RunLog, RunOutcome};
+use alliance_proto::tell;
 use anyhow::{Context, anyhow};
 use clap::Args;
 
@@ -47,7 +48,7 @@ impl ExportCommand {
         match self.export() {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                eprintln!("alliance export: {error:#}");
+                tell!("alliance export: {error:#}");
                 ExitCode::from(if error.is::<mcap::Differs>() { 1 } else { 2 })
             }
         }
@@ -61,13 +62,13 @@ impl ExportCommand {
                 .unwrap_or_else(|| self.folder.join("parquet"));
             let left_out = parquet::write(&log, &folder)?;
             if !left_out.is_empty() {
-                eprintln!(
+                tell!(
                     "note: --log {} keeps no {}",
                     log.run.log.as_str(),
                     left_out.join(", ")
                 );
             }
-            eprintln!("parquet {}", folder.display());
+            tell!("parquet {}", folder.display());
         }
         if let Some(file) = &self.formats.mcap {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
@@ -93,7 +94,7 @@ fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
     let mut file = NewFile::create(path)?;
     mcap::write(log, file.writer()).with_context(|| path.display().to_string())?;
     file.put_in_place()?;
-    eprintln!("mcap    {}", path.display());
+    tell!("mcap    {}", path.display());
     Ok(())
 }
 

@@ -68,6 +68,7 @@ impl<S: Sink> Team<S> {
                 input: Input::Join {
                     robot: robot.name.clone(),
                     incarnation: 1,
+                    moment: None,
                     scripted: false,
                 },
             })
@@ -95,6 +96,7 @@ impl<S: Sink> Team<S> {
                     robot,
                     incarnation,
                     scripted: true,
+                    ..
                 } => {
                     let lives: &mut VecDeque<_> = lives.entry((line.tick, robot)).or_default();
                     lives.push_back(incarnation);
@@ -138,13 +140,34 @@ impl<S: Sink> Team<S> {
     pub fn tick(&mut self) -> Result<Option<Outcome>, RecordError> {
         let tick = self.simulation.tick();
         let outside = self.outside.remove(&tick).unwrap_or_default();
-        self.obey(&outside);
+        let (mut timed, outside): (Vec<Input>, Vec<Input>) = outside
+            .into_iter()
+            .partition(|input| input.moment().is_some());
+        // A command ends the moment at which it is obeyed.
+        timed.sort_by_key(|input| (input.moment(), input.is_command()));
+        let mut timed = VecDeque::from(timed);
+        for input in &outside {
+            self.obey(input);
+        }
         while self.simulation.outcome().is_none() && !self.simulation.is_complete() {
+            self.feed(&mut timed);
             self.simulation.begin();
             let mut idle = true;
-            while let Some((robot, act)) = self.simulation.next_act() {
-                self.act(robot, act, &outside);
+            loop {
+                // An act may have waited for a moment before it was asked for.
+                let mut is_fed = self.feed(&mut timed);
+                let next = self.simulation.next_act();
+                is_fed |= self.feed(&mut timed);
+                if let Some((robot, act)) = next {
+                    self.act(robot, act, &outside);
+                }
+                if next.is_none() && !is_fed {
+                    break;
+                }
                 idle = false;
+            }
+            if self.simulation.outcome().is_none() {
+                self.simulation.gather();
             }
             self.remove_dead(&outside);
             while self.ask_some(&outside) {
@@ -157,6 +180,7 @@ impl<S: Sink> Team<S> {
             }
         }
         if self.simulation.is_complete() {
+            self.feed(&mut timed);
             self.admit(tick + 1);
             self.simulation.finish();
             self.simulation.record(&mut self.recorder)?;
@@ -225,26 +249,51 @@ impl<S: Sink> Team<S> {
     /// Lets in whoever takes part from that tick on; before it begins.
     fn admit(&mut self, tick: Tick) {
         let coming = self.outside.get(&tick).cloned().unwrap_or_default();
-        for input in &coming {
-            match input {
-                Input::Join {
-                    robot, incarnation, ..
-                } => {
+        for input in coming.iter().filter(|input| input.moment().is_none()) {
+            self.let_in(input);
+        }
+    }
+
+    /// If that is somebody who comes.
+    fn let_in(&mut self, input: &Input) {
+        match input {
+            Input::Join {
+                robot, incarnation, ..
+            } => {
+                if let Some(robot) = self.simulation.robot_named(robot) {
+                    self.spawn_agent(robot, *incarnation);
+                    self.simulation.admit(robot, *incarnation);
+                }
+            }
+            Input::StallEnd { robot, .. } => {
+                if let Some(robot) = self.simulation.robot_named(robot)
+                    && let Some(incarnation) = self.simulation.barrier().incarnation(robot)
+                {
+                    self.simulation.admit(robot, incarnation);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What came from outside at this very moment of the tick; says whether there was anything.
+    fn feed(&mut self, timed: &mut VecDeque<Input>) -> bool {
+        let mut any = false;
+        while let Some(input) = timed.pop_front_if(|input| self.simulation.feeds(input)) {
+            any = true;
+            match &input {
+                Input::Gone { robot, .. } => {
                     if let Some(robot) = self.simulation.robot_named(robot) {
-                        self.spawn_agent(robot, *incarnation);
-                        self.simulation.admit(robot, *incarnation);
+                        self.die(robot);
                     }
                 }
-                Input::StallEnd { robot, .. } => {
-                    if let Some(robot) = self.simulation.robot_named(robot)
-                        && let Some(incarnation) = self.simulation.barrier().incarnation(robot)
-                    {
-                        self.simulation.admit(robot, incarnation);
-                    }
+                _ => {
+                    self.let_in(&input);
+                    self.obey(&input);
                 }
-                _ => {}
             }
         }
+        any
     }
 
     fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
@@ -252,31 +301,37 @@ impl<S: Sink> Team<S> {
         self.agents[robot.index()] = Some(agent);
     }
 
-    /// What operators ordered.
-    fn obey(&mut self, outside: &[Input]) {
-        for input in outside {
-            match input {
-                Input::Order { order } => {
-                    if let Err(why) = self.simulation.order(order.clone()) {
-                        tracing::warn!(%why, "a logged order was refused");
-                    }
+    /// If that is what an operator ordered.
+    fn obey(&mut self, input: &Input) {
+        match input {
+            Input::Order { order, .. } => {
+                if let Err(why) = self.simulation.order(order.clone()) {
+                    tracing::warn!(%why, "a logged order was refused");
                 }
-                // Those of one command together: they are one input.
-                Input::Clear { ids } => self.simulation.clear_again(ids.clone()),
-                _ => {}
             }
+            // Those of one command together: they are one input.
+            Input::Clear { ids, .. } => self.simulation.clear_again(ids.clone()),
+            _ => {}
         }
     }
 
     /// Does at once what the launcher does to processes, or fails at it where the log says that it failed.
     fn act(&mut self, robot: RobotId, act: ProcessAct, outside: &[Input]) {
         let name = self.name(robot).to_owned();
-        let failed = outside
-            .iter()
-            .any(|input| matches!(input, Input::Failed { robot, act: failed } if *robot == name && *failed == act));
-        if failed {
-            let why = "it failed when it was logged".to_owned();
-            return self.simulation.act_done(robot, act, Err(why));
+        let number = self.simulation.act_number();
+        let failed = outside.iter().find_map(|input| match input {
+            Input::Failed {
+                robot,
+                act: failed,
+                number: at,
+                reason,
+            } if (robot, *failed) == (&name, act) && at.is_none_or(|at| at == number) => {
+                Some(reason)
+            }
+            _ => None,
+        });
+        if let Some(why) = failed {
+            return self.simulation.act_done(robot, act, Err(why.clone()));
         }
         match act {
             ProcessAct::Start => {
@@ -324,28 +379,48 @@ impl<S: Sink> Team<S> {
         let name = self.name(robot);
         outside.iter().find_map(|input| match input {
             Input::Gone {
-                robot,
+                robot: of,
+                incarnation,
                 last_counted,
                 ..
-            } if robot == name => Some(*last_counted),
+            } if of == name
+                && self.simulation.barrier().incarnation(robot) == Some(*incarnation) =>
+            {
+                Some(*last_counted)
+            }
             _ => None,
         })
     }
 
     /// Asks those who are next, and does what comes of it; says whether there was anybody.
     fn ask_some(&mut self, outside: &[Input]) -> bool {
-        // What comes from outside may happen to one before the next is asked.
-        let most = if outside.is_empty() { TOGETHER } else { 1 };
+        // What comes from outside happens when all are asked who can be.
+        let most = if outside.is_empty() {
+            TOGETHER
+        } else {
+            usize::MAX
+        };
         self.asked.clear();
         while self.asked.len() < most
             && let Some(robot) = self.simulation.next_question()
         {
             self.asked.push(robot);
         }
-        match self.asked[..] {
-            [] => return false,
-            [robot] if !outside.is_empty() => self.ask(robot, outside),
-            _ => self.answer(outside),
+        if self.asked.is_empty() {
+            return false;
+        }
+        if outside.is_empty() {
+            self.answer(outside);
+            return true;
+        }
+        let mut asked = std::mem::take(&mut self.asked);
+        // Who dies after its report has done so before the last report of all.
+        let tick = self.simulation.tick();
+        asked.sort_by_key(|robot| self.death(*robot, outside) != Some(Some(tick)));
+        for robot in &asked {
+            self.asked.clear();
+            self.asked.push(*robot);
+            self.ask(*robot, outside);
         }
         true
     }

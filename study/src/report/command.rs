@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use alliance_proto::log::{LogLevel, RunLog};
+use alliance_proto::tell;
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
 
@@ -35,15 +36,15 @@ impl ReportCommand {
         match report(&self.folder, &out) {
             Ok(left_out) => {
                 if left_out > 0 {
-                    eprintln!(
+                    tell!(
                         "note: {left_out} figures are in their own files only, for the page would be too large"
                     );
                 }
-                eprintln!("report  {}", out.join("report.html").display());
+                tell!("report  {}", out.join("report.html").display());
                 ExitCode::SUCCESS
             }
             Err(error) => {
-                eprintln!("alliance report: {error:#}");
+                tell!("alliance report: {error:#}");
                 ExitCode::from(2)
             }
         }
@@ -51,7 +52,10 @@ impl ReportCommand {
 }
 
 /// Makes the report, and says how many figures had no room in its page.
-fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
+///
+/// # Errors
+/// When there is no run, or no full log of one, or the page cannot be written.
+pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
     // The error says why by itself: its source would say it twice.
     let log = RunLog::open(folder)
         .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;

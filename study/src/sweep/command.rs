@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread::available_parallelism;
 
+use alliance_proto::scenario::text_of;
+use alliance_proto::{tell, terminal};
 use anyhow::{Context, bail};
 use clap::Args;
 use comfy_table::{CellAlignment, Table};
@@ -83,7 +85,7 @@ impl SweepCommand {
         let task = match self.prepare(known) {
             Ok(task) => task,
             Err(error) => {
-                eprintln!("alliance sweep: {error:#}");
+                tell!("alliance sweep: {error:#}");
                 return ExitCode::from(2);
             }
         };
@@ -96,7 +98,7 @@ impl SweepCommand {
             Ok(true) => ExitCode::SUCCESS,
             Ok(false) => ExitCode::from(1),
             Err(error) => {
-                eprintln!("alliance sweep: {error:#}");
+                tell!("alliance sweep: {error:#}");
                 ExitCode::from(3)
             }
         }
@@ -109,7 +111,9 @@ impl SweepCommand {
         let [file] = &self.paths[..] else {
             bail!("name one FILE; several DIRs go with --merge");
         };
-        let text = fs::read_to_string(file).with_context(|| file.display().to_string())?;
+        let name = file.display().to_string();
+        let bytes = fs::read(file).with_context(|| name.clone())?;
+        let text = text_of(&name, bytes)?;
         let plan = read_plan(file, &text, known)?;
         let runs = plan.design.runs().unwrap_or_default();
         if let Some(run) = self.scenario {
@@ -182,9 +186,9 @@ impl SweepCommand {
 
     fn print(&self, plan: &Plan, run: usize) -> anyhow::Result<bool> {
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg)?;
-        print!("{scenario}");
+        terminal::print(&scenario)?;
         let file = format!("run-{run}.toml");
-        eprintln!(
+        tell!(
             "as {file}: {}",
             repeat(&file, plan.design.seed(run), plan.check)
         );
@@ -288,11 +292,11 @@ impl Work {
             .filter(|run| !self.done.contains_key(run))
             .count();
         if left > 0 {
-            eprintln!("interrupted: {left} of {total} runs are left; go on with\n  {again}");
+            tell!("interrupted: {left} of {total} runs are left; go on with\n  {again}");
             return Ok(false);
         }
         if let Some(shard) = self.shard {
-            eprintln!(
+            tell!(
                 "shard {shard}: all {total} runs are done; when all shards are, put them together with\n  alliance sweep --merge {folder}"
             );
             let failed = (0..all).filter(|run| shard.has(*run)).any(|run| {
@@ -369,10 +373,10 @@ fn repeat(scenario: &str, seed: u64, check: bool) -> String {
 
 fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     if page.conditions.len() <= SHOWN {
-        eprintln!("{}", terminal_table(page));
+        tell!("{}", terminal_table(page));
     }
     let all = page.overall;
-    eprintln!(
+    tell!(
         "{} runs: {} complete, {} not complete, {} failed",
         all.runs,
         all.complete,
@@ -387,13 +391,13 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
         let scenario = folder.join(FAILURES).join(format!("{}.toml", row.run));
         let seed = header.design.seed(row.run);
         let again = repeat(&quoted(&scenario), seed, header.check);
-        eprintln!("run {} failed; again: {again}", row.run);
+        tell!("run {} failed; again: {again}", row.run);
     }
     if failed.count() > SHOWN {
-        eprintln!("the others are in {}", folder.join(FAILURES).display());
+        tell!("the others are in {}", folder.join(FAILURES).display());
     }
     for (reason, runs) in failed_by_reason(page.rows) {
-        eprintln!("failed   {runs} by {reason}");
+        tell!("failed   {runs} by {reason}");
     }
     let faults = faults_by_kind(page.rows);
     if !faults.is_empty() {
@@ -402,7 +406,7 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
             all.add(count);
         }
         let file = folder.join(FAULTS);
-        eprintln!(
+        tell!(
             "faults   {} armed, {} hit, of {} kinds: {}",
             all.armed,
             all.hit,
@@ -410,9 +414,9 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
             file.display()
         );
     }
-    eprintln!("rows     {}", folder.join("results.csv").display());
-    eprintln!("         {}", folder.join("results.parquet").display());
-    eprintln!("summary  {}", folder.join("summary.html").display());
+    tell!("rows     {}", folder.join("results.csv").display());
+    tell!("         {}", folder.join("results.parquet").display());
+    tell!("summary  {}", folder.join("summary.html").display());
 }
 
 fn terminal_table(page: &Page<'_>) -> Table {

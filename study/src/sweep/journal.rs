@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64;
 
 use super::design::Design;
 use super::run::Row;
@@ -96,7 +97,7 @@ impl Journal {
 
     /// In one piece, so that a kill leaves all of it, a part of it, or nothing.
     fn add(&mut self, line: &impl Serialize) -> anyhow::Result<()> {
-        let mut text = serde_json::to_string(line)?;
+        let mut text = seal(&serde_json::to_string(line)?);
         text.push('\n');
         self.file
             .write_all(text.as_bytes())
@@ -165,22 +166,46 @@ fn read(path: &Path) -> anyhow::Result<Option<(Header, Rows)>> {
     })
 }
 
+/// Before and behind the checksum of a line, which is 16 hexadecimal digits.
+const SUM: (&str, &str) = (",\"sum\":\"", "\"}");
+
+/// A table in JSON with one more entry, the checksum of the text without it.
+fn seal(text: &str) -> String {
+    let sum = xxh3_64(text.as_bytes());
+    let open = text.strip_suffix('}').unwrap_or(text);
+    format!("{open}{}{sum:016x}{}", SUM.0, SUM.1)
+}
+
+/// The text that was sealed, or one from before there were seals; `None` if it is not what was written.
+fn unseal(line: &str) -> Option<String> {
+    let sealed = line
+        .strip_suffix(SUM.1)
+        .and_then(|line| line.rsplit_once(SUM.0));
+    match sealed {
+        None => Some(line.to_owned()),
+        Some((open, _)) => {
+            let text = format!("{open}}}");
+            (seal(&text) == line).then_some(text)
+        }
+    }
+}
+
 /// Header and rows of a journal; `None` without a header. What follows the last end of a line is dropped.
 fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
     let mut lines = whole_lines(bytes)
         .split(|byte| *byte == b'\n')
-        .filter(|line| !line.is_empty())
         .enumerate()
-        .map(|(place, line)| (place + 1, line));
+        .map(|(place, line)| (place + 1, line))
+        .filter(|(_, line)| !line.is_empty());
     let Some((_, first)) = lines.next() else {
         return Ok(None);
     };
-    let header: Header =
-        serde_json::from_slice(first).map_err(|error| (1, format!("it is no journal: {error}")))?;
+    let header: Header = serde_json::from_str(&intact(1, first)?)
+        .map_err(|error| (1, format!("it is no journal: {error}")))?;
     let runs = header.design.runs().unwrap_or_default();
     let mut rows = Rows::new();
     for (number, line) in lines {
-        let row: Row = serde_json::from_slice(line)
+        let row: Row = serde_json::from_str(&intact(number, line)?)
             .map_err(|error| (number, format!("it is no row: {error}")))?;
         if row.run >= runs {
             return Err((number, format!("there is no run {}", row.run)));
@@ -188,6 +213,14 @@ fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
         rows.insert(row.run, row);
     }
     Ok(Some((header, rows)))
+}
+
+/// The text of a line, if nobody has changed it.
+fn intact(number: usize, line: &[u8]) -> Result<String, (usize, String)> {
+    str::from_utf8(line)
+        .ok()
+        .and_then(unseal)
+        .ok_or_else(|| (number, "it is not as it was written".to_owned()))
 }
 
 /// All but a torn last line.
@@ -296,6 +329,22 @@ mod tests {
         assert!(error.to_string().contains("another process"), "{error}");
         drop(journal);
         Journal::open(folder.path(), None, &header).unwrap();
+    }
+
+    #[test]
+    fn a_changed_digit_is_no_row() {
+        let folder = TempDir::new().unwrap();
+        let header = header(PLAN);
+        let mut journal = Journal::open(folder.path(), None, &header).unwrap();
+        journal.add_row(&row(3, "a")).unwrap();
+        let path = folder.path().join("journal.jsonl");
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, text.replace("\"run\":3", "\"run\":4")).unwrap();
+        let said = all(&folder).unwrap_err().to_string();
+        assert!(
+            said.contains("journal.jsonl:2: it is not as it was written"),
+            "{said}"
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
+use alliance_proto::tell;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::time::Instant;
 
@@ -65,13 +66,13 @@ impl Progress {
             && line.elapsed() >= LINE_INTERVAL
         {
             *line = Instant::now();
-            eprintln!("{}/{} runs  {message}", self.done, self.of);
+            tell!("{}/{} runs  {message}", self.done, self.of);
         }
     }
 
     /// Prints a line above the bar.
     pub fn say(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| tell!("{line}"));
     }
 
     /// Takes the bar off the terminal.

@@ -99,18 +99,25 @@ impl Place {
         died
     }
 
-    /// Who is about to enter takes part from now on.
-    pub fn enter(&mut self, scripted: bool, inputs: &mut Vec<Input>) {
+    /// Who is about to enter takes part from now on; `moment` is that of the current tick if it has begun.
+    pub fn enter(&mut self, scripted: bool, moment: Option<u32>, inputs: &mut Vec<Input>) {
         if let Presence::Entering { again } = self.presence {
             self.presence = Presence::Present;
             self.manifest.clear();
+            // What was to be killed before it came was another one.
+            self.doomed &= again;
             let robot = self.name.clone();
             inputs.push(if again {
-                Input::StallEnd { robot, scripted }
+                Input::StallEnd {
+                    robot,
+                    moment,
+                    scripted,
+                }
             } else {
                 Input::Join {
                     robot,
                     incarnation: self.incarnation,
+                    moment,
                     scripted,
                 }
             });

@@ -186,7 +186,7 @@ impl Watched {
 
     fn gone(&mut self, robot: u16, ago: u32) {
         let incarnation = self.incarnation(robot).saturating_sub(ago);
-        self.barrier.gone(RobotId(robot), incarnation);
+        self.barrier.gone(RobotId(robot), incarnation, true);
         if incarnation == self.incarnation(robot) {
             self.awaited.remove(&robot);
         }
@@ -368,6 +368,7 @@ fn the_clock_starts_when_the_last_robot_arrives_whatever_the_order() {
         let joined = |rank: u16| Input::Join {
             robot: format!("robot-{rank}"),
             incarnation: 1,
+            moment: None,
             scripted: false,
         };
         assert_eq!(watched.finish().inputs, [joined(0), joined(1), joined(2)]);
@@ -527,7 +528,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
                 .iter()
                 .any(|(_, senders)| senders.contains(&RobotId(1)))
         );
-        barrier.gone(RobotId(0), 1);
+        barrier.gone(RobotId(0), 1, true);
         let gathered = finish(&mut barrier);
         assert!(gathered.counted[0]);
         let death = Input::Gone {
@@ -535,6 +536,7 @@ fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
             incarnation: 1,
             last_counted: Some(1),
             listed: false,
+            moment: None,
             scripted: true,
         };
         assert_eq!(gathered.inputs, [death], "{order:?}");
@@ -566,6 +568,7 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
     assert_eq!(heard[1], (RobotId(1), Vec::new()), "deaf until now");
     let back = Input::StallEnd {
         robot: "robot-1".to_owned(),
+        moment: None,
         scripted: true,
     };
     assert_eq!(finish(&mut barrier).inputs, [back]);
@@ -575,7 +578,7 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
 fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
-    barrier.gone(RobotId(1), 1);
+    barrier.gone(RobotId(1), 1, true);
     finish(&mut barrier);
     let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
     barrier.arrive(robot, incarnation);
@@ -587,6 +590,7 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
     let joined = Input::Join {
         robot: "robot-1".to_owned(),
         incarnation: 2,
+        moment: None,
         scripted: true,
     };
     assert_eq!(finish(&mut barrier).inputs, [joined]);
@@ -596,7 +600,7 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
 fn a_tick_waits_for_an_agent_that_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
     everybody(&mut barrier);
-    barrier.gone(RobotId(1), 1);
+    barrier.gone(RobotId(1), 1, true);
     finish(&mut barrier);
     barrier.expect(RobotId(1));
     assert!(barrier.next_question(&All(2)).is_none() && !barrier.is_complete());
@@ -611,6 +615,7 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
     let joined = Input::Join {
         robot: "robot-1".to_owned(),
         incarnation: 2,
+        moment: None,
         scripted: true,
     };
     assert_eq!(finish(&mut barrier).inputs, [joined]);
@@ -642,7 +647,7 @@ fn who_was_given_up_may_still_come_unless_another_has_the_place() {
         assert_eq!(everybody(&mut barrier).len(), 2);
         // One that is dead is not expected any more.
         let incarnation = barrier.incarnation(RobotId(1)).unwrap();
-        barrier.gone(RobotId(1), incarnation);
+        barrier.gone(RobotId(1), incarnation, true);
         finish(&mut barrier);
         barrier.arrive(RobotId(1), incarnation);
         assert_eq!(barrier.presence(RobotId(1)), Presence::Empty);

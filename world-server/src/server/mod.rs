@@ -432,10 +432,14 @@ impl Server {
         }
     }
 
-    /// When the pace asks for attention; `None` when it never does.
+    /// When the pace asks for attention; `None` when it does not. While the tick waits for somebody, whoever comes asks for it: a
+    /// moment that has passed would be waited for in vain, again and again.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
-        self.pace.due()
+        let waits_for_pace = self.begun != Some(self.simulation.tick())
+            && !self.simulation.awaits_act()
+            && !self.simulation.barrier().is_idle();
+        self.pace.due().filter(|_| waits_for_pace)
     }
 
     /// Carries the run as far as it goes without new reports.

@@ -39,11 +39,18 @@ pub(super) struct Acts {
     waiting: VecDeque<Act>,
     /// What the launcher is doing.
     under_way: Option<Act>,
+    /// How many have been asked for in this tick.
+    asked: u32,
 }
 
 impl Acts {
     pub fn push(&mut self, act: Act) {
         self.waiting.push_back(act);
+    }
+
+    /// The next tick begins.
+    pub fn end_tick(&mut self) {
+        self.asked = 0;
     }
 
     /// Whether nothing is left to be done.
@@ -79,6 +86,7 @@ impl Simulation {
                 ProcessAct::Stop | ProcessAct::Continue => {}
             }
             self.acts.under_way = Some(next);
+            self.count_act(next);
             if next.act != ProcessAct::Start || !is_coming {
                 return Some((next.robot, next.act));
             }
@@ -94,6 +102,18 @@ impl Simulation {
     #[must_use]
     pub fn awaits_act(&self) -> bool {
         self.acts.under_way.is_some()
+    }
+
+    /// In a replay nobody is coming who takes no part, and nothing is done to such a one.
+    fn count_act(&mut self, act: Act) {
+        self.acts.asked += u32::from(act.takes_part);
+        self.moment += u32::from(act.takes_part);
+    }
+
+    /// How many acts had been asked for in this tick before the one that is under way.
+    #[must_use]
+    pub fn act_number(&self) -> u32 {
+        self.acts.asked.saturating_sub(1)
     }
 
     /// Whether an act would find nothing to do: it lives already, or lives no more.
@@ -123,6 +143,13 @@ impl Simulation {
         }
     }
 
+    /// Whether this robot's process is being ended.
+    pub(super) fn is_killing(&self, robot: RobotId) -> bool {
+        self.acts.under_way.is_some_and(|act| {
+            act.robot == robot && matches!(act.act, ProcessAct::Kill | ProcessAct::Terminate)
+        })
+    }
+
     /// If the act under way has asked for this of this robot, it has had its effect.
     pub(super) fn conclude_if(&mut self, robot: RobotId, acts: &[ProcessAct]) {
         if let Some(done) = self.acts.under_way
@@ -144,6 +171,7 @@ impl Simulation {
 
     fn conclude(&mut self, done: Act) {
         self.acts.under_way = None;
+        self.moment += u32::from(done.takes_part);
         // What heals a fault is none of its effects, nor what has to go before one.
         let is_effect = match self.schedule.status(done.fault).order.fault {
             Fault::Kill(_) | Fault::Terminate(_) | Fault::Remove(_) => {
@@ -161,6 +189,7 @@ impl Simulation {
 
     fn fail(&mut self, failed: Act, why: &str) {
         self.acts.under_way = None;
+        self.moment += u32::from(failed.takes_part);
         match failed.act {
             ProcessAct::Start => self.barrier.expect_no_more(failed.robot),
             ProcessAct::Kill | ProcessAct::Terminate => self.barrier.cancel_kill(failed.robot),
@@ -171,6 +200,8 @@ impl Simulation {
         self.failures.push(Input::Failed {
             robot: self.name(failed.robot).to_owned(),
             act: failed.act,
+            number: Some(self.act_number()),
+            reason: why.to_owned(),
         });
         self.tell(FaultEvent::Failed, failed.fault, why);
         self.settle();

@@ -154,10 +154,13 @@ impl Simulation {
     }
 
     pub(super) fn obey(&mut self, command: QueuedCommand) {
+        let moment = (self.moment > 0).then_some(self.moment);
+        self.moment += 1;
         match command {
             QueuedCommand::Order(order) => {
                 self.inputs.push(Input::Order {
                     order: order.clone(),
+                    moment,
                 });
                 // The id was free when it was given, and reserved since.
                 if let Ok(fault) = self.schedule.arm(order, self.world.now()) {
@@ -170,7 +173,7 @@ impl Simulation {
                         self.clear_one(fault);
                     }
                 }
-                self.inputs.push(Input::Clear { ids });
+                self.inputs.push(Input::Clear { ids, moment });
             }
         }
     }

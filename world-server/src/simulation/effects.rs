@@ -28,6 +28,7 @@ impl Simulation {
     fn bring_about(&mut self) {
         while self.acts.is_empty() {
             if let Some(turn) = self.schedule.next(self.world.now()) {
+                self.moment += 1;
                 match turn {
                     Turn::Apply(fault) => self.apply(fault),
                     Turn::Heal(fault) => self.heal(fault),

@@ -74,6 +74,9 @@ pub struct Simulation {
     opened: bool,
     /// The current tick's reports have been looked at for what they trigger.
     settled: bool,
+    /// How much has happened in the current tick whose order matters: commands, faults' turns, acts. It numbers what comes from
+    /// outside.
+    moment: u32,
     /// Commands that wait for their turn.
     commands: VecDeque<QueuedCommand>,
     acts: Acts,
@@ -133,6 +136,7 @@ impl Simulation {
             interrupted: false,
             opened: false,
             settled: false,
+            moment: 0,
             commands: VecDeque::new(),
             acts: Acts::default(),
             pending_kills: Vec::new(),
@@ -219,6 +223,7 @@ impl Simulation {
 
     /// See [`Barrier::arrive`]; the clock starts when every robot of the scenario has arrived.
     pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.mark_moment();
         self.barrier.arrive(robot, incarnation);
         self.barrier.start_if_all_here();
         if self.barrier.presence(robot) == Presence::Present {
@@ -229,7 +234,9 @@ impl Simulation {
     /// See [`Barrier::gone`].
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;
-        self.barrier.gone(robot, incarnation);
+        self.mark_moment();
+        let asked_for = self.is_killing(robot);
+        self.barrier.gone(robot, incarnation, asked_for);
         self.left(robot, was_invited, "its process ended before it joined");
     }
 
@@ -267,8 +274,21 @@ impl Simulation {
         self.barrier.skip_to(robot, incarnation);
     }
 
+    /// Reports of different robots may come in any order while they are gathered; of everything else the order is kept.
+    fn mark_moment(&mut self) {
+        let gathers = self.opened && !self.settled;
+        self.barrier.set_moment((!gathers).then_some(self.moment));
+    }
+
+    /// In a replay: whether what came from outside at some moment of the current tick is due now.
+    #[must_use]
+    pub fn feeds(&self, input: &Input) -> bool {
+        input.moment().is_some_and(|moment| moment <= self.moment)
+    }
+
     /// In a replay: see [`Barrier::admit`].
     pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation) {
+        self.mark_moment();
         self.barrier.admit(robot, incarnation);
         self.barrier.start_if_all_here();
     }
@@ -300,10 +320,7 @@ impl Simulation {
         if self.outcome.is_some() || !self.acts.is_empty() {
             return None;
         }
-        // While nobody is there to be asked, the tick waits, and commands for it with it.
-        if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
-            self.open();
-        }
+        self.gather();
         let Some(question) = self.barrier.next_question(&*self.world) else {
             // Nobody may be there to be asked.
             self.settle();
@@ -344,9 +361,17 @@ impl Simulation {
         &self.messages[robot.index()]
     }
 
+    /// Begins to gather reports, if anybody is there to give one: else the tick waits, and commands for it with it.
+    pub fn gather(&mut self) {
+        if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
+            self.open();
+        }
+    }
+
     /// The current tick is asked for from now on: what faults do to it is settled.
     fn open(&mut self) {
         self.opened = true;
+        self.moment += 1;
         let world = &self.world;
         self.links
             .begin(self.barrier.tick(), self.schedule.in_force(), |robot| {
@@ -363,6 +388,7 @@ impl Simulation {
         if !self.is_well_formed(report) {
             return Verdict::Malformed;
         }
+        self.mark_moment();
         let verdict = self.barrier.report(report);
         if verdict == Verdict::Counted {
             debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
@@ -389,6 +415,7 @@ impl Simulation {
             return;
         }
         self.settled = true;
+        self.moment += 1;
         if !self.steps_in_order() && self.schedule.waiting().next().is_some() {
             for robot in self.barrier.robots() {
                 if self.barrier.has_answered(robot) {
@@ -416,6 +443,8 @@ impl Simulation {
         let gathered = &mut ended.gathered;
         self.barrier.finish(&*self.world, gathered);
         (self.interrupted, self.opened, self.settled) = (false, false, false);
+        self.moment = 0;
+        self.acts.end_tick();
         let mut answers = std::mem::take(&mut self.answers);
         answers.count(&gathered.counted);
         ended.inputs.clear();

@@ -38,7 +38,9 @@ impl Grid {
     pub fn new(size: Vec2, reach_m: f32, count: usize) -> Self {
         let area = size.x * size.y;
         let least = (area / MOST_CELLS).max(area / count.max(1) as f32);
-        let cell_m = (2.0 * reach_m).max(least.sqrt());
+        // A room that is very narrow has a small area and many cells in a row.
+        let narrow_m = (size.x + size.y) / MOST_CELLS;
+        let cell_m = (2.0 * reach_m).max(least.sqrt()).max(narrow_m);
         let cells = (size / cell_m).ceil().as_uvec2().max(UVec2::ONE);
         Self {
             cell_m,

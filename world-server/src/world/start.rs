@@ -11,6 +11,9 @@ use super::motion::wrapped;
 use super::space::Space;
 use super::{Penetrability, SKIN_M};
 
+/// Most places that are tried for robots whose starts are not given.
+const MOST_CANDIDATES: usize = 1_000_000;
+
 /// A start that touches something by this much is one that rounding has made touch it, m.
 pub const ROUNDING_M: f32 = 1e-5;
 
@@ -23,6 +26,27 @@ pub enum StartError {
     /// No place is left for a robot without a start of its own.
     #[error("no room is left for {0} to start in")]
     NoRoom(RobotId),
+}
+
+impl StartError {
+    /// The same with the robot's name, its key in the scenario, and what to do.
+    #[must_use]
+    pub fn of(self, scenario: &Scenario) -> String {
+        let (rank, what, remedy) = match self {
+            Self::Taken(robot) => (
+                robot.index(),
+                "starts outside the border, on a solid obstacle or on another robot",
+                "move its start",
+            ),
+            Self::NoRoom(robot) => (
+                robot.index(),
+                "finds no place to start",
+                "enlarge the room, or take obstacles away",
+            ),
+        };
+        let name = scenario.robots.get(rank).map_or("", |robot| &robot.name);
+        format!("robots[{rank}]: '{name}' {what}; {remedy}")
+    }
 }
 
 /// Where the robots start, by rank: where the scenario says, and else in the start area, of which the lower left and the upper
@@ -140,7 +164,8 @@ fn choose(
     count: usize,
 ) -> Vec<Vec2> {
     let mut bodies = taken.to_vec();
-    for place in candidates {
+    // Tiny robots have more places than can be looked at, and where none of these is free, hardly one is.
+    for place in candidates.take(MOST_CANDIDATES) {
         if bodies.len() == taken.len() + count {
             break;
         }

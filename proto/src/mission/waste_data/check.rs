@@ -8,6 +8,8 @@ use crate::scenario::{Path, Problem};
 pub const MAX_SPILLS: usize = 10_000;
 /// Most items of a spill.
 pub(super) const MAX_ITEMS: u32 = 1000;
+/// Most items of all spills, and most that a fault strews in the course of a run.
+pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
 
 /// Refuses the first mistake of `[waste]`.
 pub(super) fn check(waste: &WasteSection) -> Result<(), Problem> {
@@ -23,6 +25,13 @@ pub(super) fn check(waste: &WasteSection) -> Result<(), Problem> {
         closed(0.0, f64::from(MAX_ITEMS), "").check(at.key("items"), spill.items)?;
         FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
         FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
+    }
+    // At most so many spills of so many items: no overflow.
+    let items: u32 = waste.spills.iter().map(|spill| spill.items).sum();
+    if items > MAX_ITEMS_IN_ALL {
+        let what = format!("{items} items in all");
+        let remedy = format!("give at most {MAX_ITEMS_IN_ALL}");
+        return Err(Problem::at(spills, what, remedy));
     }
     LENGTH.check(at.key("spill_radius_m"), waste.spill_radius_m)?;
     LENGTH.check(at.key("item_radius_m"), waste.item_radius_m)?;

@@ -7,6 +7,7 @@ mod parameters;
 mod section;
 mod work;
 
+pub(crate) use check::MAX_ITEMS_IN_ALL;
 pub use check::MAX_SPILLS;
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};

@@ -591,6 +591,28 @@ fn too_many_robots() {
 }
 
 #[test]
+fn more_items_than_anybody_could_carry() {
+    let spills: String = (0..201)
+        .map(|number| format!("[[waste.spills]]\nname = 's{number}'\nitems = 1000\n"))
+        .collect();
+    assert_eq!(
+        refusal(&spills),
+        "s.toml:1: waste.spills: 201000 items in all; give at most 200000"
+    );
+    let waste = |items: u32, rest: &str| {
+        format!(
+            "[faults]\ntimeline = [{{ every_s = 1, fault = {{ waste = {{ x_m = 1, y_m = 1, items = {items} }} }} }}]\n{rest}"
+        )
+    };
+    assert_eq!(
+        refusal(&waste(1000, "")),
+        "s.toml:2: faults.timeline[0].every_s: 1000 items every 1 s are 3601000 until limit_s, 3600 s; let it be at most \
+         200000 in all: strew fewer, or more rarely"
+    );
+    Scenario::parse("s.toml", &waste(50, "")).unwrap();
+}
+
+#[test]
 fn scenario_without_a_file_names_the_key_alone() {
     let scenario = Scenario {
         step_ms: 0,

@@ -95,6 +95,7 @@ fn rows_of_every_input() {
             incarnation: 2,
             last_counted: Some(41),
             listed: true,
+            moment: Some(3),
             scripted: false,
         },
         Input::Gone {
@@ -102,10 +103,12 @@ fn rows_of_every_input() {
             incarnation: 3,
             last_counted: None,
             listed: false,
+            moment: None,
             scripted: true,
         },
         Input::StallEnd {
             robot: robot.clone(),
+            moment: None,
             scripted: false,
         },
         Input::Lost {

@@ -47,6 +47,7 @@ fn death(robot: &str, incarnation: u32) -> Input {
         incarnation,
         last_counted: None,
         listed: true,
+        moment: None,
         scripted: false,
     }
 }

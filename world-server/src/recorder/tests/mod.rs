@@ -162,6 +162,7 @@ fn sample() -> Vec<OwnedTick> {
     let join = |robot: &str| Input::Join {
         robot: robot.to_owned(),
         incarnation: 1,
+        moment: None,
         scripted: false,
     };
     ticks[0].inputs = ["blue", "gold", "green"].map(join).to_vec();

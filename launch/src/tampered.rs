@@ -1,0 +1,192 @@
+//! A run.json that somebody has touched: what is made of it is the same as before, or one line that says what is wrong.
+
+use std::fs;
+use std::path::Path;
+
+use alliance_proto::log::{LogLevel, RunLog};
+use alliance_proto::scenario::{Scenario, Setup};
+use serde_json::{Value, json};
+use study::in_process::Team;
+use study::replay::replay;
+use study::report::command::report;
+use tempfile::TempDir;
+use world_server::recorder::Folder;
+
+use crate::page::logged::Logged;
+
+/// A folder with the log of a short run that has some of everything.
+fn run() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let text = r#"
+        limit_s = 1
+        faults.timeline = [
+            { at_s = 0.5, fault = { pause = "gold" }, for_s = 1 },
+            { at_s = 0.5, every_s = 0.2, fault = { waste = { x_m = 5, y_m = 5, items = 2 } } },
+            { at_s = 1, fault = { drop = { from = "blue", to = "all", p = 0.5 } }, for_s = 1 },
+        ]
+        [[obstacles]]
+        x_m = 8
+        y_m = 1
+        width_m = 1
+        height_m = 1
+        [alliance.sets.report-progress]
+        fast_impatience = 20
+    "#;
+    let scenario = Scenario::parse("a.toml", text).unwrap();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let sink = Folder::create(folder.path()).unwrap();
+    Team::new(setup, LogLevel::Full, sink)
+        .unwrap()
+        .run()
+        .unwrap();
+    folder
+}
+
+/// Every value of a JSON document, as the pointers to them.
+fn pointers(value: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    let below = |key: String, inner: &Value, found: &mut Vec<String>| {
+        let key = key.replace('~', "~0").replace('/', "~1");
+        found.push(format!("/{key}"));
+        found.extend(pointers(inner).iter().map(|rest| format!("/{key}{rest}")));
+    };
+    match value {
+        Value::Object(entries) => {
+            for (key, inner) in entries {
+                below(key.clone(), inner, &mut found);
+            }
+        }
+        Value::Array(items) => {
+            for (index, inner) in items.iter().enumerate() {
+                below(index.to_string(), inner, &mut found);
+            }
+        }
+        _ => {}
+    }
+    found
+}
+
+fn without(run: &Value, pointer: &str) -> Value {
+    let mut touched = run.clone();
+    let (parent, key) = pointer.rsplit_once('/').unwrap();
+    let key = key.replace("~1", "/").replace("~0", "~");
+    match touched.pointer_mut(parent).unwrap() {
+        Value::Object(entries) => drop(entries.remove(&key)),
+        Value::Array(items) => drop(items.remove(key.parse().unwrap())),
+        _ => unreachable!("only tables and lists hold something"),
+    }
+    touched
+}
+
+fn with(run: &Value, pointer: &str, value: Value) -> Value {
+    let mut touched = run.clone();
+    *touched.pointer_mut(pointer).unwrap() = value;
+    touched
+}
+
+/// Makes of a run what is made of runs.
+fn use_it(folder: &Path) -> anyhow::Result<()> {
+    let log = RunLog::open(folder)?;
+    replay(&log, log.run.log, |_| {})?;
+    // Pages show figures as they are, and what a replay makes of the setup.
+    Logged::open(folder)?;
+    report(folder, &folder.join("report"))?;
+    Ok(())
+}
+
+/// Values in force that pass the check are such as any scenario may have: there is nothing new to be seen of them on a page.
+fn is_plain(pointer: &str) -> bool {
+    pointer.starts_with("/alliance/robots")
+}
+
+#[track_caller]
+fn try_to_use(folder: &Path, touched: &Value, pointer: &str, what: &str) {
+    fs::write(folder.join("run.json"), touched.to_string()).unwrap();
+    let used = if is_plain(pointer) {
+        RunLog::open(folder)
+            .map_err(anyhow::Error::from)
+            .and_then(|log| replay(&log, log.run.log, |_| {}).map(drop))
+    } else {
+        use_it(folder)
+    };
+    if let Err(error) = used {
+        let line = format!("{error:#}");
+        assert_eq!(line.lines().count(), 1, "{what}: {line}");
+        assert!(line.contains("run.json"), "{what}: {line}");
+    }
+}
+
+#[test]
+fn whatever_number_is_replaced_it_is_refused_in_one_line_or_does_no_harm() {
+    let folder = run();
+    let text = fs::read(folder.path().join("run.json")).unwrap();
+    let run: Value = serde_json::from_slice(&text).unwrap();
+    let numbers = [
+        json!(0),
+        json!(-1),
+        json!(1e-300),
+        json!(1e308),
+        json!(u64::MAX),
+        json!(u32::MAX),
+        Value::Null,
+    ];
+    for pointer in pointers(&run) {
+        if !run.pointer(&pointer).unwrap().is_number() {
+            continue;
+        }
+        for number in &numbers {
+            let what = format!("{pointer} = {number}");
+            let touched = with(&run, &pointer, number.clone());
+            try_to_use(folder.path(), &touched, &pointer, &what);
+        }
+    }
+}
+
+#[test]
+fn whatever_is_taken_out_or_doubled_is_refused_in_one_line_or_does_no_harm() {
+    let folder = run();
+    let text = fs::read(folder.path().join("run.json")).unwrap();
+    let run: Value = serde_json::from_slice(&text).unwrap();
+    for pointer in pointers(&run) {
+        try_to_use(folder.path(), &without(&run, &pointer), &pointer, &pointer);
+        for value in [json!({}), json!([]), json!("*")] {
+            let what = format!("{pointer} = {value}");
+            let touched = with(&run, &pointer, value);
+            try_to_use(folder.path(), &touched, &pointer, &what);
+        }
+    }
+}
+
+/// Those that broke the program before anybody looked.
+#[test]
+fn what_is_wrong_is_named_with_what_would_be_right() {
+    let folder = run();
+    let text = fs::read(folder.path().join("run.json")).unwrap();
+    let run: Value = serde_json::from_slice(&text).unwrap();
+    let refusal = |touched: &Value| {
+        fs::write(folder.path().join("run.json"), touched.to_string()).unwrap();
+        let line = format!("{:#}", use_it(folder.path()).unwrap_err());
+        let (_, said) = line.split_once("run.json: ").unwrap();
+        said.to_owned()
+    };
+    let width = "/scenario/room/width_m";
+    assert_eq!(
+        refusal(&with(&run, width, json!(0))),
+        "scenario.room.width_m: 0 is out of range; it must be above 0 and at most 1000 m"
+    );
+    let slow = "/alliance/robots/blue/sets/report-progress/slow_impatience/gold";
+    assert_eq!(
+        refusal(&without(&run, slow)),
+        "alliance.robots.blue.sets.report-progress.slow_impatience: there is no 'gold'; \
+         every value in force must be there, as the run wrote it"
+    );
+    assert_eq!(
+        refusal(&with(&run, slow, json!(50))),
+        "alliance.robots.blue.sets.report-progress.slow_impatience.gold: blue's report-progress has slow impatience 50 \
+         toward gold with fast impatience 20; the rule is 0 < slow < fast"
+    );
+    assert_eq!(
+        refusal(&with(&run, "/result/ticks", json!(u64::MAX))),
+        "result.ticks: 18446744073709551615 is out of range; it must be at most 20, for the run ends at limit_s"
+    );
+}

@@ -1,0 +1,199 @@
+//! A setup that was read from a file. Whoever touched the file may have broken anything: neither the scenario nor the values in
+//! force are taken as they are.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Setup;
+use super::alliance::{Alliance, BehaviorParams};
+use super::catalog::BehaviorSpec;
+use super::error::{Place, Problem, ScenarioError, instead};
+use super::path::Path;
+use super::resolve::{check, lists_all};
+use super::statement::{Parameter, Statement, positive};
+use super::values::Values;
+
+impl Setup {
+    /// Checks a setup that comes from a file as strictly as [`Setup::resolve`] checks what it is made of: the scenario, and that
+    /// the values in force are such as it could have given: complete, in range, and of this scenario's robots alone.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn check(&self) -> Result<(), ScenarioError> {
+        let resolved = check(&self.scenario, &self.catalog, None).map(|(alliance, _)| alliance);
+        resolved
+            .map_err(|problem| problem.below("scenario"))
+            .and_then(|resolved| self.check_values(&resolved))
+            .map_err(|problem| problem.located(None))
+    }
+
+    /// `resolved` is what the scenario gives without a parameter file, which changes values and nothing else.
+    fn check_values(&self, resolved: &Alliance) -> Result<(), Problem> {
+        let at = Path::of(["alliance"]);
+        let Alliance {
+            threshold,
+            step_ms,
+            switches,
+            robots,
+        } = &self.alliance;
+        let threshold_at = Place::Scenario(at.key("threshold"));
+        positive(*threshold, "", &threshold_at)?;
+        if *step_ms != resolved.step_ms {
+            let what = format!("{step_ms} is not the scenario's");
+            let remedy = format!("it must be {}", resolved.step_ms);
+            return Err(Problem::at(at.key("step_ms"), what, remedy));
+        }
+        let order = self.scenario.step_order();
+        if *switches != resolved.switches || self.step_order != order {
+            let what = "they are not the scenario's";
+            let remedy = "make them those of scenario.alliance";
+            return Err(Problem::at(at.key("switches"), what, remedy));
+        }
+        let catalog = &self.catalog;
+        let named = self.named_teammates();
+        let at = at.key("robots");
+        same_keys(robots, &resolved.robots, &at)?;
+        for robot in &self.scenario.robots {
+            // There are the same keys in all of them.
+            let (given, wanted) = (&robots[&robot.name], &resolved.robots[&robot.name]);
+            let at = at.key(&robot.name);
+            if given.rank != wanted.rank {
+                let what = format!("{} is another robot's", given.rank);
+                return Err(Problem::at(
+                    at.key("rank"),
+                    what,
+                    format!("it must be {}", wanted.rank),
+                ));
+            }
+            let at = at.key("sets");
+            same_keys(&given.sets, &wanted.sets, &at)?;
+            for id in catalog.behaviors_of(robot) {
+                let spec = &catalog.sets[id.index()];
+                let teammates = named.iter().copied().filter(|name| *name != robot.name);
+                let (given, wanted) = (&given.sets[&spec.name], &wanted.sets[&spec.name]);
+                let at = at.key(&spec.name);
+                if given.task != wanted.task {
+                    let what = format!("'{}' is another set's", given.task);
+                    let remedy = format!("it must be '{}'", wanted.task);
+                    return Err(Problem::at(at.key("task"), what, remedy));
+                }
+                let built_in = catalog.mission.built_in(&self.scenario, spec);
+                let values = Values::built_in(built_in, teammates);
+                check_params(given, &robot.name, spec, values, &at)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Those toward whom every robot has values of its own: a large team lists those whom any value names.
+    fn named_teammates(&self) -> BTreeSet<&str> {
+        let robots = self.scenario.robots.iter();
+        let robots: BTreeSet<&str> = robots.map(|robot| robot.name.as_str()).collect();
+        if lists_all(&self.scenario) {
+            return robots;
+        }
+        let sets = self
+            .alliance
+            .robots
+            .values()
+            .flat_map(|it| it.sets.values());
+        let named = sets.flat_map(|it| it.slow_impatience.keys());
+        let named = named.map(String::as_str).filter(|it| robots.contains(it));
+        named.chain([BehaviorParams::OTHERS]).collect()
+    }
+}
+
+/// Takes the values as statements about the built-in ones, which binds them to the rules that bind statements.
+fn check_params(
+    given: &BehaviorParams,
+    robot: &str,
+    spec: &BehaviorSpec,
+    mut values: Values<'_>,
+    at: &Path,
+) -> Result<(), Problem> {
+    let statements = stated(given, at);
+    for (number, statement) in statements.iter().enumerate() {
+        statement.check()?;
+        values.apply(statement, number);
+    }
+    values.check(&statements, robot, &spec.name)?;
+    let complete = values.into_params(given.task.clone());
+    let maps = [
+        (
+            Parameter::SlowImpatience,
+            &given.slow_impatience,
+            &complete.slow_impatience,
+        ),
+        (
+            Parameter::WillingToAffect,
+            &given.willing_to_affect_s,
+            &complete.willing_to_affect_s,
+        ),
+    ];
+    for (parameter, given, complete) in maps {
+        same_keys(given, complete, &at.key(parameter.key()))?;
+    }
+    Ok(())
+}
+
+/// One statement for each value.
+fn stated(given: &BehaviorParams, at: &Path) -> Vec<Statement> {
+    let BehaviorParams {
+        task: _,
+        broadcast_rate_hz,
+        ceased_after_s,
+        fast_impatience,
+        slow_impatience,
+        willing_to_affect_s,
+        before_yielding_s,
+        before_giving_up_s,
+    } = given;
+    let statement = |parameter: Parameter, teammate: Option<&String>, value: f64| {
+        let at = at.key(parameter.key());
+        Statement {
+            robot: None,
+            set: None,
+            teammate: teammate.cloned(),
+            parameter,
+            value,
+            place: Place::Scenario(teammate.map_or_else(|| at.clone(), |name| at.key(name))),
+        }
+    };
+    let plain = [
+        (Parameter::BroadcastRate, broadcast_rate_hz),
+        (Parameter::CeasedAfter, ceased_after_s),
+        (Parameter::FastImpatience, fast_impatience),
+        (Parameter::BeforeYielding, before_yielding_s),
+        (Parameter::BeforeGivingUp, before_giving_up_s),
+    ];
+    let by_teammate = [
+        (Parameter::SlowImpatience, slow_impatience),
+        (Parameter::WillingToAffect, willing_to_affect_s),
+    ];
+    let plain = plain.map(|(parameter, value)| statement(parameter, None, *value));
+    let toward = by_teammate.into_iter().flat_map(|(parameter, values)| {
+        let values = values.iter();
+        values.map(move |(name, value)| statement(parameter, Some(name), *value))
+    });
+    plain.into_iter().chain(toward).collect()
+}
+
+/// Refuses a table that has not just those keys.
+fn same_keys<V, W>(
+    given: &BTreeMap<String, V>,
+    wanted: &BTreeMap<String, W>,
+    at: &Path,
+) -> Result<(), Problem> {
+    let names = || wanted.keys().map(String::as_str);
+    if let Some(missing) = names().find(|name| !given.contains_key(*name)) {
+        let what = format!("there is no '{missing}'");
+        let remedy = "every value in force must be there, as the run wrote it";
+        return Err(Problem::at(at.clone(), what, remedy));
+    }
+    match given.keys().find(|name| !wanted.contains_key(*name)) {
+        None => Ok(()),
+        Some(strange) => {
+            let what = format!("the scenario knows no '{strange}'");
+            Err(Problem::at(at.clone(), what, instead(strange, names())))
+        }
+    }
+}
