@@ -17,7 +17,8 @@ use crate::allocator::{
 };
 use crate::allocators::fixed;
 use crate::links::{Heard, Links};
-use crate::missions::waste::{Action, Map, Perception, WasteMission, planned_cost_ms};
+use crate::mission::{Action, AgentMission, Moment, Perception};
+use crate::missions::waste::{Map, WasteMission, planned_cost_ms};
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
@@ -27,7 +28,7 @@ pub struct Agent {
     /// Messages on their way belong to the state that goes back when a step did not count.
     links: Links,
     mind: Box<dyn Mind>,
-    mission: WasteMission,
+    mission: Box<dyn AgentMission>,
     seed: u64,
     step_s: f64,
     /// Sequence number of the next broadcast.
@@ -135,7 +136,7 @@ impl Agent {
             incarnation,
             links: Links::new(robot, setup),
             mind: team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup),
-            mission: WasteMission::new(robot, setup, &team.map),
+            mission: Box::new(WasteMission::new(robot, setup, &team.map)),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
@@ -153,12 +154,9 @@ impl Agent {
     /// a step is larger than a first-level cache.
     pub fn perceive(&mut self, tick: &TickMessage, space: &mut Workspace) {
         self.links.hear(tick, &mut space.arrived, &mut space.heard);
-        self.mission.perceive(
-            tick.now,
-            &tick.readings,
-            &space.heard.inbox,
-            &mut space.perception,
-        );
+        space.perception.clear();
+        self.mission
+            .perceive(&moment(tick), &space.heard.inbox, &mut space.perception);
     }
 
     /// Second part: what it shall be at.
@@ -167,18 +165,18 @@ impl Agent {
         if self.mind.weighs_costs() {
             let applicable = &space.perception.applicable;
             self.mission
-                .choices(tick.now, &tick.readings, applicable, &mut space.choices);
+                .choices(&moment(tick), applicable, &mut space.choices);
         }
         let input = Input {
             now: tick.now,
             step_s: self.step_s,
             position: self.mission.position(),
-            is_laden: self.mission.carrying(),
+            is_laden: self.mission.is_laden(),
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
             heard: &space.heard.inbox,
-            route: &self.mission,
+            route: &*self.mission,
             draws: Draws::of(self.seed, self.robot, tick.tick),
         };
         self.mind.step(&input, &mut space.outcome);
@@ -197,19 +195,17 @@ impl Agent {
             action,
             ..
         } = space;
-        self.mission
-            .act(tick.now, outcome.active, &tick.readings, perception, action);
+        action.clear();
+        self.mission.act(&moment(tick), outcome.active, action);
 
         broadcasts.clear();
         for announcement in &outcome.announcements {
             let body = self.heartbeat(announcement, spent.pop());
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
-        if !action.bodies.is_empty() {
-            for body in action.bodies.drain(..) {
-                spent.pop();
-                broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
-            }
+        for body in action.bulletins.drain(..) {
+            spent.pop();
+            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
 
         for message in outcome.say.drain(..) {
@@ -239,7 +235,7 @@ impl Agent {
             Some(Content::Heartbeat(heartbeat)) => heartbeat.knowledge,
             _ => Knowledge::default(),
         };
-        knowledge.clone_from(self.mission.knowledge());
+        knowledge.clone_from(self.mission.lore());
         Content::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
@@ -247,7 +243,7 @@ impl Agent {
             task: announcement.task,
             progress: announcement.progress,
             position: self.mission.position(),
-            carrying: self.mission.carrying(),
+            carrying: self.mission.is_laden(),
             knowledge,
         })
     }
@@ -264,6 +260,13 @@ impl Agent {
             sent: tick.now,
             body,
         }
+    }
+}
+
+fn moment(tick: &TickMessage) -> Moment<'_> {
+    Moment {
+        now: tick.now,
+        readings: &tick.readings,
     }
 }
 

@@ -30,7 +30,7 @@ fn reward(kind: BehaviorKind) -> f64 {
 
 impl WasteMission {
     /// Writes a choice per own behavior; `applicable` is what the step has perceived.
-    pub fn choices(
+    pub(super) fn offer(
         &self,
         now: SimTime,
         readings: &Readings,

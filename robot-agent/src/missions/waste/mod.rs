@@ -42,24 +42,25 @@ use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::Setup;
-use alliance_proto::team::Knowledge;
+use alliance_proto::team::{Broadcast, Knowledge};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
+use crate::allocator::Choice;
 use crate::body::{Navigator, Status};
+use crate::mission::{Action, AgentMission, Moment, Perception};
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
 use map::{Places, Realms};
 use memory::Memory;
 use report::Ways;
+use sight::Sight;
 use spill::SpillWork;
 use teammates::Teammates;
 
-pub use acting::Action;
 pub use costs::planned_cost_ms;
 pub use map::Map;
-pub use perceiving::Perception;
 
 /// One robot's mind for the waste clean-up.
 #[derive(Clone, Debug)]
@@ -77,6 +78,8 @@ pub struct WasteMission {
     position: Option<Vec2>,
     facing: Facing,
     realms: Realms,
+    /// The floor as the step sees it, where its places are known.
+    sight: Option<Sight>,
     holding: bool,
     /// The set that picked up what the robot holds.
     load_of: Option<BehaviorId>,
@@ -119,6 +122,7 @@ impl WasteMission {
             position: None,
             facing: Facing::default(),
             realms: Realms::default(),
+            sight: None,
             holding: false,
             load_of: None,
             pending: None,
@@ -126,23 +130,40 @@ impl WasteMission {
             stands_back_since: None,
         }
     }
+}
 
-    /// What the robot knows, for its heartbeats.
-    #[must_use]
-    pub fn knowledge(&self) -> &Knowledge {
+impl AgentMission for WasteMission {
+    fn perceive(
+        &mut self,
+        moment: &Moment<'_>,
+        heard: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    ) {
+        self.take_in(moment.now, moment.readings, heard, perception);
+    }
+
+    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        self.offer(moment.now, moment.readings, applicable, choices);
+    }
+
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
+        self.carry_out(moment.now, active, moment.readings, action);
+    }
+
+    fn lore(&self) -> &Knowledge {
         self.memory.knowledge()
     }
 
-    /// Where the robot believes to be, m.
-    #[must_use]
-    pub fn position(&self) -> Option<Vec2> {
+    fn position(&self) -> Option<Vec2> {
         self.position
     }
 
-    /// Whether it carries an item.
-    #[must_use]
-    pub fn carrying(&self) -> bool {
+    fn is_laden(&self) -> bool {
         self.holding
+    }
+
+    fn checkpoint(&self) -> Box<dyn AgentMission> {
+        Box::new(self.clone())
     }
 }
 

@@ -1,0 +1,105 @@
+//! The seam between a robot's mind and what it is there for: one robot's part of a mission.
+//!
+//! An [`AgentMission`] makes of what the robot senses and hears what it could do, and of the behavior that its allocator has chosen what
+//! it does. Everything else is done for it: links, heartbeats, the allocator, and the step that goes back because it did not count.
+//!
+//! # What a mission may rely on, and must keep
+//! - A step is [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then [`AgentMission::act`], all
+//!   of the same [`Moment`].
+//! - Inputs are all it knows: no clock, no file, no global, no thread. The same inputs give the same step on every machine.
+//! - Its state is all in the value: a copy is a checkpoint, to which a robot goes back when its step did not count.
+//! - What is sent at tick *t* is heard at *t* + 1 or later, doubled, or never. Lore and bulletins of another mission are ignored.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::readings::{Actuation, Readings};
+use alliance_proto::team::{Broadcast, Content, Knowledge};
+use alliance_proto::telemetry::Note;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use crate::allocator::{Choice, RouteCost};
+
+/// One robot's mind for a mission; pure. Its [`RouteCost`] is that of its state after [`AgentMission::perceive`].
+pub trait AgentMission: RouteCost + Debug + Send {
+    /// First part of a step: joins what the robot senses and hears to what it knows. `perception` is empty when it comes.
+    fn perceive(
+        &mut self,
+        moment: &Moment<'_>,
+        heard: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    );
+
+    /// Adds a choice per own behavior, in the order of `Catalog::behaviors_of`; `applicable` is what the step has perceived.
+    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>);
+
+    /// Last part of a step: what the active behavior wants. `action` is empty when it comes.
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action);
+
+    /// What the robot knows, for its heartbeats.
+    fn lore(&self) -> &Knowledge;
+
+    /// Where the robot believes to be, m; `None` while it cannot tell.
+    fn position(&self) -> Option<Vec2>;
+
+    /// Whether it carries something that its task is about.
+    fn is_laden(&self) -> bool;
+
+    /// A checkpoint.
+    fn checkpoint(&self) -> Box<dyn AgentMission>;
+}
+
+impl Clone for Box<dyn AgentMission> {
+    fn clone(&self) -> Self {
+        self.checkpoint()
+    }
+}
+
+/// What a step is made from, beside what is heard.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// Time of the step; later than that of the step before.
+    pub now: SimTime,
+    /// What the robot senses.
+    pub readings: &'a Readings,
+}
+
+/// Result of [`AgentMission::perceive`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Perception {
+    /// sensory_feedback (eq. 2.1) of each of the robot's behaviors, in the order of `Catalog::behaviors_of`.
+    pub applicable: Vec<bool>,
+    /// The tasks on which the robot had an effect on the world since the last step, one entry each.
+    pub progressed: Vec<TaskId>,
+    /// For the log.
+    pub notes: Vec<Note>,
+}
+
+impl Perception {
+    pub(crate) fn clear(&mut self) {
+        self.applicable.clear();
+        self.progressed.clear();
+        self.notes.clear();
+    }
+}
+
+/// Result of [`AgentMission::act`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Action {
+    /// What the body shall do.
+    pub actuation: Actuation,
+    /// What to broadcast beside heartbeats.
+    pub bulletins: Vec<Content>,
+    /// For the log.
+    pub notes: Vec<Note>,
+}
+
+impl Action {
+    pub(crate) fn clear(&mut self) {
+        self.actuation = Actuation::default();
+        self.bulletins.clear();
+        self.notes.clear();
+    }
+}
