@@ -17,8 +17,7 @@ use crate::allocator::{
 };
 use crate::allocators::fixed;
 use crate::links::{Heard, Links};
-use crate::mission::{Action, AgentMission, Moment, Perception};
-use crate::missions::waste::{Map, WasteMission, planned_cost_ms};
+use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
@@ -38,7 +37,7 @@ pub struct Agent {
 /// What all robots of a run know beforehand; there once, however many of them share a process.
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
-    map: Arc<Map>,
+    mission: Arc<dyn SharedMission>,
     /// By rank.
     allocators: Vec<Arc<dyn Prepared>>,
     /// Tasks given beforehand, by rank.
@@ -46,10 +45,10 @@ pub struct TeamConfig {
 }
 
 impl TeamConfig {
-    /// What the robots of that run know; their allocators come from the registry.
+    /// What the robots of that run know; its mission and their allocators come from the registry.
     ///
     /// # Errors
-    /// When the registry lacks an allocator of the run, or its parameters are not such as it takes.
+    /// When the registry lacks the mission or an allocator of the run, or its parameters are not such as it takes.
     pub fn of(setup: &Setup, registry: &Registry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
         let mut prepared: BTreeMap<&str, Arc<dyn Prepared>> = BTreeMap::new();
@@ -63,14 +62,15 @@ impl TeamConfig {
             allocators.push(Arc::clone(&one));
             prepared.insert(name, one);
         }
+        let mission = registry.shared(setup)?;
         // The work of an assignment grows with the cube of the team, so it is made only for those who look at it.
         let assignment = if prepared.contains_key("static") {
-            fixed::assign(&planned_cost_ms(scenario, &setup.catalog))
+            fixed::assign(&mission.planned_cost_ms(setup))
         } else {
             Vec::new()
         };
         Ok(Self {
-            map: Arc::new(Map::of(scenario)),
+            mission,
             allocators,
             assignment,
         })
@@ -136,7 +136,7 @@ impl Agent {
             incarnation,
             links: Links::new(robot, setup),
             mind: team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup),
-            mission: Box::new(WasteMission::new(robot, setup, &team.map)),
+            mission: team.mission.mind(robot, setup),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,

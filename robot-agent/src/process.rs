@@ -70,9 +70,9 @@ pub enum AgentError {
     /// The world's answer could not be read.
     #[error("the world's answer could not be read: {0}")]
     Answer(String),
-    /// This program does not know the robot's allocator, or not with these parameters.
+    /// This program does not know the mission or the robot's allocator, or not with these parameters.
     #[error(transparent)]
-    Allocator(#[from] ConfigError),
+    Unknown(#[from] ConfigError),
     /// Signals could not be caught, or random numbers not be had.
     #[error("system")]
     System(#[from] std::io::Error),

@@ -2,6 +2,8 @@
 //!
 //! An [`AgentMission`] makes of what the robot senses and hears what it could do, and of the behavior that its allocator has chosen what
 //! it does. Everything else is done for it: links, heartbeats, the allocator, and the step that goes back because it did not count.
+//! A [`MissionMind`] is what makes it, under the mission's name; a program knows those of its
+//! [`Registry`](crate::allocator::Registry).
 //!
 //! # What a mission may rely on, and must keep
 //! - A step is [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then [`AgentMission::act`], all
@@ -13,14 +15,46 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::data::Mission;
 use alliance_proto::readings::{Actuation, Readings};
+use alliance_proto::scenario::Setup;
 use alliance_proto::team::{Broadcast, Content, Knowledge};
 use alliance_proto::telemetry::Note;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::allocator::{Choice, RouteCost};
+
+/// The robots' side of a mission, as it is known before a run.
+#[derive(Clone, Copy, Debug)]
+pub struct MissionMind {
+    /// The mission.
+    pub data: Mission,
+    /// What all robots of a run have in common; made once for all those of a process. The scenario is valid.
+    pub shared: fn(&Setup) -> Arc<dyn SharedMission>,
+}
+
+/// What all robots of a run have in common.
+pub trait SharedMission: Debug + Send + Sync {
+    /// A robot at the start of an incarnation: it has sensed and heard nothing yet.
+    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission>;
+
+    /// Cost of a unit of each task for each robot as it stands before the start, ms, for assignments made beforehand: a row per robot, a
+    /// column per task, `None` where it has no behavior for it. All cost the same where the mission does not say otherwise.
+    fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
+        let catalog = &setup.catalog;
+        let robots = setup.scenario.robots.iter();
+        let row = robots.map(|robot| {
+            let mut row = vec![None; catalog.tasks.len()];
+            for behavior in catalog.behaviors_of(robot) {
+                row[catalog.sets[behavior.index()].task.index()] = Some(1000);
+            }
+            row
+        });
+        row.collect()
+    }
+}
 
 /// One robot's mind for a mission; pure. Its [`RouteCost`] is that of its state after [`AgentMission::perceive`].
 pub trait AgentMission: RouteCost + Debug + Send {

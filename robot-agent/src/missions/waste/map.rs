@@ -13,7 +13,7 @@ const PER_CELL: usize = 2;
 
 /// A plan of the room without its size.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Map {
+pub(super) struct Map {
     pub(super) spills: Spots,
     pub(super) deposits: Spots,
     pub(super) site_size: Vec2,

@@ -41,6 +41,7 @@ mod tests;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::waste_data::WASTE;
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::{Broadcast, Knowledge};
 use alliance_proto::time::SimTime;
@@ -48,23 +49,40 @@ use glam::Vec2;
 
 use crate::allocator::Choice;
 use crate::body::{Navigator, Status};
-use crate::mission::{Action, AgentMission, Moment, Perception};
+use crate::mission::{Action, AgentMission, MissionMind, Moment, Perception, SharedMission};
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
-use map::{Places, Realms};
+use map::{Map, Places, Realms};
 use memory::Memory;
 use report::Ways;
 use sight::Sight;
 use spill::SpillWork;
 use teammates::Teammates;
 
-pub use costs::planned_cost_ms;
-pub use map::Map;
+/// The clean-up's robot side.
+pub const MIND: MissionMind = MissionMind {
+    data: WASTE,
+    shared: |setup| Arc::new(Team(Arc::new(Map::of(&setup.scenario)))),
+};
+
+/// What all robots of a run know beforehand.
+#[derive(Debug)]
+struct Team(Arc<Map>);
+
+impl SharedMission for Team {
+    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        Box::new(WasteMission::new(robot, setup, &self.0))
+    }
+
+    fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
+        costs::planned_cost_ms(&setup.scenario, &setup.catalog)
+    }
+}
 
 /// One robot's mind for the waste clean-up.
 #[derive(Clone, Debug)]
-pub struct WasteMission {
+struct WasteMission {
     briefing: Briefing,
     memory: Memory,
     teammates: Teammates,
@@ -104,8 +122,7 @@ impl WasteMission {
     ///
     /// # Panics
     /// If the setup has no such robot.
-    #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
+    fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
         let briefing = Briefing::new(robot, setup, map);
         Self {
             memory: Memory::new(robot, &briefing.own_spills, briefing.border),
