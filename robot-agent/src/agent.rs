@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
+use alliance_proto::mission::Lore;
 use alliance_proto::scenario::{BehaviorParams, Setup};
 use alliance_proto::secret::SEAL_BYTES;
-use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge};
+use alliance_proto::team::{Broadcast, Content, Heartbeat};
 use alliance_proto::tick::{Report, TickMessage};
 use alliance_proto::time::SimTime;
 
@@ -203,8 +204,9 @@ impl Agent {
             let body = self.heartbeat(announcement, spent.pop());
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
-        for body in action.bulletins.drain(..) {
+        for bulletin in action.bulletins.drain(..) {
             spent.pop();
+            let body = Content::Bulletin(bulletin);
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
 
@@ -231,11 +233,11 @@ impl Agent {
 
     /// A heartbeat, in the memory of an old one.
     fn heartbeat(&self, announcement: &Announcement, spent: Option<Broadcast>) -> Content {
-        let mut knowledge = match spent.map(|broadcast| broadcast.body) {
-            Some(Content::Heartbeat(heartbeat)) => heartbeat.knowledge,
-            _ => Knowledge::default(),
+        let mut lore = match spent.map(|broadcast| broadcast.body) {
+            Some(Content::Heartbeat(heartbeat)) => heartbeat.lore,
+            _ => Lore::default(),
         };
-        knowledge.clone_from(self.mission.lore());
+        self.mission.lore(&mut lore);
         Content::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
@@ -244,7 +246,7 @@ impl Agent {
             progress: announcement.progress,
             position: self.mission.position(),
             carrying: self.mission.is_laden(),
-            knowledge,
+            lore,
         })
     }
 

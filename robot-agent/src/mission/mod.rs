@@ -16,10 +16,11 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::Lore;
 use alliance_proto::mission::data::Mission;
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Broadcast, Content, Knowledge};
+use alliance_proto::team::{Broadcast, Bulletin};
 use alliance_proto::telemetry::Note;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -72,8 +73,9 @@ pub trait AgentMission: RouteCost + Debug + Send {
     /// Last part of a step: what the active behavior wants. `action` is empty when it comes.
     fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action);
 
-    /// What the robot knows, for its heartbeats.
-    fn lore(&self) -> &Knowledge;
+    /// Writes what the robot knows, for its heartbeat, to `lore`, where there is what some robot knew at some time: its memory is used
+    /// again. After [`AgentMission::act`].
+    fn lore(&self, lore: &mut Lore);
 
     /// Where the robot believes to be, m; `None` while it cannot tell.
     fn position(&self) -> Option<Vec2>;
@@ -125,7 +127,7 @@ pub struct Action {
     /// What the body shall do.
     pub actuation: Actuation,
     /// What to broadcast beside heartbeats.
-    pub bulletins: Vec<Content>,
+    pub bulletins: Vec<Bulletin>,
     /// For the log.
     pub notes: Vec<Note>,
 }

@@ -50,6 +50,7 @@ impl MissionData for WasteData {
                 "spill-empty",
                 "put-down",
             ],
+            bulletins: ["position", "withdrawal"],
             columns: &[
                 "items_in_spills",
                 "items_carried",

@@ -1,10 +1,10 @@
 //! Second half of a step: what the active behavior set wants becomes what the body does.
 
 use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::mission::waste::{Gripper, WasteDeed, Zone};
+use alliance_proto::mission::waste::{Gripper, WasteBulletin, WasteDeed, Zone};
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::Content;
+use alliance_proto::team::About;
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 
@@ -122,12 +122,13 @@ impl WasteMission {
                         kind: NoteKind::PositionUpdate,
                         detail: format!("{} to {}", border.min, border.max),
                     });
-                    action.bulletins.push(Content::PositionUpdate {
+                    let about = About {
                         task,
                         set,
                         progress: self.search_progress + u32::from(progress),
-                        locations,
-                    });
+                    };
+                    let told = WasteBulletin::PositionUpdate(locations);
+                    action.bulletins.push(told.about(Some(about)));
                 }
                 progress
             }
@@ -232,7 +233,8 @@ impl WasteMission {
             kind: NoteKind::LocationsWithdrawn,
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
-        action.bulletins.push(Content::Withdrawal(withdrawal));
+        let told = WasteBulletin::Withdrawal(withdrawal);
+        action.bulletins.push(told.about(None));
     }
 
     fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {

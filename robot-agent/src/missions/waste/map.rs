@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
+use alliance_proto::mission::waste::Locations;
 use alliance_proto::scenario::{Scenario, Spill, Spot};
-use alliance_proto::team::Locations;
 use glam::Vec2;
 
 /// Up to so many places are simply looked at one after the other.

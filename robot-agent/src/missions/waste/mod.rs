@@ -41,9 +41,10 @@ mod tests;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::Lore;
 use alliance_proto::mission::waste_data::WASTE;
 use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Broadcast, Knowledge};
+use alliance_proto::team::Broadcast;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
@@ -167,8 +168,12 @@ impl AgentMission for WasteMission {
         self.carry_out(moment.now, active, moment.readings, action);
     }
 
-    fn lore(&self) -> &Knowledge {
-        self.memory.knowledge()
+    fn lore(&self, lore: &mut Lore) {
+        let known = self.memory.knowledge();
+        match lore {
+            Lore::Waste(old) => old.clone_from(known),
+            Lore::Nothing | Lore::Open(_) => *lore = Lore::Waste(known.clone()),
+        }
     }
 
     fn position(&self) -> Option<Vec2> {

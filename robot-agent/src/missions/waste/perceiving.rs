@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::mission::waste::Zone;
+use alliance_proto::mission::waste::{Knowledge, WasteBulletin, Zone};
+use alliance_proto::mission::{Lore, Payload};
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::{Broadcast, Content, Knowledge, TaskState};
+use alliance_proto::team::{Broadcast, Content, TaskState};
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -98,20 +99,25 @@ impl WasteMission {
                         self.stands_back_since = None;
                     }
                 }
-                if self.learn(&heartbeat.knowledge, now) {
+                if let Lore::Waste(told) = &heartbeat.lore
+                    && self.learn(told, now)
+                {
                     self.learned(broadcast.sender, notes);
                 }
             }
-            Content::PositionUpdate { locations, .. } => {
-                if self.memory.hear_locations(*locations, now) {
-                    self.learned(broadcast.sender, notes);
+            Content::Bulletin(bulletin) => match bulletin.payload {
+                Payload::Waste(WasteBulletin::PositionUpdate(locations)) => {
+                    if self.memory.hear_locations(locations, now) {
+                        self.learned(broadcast.sender, notes);
+                    }
                 }
-            }
-            Content::Withdrawal(withdrawal) => {
-                if self.memory.hear_withdrawal(*withdrawal) {
-                    self.stands_back_since = Some(now);
+                Payload::Waste(WasteBulletin::Withdrawal(withdrawal)) => {
+                    if self.memory.hear_withdrawal(withdrawal) {
+                        self.stands_back_since = Some(now);
+                    }
                 }
-            }
+                Payload::Open(_) => {}
+            },
             Content::Allocation(_) => {}
         }
     }

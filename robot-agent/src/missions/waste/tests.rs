@@ -4,10 +4,12 @@ use std::f32::consts::PI;
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::mission::Sensed;
-use alliance_proto::mission::waste::{Gripper, SensedWaste, WasteSensed, Zone};
+use alliance_proto::mission::waste::{
+    Fact, Gripper, Locations, SensedWaste, WasteBulletin, WasteSensed, Withdrawal, Zone,
+};
 use alliance_proto::readings::{Pose, Readings};
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Locations, TaskState, Withdrawal};
+use alliance_proto::team::{About, Broadcast, BulletinKind, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::NoteKind;
 
 use super::*;
@@ -147,13 +149,13 @@ fn update(finder: RobotId, seen: SimTime) -> Broadcast {
         seen_by: finder,
         seen,
     };
-    let body = Content::PositionUpdate {
+    let about = About {
         task: FIND,
         set: BehaviorId(0),
         progress: 0,
-        locations,
     };
-    broadcast(finder, seen, body)
+    let update = WasteBulletin::PositionUpdate(locations);
+    broadcast(finder, seen, Content::Bulletin(update.about(Some(about))))
 }
 
 fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Broadcast {
@@ -165,7 +167,7 @@ fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Bro
         progress: 0,
         position: Some(position),
         carrying,
-        knowledge: Knowledge::default(),
+        lore: Lore::default(),
     });
     broadcast(MATE, sent, body)
 }
@@ -432,7 +434,10 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
         finder: MATE,
         seen: SimTime::ZERO,
     };
-    assert_eq!(action.bulletins, [Content::Withdrawal(withdrawal)]);
+    assert_eq!(
+        action.bulletins,
+        [WasteBulletin::Withdrawal(withdrawal).about(None)]
+    );
     assert_eq!(robot.mission.memory.knowledge().withdrawn, [withdrawal]);
     assert_eq!(robot.applicable(&at(SPILL)).len(), 2);
     // Hearsay does not bring it back.
@@ -455,7 +460,8 @@ fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
     assert_eq!(action.bulletins, []);
     assert!(action.actuation.speed_m_s > 0.0);
     let (_, action) = robot.step(Some("move-spill(top)"), &at(SPILL));
-    assert!(matches!(action.bulletins[..], [Content::Withdrawal(_)]));
+    assert_eq!(action.bulletins.len(), 1);
+    assert_eq!(action.bulletins[0].kind, BulletinKind::Second);
 }
 
 #[test]
@@ -503,10 +509,11 @@ fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
         },
         SimTime(10),
     );
-    let withdrawal = Content::Withdrawal(Withdrawal {
+    let withdrawal = WasteBulletin::Withdrawal(Withdrawal {
         finder: ME,
         seen: SimTime(10),
     });
+    let withdrawal = Content::Bulletin(withdrawal.about(None));
     let here = at(Vec2::ONE);
     robot.perceive(&here, &[broadcast(MATE, SimTime(10), withdrawal)]);
     assert!(robot.applicable(&here).is_empty());
