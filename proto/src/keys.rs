@@ -1,7 +1,6 @@
 //! Key expressions below `alliance/<run>/` (DESIGN §3).
 
 use crate::ids::Incarnation;
-use crate::team::BroadcastKind;
 
 /// Builds the key expressions of one run, so that runs on one machine never hear each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,10 +74,10 @@ impl Keys {
         format!("{}/robot/*/report", self.prefix)
     }
 
-    /// One agent → all agents: [`crate::team::Broadcast`].
+    /// One agent → all agents: [`crate::team::Broadcast`] of the [kind](crate::team::BroadcastKind::name) of that name.
     #[must_use]
-    pub fn team(&self, robot: &str, kind: BroadcastKind) -> String {
-        format!("{}/team/{robot}/{}", self.prefix, kind.as_str())
+    pub fn team(&self, robot: &str, kind: &str) -> String {
+        format!("{}/team/{robot}/{kind}", self.prefix)
     }
 
     /// All broadcasts of the team.

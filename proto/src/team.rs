@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::allocation::AllocationMessage;
 use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
+use crate::mission::{Lore, Payload};
 use crate::time::SimTime;
 
 /// A message from one robot to all others.
@@ -31,19 +32,8 @@ pub struct Broadcast {
 pub enum Content {
     /// "I am here and this is what I do."
     Heartbeat(Heartbeat),
-    /// "I have found the locations" (thesis §4.2.3); counts as a message about `task`.
-    PositionUpdate {
-        /// The task that found them.
-        task: TaskId,
-        /// Behavior set that found them.
-        set: BehaviorId,
-        /// The finder's progress count on that task.
-        progress: u32,
-        /// What was found.
-        locations: Fact<Locations>,
-    },
-    /// "These locations are wrong": takes back the update of that finder and time.
-    Withdrawal(Withdrawal),
+    /// What the mission tells at once, beside what heartbeats repeat.
+    Bulletin(Bulletin),
     /// What the sender's allocator says.
     Allocation(AllocationMessage),
 }
@@ -53,10 +43,10 @@ pub enum Content {
 pub enum BroadcastKind {
     /// [`Content::Heartbeat`].
     Heartbeat,
-    /// [`Content::PositionUpdate`].
-    Position,
-    /// [`Content::Withdrawal`].
-    Withdrawal,
+    /// [`Content::Bulletin`] of the [first](BulletinKind::First) kind.
+    FirstBulletin,
+    /// [`Content::Bulletin`] of the [second](BulletinKind::Second) kind.
+    SecondBulletin,
     /// [`Content::Allocation`].
     Allocation,
 }
@@ -65,18 +55,19 @@ impl BroadcastKind {
     /// All kinds, in the order of their declaration.
     pub const ALL: [Self; 4] = [
         Self::Heartbeat,
-        Self::Position,
-        Self::Withdrawal,
+        Self::FirstBulletin,
+        Self::SecondBulletin,
         Self::Allocation,
     ];
 
-    /// Last chunk of the key expression, and the `kind` column of messages.csv.
+    /// Last chunk of the key expression, and the `kind` column of messages.csv, where the mission's bulletins have
+    /// [these names](crate::mission::data::Terms::bulletins).
     #[must_use]
-    pub fn as_str(self) -> &'static str {
+    pub fn name(self, bulletins: [&'static str; 2]) -> &'static str {
         match self {
             Self::Heartbeat => "heartbeat",
-            Self::Position => "position",
-            Self::Withdrawal => "withdrawal",
+            Self::FirstBulletin => bulletins[0],
+            Self::SecondBulletin => bulletins[1],
             Self::Allocation => "allocation",
         }
     }
@@ -88,11 +79,43 @@ impl Content {
     pub fn kind(&self) -> BroadcastKind {
         match self {
             Self::Heartbeat(_) => BroadcastKind::Heartbeat,
-            Self::PositionUpdate { .. } => BroadcastKind::Position,
-            Self::Withdrawal(_) => BroadcastKind::Withdrawal,
+            Self::Bulletin(bulletin) => match bulletin.kind {
+                BulletinKind::First => BroadcastKind::FirstBulletin,
+                BulletinKind::Second => BroadcastKind::SecondBulletin,
+            },
             Self::Allocation(_) => BroadcastKind::Allocation,
         }
     }
+}
+
+/// A broadcast of the mission's own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bulletin {
+    /// Which of the mission's kinds it is.
+    pub kind: BulletinKind,
+    /// The task that it counts as a message about; `None`: about none.
+    pub about: Option<About>,
+    /// What it says.
+    pub payload: Payload,
+}
+
+/// The kinds of bulletins that a mission may have. There are two at most: the draws of a link number all kinds in two bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs)] // What they are for is the mission's.
+pub enum BulletinKind {
+    First,
+    Second,
+}
+
+/// What a bulletin is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct About {
+    /// The task.
+    pub task: TaskId,
+    /// The sender's behavior set for it.
+    pub set: BehaviorId,
+    /// The sender's progress count on it.
+    pub progress: u32,
 }
 
 /// What a robot does about a task, as its heartbeats say it.
@@ -139,84 +162,5 @@ pub struct Heartbeat {
     /// Whether it carries an item.
     pub carrying: bool,
     /// What it knows about the mission.
-    pub knowledge: Knowledge,
-}
-
-/// Something somebody saw. The newest wins; own sight beats hearsay (DESIGN §7).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fact<T> {
-    /// What was seen.
-    pub value: T,
-    /// Who saw it.
-    pub seen_by: RobotId,
-    /// When.
-    pub seen: SimTime,
-}
-
-/// Where things are, as computed from the border's extremes (thesis §4.1.1.1).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Locations {
-    /// Smallest x and y of the border, m.
-    pub min: Vec2,
-    /// Largest x and y of the border, m.
-    pub max: Vec2,
-}
-
-/// Takes back the [`Locations`] that `finder` broadcast as seen at `seen`, and its older ones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Withdrawal {
-    /// Whose update is withdrawn.
-    pub finder: RobotId,
-    /// The time of that update.
-    pub seen: SimTime,
-}
-
-/// Waste lying, or no longer lying, outside the spills.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LooseWaste {
-    /// Where, m.
-    pub at: Vec2,
-    /// Whether something lies there; `false` once a robot has looked and found nothing.
-    pub present: bool,
-}
-
-/// A robot's knowledge about the waste clean-up, repeated in every heartbeat, so that lost messages, added waste and
-/// newcomers are no special case (DESIGN §7).
-#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Knowledge {
-    /// The locations, once found.
-    pub locations: Option<Fact<Locations>>,
-    /// Latest withdrawal known of each finder, by rank of the finder.
-    pub withdrawn: Vec<Withdrawal>,
-    /// By spill, by its place in the scenario and in that order, as far as known: `true` = seen empty, `false` = waste seen
-    /// there.
-    pub empty: Vec<(u16, Fact<bool>)>,
-    /// Places outside the spills with waste, or searched since.
-    pub loose: Vec<Fact<LooseWaste>>,
-    /// Latest progress report known.
-    pub last_report: Option<Fact<()>>,
-}
-
-/// By hand: `clone_from` reuses the buffers of the old value, so a heartbeat does not allocate.
-impl Clone for Knowledge {
-    fn clone(&self) -> Self {
-        let mut copy = Self::default();
-        copy.clone_from(self);
-        copy
-    }
-
-    fn clone_from(&mut self, source: &Self) {
-        let Self {
-            locations,
-            withdrawn,
-            empty,
-            loose,
-            last_report,
-        } = source;
-        self.locations = *locations;
-        self.withdrawn.clone_from(withdrawn);
-        self.empty.clone_from(empty);
-        self.loose.clone_from(loose);
-        self.last_report = *last_report;
-    }
+    pub lore: Lore,
 }

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
+use alliance_proto::mission::Lore;
 use alliance_proto::scenario::{BehaviorParams, Setup};
 use alliance_proto::secret::SEAL_BYTES;
-use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge};
+use alliance_proto::team::{Broadcast, Content, Heartbeat};
 use alliance_proto::tick::{Report, TickMessage};
 use alliance_proto::time::SimTime;
 
@@ -17,7 +18,7 @@ use crate::allocator::{
 };
 use crate::allocators::fixed;
 use crate::links::{Heard, Links};
-use crate::missions::waste::{Action, Map, Perception, WasteMission, planned_cost_ms};
+use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]
@@ -27,7 +28,7 @@ pub struct Agent {
     /// Messages on their way belong to the state that goes back when a step did not count.
     links: Links,
     mind: Box<dyn Mind>,
-    mission: WasteMission,
+    mission: Box<dyn AgentMission>,
     seed: u64,
     step_s: f64,
     /// Sequence number of the next broadcast.
@@ -37,7 +38,7 @@ pub struct Agent {
 /// What all robots of a run know beforehand; there once, however many of them share a process.
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
-    map: Arc<Map>,
+    mission: Arc<dyn SharedMission>,
     /// By rank.
     allocators: Vec<Arc<dyn Prepared>>,
     /// Tasks given beforehand, by rank.
@@ -45,10 +46,10 @@ pub struct TeamConfig {
 }
 
 impl TeamConfig {
-    /// What the robots of that run know; their allocators come from the registry.
+    /// What the robots of that run know; its mission and their allocators come from the registry.
     ///
     /// # Errors
-    /// When the registry lacks an allocator of the run, or its parameters are not such as it takes.
+    /// When the registry lacks the mission or an allocator of the run, or its parameters are not such as it takes.
     pub fn of(setup: &Setup, registry: &Registry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
         let mut prepared: BTreeMap<&str, Arc<dyn Prepared>> = BTreeMap::new();
@@ -62,14 +63,15 @@ impl TeamConfig {
             allocators.push(Arc::clone(&one));
             prepared.insert(name, one);
         }
+        let mission = registry.shared(setup)?;
         // The work of an assignment grows with the cube of the team, so it is made only for those who look at it.
         let assignment = if prepared.contains_key("static") {
-            fixed::assign(&planned_cost_ms(scenario, &setup.catalog))
+            fixed::assign(&mission.planned_cost_ms(setup))
         } else {
             Vec::new()
         };
         Ok(Self {
-            map: Arc::new(Map::of(scenario)),
+            mission,
             allocators,
             assignment,
         })
@@ -135,7 +137,7 @@ impl Agent {
             incarnation,
             links: Links::new(robot, setup),
             mind: team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup),
-            mission: WasteMission::new(robot, setup, &team.map),
+            mission: team.mission.mind(robot, setup),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
@@ -153,12 +155,9 @@ impl Agent {
     /// a step is larger than a first-level cache.
     pub fn perceive(&mut self, tick: &TickMessage, space: &mut Workspace) {
         self.links.hear(tick, &mut space.arrived, &mut space.heard);
-        self.mission.perceive(
-            tick.now,
-            &tick.readings,
-            &space.heard.inbox,
-            &mut space.perception,
-        );
+        space.perception.clear();
+        self.mission
+            .perceive(&moment(tick), &space.heard.inbox, &mut space.perception);
     }
 
     /// Second part: what it shall be at.
@@ -167,18 +166,18 @@ impl Agent {
         if self.mind.weighs_costs() {
             let applicable = &space.perception.applicable;
             self.mission
-                .choices(tick.now, &tick.readings, applicable, &mut space.choices);
+                .choices(&moment(tick), applicable, &mut space.choices);
         }
         let input = Input {
             now: tick.now,
             step_s: self.step_s,
             position: self.mission.position(),
-            is_laden: self.mission.carrying(),
+            is_laden: self.mission.is_laden(),
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
             heard: &space.heard.inbox,
-            route: &self.mission,
+            route: &*self.mission,
             draws: Draws::of(self.seed, self.robot, tick.tick),
         };
         self.mind.step(&input, &mut space.outcome);
@@ -197,19 +196,18 @@ impl Agent {
             action,
             ..
         } = space;
-        self.mission
-            .act(tick.now, outcome.active, &tick.readings, perception, action);
+        action.clear();
+        self.mission.act(&moment(tick), outcome.active, action);
 
         broadcasts.clear();
         for announcement in &outcome.announcements {
             let body = self.heartbeat(announcement, spent.pop());
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
-        if !action.bodies.is_empty() {
-            for body in action.bodies.drain(..) {
-                spent.pop();
-                broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
-            }
+        for bulletin in action.bulletins.drain(..) {
+            spent.pop();
+            let body = Content::Bulletin(bulletin);
+            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
 
         for message in outcome.say.drain(..) {
@@ -235,11 +233,11 @@ impl Agent {
 
     /// A heartbeat, in the memory of an old one.
     fn heartbeat(&self, announcement: &Announcement, spent: Option<Broadcast>) -> Content {
-        let mut knowledge = match spent.map(|broadcast| broadcast.body) {
-            Some(Content::Heartbeat(heartbeat)) => heartbeat.knowledge,
-            _ => Knowledge::default(),
+        let mut lore = match spent.map(|broadcast| broadcast.body) {
+            Some(Content::Heartbeat(heartbeat)) => heartbeat.lore,
+            _ => Lore::default(),
         };
-        knowledge.clone_from(self.mission.knowledge());
+        self.mission.lore(&mut lore);
         Content::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
@@ -247,8 +245,8 @@ impl Agent {
             task: announcement.task,
             progress: announcement.progress,
             position: self.mission.position(),
-            carrying: self.mission.carrying(),
-            knowledge,
+            carrying: self.mission.is_laden(),
+            lore,
         })
     }
 
@@ -264,6 +262,13 @@ impl Agent {
             sent: tick.now,
             body,
         }
+    }
+}
+
+fn moment(tick: &TickMessage) -> Moment<'_> {
+    Moment {
+        now: tick.now,
+        readings: &tick.readings,
     }
 }
 

@@ -4,7 +4,7 @@
 //! - [`agent`]: one step of the mind. What has arrived in [`radio`] it hears through [`links`]; it perceives and acts through its mission, and weighs its
 //!   choices with its allocator.
 //! - [`allocator`]: the seam to the rule that chooses; [`allocators`]: the rules, ALLIANCE among them.
-//! - [`missions`]: behavior sets and knowledge.
+//! - [`mission`]: the seam to what robots are there for; [`missions`]: the missions' robot sides.
 //! - [`body`]: driving and obstacle avoidance.
 //! - [`testkit`]: what every allocator must keep, for tests of other crates too.
 //! - `by_rank`: lists of what is kept of each teammate.
@@ -21,6 +21,7 @@ pub mod args;
 pub mod body;
 mod by_rank;
 pub mod links;
+pub mod mission;
 pub mod missions;
 pub mod process;
 pub mod radio;

@@ -25,7 +25,7 @@ use std::sync::Arc;
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::link::LinkState;
 use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Broadcast, BroadcastKind, Content};
+use alliance_proto::team::{Broadcast, BroadcastKind, Bulletin, Content};
 use alliance_proto::telemetry::{Delivery, Reception, Said};
 use alliance_proto::tick::TickMessage;
 use alliance_proto::time::SimTime;
@@ -311,13 +311,11 @@ fn said(broadcast: &Broadcast) -> Said {
             heartbeat.task,
             Some(heartbeat.progress),
         ),
-        Content::PositionUpdate {
-            task,
-            set,
-            progress,
-            ..
-        } => (None, None, Some(*set), Some(*task), Some(*progress)),
-        Content::Withdrawal(_) | Content::Allocation(_) => (None, None, None, None, None),
+        Content::Bulletin(Bulletin { about, .. }) => {
+            let (set, task) = (about.map(|it| it.set), about.map(|it| it.task));
+            (None, None, set, task, about.map(|it| it.progress))
+        }
+        Content::Allocation(_) => (None, None, None, None, None),
     };
     Said {
         seq: broadcast.seq,

@@ -70,9 +70,9 @@ pub enum AgentError {
     /// The world's answer could not be read.
     #[error("the world's answer could not be read: {0}")]
     Answer(String),
-    /// This program does not know the robot's allocator, or not with these parameters.
+    /// This program does not know the mission or the robot's allocator, or not with these parameters.
     #[error(transparent)]
-    Allocator(#[from] ConfigError),
+    Unknown(#[from] ConfigError),
     /// Signals could not be caught, or random numbers not be had.
     #[error("system")]
     System(#[from] std::io::Error),
@@ -102,7 +102,7 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
         .await
         .map_err(bus)?;
     let (welcome, setup) = join_patiently(&session, &keys, robot, run).await?;
-    let publishers = declare_publishers(&session, &keys, robot)
+    let publishers = declare_publishers(&session, &keys, robot, &setup)
         .await
         .map_err(bus)?;
     let team = TeamConfig::of(&setup, Registry::of_this_program())?;
@@ -317,6 +317,7 @@ async fn declare_publishers(
     session: &Session,
     keys: &Keys,
     robot: &str,
+    setup: &Setup,
 ) -> zenoh::Result<Publishers> {
     // One priority for all of them, and for ticks: so they keep their order, and nobody else's messages delay them.
     let publisher = |key| {
@@ -324,9 +325,10 @@ async fn declare_publishers(
         declared.priority(Priority::InteractiveHigh)
     };
     let report = publisher(keys.report(robot)).await?;
+    let bulletins = setup.catalog.mission.terms().bulletins;
     let mut team = Vec::new();
     for kind in BroadcastKind::ALL {
-        team.push(publisher(keys.team(robot, kind)).await?);
+        team.push(publisher(keys.team(robot, kind.name(bulletins))).await?);
     }
     Ok(Publishers { report, team })
 }

@@ -94,7 +94,8 @@ fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alliance_proto::team::{Content, Withdrawal};
+    use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
+    use alliance_proto::team::Content;
     use alliance_proto::time::SimTime;
 
     fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
@@ -105,10 +106,13 @@ mod tests {
             index,
             seq,
             sent: SimTime(tick * 50),
-            body: Content::Withdrawal(Withdrawal {
-                finder: RobotId(sender),
-                seen: SimTime(seq),
-            }),
+            body: Content::Bulletin(
+                WasteBulletin::Withdrawal(Withdrawal {
+                    finder: RobotId(sender),
+                    seen: SimTime(seq),
+                })
+                .about(None),
+            ),
         }
     }
 

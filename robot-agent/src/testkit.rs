@@ -11,7 +11,8 @@ use std::sync::Arc;
 use alliance_proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessage};
 use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::mission::Lore;
+use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -256,7 +257,7 @@ impl Trial {
             progress: self.chance.random_range(0..9),
             position: Some(Vec2::splat(if wild { f32::NAN } else { 2.0 })),
             carrying: false,
-            knowledge: Knowledge::default(),
+            lore: Lore::default(),
         })
     }
 

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow};
+use alliance_proto::mission::Lore;
 use alliance_proto::scenario::{
     BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection,
 };
-use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::time::SimTime;
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
@@ -164,7 +165,7 @@ fn heartbeat(now: SimTime) -> Broadcast {
             progress: 0,
             position: None,
             carrying: false,
-            knowledge: Knowledge::default(),
+            lore: Lore::default(),
         }),
     }
 }

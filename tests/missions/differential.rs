@@ -5,8 +5,11 @@ use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
+use alliance_proto::mission::Lore;
+use alliance_proto::mission::waste::{Fact, Locations, WasteBulletin};
+use alliance_proto::mission::waste_data::WASTE;
 use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, Switches};
-use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Knowledge, Locations, TaskState};
+use alliance_proto::team::{About, Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::Motivation;
 use alliance_proto::time::SimTime;
 use alliance_tests::recompute::compare;
@@ -75,19 +78,20 @@ fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
     let tick = now.0 / STEP_MS;
     let body = if chance.random_bool(0.05) {
         let corner = Default::default();
-        Content::PositionUpdate {
+        let about = About {
             task,
             set: alliance_proto::ids::BehaviorId(task.0 + 1),
             progress,
-            locations: Fact {
-                value: Locations {
-                    min: corner,
-                    max: corner,
-                },
-                seen_by: TEAMMATES[0],
-                seen: now,
+        };
+        let update = WasteBulletin::PositionUpdate(Fact {
+            value: Locations {
+                min: corner,
+                max: corner,
             },
-        }
+            seen_by: TEAMMATES[0],
+            seen: now,
+        });
+        Content::Bulletin(update.about(Some(about)))
     } else {
         let state = STATES[chance.random_range(0..4)];
         let named = state != TaskState::Idle;
@@ -99,7 +103,7 @@ fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
             progress: if named { progress } else { 0 },
             position: None,
             carrying: false,
-            knowledge: Knowledge::default(),
+            lore: Lore::default(),
         })
     };
     Broadcast {
@@ -144,8 +148,12 @@ impl Rows<'_> {
     fn message(&self, now: SimTime, broadcast: &Broadcast, fate: &str) -> MessageRow {
         let (state, task, progress) = match &broadcast.body {
             Content::Heartbeat(it) => (it.state.as_str(), it.task, it.progress),
-            Content::PositionUpdate { task, progress, .. } => ("", Some(*task), *progress),
-            Content::Withdrawal(_) | Content::Allocation(_) => ("", None, 0),
+            Content::Bulletin(bulletin) => (
+                "",
+                bulletin.about.map(|about| about.task),
+                bulletin.about.map_or(0, |about| about.progress),
+            ),
+            Content::Allocation(_) => ("", None, 0),
         };
         MessageRow {
             t_ms: now,
@@ -153,7 +161,11 @@ impl Rows<'_> {
             sender: self.robot(broadcast.sender),
             incarnation: broadcast.incarnation,
             seq: Some(broadcast.seq),
-            kind: broadcast.body.kind().as_str().to_owned(),
+            kind: broadcast
+                .body
+                .kind()
+                .name(WASTE.terms().bulletins)
+                .to_owned(),
             state: state.to_owned(),
             since_ms: None,
             behavior_set: String::new(),

@@ -10,11 +10,13 @@ use alliance_proto::fault::{Fault, Order};
 use alliance_proto::ids::RobotId;
 use alliance_proto::join::{JoinRequest, PROTOCOL_VERSION};
 use alliance_proto::keys::Keys;
+use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
+use alliance_proto::mission::waste_data::WASTE;
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::secret::{SEAL_BYTES, Secret};
-use alliance_proto::team::{Broadcast, BroadcastKind, Content, Withdrawal};
+use alliance_proto::team::{Broadcast, BroadcastKind, Content};
 use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
 use alliance_proto::time::SimTime;
 use rand::{Rng, RngExt};
@@ -151,7 +153,8 @@ impl Stranger {
         for robot in ROBOTS {
             keys.push(self.keys.tick(robot));
             keys.push(self.keys.report(robot));
-            keys.extend(BroadcastKind::ALL.map(|kind| self.keys.team(robot, kind)));
+            let bulletins = WASTE.terms().bulletins;
+            keys.extend(BroadcastKind::ALL.map(|kind| self.keys.team(robot, kind.name(bulletins))));
         }
         keys
     }
@@ -342,10 +345,13 @@ impl Stranger {
             index: 0,
             seq: 0,
             sent: SimTime(0),
-            body: Content::Withdrawal(Withdrawal {
-                finder: robot,
-                seen: SimTime(1 << 40),
-            }),
+            body: Content::Bulletin(
+                WasteBulletin::Withdrawal(Withdrawal {
+                    finder: robot,
+                    seen: SimTime(1 << 40),
+                })
+                .about(None),
+            ),
         };
         encode(&broadcast).unwrap()
     }

@@ -142,7 +142,7 @@ export function eventInWords(event, names) {
   return { what, why: tidy([event.reason, event.detail].filter(Boolean).join("; "), names) };
 }
 
-const SAYINGS = { Heartbeat: "Heartbeat", Position: "PositionUpdate", Withdrawal: "Withdrawal" };
+const SAYINGS = { Heartbeat: "Heartbeat", FirstBulletin: "PositionUpdate", SecondBulletin: "Withdrawal" };
 
 /** The name of a kind of message, in the thesis' words. */
 export function messageKind(kind) {

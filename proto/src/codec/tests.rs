@@ -13,14 +13,16 @@ use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
 use crate::items::ItemCounts;
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
-use crate::mission::waste::{Gripper, WasteDeed, WasteSensed, Zone};
-use crate::mission::{Bytes, Deed, Sensed};
+use crate::mission::waste::{
+    Fact, Gripper, Knowledge, Locations, LooseWaste, WasteBulletin, WasteDeed, WasteSensed,
+    Withdrawal, Zone,
+};
+use crate::mission::{Bytes, Deed, Lore, Payload, Sensed};
 use crate::process::{ProcessNews, ProcessState};
 use crate::readings::{Actuation, Ground, Hit, Pose, Proximity, Readings};
 use crate::scenario::Obstacle;
 use crate::team::{
-    Broadcast, BroadcastKind, Content, Fact, Heartbeat, Knowledge, Locations, LooseWaste,
-    TaskState, Withdrawal,
+    About, Broadcast, BroadcastKind, Bulletin, BulletinKind, Content, Heartbeat, TaskState,
 };
 use crate::telemetry::{
     AllocationRow, BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said,
@@ -209,6 +211,33 @@ fn knowledge() -> impl Strategy<Value = Knowledge> {
         )
 }
 
+fn lore() -> impl Strategy<Value = Lore> {
+    prop_oneof![
+        Just(Lore::Nothing),
+        knowledge().prop_map(Lore::Waste),
+        vec(any::<u8>(), 0..9).prop_map(Lore::Open),
+    ]
+}
+
+fn bulletin() -> impl Strategy<Value = Bulletin> {
+    let kind = prop::sample::select(vec![BulletinKind::First, BulletinKind::Second]);
+    let about = (task(), set(), any::<u32>()).prop_map(|(task, set, progress)| About {
+        task,
+        set,
+        progress,
+    });
+    let payload = prop_oneof![
+        locations().prop_map(|told| Payload::Waste(WasteBulletin::PositionUpdate(told))),
+        withdrawal().prop_map(|told| Payload::Waste(WasteBulletin::Withdrawal(told))),
+        vec(any::<u8>(), 0..9).prop_map(Payload::Open),
+    ];
+    (kind, option::of(about), payload).prop_map(|(kind, about, payload)| Bulletin {
+        kind,
+        about,
+        payload,
+    })
+}
+
 fn task_state() -> impl Strategy<Value = TaskState> {
     use TaskState::{Executing, Idle, Released, Waiting};
     prop::sample::select(vec![Executing, Waiting, Idle, Released])
@@ -216,40 +245,23 @@ fn task_state() -> impl Strategy<Value = TaskState> {
 
 fn broadcast() -> impl Strategy<Value = Broadcast> {
     let subject = (option::of(set()), option::of(task()), option::of(point()));
-    let heartbeat = (
-        task_state(),
-        time(),
-        subject,
-        any::<(u32, bool)>(),
-        knowledge(),
-    )
-        .prop_map(
-            |(state, since, (set, task, position), (progress, carrying), knowledge)| {
-                Content::Heartbeat(Heartbeat {
-                    state,
-                    since,
-                    set,
-                    task,
-                    progress,
-                    position,
-                    carrying,
-                    knowledge,
-                })
-            },
-        );
-    let update =
-        (task(), set(), any::<u32>(), locations()).prop_map(|(task, set, progress, locations)| {
-            Content::PositionUpdate {
-                task,
+    let heartbeat = (task_state(), time(), subject, any::<(u32, bool)>(), lore()).prop_map(
+        |(state, since, (set, task, position), (progress, carrying), lore)| {
+            Content::Heartbeat(Heartbeat {
+                state,
+                since,
                 set,
+                task,
                 progress,
-                locations,
-            }
-        });
+                position,
+                carrying,
+                lore,
+            })
+        },
+    );
     let body = prop_oneof![
         heartbeat,
-        update,
-        withdrawal().prop_map(Content::Withdrawal),
+        bulletin().prop_map(Content::Bulletin),
         (any::<String>(), vec(any::<u8>(), 0..40)).prop_map(|(schema, bytes)| {
             Content::Allocation(AllocationMessage::Open(OpenMessage { schema, bytes }))
         })

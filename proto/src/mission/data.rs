@@ -74,6 +74,8 @@ pub struct Terms {
     pub faults: &'static [&'static str],
     /// Kinds of events in events.csv that only this mission knows.
     pub events: &'static [&'static str],
+    /// Names of its two kinds of bulletins: last chunk of their keys, and `kind` in messages.csv.
+    pub bulletins: [&'static str; 2],
     /// Columns of mission.csv after the time.
     pub columns: &'static [&'static str],
 }

@@ -1,5 +1,6 @@
-//! What a mission puts on the bus and into the log: [`Sensed`] by devices that only it has, a [`Deed`] that only it knows, and
-//! its [`MissionFigures`]. What it is in scenarios and files is [`data`]'s.
+//! What a mission puts on the bus and into the log: [`Sensed`] by devices that only it has, a [`Deed`] that only it knows, the
+//! [`Lore`] that heartbeats repeat, the [`Payload`] of its bulletins, and its [`MissionFigures`]. What it is in scenarios and
+//! files is [`data`]'s.
 //!
 //! A mission that is known here has a typed place; any other one encodes its own types into [`Bytes`].
 
@@ -14,7 +15,7 @@ use serde::de::{DeserializeOwned, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::codec::{self, CodecError};
-use waste::{WasteDeed, WasteSensed};
+use waste::{Knowledge, WasteBulletin, WasteDeed, WasteSensed};
 
 pub use figures::{MissionFigures, TeamFigures, Value};
 
@@ -23,6 +24,9 @@ pub const SENSED_MAX: usize = 160;
 
 /// Most bytes of a deed of an open mission.
 pub const DEED_MAX: usize = 32;
+
+/// Most bytes of what a robot of an open mission knows, and of a bulletin of it.
+pub const LORE_MAX: usize = 600;
 
 /// What the devices of a mission tell a robot in a step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -83,6 +87,38 @@ impl Deed {
             Self::Nothing | Self::Open(_) => WasteDeed::default(),
         }
     }
+}
+
+/// What a robot knows of its mission; every heartbeat repeats it, so that lost messages and newcomers are no special case.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lore {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// In the waste clean-up.
+    Waste(Knowledge),
+    /// In any other mission: the encoding of a type of its own, [`LORE_MAX`] bytes at most.
+    Open(#[serde(deserialize_with = "at_most_lore")] Vec<u8>),
+}
+
+/// What a bulletin of a mission says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Payload {
+    /// In the waste clean-up.
+    Waste(WasteBulletin),
+    /// In any other mission: the encoding of a type of its own, [`LORE_MAX`] bytes at most.
+    Open(#[serde(deserialize_with = "at_most_lore")] Vec<u8>),
+}
+
+fn at_most_lore<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+    let bytes = Vec::deserialize(deserializer)?;
+    if bytes.len() > LORE_MAX {
+        let expected = format!("at most {LORE_MAX} bytes");
+        return Err(D::Error::invalid_length(bytes.len(), &expected.as_str()));
+    }
+    Ok(bytes)
 }
 
 /// A few bytes in place: a step that hands them on does not allocate.
@@ -211,6 +247,13 @@ mod tests {
         let mut too_long = vec![2, DEED_MAX as u8 + 1];
         too_long.extend([0; DEED_MAX + 1]);
         assert!(codec::decode::<Deed>(&too_long).is_err());
+    }
+
+    #[test]
+    fn lore_has_its_bound() {
+        let of = |length| codec::encode(&Lore::Open(vec![7; length])).unwrap();
+        assert!(codec::decode::<Lore>(&of(LORE_MAX)).is_ok());
+        assert!(codec::decode::<Lore>(&of(LORE_MAX + 1)).is_err());
     }
 
     #[test]

@@ -4,9 +4,11 @@ use arrayvec::ArrayVec;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Deed, MissionFigures, Value};
+use super::{Deed, MissionFigures, Payload, Value};
+use crate::ids::RobotId;
 use crate::items::ItemCounts;
 use crate::log::{Table, TableRow};
+use crate::team::{About, Bulletin, BulletinKind};
 use crate::time::SimTime;
 
 /// What the spill sensor finds under the robot's center.
@@ -89,6 +91,109 @@ impl From<Gripper> for Deed {
             ..WasteDeed::default()
         }
         .into()
+    }
+}
+
+/// Something somebody saw. The newest wins; own sight beats hearsay (DESIGN §7).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fact<T> {
+    /// What was seen.
+    pub value: T,
+    /// Who saw it.
+    pub seen_by: RobotId,
+    /// When.
+    pub seen: SimTime,
+}
+
+/// Where things are, as computed from the border's extremes (thesis §4.1.1.1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Locations {
+    /// Smallest x and y of the border, m.
+    pub min: Vec2,
+    /// Largest x and y of the border, m.
+    pub max: Vec2,
+}
+
+/// Takes back the [`Locations`] that `finder` broadcast as seen at `seen`, and its older ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Withdrawal {
+    /// Whose update is withdrawn.
+    pub finder: RobotId,
+    /// The time of that update.
+    pub seen: SimTime,
+}
+
+/// Waste lying, or no longer lying, outside the spills.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LooseWaste {
+    /// Where, m.
+    pub at: Vec2,
+    /// Whether something lies there; `false` once a robot has looked and found nothing.
+    pub present: bool,
+}
+
+/// A robot's knowledge about the waste clean-up, repeated in every heartbeat, so that lost messages, added waste and
+/// newcomers are no special case (DESIGN §7).
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Knowledge {
+    /// The locations, once found.
+    pub locations: Option<Fact<Locations>>,
+    /// Latest withdrawal known of each finder, by rank of the finder.
+    pub withdrawn: Vec<Withdrawal>,
+    /// By spill, by its place in the scenario and in that order, as far as known: `true` = seen empty, `false` = waste seen
+    /// there.
+    pub empty: Vec<(u16, Fact<bool>)>,
+    /// Places outside the spills with waste, or searched since.
+    pub loose: Vec<Fact<LooseWaste>>,
+    /// Latest progress report known.
+    pub last_report: Option<Fact<()>>,
+}
+
+/// By hand: `clone_from` reuses the buffers of the old value, so a heartbeat does not allocate.
+impl Clone for Knowledge {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        let Self {
+            locations,
+            withdrawn,
+            empty,
+            loose,
+            last_report,
+        } = source;
+        self.locations = *locations;
+        self.withdrawn.clone_from(withdrawn);
+        self.empty.clone_from(empty);
+        self.loose.clone_from(loose);
+        self.last_report = *last_report;
+    }
+}
+
+/// What robots of the clean-up tell at once.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum WasteBulletin {
+    /// "I have found the locations" (thesis §4.2.3). Of the first kind, about the task that found them.
+    PositionUpdate(Fact<Locations>),
+    /// "These locations are wrong": takes back the update of that finder and time. Of the second kind, about no task.
+    Withdrawal(Withdrawal),
+}
+
+impl WasteBulletin {
+    /// As it is broadcast.
+    #[must_use]
+    pub fn about(self, about: Option<About>) -> Bulletin {
+        Bulletin {
+            kind: match self {
+                Self::PositionUpdate(_) => BulletinKind::First,
+                Self::Withdrawal(_) => BulletinKind::Second,
+            },
+            about,
+            payload: Payload::Waste(self),
+        }
     }
 }
 

@@ -27,12 +27,12 @@ pub trait Prepared: Debug + Send + Sync {
     fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind>;
 }
 
-/// Parameters that an allocator does not take.
+/// What a program cannot make of a run: an allocator or a mission that it does not know, or not with these parameters.
 #[derive(Debug, thiserror::Error)]
-#[error("allocators.{allocator}: {why}")]
+#[error("{subject}: {why}")]
 pub struct ConfigError {
-    /// Whose.
-    pub allocator: String,
+    /// What it is about, as scenarios call it.
+    pub subject: String,
     /// What is wrong.
     pub why: String,
 }
@@ -80,7 +80,7 @@ impl<A: Allocator> Kind for Typed<A> {
 /// `[allocators.NAME]` of the run's scenario.
 fn config<C: DeserializeOwned>(setup: &Setup, name: &str) -> Result<C, ConfigError> {
     C::deserialize(setup.scenario.allocator_values(name)).map_err(|error| ConfigError {
-        allocator: name.to_owned(),
+        subject: format!("allocators.{name}"),
         why: error.to_string(),
     })
 }

@@ -1,4 +1,4 @@
-//! The allocators that a program knows.
+//! The allocators and missions that a program knows.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,14 +10,17 @@ use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::Random;
+use crate::mission::{MissionMind, SharedMission};
+use crate::missions::waste;
 
 /// What the program at hand knows: written once, by its `main`, before anything reads it.
 static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
 
-/// The allocators that a program knows, by name.
+/// The allocators and the missions' robot sides that a program knows, by name.
 #[derive(Clone, Debug)]
 pub struct Registry {
     kinds: Vec<Arc<dyn Kind>>,
+    missions: Vec<MissionMind>,
 }
 
 impl Registry {
@@ -26,6 +29,7 @@ impl Registry {
     pub fn built_in() -> Self {
         Self {
             kinds: vec![Arc::new(Alliance)],
+            missions: vec![waste::MIND],
         }
         .allocator::<Nearest>(
             "nearest",
@@ -68,16 +72,24 @@ impl Registry {
         self
     }
 
+    /// With one more mission, or another one under that name.
+    #[must_use]
+    pub fn mission(mut self, mind: MissionMind) -> Self {
+        self.missions.retain(|known| known.data != mind.data);
+        self.missions.push(mind);
+        self
+    }
+
     /// What scenarios may say of them: all, in the order in which they were added.
     #[must_use]
     pub fn vocabulary(&self) -> Vocabulary {
         Vocabulary {
+            missions: self.missions.iter().map(|mind| mind.data).collect(),
             allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
-            ..Vocabulary::default()
         }
     }
 
-    /// The one of that name, with the parameters of a run.
+    /// The allocator of that name, with the parameters of a run.
     ///
     /// # Errors
     /// When there is none, or the parameters are not such as it takes.
@@ -91,10 +103,27 @@ impl Registry {
                 .map(|it| it.name)
                 .collect();
             ConfigError {
-                allocator: name.to_owned(),
+                subject: format!("allocators.{name}"),
                 why: format!("there is no such allocator; there are {}", names.join(", ")),
             }
         };
         kind.ok_or_else(unknown)?.prepare(setup)
+    }
+
+    /// What the robots of a run have in common for its mission.
+    ///
+    /// # Errors
+    /// When there is no robot side of it.
+    pub fn shared(&self, setup: &Setup) -> Result<Arc<dyn SharedMission>, ConfigError> {
+        let mission = setup.catalog.mission;
+        let mind = self.missions.iter().find(|known| known.data == mission);
+        let mind = mind.ok_or_else(|| {
+            let names: Vec<_> = self.missions.iter().map(|it| it.data.name()).collect();
+            ConfigError {
+                subject: format!("mission {}", mission.name()),
+                why: format!("there is no such mission; there are {}", names.join(", ")),
+            }
+        })?;
+        Ok((mind.shared)(setup))
     }
 }

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::Lore;
 use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::Reason;
 use alliance_proto::time::SimTime;
 use proptest::prelude::*;
@@ -155,7 +156,7 @@ fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broa
             progress: 0,
             position: None,
             carrying: false,
-            knowledge: Knowledge::default(),
+            lore: Lore::default(),
         }),
     })
 }

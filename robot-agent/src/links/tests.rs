@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::link::Probability;
+use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
 use alliance_proto::readings::Readings;
-use alliance_proto::team::Withdrawal;
 use alliance_proto::tick::ManifestEntry;
 use proptest::prelude::*;
 
@@ -29,10 +29,13 @@ fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
         index,
         seq: tick * 10 + u64::from(index),
         sent: SimTime(tick * STEP.0),
-        body: Content::Withdrawal(Withdrawal {
-            finder: ME,
-            seen: SimTime::ZERO,
-        }),
+        body: Content::Bulletin(
+            WasteBulletin::Withdrawal(Withdrawal {
+                finder: ME,
+                seen: SimTime::ZERO,
+            })
+            .about(None),
+        ),
     }
 }
 

@@ -84,7 +84,8 @@ impl Air {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::team::{Content, Withdrawal};
+    use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
+    use alliance_proto::team::Content;
     use alliance_proto::time::SimTime;
 
     use super::*;
@@ -99,10 +100,13 @@ mod tests {
             index,
             seq: 10 * tick + u64::from(index),
             sent: SimTime(tick),
-            body: Content::Withdrawal(Withdrawal {
-                finder: SENDER,
-                seen: SimTime::ZERO,
-            }),
+            body: Content::Bulletin(
+                WasteBulletin::Withdrawal(Withdrawal {
+                    finder: SENDER,
+                    seen: SimTime::ZERO,
+                })
+                .about(None),
+            ),
         };
         (0..count).map(broadcast).collect()
     }

@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 
 use alliance_proto::keys::Keys;
 use alliance_proto::session;
-use alliance_proto::team::BroadcastKind;
 use clap::{Args, Parser, Subcommand};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::Signal;
@@ -200,7 +199,7 @@ impl Agent {
         let session = open(&session::client(&self.endpoint)).await?;
         let (keys, name) = (keys(), name(self.rank));
         let report = declare(&session, keys.report(&name)).await?;
-        let team = declare(&session, keys.team(&name, BroadcastKind::Heartbeat)).await?;
+        let team = declare(&session, keys.team(&name, "heartbeat")).await?;
         let (rank, every) = (self.rank, self.broadcast_every.max(1));
         let (report_bytes, broadcast_bytes) = (self.report_bytes, self.broadcast_bytes);
         let over = Arc::new(Notify::new());

@@ -128,7 +128,7 @@ fn message(
             row.text(names.robot(reception.sender))
                 .number(reception.incarnation)
                 .optional(said.map(|said| said.seq))
-                .text(said.map_or("", |said| said.kind.as_str()))
+                .text(said.map_or("", |said| names.broadcast(said.kind)))
                 .text(state.map_or("", |state| state.as_str()))
                 .optional(said.and_then(|said| said.since).map(|since| since.0))
                 .text(names.set(said.and_then(|said| said.set)))

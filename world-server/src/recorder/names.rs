@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::{Catalog, Roster, Setup};
+use alliance_proto::team::BroadcastKind;
 
 /// The names that stand in the tables for the ids of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     pub roster: Arc<Roster>,
     catalog: Arc<Catalog>,
+    bulletins: [&'static str; 2],
 }
 
 impl Names {
@@ -17,6 +19,7 @@ impl Names {
         Self {
             roster: Arc::clone(&setup.roster),
             catalog: Arc::clone(&setup.catalog),
+            bulletins: setup.catalog.mission.terms().bulletins,
         }
     }
 
@@ -28,6 +31,10 @@ impl Names {
     /// Names by rank.
     pub fn robots(&self) -> impl Iterator<Item = &str> {
         self.roster.names()
+    }
+
+    pub fn broadcast(&self, kind: BroadcastKind) -> &'static str {
+        kind.name(self.bulletins)
     }
 
     pub fn set(&self, set: Option<BehaviorId>) -> &str {

@@ -51,6 +51,7 @@ impl MissionData for WasteData {
                 "spill-empty",
                 "put-down",
             ],
+            bulletins: ["position", "withdrawal"],
             columns: &[
                 "items_in_spills",
                 "items_carried",

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::scenario::{HistoryOrigin, Switches};
-use alliance_proto::team::{Broadcast, Content, TaskState};
+use alliance_proto::team::{Broadcast, Bulletin, Content, TaskState};
 use alliance_proto::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
@@ -79,8 +79,10 @@ impl History {
                 };
                 (task, weight, heartbeat.progress)
             }
-            Content::PositionUpdate { task, progress, .. } => (*task, Weight::Full, *progress),
-            Content::Withdrawal(_) | Content::Allocation(_) => return false,
+            Content::Bulletin(Bulletin {
+                about: Some(about), ..
+            }) => (about.task, Weight::Full, about.progress),
+            Content::Bulletin(_) | Content::Allocation(_) => return false,
         };
         // What others do about tasks that the robot has no set for changes nothing for it.
         let Some(own) = own_task(task) else {

@@ -149,8 +149,8 @@ impl Config {
     pub fn admits(&self, broadcast: &Broadcast) -> bool {
         let task = match &broadcast.body {
             Content::Heartbeat(heartbeat) => heartbeat.task,
-            Content::PositionUpdate { task, .. } => Some(*task),
-            Content::Withdrawal(_) | Content::Allocation(_) => None,
+            Content::Bulletin(bulletin) => bulletin.about.map(|about| about.task),
+            Content::Allocation(_) => None,
         };
         broadcast.sender != self.robot
             && broadcast.sender.index() < self.team

@@ -1,10 +1,10 @@
 //! Second half of a step: what the active behavior set wants becomes what the body does.
 
 use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::mission::waste::{Gripper, WasteDeed, Zone};
-use alliance_proto::readings::{Actuation, Readings};
+use alliance_proto::mission::waste::{Gripper, WasteBulletin, WasteDeed, Zone};
+use alliance_proto::readings::Readings;
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::Content;
+use alliance_proto::team::About;
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 
@@ -12,39 +12,24 @@ use super::briefing::{Briefing, OwnBehavior};
 use super::extremes::Extremes;
 use super::find::{Methodical, Search};
 use super::report::{Errand, Ways, errand};
-use super::sight::Sight;
 use super::spill::{SpillView, SpillWork, Work};
-use super::{Pending, Perception, WasteMission, places};
+use super::{Pending, WasteMission, places};
 use crate::body::goal::length;
 use crate::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
+use crate::mission::Action;
 
 /// An idle robot leaves this much room between itself and a teammate at work, m.
 const ROOM_M: f32 = 0.2;
 
-/// Result of [`WasteMission::act`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Action {
-    /// What the body shall do.
-    pub actuation: Actuation,
-    /// What to broadcast beside heartbeats.
-    pub bodies: Vec<Content>,
-    /// For the log.
-    pub notes: Vec<Note>,
-}
-
 impl WasteMission {
     /// Second half of a step: writes to `action` what the active set wants, on the readings that were perceived.
-    pub fn act(
+    pub(super) fn carry_out(
         &mut self,
         now: SimTime,
         active: Option<BehaviorId>,
         readings: &Readings,
-        perception: &Perception,
         action: &mut Action,
     ) {
-        action.actuation = Actuation::default();
-        action.bodies.clear();
-        action.notes.clear();
         if self.holding && active != self.load_of {
             return self.put_down(now, readings, action);
         }
@@ -74,9 +59,7 @@ impl WasteMission {
                 self.search(now, set, task, search, readings, action);
             }
             BehaviorKind::MoveSpill(spill) => {
-                if let Some(sight) = &perception.sight {
-                    self.move_spill(now, (set, task), spill, readings, sight, action);
-                }
+                self.move_spill(now, (set, task), spill, readings, action);
             }
             BehaviorKind::ReportProgress => self.report_progress(now, task, readings, action),
         }
@@ -139,12 +122,13 @@ impl WasteMission {
                         kind: NoteKind::PositionUpdate,
                         detail: format!("{} to {}", border.min, border.max),
                     });
-                    action.bodies.push(Content::PositionUpdate {
+                    let about = About {
                         task,
                         set,
                         progress: self.search_progress + u32::from(progress),
-                        locations,
-                    });
+                    };
+                    let told = WasteBulletin::PositionUpdate(locations);
+                    action.bulletins.push(told.about(Some(about)));
                 }
                 progress
             }
@@ -160,10 +144,10 @@ impl WasteMission {
         (set, task): (BehaviorId, TaskId),
         spill: u16,
         readings: &Readings,
-        sight: &Sight,
         action: &mut Action,
     ) {
-        let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
+        let places = places(&self.briefing, &self.memory, &self.realms);
+        let (Some(sight), Some(places)) = (&self.sight, places) else {
             return;
         };
         let zone = readings.mission.waste().zone;
@@ -249,7 +233,8 @@ impl WasteMission {
             kind: NoteKind::LocationsWithdrawn,
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
-        action.bodies.push(Content::Withdrawal(withdrawal));
+        let told = WasteBulletin::Withdrawal(withdrawal);
+        action.bulletins.push(told.about(None));
     }
 
     fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {

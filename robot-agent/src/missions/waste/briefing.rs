@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::waste::Locations;
 use alliance_proto::scenario::{BehaviorKind, Catalog, Setup};
-use alliance_proto::team::Locations;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use smallvec::SmallVec;

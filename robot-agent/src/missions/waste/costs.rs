@@ -30,7 +30,7 @@ fn reward(kind: BehaviorKind) -> f64 {
 
 impl WasteMission {
     /// Writes a choice per own behavior; `applicable` is what the step has perceived.
-    pub fn choices(
+    pub(super) fn offer(
         &self,
         now: SimTime,
         readings: &Readings,
@@ -130,8 +130,7 @@ fn center((min, max): (Vec2, Vec2)) -> Vec2 {
 
 /// Cost of a unit of each task for each robot as it stands before the start, ms, for assignments made beforehand: a row per robot,
 /// a column per task, `None` where it has no behavior for it.
-#[must_use]
-pub fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option<i64>>> {
+pub(super) fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option<i64>>> {
     let waste = &scenario.waste;
     let site = Vec2::new(
         waste.report_site.width_m.min(scenario.room.width_m) / 2.0,

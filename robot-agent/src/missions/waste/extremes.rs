@@ -1,7 +1,7 @@
 //! The smallest and largest x and y that a robot knows to be inside the border (thesis §4.1.2.1).
 
+use alliance_proto::mission::waste::Locations;
 use alliance_proto::readings::{Pose, Readings};
-use alliance_proto::team::Locations;
 use glam::Vec2;
 
 use super::compass::Compass;

@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
+use alliance_proto::mission::waste::Locations;
 use alliance_proto::scenario::{Scenario, Spill, Spot};
-use alliance_proto::team::Locations;
 use glam::Vec2;
 
 /// Up to so many places are simply looked at one after the other.
@@ -13,7 +13,7 @@ const PER_CELL: usize = 2;
 
 /// A plan of the room without its size.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Map {
+pub(super) struct Map {
     pub(super) spills: Spots,
     pub(super) deposits: Spots,
     pub(super) site_size: Vec2,

@@ -2,7 +2,7 @@
 //! own sight beats hearsay, "empty" expires.
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::team::{Fact, Knowledge, Locations, LooseWaste, Withdrawal};
+use alliance_proto::mission::waste::{Fact, Knowledge, Locations, LooseWaste, Withdrawal};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use smallvec::SmallVec;

@@ -41,29 +41,49 @@ mod tests;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::Lore;
+use alliance_proto::mission::waste_data::WASTE;
 use alliance_proto::scenario::Setup;
-use alliance_proto::team::Knowledge;
+use alliance_proto::team::Broadcast;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
+use crate::allocator::Choice;
 use crate::body::{Navigator, Status};
+use crate::mission::{Action, AgentMission, MissionMind, Moment, Perception, SharedMission};
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
-use map::{Places, Realms};
+use map::{Map, Places, Realms};
 use memory::Memory;
 use report::Ways;
+use sight::Sight;
 use spill::SpillWork;
 use teammates::Teammates;
 
-pub use acting::Action;
-pub use costs::planned_cost_ms;
-pub use map::Map;
-pub use perceiving::Perception;
+/// The clean-up's robot side.
+pub const MIND: MissionMind = MissionMind {
+    data: WASTE,
+    shared: |setup| Arc::new(Team(Arc::new(Map::of(&setup.scenario)))),
+};
+
+/// What all robots of a run know beforehand.
+#[derive(Debug)]
+struct Team(Arc<Map>);
+
+impl SharedMission for Team {
+    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        Box::new(WasteMission::new(robot, setup, &self.0))
+    }
+
+    fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
+        costs::planned_cost_ms(&setup.scenario, &setup.catalog)
+    }
+}
 
 /// One robot's mind for the waste clean-up.
 #[derive(Clone, Debug)]
-pub struct WasteMission {
+struct WasteMission {
     briefing: Briefing,
     memory: Memory,
     teammates: Teammates,
@@ -77,6 +97,8 @@ pub struct WasteMission {
     position: Option<Vec2>,
     facing: Facing,
     realms: Realms,
+    /// The floor as the step sees it, where its places are known.
+    sight: Option<Sight>,
     holding: bool,
     /// The set that picked up what the robot holds.
     load_of: Option<BehaviorId>,
@@ -101,8 +123,7 @@ impl WasteMission {
     ///
     /// # Panics
     /// If the setup has no such robot.
-    #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
+    fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
         let briefing = Briefing::new(robot, setup, map);
         Self {
             memory: Memory::new(robot, &briefing.own_spills, briefing.border),
@@ -119,6 +140,7 @@ impl WasteMission {
             position: None,
             facing: Facing::default(),
             realms: Realms::default(),
+            sight: None,
             holding: false,
             load_of: None,
             pending: None,
@@ -126,23 +148,44 @@ impl WasteMission {
             stands_back_since: None,
         }
     }
+}
 
-    /// What the robot knows, for its heartbeats.
-    #[must_use]
-    pub fn knowledge(&self) -> &Knowledge {
-        self.memory.knowledge()
+impl AgentMission for WasteMission {
+    fn perceive(
+        &mut self,
+        moment: &Moment<'_>,
+        heard: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    ) {
+        self.take_in(moment.now, moment.readings, heard, perception);
     }
 
-    /// Where the robot believes to be, m.
-    #[must_use]
-    pub fn position(&self) -> Option<Vec2> {
+    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        self.offer(moment.now, moment.readings, applicable, choices);
+    }
+
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
+        self.carry_out(moment.now, active, moment.readings, action);
+    }
+
+    fn lore(&self, lore: &mut Lore) {
+        let known = self.memory.knowledge();
+        match lore {
+            Lore::Waste(old) => old.clone_from(known),
+            Lore::Nothing | Lore::Open(_) => *lore = Lore::Waste(known.clone()),
+        }
+    }
+
+    fn position(&self) -> Option<Vec2> {
         self.position
     }
 
-    /// Whether it carries an item.
-    #[must_use]
-    pub fn carrying(&self) -> bool {
+    fn is_laden(&self) -> bool {
         self.holding
+    }
+
+    fn checkpoint(&self) -> Box<dyn AgentMission> {
+        Box::new(self.clone())
     }
 }
 

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::mission::waste::Zone;
+use alliance_proto::mission::waste::{Knowledge, WasteBulletin, Zone};
+use alliance_proto::mission::{Lore, Payload};
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::{Broadcast, Content, Knowledge, TaskState};
+use alliance_proto::team::{Broadcast, Content, TaskState};
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -19,6 +20,7 @@ use super::sight::Sight;
 use super::teammates::News;
 use super::{Pending, WasteMission, places};
 use crate::body::goal::{is_within, length};
+use crate::mission::Perception;
 
 /// How long a finder whose update was withdrawn leaves the search to others.
 const STANDS_BACK: SimTime = SimTime(60_000);
@@ -28,23 +30,10 @@ const SPILL_TOLERANCE_M: f32 = 0.2;
 /// find-locations.
 const FIND: TaskId = TaskId(0);
 
-/// Result of [`WasteMission::perceive`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Perception {
-    /// sensory_feedback (eq. 2.1) of each of the robot's sets, in the order of `Catalog::behaviors_of`.
-    pub applicable: Vec<bool>,
-    /// The tasks on which the robot had an effect on the world since the last step, one entry each.
-    pub progressed: Vec<TaskId>,
-    /// For the log.
-    pub notes: Vec<Note>,
-    /// The floor, where its places are known.
-    pub(super) sight: Option<Sight>,
-}
-
 impl WasteMission {
     /// First half of a step: joins what the robot senses and hears to what it knows, and writes what follows to
     /// `perception`.
-    pub fn perceive(
+    pub(super) fn take_in(
         &mut self,
         now: SimTime,
         readings: &Readings,
@@ -55,9 +44,7 @@ impl WasteMission {
             applicable,
             progressed,
             notes,
-            sight,
         } = perception;
-        notes.clear();
         self.position = readings.pose.map(|pose| pose.position);
         self.see_effects(now, readings);
         for broadcast in heard {
@@ -67,7 +54,7 @@ impl WasteMission {
             self.search_later(place, now);
         }
         self.extremes.join(readings, self.briefing.chassis.radius_m);
-        *sight = self.see_waste(now, readings);
+        self.sight = self.see_waste(now, readings);
         self.memory.expire(now);
         for &task in &self.progressed {
             self.search_progress += u32::from(task == FIND);
@@ -76,9 +63,7 @@ impl WasteMission {
                 detail: self.briefing.catalog.task_name(task).to_owned(),
             });
         }
-        progressed.clear();
         progressed.append(&mut self.progressed);
-        applicable.clear();
         let own_behaviors = self.briefing.own_behaviors.iter();
         applicable.extend(own_behaviors.map(|set| self.is_applicable(set, now, readings)));
     }
@@ -114,20 +99,25 @@ impl WasteMission {
                         self.stands_back_since = None;
                     }
                 }
-                if self.learn(&heartbeat.knowledge, now) {
+                if let Lore::Waste(told) = &heartbeat.lore
+                    && self.learn(told, now)
+                {
                     self.learned(broadcast.sender, notes);
                 }
             }
-            Content::PositionUpdate { locations, .. } => {
-                if self.memory.hear_locations(*locations, now) {
-                    self.learned(broadcast.sender, notes);
+            Content::Bulletin(bulletin) => match bulletin.payload {
+                Payload::Waste(WasteBulletin::PositionUpdate(locations)) => {
+                    if self.memory.hear_locations(locations, now) {
+                        self.learned(broadcast.sender, notes);
+                    }
                 }
-            }
-            Content::Withdrawal(withdrawal) => {
-                if self.memory.hear_withdrawal(*withdrawal) {
-                    self.stands_back_since = Some(now);
+                Payload::Waste(WasteBulletin::Withdrawal(withdrawal)) => {
+                    if self.memory.hear_withdrawal(withdrawal) {
+                        self.stands_back_since = Some(now);
+                    }
                 }
-            }
+                Payload::Open(_) => {}
+            },
             Content::Allocation(_) => {}
         }
     }

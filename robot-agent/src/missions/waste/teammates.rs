@@ -160,7 +160,8 @@ fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
 #[cfg(test)]
 mod tests {
     use alliance_proto::ids::TaskId;
-    use alliance_proto::team::{Content, Knowledge};
+    use alliance_proto::mission::Lore;
+    use alliance_proto::team::Content;
 
     use super::*;
 
@@ -175,7 +176,7 @@ mod tests {
             progress: 0,
             position: Some(HERE),
             carrying: false,
-            knowledge: Knowledge::default(),
+            lore: Lore::default(),
         }
     }
 

@@ -4,10 +4,12 @@ use std::f32::consts::PI;
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::mission::Sensed;
-use alliance_proto::mission::waste::{Gripper, SensedWaste, WasteSensed, Zone};
+use alliance_proto::mission::waste::{
+    Fact, Gripper, Locations, SensedWaste, WasteBulletin, WasteSensed, Withdrawal, Zone,
+};
 use alliance_proto::readings::{Pose, Readings};
 use alliance_proto::scenario::BehaviorKind;
-use alliance_proto::team::{Broadcast, Content, Fact, Heartbeat, Locations, TaskState, Withdrawal};
+use alliance_proto::team::{About, Broadcast, BulletinKind, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::NoteKind;
 
 use super::*;
@@ -25,7 +27,6 @@ const SPILL: Vec2 = Vec2::new(4.0, 6.0);
 struct Robot {
     mission: WasteMission,
     now: SimTime,
-    perceived: Perception,
 }
 
 /// A robot of the default scenario with these readings at the next steps.
@@ -37,7 +38,6 @@ fn robot() -> Robot {
     Robot {
         mission: mission(ME, &Setup::default_for(1)),
         now: SimTime::ZERO,
-        perceived: Perception::default(),
     }
 }
 
@@ -54,8 +54,7 @@ impl Robot {
         let heard: Vec<_> = heard.iter().cloned().map(Arc::new).collect();
         let mut perception = Perception::default();
         self.mission
-            .perceive(self.now, readings, &heard, &mut perception);
-        self.perceived = perception.clone();
+            .take_in(self.now, readings, &heard, &mut perception);
         perception
     }
 
@@ -67,8 +66,7 @@ impl Robot {
     /// On what it has perceived last.
     fn act_on(&mut self, set: Option<BehaviorId>, readings: &Readings) -> Action {
         let mut action = Action::default();
-        self.mission
-            .act(self.now, set, readings, &self.perceived, &mut action);
+        self.mission.carry_out(self.now, set, readings, &mut action);
         action
     }
 
@@ -151,13 +149,13 @@ fn update(finder: RobotId, seen: SimTime) -> Broadcast {
         seen_by: finder,
         seen,
     };
-    let body = Content::PositionUpdate {
+    let about = About {
         task: FIND,
         set: BehaviorId(0),
         progress: 0,
-        locations,
     };
-    broadcast(finder, seen, body)
+    let update = WasteBulletin::PositionUpdate(locations);
+    broadcast(finder, seen, Content::Bulletin(update.about(Some(about))))
 }
 
 fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Broadcast {
@@ -169,7 +167,7 @@ fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Bro
         progress: 0,
         position: Some(position),
         carrying,
-        knowledge: Knowledge::default(),
+        lore: Lore::default(),
     });
     broadcast(MATE, sent, body)
 }
@@ -260,7 +258,7 @@ fn a_report_is_made_on_the_site_and_is_progress() {
     let perception = robot.perceive(&on_site, &[]);
     assert_eq!(perception.progressed, [REPORT]);
     assert_eq!(
-        robot.mission.knowledge().last_report.unwrap().seen,
+        robot.mission.memory.knowledge().last_report.unwrap().seen,
         robot.now
     );
     assert_eq!(robot.applicable(&on_site).len(), 2);
@@ -308,7 +306,7 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
         .actuation;
     // The deposit is ahead, to the right.
     assert!(carry.turn_rad_s < 0.0);
-    assert!(robot.mission.carrying());
+    assert!(robot.mission.is_laden());
 }
 
 #[test]
@@ -380,7 +378,7 @@ fn when_its_set_hibernates_it_puts_its_load_down_and_says_where() {
                 .iter()
                 .any(|note| note.kind == NoteKind::PutDown)
         );
-        let loose = &robot.mission.knowledge().loose;
+        let loose = &robot.mission.memory.knowledge().loose;
         assert_eq!(loose.len(), 1);
         assert!(loose[0].value.present && length(loose[0].value.at - place) < 0.3);
     }
@@ -436,8 +434,11 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
         finder: MATE,
         seen: SimTime::ZERO,
     };
-    assert_eq!(action.bodies, [Content::Withdrawal(withdrawal)]);
-    assert_eq!(robot.mission.knowledge().withdrawn, [withdrawal]);
+    assert_eq!(
+        action.bulletins,
+        [WasteBulletin::Withdrawal(withdrawal).about(None)]
+    );
+    assert_eq!(robot.mission.memory.knowledge().withdrawn, [withdrawal]);
     assert_eq!(robot.applicable(&at(SPILL)).len(), 2);
     // Hearsay does not bring it back.
     let perception = robot.perceive(&at(SPILL), &[update(MATE, SimTime::ZERO)]);
@@ -451,16 +452,16 @@ fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
     let mut robot = Robot {
         mission: mission(ME, &setup),
         now: SimTime::ZERO,
-        perceived: Perception::default(),
     };
     robot.perceive(&at(Vec2::ONE), &[update(MATE, SimTime::ZERO)]);
     // All of it is in sight from here.
     let beside = at(SPILL - Vec2::new(2.0, 0.0));
     let (_, action) = robot.step(Some("move-spill(top)"), &beside);
-    assert_eq!(action.bodies, []);
+    assert_eq!(action.bulletins, []);
     assert!(action.actuation.speed_m_s > 0.0);
     let (_, action) = robot.step(Some("move-spill(top)"), &at(SPILL));
-    assert!(matches!(action.bodies[..], [Content::Withdrawal(_)]));
+    assert_eq!(action.bulletins.len(), 1);
+    assert_eq!(action.bulletins[0].kind, BulletinKind::Second);
 }
 
 #[test]
@@ -470,7 +471,7 @@ fn a_spill_that_is_only_seen_from_outside_may_be_there() {
     // In fifteen minutes it has found each way into it closed.
     for _ in 0..20 * 900 {
         let (_, action) = robot.step(Some("move-spill(top)"), &beside);
-        assert_eq!(action.bodies, []);
+        assert_eq!(action.bulletins, []);
     }
 }
 
@@ -494,7 +495,7 @@ fn a_robot_that_is_boxed_in_withdraws_nothing() {
     // In ten minutes it has found the way to each point of the spill closed.
     for _ in 0..20 * 600 {
         let (_, action) = robot.step(Some("move-spill(top)"), &at(Vec2::ONE));
-        assert_eq!(action.bodies, []);
+        assert_eq!(action.bulletins, []);
     }
 }
 
@@ -508,10 +509,11 @@ fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
         },
         SimTime(10),
     );
-    let withdrawal = Content::Withdrawal(Withdrawal {
+    let withdrawal = WasteBulletin::Withdrawal(Withdrawal {
         finder: ME,
         seen: SimTime(10),
     });
+    let withdrawal = Content::Bulletin(withdrawal.about(None));
     let here = at(Vec2::ONE);
     robot.perceive(&here, &[broadcast(MATE, SimTime(10), withdrawal)]);
     assert!(robot.applicable(&here).is_empty());
@@ -543,7 +545,7 @@ fn a_place_that_was_searched_in_vain_is_no_longer_one_to_search() {
     robot.mission.memory.see_loose(place, true, robot.now);
     robot.perceive(&at(place + Vec2::new(0.5, 0.0)), &[]);
     assert_eq!(robot.mission.memory.loose().count(), 0);
-    assert!(!robot.mission.knowledge().loose[0].value.present);
+    assert!(!robot.mission.memory.knowledge().loose[0].value.present);
 }
 
 #[test]
@@ -553,7 +555,7 @@ fn waste_in_the_deposit_is_nobodys_work() {
         sensed.waste = Some([Vec2::new(0.3, 0.0)].into_iter().collect())
     });
     robot.perceive(&readings, &[]);
-    assert!(robot.mission.knowledge().loose.is_empty());
+    assert!(robot.mission.memory.knowledge().loose.is_empty());
     let action = robot.act(Some("move-spill(top)"), &readings);
     assert_eq!(action.actuation.deed.waste().gripper, Gripper::Keep);
 }

@@ -61,7 +61,7 @@ fn any_body() -> impl Strategy<Value = BodyRecord> {
 fn any_reception() -> impl Strategy<Value = Reception> {
     let said = (
         mostly(0, vec![1]),
-        mostly(BroadcastKind::Heartbeat, vec![BroadcastKind::Position]),
+        mostly(BroadcastKind::Heartbeat, vec![BroadcastKind::FirstBulletin]),
         mostly(None, vec![Some(TaskState::Idle)]),
         mostly(None, vec![Some(SimTime(0))]),
         mostly(None, vec![Some(BehaviorId(0))]),

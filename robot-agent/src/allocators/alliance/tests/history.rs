@@ -1,6 +1,7 @@
 //! comm_received, its origin, releases, and the memory it takes.
 
-use alliance_proto::team::{Fact, Locations};
+use alliance_proto::mission::waste::{Fact, Locations, WasteBulletin};
+use alliance_proto::team::About;
 
 use super::*;
 use crate::allocators::alliance::history::{History, Record};
@@ -180,16 +181,17 @@ fn position_update(progress: u32) -> Content {
         min: Default::default(),
         max: Default::default(),
     };
-    Content::PositionUpdate {
+    let about = About {
         task: task(TOP),
         set: set(TOP),
         progress,
-        locations: Fact {
-            value: locations,
-            seen_by: GOLD,
-            seen: ms(0),
-        },
-    }
+    };
+    let update = WasteBulletin::PositionUpdate(Fact {
+        value: locations,
+        seen_by: GOLD,
+        seen: ms(0),
+    });
+    Content::Bulletin(update.about(Some(about)))
 }
 
 #[test]

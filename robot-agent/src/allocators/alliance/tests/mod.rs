@@ -14,10 +14,11 @@ mod waiting;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::Lore;
 use alliance_proto::scenario::{
     BehaviorParams, Preset, Robot, Scenario, Setup, StepOrder, Switches,
 };
-use alliance_proto::team::{Broadcast, Content, Heartbeat, Knowledge, TaskState};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
 use alliance_proto::time::SimTime;
 
@@ -140,7 +141,7 @@ fn broadcast(sender: RobotId, seq: u64, sent: SimTime, it: &Announcement) -> Bro
             progress: it.progress,
             position: None,
             carrying: false,
-            knowledge: Knowledge::default(),
+            lore: Lore::default(),
         }),
     }
 }
