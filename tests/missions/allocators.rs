@@ -12,7 +12,7 @@ use crate::harness::Lab;
 const BASELINES: [&str; 4] = ["nearest", "first-come", "random", "static"];
 
 /// Gold dies in the middle of its work, and comes back no more.
-const KILL: &str = "[[faults.timeline]]\nat = 100.0\nkill = \"gold\"\n";
+const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 
 fn scenario(allocator: &str, rest: &str) -> Scenario {
     let known = robot_agent::allocator::Registry::built_in().vocabulary();

@@ -6,7 +6,7 @@ use std::process::Command;
 
 /// Gold's process is killed with SIGKILL after 100 s.
 const SCENARIO: &str = "allocator = \"greedy\"\nlimit_s = 1200.0\n\
-    [[faults.timeline]]\nat = 100.0\nkill = \"gold\"\n";
+    [[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 
 fn own_allocator(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_own-allocator"));
