@@ -13,6 +13,8 @@ use crate::allocator::Registry;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
+/// Task of the behavior that grows impatient first.
+const FASTEST: u16 = 3;
 
 /// Under the clean-up's name: its tasks and behaviors do.
 const VISIT: MissionMind = MissionMind {
@@ -221,7 +223,7 @@ fn its_bulletins_count_for_alliance_as_messages_about_their_task() {
     let mut blue = agent(BLUE, &setup);
     let mut tick = 0;
     let update = loop {
-        let said = step(&mut blue, message(tick, Some(0)), &[]);
+        let said = step(&mut blue, message(tick, Some(FASTEST)), &[]);
         let told = said.broadcasts.into_iter();
         let mut told = told.filter(|it| matches!(it.body, Content::Bulletin(_)));
         if let Some(update) = told.next() {
