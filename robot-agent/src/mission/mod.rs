@@ -3,7 +3,7 @@
 //! An [`AgentMission`] makes of what the robot senses and hears what it could do, and of the behavior that its allocator has chosen what
 //! it does. Everything else is done for it: links, heartbeats, the allocator, and the step that goes back because it did not count.
 //! A [`MissionMind`] is what makes it, under the mission's name; a program knows those of its
-//! [`Registry`](crate::allocator::Registry).
+//! [`Registry`](crate::allocator::Registry). A mission with types of its own is shorter as a [`TypedMind`], behind [`Typed`].
 //!
 //! # What a mission may rely on, and must keep
 //! - A step is [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then [`AgentMission::act`], all
@@ -11,6 +11,10 @@
 //! - Inputs are all it knows: no clock, no file, no global, no thread. The same inputs give the same step on every machine.
 //! - Its state is all in the value: a copy is a checkpoint, to which a robot goes back when its step did not count.
 //! - What is sent at tick *t* is heard at *t* + 1 or later, doubled, or never. Lore and bulletins of another mission are ignored.
+
+#[cfg(test)]
+mod tests;
+mod typed;
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -26,6 +30,8 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use crate::allocator::{Choice, RouteCost};
+
+pub use typed::{Heard, Typed, TypedMind, TypedMoment, bulletin};
 
 /// The robots' side of a mission, as it is known before a run.
 #[derive(Clone, Copy, Debug)]

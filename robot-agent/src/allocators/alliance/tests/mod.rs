@@ -16,7 +16,7 @@ use std::sync::Arc;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::Lore;
 use alliance_proto::scenario::{
-    BehaviorParams, Preset, Robot, Scenario, Setup, StepOrder, Switches,
+    BehaviorParams, Catalog, Preset, Robot, Scenario, Setup, StepOrder, Switches, TaskSection,
 };
 use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::{BehaviorState, Reason, StateChange};
@@ -70,6 +70,7 @@ fn setup(preset: Preset, count: usize, step_ms: u64) -> Setup {
     let mut setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     setup.alliance.threshold = 100.0;
     setup.alliance.switches = preset.switches();
+    setup.step_order = preset.step_order();
     every_set(&mut setup, |set| {
         set.broadcast_rate_hz = 1.0;
         set.ceased_after_s = 5.0;
@@ -91,6 +92,13 @@ fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
 
 fn engine(robot: RobotId, setup: &Setup) -> Engine {
     Engine::new(robot, setup)
+}
+
+/// A task with other terms than the usual ones.
+fn with_task(mut setup: Setup, name: &str, edit: impl FnOnce(&mut TaskSection)) -> Setup {
+    edit(setup.scenario.tasks.entry(name.to_owned()).or_default());
+    setup.catalog = Arc::new(Catalog::of(&setup.scenario));
+    setup
 }
 
 fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {

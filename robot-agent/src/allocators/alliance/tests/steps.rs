@@ -84,13 +84,9 @@ fn of_several_at_threshold_the_first_in_the_catalog_activates() {
 
 #[test]
 fn of_several_at_threshold_the_highest_priority_activates() {
-    let mut setup = setup(Preset::Team, 2, 200);
-    setup
-        .scenario
-        .tasks
-        .entry("move-spill(bottom)".to_owned())
-        .or_default()
-        .priority = 1;
+    let setup = with_task(setup(Preset::Team, 2, 200), "move-spill(bottom)", |task| {
+        task.priority = 1;
+    });
     let mut gold = Solo::new(GOLD, &setup);
     gold.quiet_until(ms(20_200), ALL);
     assert_eq!(gold.engine.active(), Some(set(BOTTOM)));

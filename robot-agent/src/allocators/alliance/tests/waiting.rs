@@ -270,13 +270,9 @@ fn a_later_word_about_another_task_ends_the_claim_but_not_the_release_of_another
 
 #[test]
 fn a_task_for_two_is_occupied_by_two() {
-    let mut setup = setup(Preset::Team, 4, 200);
-    setup
-        .scenario
-        .tasks
-        .entry("move-spill(top)".to_owned())
-        .or_default()
-        .max_robots = 2;
+    let setup = with_task(setup(Preset::Team, 4, 200), "move-spill(top)", |task| {
+        task.max_robots = 2;
+    });
     let mut team = Team::new(&setup);
     team.run_until(ms(22_000), &[ONLY_TOP; 4]);
     let states: Vec<bool> = team

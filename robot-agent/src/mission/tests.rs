@@ -1,0 +1,256 @@
+//! A mission of somebody else: places to be touched once, each a task. It shows what the robots' side of one takes.
+
+use alliance_proto::codec;
+use alliance_proto::mission::waste_data::WASTE;
+use alliance_proto::mission::{Bytes, Deed, Payload, Sensed};
+use alliance_proto::team::{About, BulletinKind, Content};
+use alliance_proto::tick::{ManifestEntry, TickMessage};
+use serde::{Deserialize, Serialize};
+
+use super::*;
+use crate::agent::{Agent, TeamConfig, Workspace};
+use crate::allocator::Registry;
+
+const BLUE: RobotId = RobotId(0);
+const GOLD: RobotId = RobotId(1);
+/// Task of the behavior that grows impatient first.
+const FASTEST: u16 = 3;
+
+/// Under the clean-up's name: its tasks and behaviors do.
+const VISIT: MissionMind = MissionMind {
+    data: WASTE,
+    shared: |_| Arc::new(Places),
+};
+
+#[derive(Debug)]
+struct Places;
+
+impl SharedMission for Places {
+    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        let catalog = &setup.catalog;
+        let own = catalog.behaviors_of(&setup.scenario.robots[robot.index()]);
+        Box::new(Typed::new(Visit {
+            own: own.map(|id| (id, catalog.sets[id.index()].task)).collect(),
+            touched: Vec::new(),
+        }))
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Visit {
+    own: Vec<(BehaviorId, TaskId)>,
+    /// In ascending order.
+    touched: Vec<u16>,
+}
+
+/// The place that the robot is at.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct At(Option<u16>);
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Touch(u16);
+
+impl Visit {
+    fn learn(&mut self, place: u16) {
+        if let Err(index) = self.touched.binary_search(&place) {
+            self.touched.insert(index, place);
+        }
+    }
+}
+
+impl TypedMind for Visit {
+    type Sensed = At;
+    type Deed = Touch;
+    type Lore = Vec<u16>;
+    type Bulletin = Touch;
+
+    fn perceive(
+        &mut self,
+        _: &TypedMoment<'_, Self>,
+        heard: &[Heard<'_, Self>],
+        perception: &mut Perception,
+    ) {
+        for heard in heard {
+            for place in heard.lore.iter().flatten() {
+                self.learn(*place);
+            }
+            if let Some(Touch(place)) = heard.bulletin {
+                self.learn(place);
+            }
+        }
+        let is_left = |task: TaskId| !self.touched.contains(&task.0);
+        let own = self.own.iter();
+        perception
+            .applicable
+            .extend(own.map(|(_, task)| is_left(*task)));
+    }
+
+    fn choices(&self, _: &TypedMoment<'_, Self>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        for ((behavior, task), &applicable) in self.own.iter().zip(applicable) {
+            choices.push(Choice {
+                behavior: *behavior,
+                task: *task,
+                round: SimTime::ZERO,
+                applicable,
+                cost_s: Some(1.0),
+                reward: 1.0,
+                priority: 0,
+                max_robots: 1,
+            });
+        }
+    }
+
+    fn act(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        active: Option<BehaviorId>,
+        action: &mut Action,
+    ) -> Option<Touch> {
+        let (set, task) = *self.own.iter().find(|(id, _)| Some(*id) == active)?;
+        if moment.sensed.0 != Some(task.0) {
+            return None;
+        }
+        self.learn(task.0);
+        let about = About {
+            task,
+            set,
+            progress: 1,
+        };
+        let told = bulletin(BulletinKind::Second, Some(about), &Touch(task.0));
+        action.bulletins.push(told);
+        Some(Touch(task.0))
+    }
+
+    fn lore(&self) -> Vec<u16> {
+        self.touched.clone()
+    }
+
+    fn position(&self) -> Option<Vec2> {
+        None
+    }
+}
+
+fn setup(allocator: &str) -> Setup {
+    let mut setup = Setup::default_for(1);
+    setup.scenario.allocator = Some(allocator.to_owned());
+    setup
+}
+
+fn agent(robot: RobotId, setup: &Setup) -> Agent {
+    let registry = Registry::built_in().mission(VISIT);
+    Agent::new(robot, 1, setup, &TeamConfig::of(setup, &registry).unwrap())
+}
+
+/// A tick in which the robot is at a place.
+fn message(tick: u64, at: Option<u16>) -> TickMessage {
+    TickMessage {
+        incarnation: 1,
+        tick,
+        now: SimTime(50 * tick),
+        last_counted: None,
+        manifest: Vec::new(),
+        held: Vec::new(),
+        readings: Readings {
+            mission: Sensed::Open(Bytes::encode(&At(at)).unwrap()),
+            ..Readings::default()
+        },
+    }
+}
+
+/// What an agent says in its next tick at which it hears those, with nothing lost.
+fn step(agent: &mut Agent, mut message: TickMessage, heard: &[Broadcast]) -> Workspace {
+    message.manifest = vec![ManifestEntry {
+        sender: BLUE,
+        tick: 0,
+        incarnation: 1,
+        count: heard.len() as u16,
+        link: None,
+    }];
+    let mut space = Workspace::default();
+    let heard = heard.iter().cloned();
+    space.arrived.extend(heard.map(Arc::new).map(Some));
+    agent.step(&message, &mut space);
+    space
+}
+
+fn lore(space: &Workspace) -> Vec<u16> {
+    let mut lore = space.broadcasts.iter().filter_map(|it| match &it.body {
+        Content::Heartbeat(heartbeat) => match &heartbeat.lore {
+            Lore::Open(bytes) => Some(codec::decode(bytes).unwrap()),
+            _ => None,
+        },
+        _ => None,
+    });
+    lore.next().unwrap()
+}
+
+#[test]
+fn a_mission_of_somebody_else_senses_acts_and_tells_in_its_own_types() {
+    let setup = setup("nearest");
+    let mut blue = agent(BLUE, &setup);
+    let mut gold = agent(GOLD, &setup);
+    let said = step(&mut blue, message(0, Some(0)), &[]);
+    let Deed::Open(deed) = said.report.actuation.deed else {
+        panic!("{:?}", said.report);
+    };
+    assert_eq!(deed.decode::<Touch>().unwrap(), Touch(0));
+    assert_eq!(lore(&said), [0]);
+    let told = said.broadcasts.iter().find_map(|it| match &it.body {
+        Content::Bulletin(bulletin) => Some(bulletin),
+        _ => None,
+    });
+    let told = told.unwrap();
+    assert_eq!(told.kind, BulletinKind::Second);
+    let Payload::Open(bytes) = &told.payload else {
+        panic!("{told:?}");
+    };
+    assert_eq!(codec::decode::<Touch>(bytes).unwrap(), Touch(0));
+
+    // Its teammate learns it from either, and leaves that place alone.
+    let is_lore = |it: &Broadcast| matches!(it.body, Content::Heartbeat(_));
+    let (lores, bulletins): (Vec<_>, Vec<_>) = said.broadcasts.into_iter().partition(is_lore);
+    let mut other = agent(GOLD, &setup);
+    assert_eq!(lore(&step(&mut gold, message(1, None), &lores)), [0]);
+    let heard = step(&mut other, message(1, None), &bulletins);
+    assert_eq!(lore(&heard), [0]);
+    let of = |id: BehaviorId| setup.catalog.sets[id.index()].task;
+    assert_ne!(heard.report.active.map(of), Some(TaskId(0)));
+}
+
+#[test]
+fn its_bulletins_count_for_alliance_as_messages_about_their_task() {
+    let setup = setup("alliance");
+    let mut blue = agent(BLUE, &setup);
+    let mut tick = 0;
+    let update = loop {
+        let said = step(&mut blue, message(tick, Some(FASTEST)), &[]);
+        let told = said.broadcasts.into_iter();
+        let mut told = told.filter(|it| matches!(it.body, Content::Bulletin(_)));
+        if let Some(update) = told.next() {
+            break update;
+        }
+        tick += 1;
+        assert!(tick < 1000, "blue never becomes active");
+    };
+    // An impatient teammate starts anew: its motivation is reset by the first message about the task.
+    let mut gold = agent(GOLD, &setup);
+    step(&mut gold, message(tick, None), &[]);
+    let Content::Bulletin(bulletin) = &update.body else {
+        unreachable!("it was looked for");
+    };
+    // Of the place itself it has learned too; a task that is left shows the reset alone.
+    let mut about_another = update.clone();
+    about_another.body = Content::Bulletin(Bulletin {
+        about: bulletin.about.map(|about| About {
+            task: TaskId(1),
+            ..about
+        }),
+        ..bulletin.clone()
+    });
+    let heard = step(&mut gold, message(tick + 1, None), &[about_another]);
+    let reset =
+        heard.report.motivations.iter().find(|row| {
+            setup.catalog.sets[row.set.index()].task == TaskId(1) && !row.impatience_reset
+        });
+    assert!(reset.is_some(), "{:?}", heard.report.motivations);
+}

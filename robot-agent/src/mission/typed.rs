@@ -1,0 +1,228 @@
+//! A mission's mind in types of its own, for missions that have no typed place on the bus.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use alliance_proto::codec;
+use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
+use alliance_proto::readings::Readings;
+use alliance_proto::team::{About, Broadcast, Bulletin, BulletinKind, Content};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::{Action, AgentMission, Moment, Perception};
+use crate::allocator::{Choice, RouteCost};
+
+/// An [`AgentMission`] in types of its own: see there what each method is for. [`Typed`] makes it one.
+pub trait TypedMind: Clone + Debug + Send + 'static {
+    /// What its devices tell, as the mission's world side has it.
+    type Sensed: DeserializeOwned + Default + Clone + Debug + Send;
+
+    /// What a robot does beside driving: [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the bus at most.
+    type Deed: Serialize;
+
+    /// What heartbeats repeat: [`LORE_MAX`] bytes on the bus at most.
+    type Lore: Serialize + DeserializeOwned;
+
+    /// What is told at once: [`LORE_MAX`] bytes on the bus at most.
+    type Bulletin: Serialize + DeserializeOwned;
+
+    /// See [`AgentMission::perceive`].
+    fn perceive(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        heard: &[Heard<'_, Self>],
+        perception: &mut Perception,
+    );
+
+    /// See [`AgentMission::choices`].
+    fn choices(
+        &self,
+        moment: &TypedMoment<'_, Self>,
+        applicable: &[bool],
+        choices: &mut Vec<Choice>,
+    );
+
+    /// See [`AgentMission::act`]. What is returned is the deed; bulletins are made by [`bulletin`].
+    fn act(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        active: Option<BehaviorId>,
+        action: &mut Action,
+    ) -> Option<Self::Deed>;
+
+    /// See [`AgentMission::lore`].
+    fn lore(&self) -> Self::Lore;
+
+    /// See [`AgentMission::position`].
+    fn position(&self) -> Option<Vec2>;
+
+    /// See [`AgentMission::is_laden`].
+    fn is_laden(&self) -> bool {
+        false
+    }
+
+    /// See [`RouteCost::seconds`].
+    fn seconds(&self, _after: &[TaskId], _task: TaskId) -> Option<f64> {
+        None
+    }
+}
+
+/// What a step is made from, beside what is heard.
+#[derive(Debug)]
+pub struct TypedMoment<'a, M: TypedMind> {
+    /// Time of the step.
+    pub now: SimTime,
+    /// What the robot senses.
+    pub readings: &'a Readings,
+    /// What the mission's devices tell; the default if they tell nothing.
+    pub sensed: &'a M::Sensed,
+}
+
+/// A broadcast that is heard. One that says nothing of this mission's has neither lore nor bulletin.
+#[derive(Debug)]
+pub struct Heard<'a, M: TypedMind> {
+    /// All of it: who sends it, when, and what its allocator does.
+    pub broadcast: &'a Broadcast,
+    /// What its sender knows.
+    pub lore: Option<M::Lore>,
+    /// What its sender tells at once.
+    pub bulletin: Option<M::Bulletin>,
+}
+
+impl<'a, M: TypedMind> Heard<'a, M> {
+    fn of(broadcast: &'a Broadcast) -> Self {
+        let (lore, bulletin) = match &broadcast.body {
+            Content::Heartbeat(heartbeat) => match &heartbeat.lore {
+                Lore::Open(bytes) => (codec::decode(bytes).ok(), None),
+                Lore::Nothing | Lore::Waste(_) => (None, None),
+            },
+            Content::Bulletin(bulletin) => match &bulletin.payload {
+                Payload::Open(bytes) => (None, codec::decode(bytes).ok()),
+                Payload::Waste(_) => (None, None),
+            },
+            Content::Allocation(_) => (None, None),
+        };
+        Self {
+            broadcast,
+            lore,
+            bulletin,
+        }
+    }
+}
+
+/// A bulletin of an open mission.
+///
+/// # Panics
+/// If it is larger than it may be.
+pub fn bulletin<T: Serialize>(kind: BulletinKind, about: Option<About>, told: &T) -> Bulletin {
+    let mut bytes = Vec::new();
+    encode("what a mission tells", told, &mut bytes);
+    Bulletin {
+        kind,
+        about,
+        payload: Payload::Open(bytes),
+    }
+}
+
+/// Writes an encoding, in the memory of an old one.
+fn encode<T: Serialize>(what: &str, value: &T, bytes: &mut Vec<u8>) {
+    bytes.resize(LORE_MAX, 0);
+    match codec::encode_to_slice(value, bytes) {
+        Ok(length) if length <= LORE_MAX => bytes.truncate(length),
+        Ok(length) => panic!("{what} takes {length} bytes, {LORE_MAX} at most may be sent"),
+        Err(error) => panic!("{what}: {error}"),
+    }
+}
+
+/// A [`TypedMind`] as the agent takes it.
+#[derive(Clone, Debug)]
+pub struct Typed<M: TypedMind> {
+    mind: M,
+    sensed: M::Sensed,
+}
+
+impl<M: TypedMind> Typed<M> {
+    /// That mind, which has sensed nothing yet.
+    #[must_use]
+    pub fn new(mind: M) -> Self {
+        Self {
+            mind,
+            sensed: M::Sensed::default(),
+        }
+    }
+}
+
+impl<'a, M: TypedMind> TypedMoment<'a, M> {
+    fn of(moment: &Moment<'a>, sensed: &'a M::Sensed) -> Self {
+        Self {
+            now: moment.now,
+            readings: moment.readings,
+            sensed,
+        }
+    }
+}
+
+impl<M: TypedMind> RouteCost for Typed<M> {
+    fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
+        self.mind.seconds(after, task)
+    }
+}
+
+impl<M: TypedMind> AgentMission for Typed<M> {
+    fn perceive(
+        &mut self,
+        moment: &Moment<'_>,
+        heard: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    ) {
+        self.sensed = match &moment.readings.mission {
+            Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
+            Sensed::Nothing | Sensed::Waste(_) => M::Sensed::default(),
+        };
+        let heard: Vec<Heard<'_, M>> = heard.iter().map(|it| Heard::of(it)).collect();
+        let moment = TypedMoment::of(moment, &self.sensed);
+        self.mind.perceive(&moment, &heard, perception);
+    }
+
+    fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        let moment = TypedMoment::of(moment, &self.sensed);
+        self.mind.choices(&moment, applicable, choices);
+    }
+
+    /// # Panics
+    /// If the deed is larger than it may be.
+    fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
+        let moment = TypedMoment::of(moment, &self.sensed);
+        if let Some(deed) = self.mind.act(&moment, active, action) {
+            action.actuation.deed = match Bytes::encode(&deed) {
+                Ok(bytes) => Deed::Open(bytes),
+                Err(error) => panic!("what a robot does for its mission: {error}"),
+            };
+        }
+    }
+
+    fn lore(&self, lore: &mut Lore) {
+        let mut bytes = match std::mem::take(lore) {
+            Lore::Open(bytes) => bytes,
+            Lore::Nothing | Lore::Waste(_) => Vec::new(),
+        };
+        encode("what a robot knows", &self.mind.lore(), &mut bytes);
+        *lore = Lore::Open(bytes);
+    }
+
+    fn position(&self) -> Option<Vec2> {
+        self.mind.position()
+    }
+
+    fn is_laden(&self) -> bool {
+        self.mind.is_laden()
+    }
+
+    fn checkpoint(&self) -> Box<dyn AgentMission> {
+        Box::new(self.clone())
+    }
+}
