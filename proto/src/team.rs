@@ -99,7 +99,7 @@ pub struct Bulletin {
     pub payload: Payload,
 }
 
-/// The kinds of bulletins that a mission may have. There are two at most: the draws of a link number all kinds in two bits.
+/// The kinds of bulletins that a mission may have. There are two at most: the draws of a link number all kinds of broadcasts, and heartbeats and allocation come beside them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs)] // What they are for is the mission's.
 pub enum BulletinKind {

@@ -48,7 +48,7 @@ fn one_process_and_many_write_the_same_bytes() {
             assert_eq!(lab.log(&out).run.hash, Some(recorder.hash()), "{out}");
             let memory = recorder.into_sink();
             let read = |file: &str| std::fs::read(lab.path(&out).join(file)).unwrap();
-            for table in Table::ALL {
+            for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {
                 assert!(
                     read(table.file_name()) == memory.tables[&table],
                     "{} of {out}",

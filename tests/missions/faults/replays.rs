@@ -172,7 +172,7 @@ fn a_difference_is_named_by_tick_robot_and_field() {
     let finished = lab.run(&["diff", "a", "b"]).expect(1);
     let (cause, line) = finished.stderr.split_once('\n').unwrap();
     assert!(
-        cause.starts_with("scenario: alliance.robots.gold."),
+        cause.starts_with("scenario: alliance.robots.gold"),
         "{cause}"
     );
     assert!(

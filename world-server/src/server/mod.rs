@@ -36,6 +36,9 @@ use acts::UnderWay;
 /// somebody starts one again.
 const GRACE: Duration = Duration::from_secs(5);
 
+/// How often the pace is looked at while agents are at work.
+const WORK_INTERVAL: Duration = Duration::from_millis(1);
+
 /// Least time between two views of a running clock: as often as a screen needs.
 const VIEW_INTERVAL: Duration = Duration::from_millis(30);
 
@@ -432,14 +435,20 @@ impl Server {
         }
     }
 
-    /// When the pace asks for attention; `None` when it does not. While the tick waits for somebody, whoever comes asks for it: a
-    /// moment that has passed would be waited for in vain, again and again.
+    /// When the pace asks for attention; `None` while nobody takes part or a process is waited for, who ask for it when they come.
+    /// While agents are at work it is asked again every [`WORK_INTERVAL`]: the tick may be complete at any moment, and the next one due.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
-        let waits_for_pace = self.begun != Some(self.simulation.tick())
-            && !self.simulation.awaits_act()
-            && !self.simulation.barrier().is_idle();
-        self.pace.due().filter(|_| waits_for_pace)
+        let due = self.pace.due()?;
+        if self.simulation.awaits_act() || self.simulation.barrier().is_idle() {
+            return None;
+        }
+        let at_work = self.begun == Some(self.simulation.tick());
+        Some(if at_work {
+            due.max(Instant::now() + WORK_INTERVAL)
+        } else {
+            due
+        })
     }
 
     /// Carries the run as far as it goes without new reports.
