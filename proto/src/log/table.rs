@@ -56,7 +56,7 @@ impl Table {
     }
 
     /// First line with its line end; empty for JSON lines (DESIGN §8). `None` of mission.csv: the mission has
-    /// [its own](crate::mission::MissionKind::columns), after `t_ms`.
+    /// its own, after `t_ms`.
     #[must_use]
     pub fn header(self) -> Option<&'static str> {
         Some(match self {

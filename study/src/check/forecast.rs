@@ -20,7 +20,7 @@ pub struct Forecast {
     pub yields_s: f64,
     /// λ: active for so long, it gives up.
     pub gives_up_s: f64,
-    /// Estimated length of a unit of its work ([`work`]).
+    /// Estimated length of a unit of its work, as the mission says.
     pub work_s: f64,
     /// Toward each set of a teammate that does the same task.
     pub takeovers: Vec<Takeover>,

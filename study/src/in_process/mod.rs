@@ -142,9 +142,9 @@ impl<S: Sink> Team<S> {
         let outside = self.outside.remove(&tick).unwrap_or_default();
         let (mut timed, outside): (Vec<Input>, Vec<Input>) = outside
             .into_iter()
-            .partition(|input| input.moment().is_some());
-        // A command ends the moment at which it is obeyed.
-        timed.sort_by_key(|input| (input.moment(), input.is_command()));
+            .partition(|input| input.moment().is_some() || input.is_command());
+        // A command ends the moment at which it is obeyed; one without a moment was obeyed at the first.
+        timed.sort_by_key(|input| (input.moment().unwrap_or(0), input.is_command()));
         let mut timed = VecDeque::from(timed);
         for input in &outside {
             self.obey(input);

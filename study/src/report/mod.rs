@@ -1,8 +1,8 @@
 //! `alliance report`: what happened in a run, as a page with figures and metrics.
 //!
-//! - [`history`] sorts the rows of a full log by robot and behavior set; [`stints`], [`failures`] and [`metrics`] are computed
+//! - `history` sorts the rows of a full log by robot and behavior set; `stints`, `failures` and `metrics` are computed
 //!   from it. None of them does I/O or draws.
-//! - [`figures`] draws, [`page`] writes, [`command`] reads and writes files.
+//! - `figures` draws, `page` writes, `command` reads and writes files.
 //!
 //! **What is counted.** A tick counts from its time to that of the next one. A robot is *present* in the ticks in which its
 //! report counted. A *stint* is an unbroken time in which a behavior set for a task is active in a present robot, and its

@@ -436,7 +436,7 @@ impl Server {
     }
 
     /// When the pace asks for attention; `None` while nobody takes part or a process is waited for, who ask for it when they come.
-    /// While agents are at work it is asked again every [`WORK_INTERVAL`]: the tick may be complete at any moment, and the next one due.
+    /// While agents are at work it is asked again every millisecond: the tick may be complete at any moment, and the next one due.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
         let due = self.pace.due()?;

@@ -283,7 +283,7 @@ impl Simulation {
     /// In a replay: whether what came from outside at some moment of the current tick is due now.
     #[must_use]
     pub fn feeds(&self, input: &Input) -> bool {
-        input.moment().is_some_and(|moment| moment <= self.moment)
+        input.moment().is_none_or(|moment| moment <= self.moment)
     }
 
     /// In a replay: see [`Barrier::admit`].

@@ -14,7 +14,7 @@
 //! - [`Floor`]: all of that. [`World`]: a floor and the [mission](crate::mission) on it.
 //!
 //! # One step
-//! Between steps, interruption handlers change the world (`change`: [`World::add_obstacle`], [`World::move_robot`], …). A
+//! Between steps, interruption handlers change the world (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). A
 //! step then lets the components act, in rank order, and after them the aspects evolve. What a robot does for its mission it
 //! does where it has sensed, that is before it moves; then it turns, and then it moves along its new heading against everything as it
 //! stands at that moment. So each robot finds those of lower rank already moved and those of higher rank not yet.
