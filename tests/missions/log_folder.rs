@@ -13,7 +13,7 @@ const HEADERS: [(&str, &str); 6] = [
     ),
     (
         "messages.csv",
-        "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,delivery",
+        "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate",
     ),
     ("events.csv", "t_ms,kind,robot,subject,reason,detail"),
     (

@@ -75,7 +75,7 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
     let mut ears = page.live();
     assert_eq!(
         ears.wait_for("past"),
-        json!({"views": ears_views(&page), "messages": {"receptions": [], "left_out": 0}, "events": []})
+        json!({"views": ears_views(&page), "messages": {"receptions": [], "left_out": 0}, "events": [], "bends": []})
     );
     let view = ears.wait_for_view(|view| !view["robots"][0]["pid"].is_null());
     assert_eq!(
