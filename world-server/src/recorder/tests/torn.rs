@@ -68,7 +68,7 @@ fn any_file_cut_or_damaged_at_any_byte() {
     let (run, _) = log(LogLevel::Full, &[]);
     let prefixes = prefixes(4);
     let whole = &prefixes[4].0;
-    for table in Table::ALL {
+    for &table in whole.keys() {
         for byte in 0..=whole[&table].len() {
             let mut tables = whole.clone();
             let bytes = tables.get_mut(&table).unwrap();
