@@ -119,7 +119,7 @@ pub struct Workspace {
     pub report: Report,
     /// Of a step: for the team; published before the report.
     pub broadcasts: Vec<Broadcast>,
-    /// Broadcasts that nobody will hear any more, for their memory.
+    /// Broadcasts that are no longer needed; the step reuses their buffers.
     pub spent: Vec<Broadcast>,
     heard: Heard,
     perception: Perception,
@@ -160,7 +160,7 @@ impl Agent {
             .perceive(&moment(tick), &space.heard.inbox, &mut space.perception);
     }
 
-    /// Second part: what it shall be at.
+    /// Second part: the allocator chooses which behavior is active.
     pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
         space.choices.clear();
         if self.mind.weighs_costs() {

@@ -68,7 +68,7 @@ pub struct NoParameters {}
 pub struct Me {
     /// The robot itself.
     pub robot: RobotId,
-    /// Which life of it this is, from 1.
+    /// Number of its incarnation, from 1; a restart is the next one.
     pub incarnation: Incarnation,
     /// Number of robots of the scenario; their ids are 0 to `team - 1`.
     pub team: usize,
