@@ -4,7 +4,8 @@
 use alliance_proto::control::ControlCommand;
 use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::keys::Keys;
-use alliance_proto::scenario::{Catalog, Scenario};
+use alliance_proto::mission::waste_data::default_scenario;
+use alliance_proto::scenario::Catalog;
 use alliance_proto::secret::Secret;
 
 /// Name of the request's command, as the corpus's files begin; `None` if the text is no request. What is read comes back from
@@ -48,7 +49,7 @@ pub fn command_of(text: &[u8]) -> Option<&'static str> {
     Some(match request.command {
         ControlCommand::Fault(order) => {
             // Neither the check nor the printing panics.
-            let scenario = Scenario::default();
+            let scenario = default_scenario();
             let _ = order
                 .check(&scenario, &Catalog::of(&scenario))
                 .map_err(|error| error.to_string());

@@ -1,7 +1,7 @@
 //! What holds for any text as the setup of a run.json, or as a scenario file; part of the fuzz target and of proto's test over
 //! the corpus.
 
-use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::scenario::{Scenario, Setup, SetupFile, Vocabulary};
 
 /// What the text is of, as the corpus's files begin; `None` if it is neither. What is refused is refused in one line, and what is
 /// not can be resolved.
@@ -10,9 +10,13 @@ use alliance_proto::scenario::{Scenario, Setup};
 /// When that is not so.
 #[must_use]
 pub fn kind_of(text: &[u8]) -> Option<&'static str> {
-    if let Ok(setup) = serde_json::from_slice::<Setup>(text) {
-        return match setup.check() {
-            Ok(()) => {
+    let vocabulary = Vocabulary::default();
+    if let Ok(setup) = serde_json::from_slice::<SetupFile>(text) {
+        let checked = setup
+            .read(&vocabulary)
+            .and_then(|setup| setup.check().map(|()| setup));
+        return match checked {
+            Ok(setup) => {
                 assert!(Setup::resolve(setup.scenario, setup.seed, None).is_ok());
                 Some("setup")
             }

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use alliance_proto::tell;
 use clap::{Parser, Subcommand};
-pub use robot_agent::allocator::Registry;
+pub use missions::Registry;
 use robot_agent::args::AgentArgs;
 use world_server::args::{Known, WorldArgs, log_to_stderr};
 
@@ -86,6 +86,7 @@ pub fn known() -> Known {
     Known {
         builtin: scenarios::text_of,
         vocabulary: Registry::of_this_program().vocabulary(),
+        worlds: Registry::of_this_program().worlds().clone(),
     }
 }
 
@@ -108,7 +109,7 @@ pub fn main(registry: Registry) -> ExitCode {
     match command.part {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(&known()),
-        Part::Agent(agent) => agent.run(),
+        Part::Agent(agent) => agent.run(Registry::of_this_program().agents()),
         Part::Replay(command) => command.run(),
         Part::Diff(command) => command.run(),
         Part::Fault(command) => command.run(),

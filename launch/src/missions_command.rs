@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use alliance_proto::mission::data::Mission;
 use alliance_proto::{tell, terminal};
 use clap::Args;
-use robot_agent::allocator::Registry;
+use missions::Registry;
 
 use crate::parameters::blocks;
 

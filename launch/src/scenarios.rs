@@ -58,6 +58,7 @@ pub fn text_of(name: &str) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use alliance_proto::scenario::{Scenario, Setup};
 
     use super::*;
@@ -79,7 +80,7 @@ mod tests {
         let mission = builtin("waste-cleanup").unwrap();
         let scenario = Scenario::parse(&mission.file_name(), mission.text).unwrap();
         let description = scenario.description.clone();
-        let default = Scenario::default();
+        let default = default_scenario();
         assert_eq!(
             scenario,
             Scenario {

@@ -7,7 +7,8 @@ use alliance_proto::scenario::Scenario;
 use alliance_proto::{tell, terminal};
 use clap::Args;
 
-use world_server::args::{FAMILY, SizeArgs};
+use missions::Registry;
+use world_server::args::SizeArgs;
 
 use crate::scenarios::{builtin, builtins};
 
@@ -24,8 +25,8 @@ impl ScenariosCommand {
     /// Exit status 0, or 2 for an unknown name.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let asked = self.name.as_deref().unwrap_or(FAMILY);
-        match self.size.scenario(asked) {
+        let vocabulary = Registry::of_this_program().vocabulary();
+        match self.size.scenario(self.name.as_deref(), &vocabulary) {
             Ok(None) => self.list_or_print(),
             Ok(Some(sized)) => {
                 // Its keys are strings and the destination is memory, so nothing is left to fail.

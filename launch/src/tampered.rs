@@ -1,5 +1,6 @@
 //! A run.json that somebody has touched: what is made of it is the same as before, or one line that says what is wrong.
 
+use alliance_proto::scenario::Vocabulary;
 use std::fs;
 use std::path::Path;
 
@@ -86,7 +87,7 @@ fn with(run: &Value, pointer: &str, value: Value) -> Value {
 
 /// Makes of a run what is made of runs.
 fn use_it(folder: &Path) -> anyhow::Result<()> {
-    let log = RunLog::open(folder)?;
+    let log = RunLog::open(folder, &Vocabulary::default())?;
     replay(&log, log.run.log, |_| {})?;
     // Pages show figures as they are, and what a replay makes of the setup.
     Logged::open(folder)?;
@@ -103,7 +104,7 @@ fn is_plain(pointer: &str) -> bool {
 fn try_to_use(folder: &Path, touched: &Value, pointer: &str, what: &str) {
     fs::write(folder.join("run.json"), touched.to_string()).unwrap();
     let used = if is_plain(pointer) {
-        RunLog::open(folder)
+        RunLog::open(folder, &Vocabulary::default())
             .map_err(anyhow::Error::from)
             .and_then(|log| replay(&log, log.run.log, |_| {}).map(drop))
     } else {

@@ -13,8 +13,8 @@ use alliance_proto::tick::{Report, TickMessage};
 use alliance_proto::time::SimTime;
 
 use crate::allocator::{
-    Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior, Prepared,
-    Registry,
+    AgentRegistry, Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior,
+    Prepared,
 };
 use crate::allocators::fixed;
 use crate::links::{Heard, Links};
@@ -50,7 +50,7 @@ impl TeamConfig {
     ///
     /// # Errors
     /// When the registry lacks the mission or an allocator of the run, or its parameters are not such as it takes.
-    pub fn of(setup: &Setup, registry: &Registry) -> Result<Self, ConfigError> {
+    pub fn of(setup: &Setup, registry: &AgentRegistry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
         let mut prepared: BTreeMap<&str, Arc<dyn Prepared>> = BTreeMap::new();
         let mut allocators = Vec::with_capacity(scenario.robots.len());

@@ -1,5 +1,6 @@
 //! Command line of an agent, the same for `robot-agent` and `alliance agent`.
 
+use crate::allocator::AgentRegistry;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -34,8 +35,8 @@ impl AgentArgs {
     ///
     /// Exit status 0 when the run was over or somebody asked the agent to end, 3 when it was refused or the bus failed.
     #[must_use]
-    pub fn run(&self) -> ExitCode {
-        match self.live() {
+    pub fn run(&self, registry: &AgentRegistry) -> ExitCode {
+        match self.live(registry) {
             Ok(End::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
                 ExitCode::SUCCESS
@@ -47,7 +48,7 @@ impl AgentArgs {
         }
     }
 
-    fn live(&self) -> anyhow::Result<End> {
+    fn live(&self, registry: &AgentRegistry) -> anyhow::Result<End> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
             .worker_threads(1)
@@ -55,7 +56,7 @@ impl AgentArgs {
             .build()?;
         runtime.block_on(async {
             let run = self.find_run().await?;
-            Ok(live(&self.robot, &run).await?)
+            Ok(live(&self.robot, &run, registry).await?)
         })
     }
 

@@ -10,7 +10,7 @@ use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
 use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Setup, SetupFile, Vocabulary};
 use alliance_proto::secret::{self, OpenError, Secret};
 use alliance_proto::team::{Broadcast, BroadcastKind};
 use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
@@ -24,7 +24,7 @@ use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
 use crate::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
-use crate::allocator::{ConfigError, Registry};
+use crate::allocator::{AgentRegistry, ConfigError};
 use crate::radio::Radio;
 
 /// How long listed broadcasts are waited for before they count as lost. In the star they are there before the tick is; this
@@ -82,7 +82,11 @@ pub enum AgentError {
 ///
 /// # Errors
 /// Any [`AgentError`]; refused agents end here.
-pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
+pub async fn live(
+    robot: &str,
+    run: &Rendezvous,
+    registry: &AgentRegistry,
+) -> Result<End, AgentError> {
     let bus = |error| AgentError::Bus {
         endpoint: run.endpoint.clone(),
         error,
@@ -101,11 +105,12 @@ pub async fn live(robot: &str, run: &Rendezvous) -> Result<End, AgentError> {
     subscribe(&session, &keys, &secret, robot, &shared, &ignored)
         .await
         .map_err(bus)?;
-    let (welcome, setup) = join_patiently(&session, &keys, robot, run).await?;
+    let vocabulary = registry.vocabulary();
+    let (welcome, setup) = join_patiently(&session, &keys, robot, run, &vocabulary).await?;
     let publishers = declare_publishers(&session, &keys, robot, &setup)
         .await
         .map_err(bus)?;
-    let team = TeamConfig::of(&setup, Registry::of_this_program())?;
+    let team = TeamConfig::of(&setup, registry)?;
     let agent = Agent::new(welcome.robot, welcome.incarnation, &setup, &team);
     {
         let mut mind = lock(&shared);
@@ -177,10 +182,11 @@ async fn join_patiently(
     keys: &Keys,
     robot: &str,
     run: &Rendezvous,
+    vocabulary: &Vocabulary,
 ) -> Result<(Welcomed, Setup), AgentError> {
     let patience = Instant::now() + TAKEN_PATIENCE;
     loop {
-        match join(session, keys, robot, run).await {
+        match join(session, keys, robot, run, vocabulary).await {
             Err(AgentError::Refused(Refusal::Taken { .. })) if Instant::now() < patience => {
                 sleep(TAKEN_PATIENCE / 20).await;
             }
@@ -194,6 +200,7 @@ async fn join(
     keys: &Keys,
     robot: &str,
     run: &Rendezvous,
+    vocabulary: &Vocabulary,
 ) -> Result<(Welcomed, Setup), AgentError> {
     let request = JoinRequest {
         version: PROTOCOL_VERSION,
@@ -244,7 +251,9 @@ async fn join(
                 robot: welcome.robot,
                 incarnation: welcome.incarnation,
             },
-            serde_json::from_str(&welcome.setup)
+            serde_json::from_str::<SetupFile>(&welcome.setup)
+                .map_err(|error| AgentError::Answer(error.to_string()))?
+                .read(vocabulary)
                 .map_err(|error| AgentError::Answer(error.to_string()))?,
         )),
     }

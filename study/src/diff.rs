@@ -1,5 +1,6 @@
 //! Where two runs differ: first what they were given; then tick, robot, section and, where the log has it, field.
 
+use missions::Registry;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::PathBuf;
@@ -32,8 +33,13 @@ impl DiffCommand {
     /// Exit status 0 when the runs are identical, 1 when they differ, 2 when a folder holds no run.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let compared = RunLog::open(&self.a)
-            .and_then(|a| Ok((a, RunLog::open(&self.b)?)))
+        let compared = RunLog::open(&self.a, &Registry::of_this_program().vocabulary())
+            .and_then(|a| {
+                Ok((
+                    a,
+                    RunLog::open(&self.b, &Registry::of_this_program().vocabulary())?,
+                ))
+            })
             .and_then(|(a, b)| compare(&a, &b));
         match compared {
             Ok(comparison) => comparison.show(self.json),
@@ -404,6 +410,8 @@ fn first_field(
 mod tests {
     use alliance_proto::fault::{Fault, Order};
     use alliance_proto::log::Memory;
+    use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
+    use alliance_proto::scenario::Vocabulary;
     use alliance_proto::scenario::{Scenario, Setup};
 
     use super::*;
@@ -414,13 +422,13 @@ mod tests {
         // Until chance has had its say.
         let mut scenario = Scenario {
             limit_s: 80.0,
-            ..Scenario::default()
+            ..default_scenario()
         };
         change(&mut scenario);
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
         let log = |team: Team<Memory>| {
             let (_, recorder) = team.run().unwrap();
-            RunLog::from_memory(&recorder.into_sink()).unwrap()
+            RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap()
         };
         let calm = log(Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap());
         let Some(order) = order else { return calm };
@@ -446,7 +454,11 @@ mod tests {
             "seed: 1 in A, 2 in B",
             "differs first in tick",
         );
-        let other = run(1, |scenario| scenario.waste.report_period_s = 60.0, None);
+        let other = run(
+            1,
+            |scenario| WasteSection::of_mut(&mut scenario).report_period_s = 60.0,
+            None,
+        );
         check(
             &first,
             &other,

@@ -1,5 +1,6 @@
 //! A run again, from its log: scenario, seed and inputs give the same bytes (DESIGN §5).
 
+use missions::Registry;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -8,9 +9,7 @@ use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use anyhow::{Context, bail};
 use clap::Args;
-use world_server::missions;
 use world_server::simulation::Simulation;
-use world_server::world::start_poses;
 
 use crate::diff::{Comparison, compare};
 use crate::in_process::Team;
@@ -50,7 +49,7 @@ impl ReplayCommand {
                 out.display()
             );
         }
-        let logged = RunLog::open(&self.folder)?;
+        let logged = RunLog::open(&self.folder, &Registry::of_this_program().vocabulary())?;
         let version = env!("CARGO_PKG_VERSION");
         if logged.run.version != version {
             tell!(
@@ -86,14 +85,15 @@ pub fn replay(
     };
     let setup = logged.run.setup.clone();
     let scenario = &setup.scenario;
-    let area = (missions::of(scenario).start_area)(scenario);
-    if let Err(error) = start_poses(scenario, area) {
+    let registry = Registry::of_this_program();
+    if let Err(error) = registry.worlds().of(scenario)?.start_poses(scenario) {
         bail!("run.json: scenario.{}", error.of(scenario));
     }
     let team = Team::with_inputs(setup, logged.inputs()?, level, Memory::default())?;
     let (_, recorder) = team.run_for(ticks, outcome, see)?;
     let memory = recorder.into_sink();
-    let again = RunLog::from_memory(&memory).context("the replay's own log")?;
+    let again =
+        RunLog::from_memory(&memory, &registry.vocabulary()).context("the replay's own log")?;
     Ok((memory, again))
 }
 

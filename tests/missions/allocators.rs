@@ -3,6 +3,7 @@
 
 use alliance_proto::log::{AllocationRow, EventRow, LogLevel, Memory, MotivationRow, RunLog};
 use alliance_proto::mission::Value;
+use alliance_proto::scenario::Vocabulary;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use study::in_process::Team;
@@ -15,7 +16,7 @@ const BASELINES: [&str; 4] = ["nearest", "first-come", "random", "static"];
 const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 
 fn scenario(allocator: &str, rest: &str) -> Scenario {
-    let known = robot_agent::allocator::Registry::built_in().vocabulary();
+    let known = missions::Registry::built_in().vocabulary();
     let text = format!("allocator = \"{allocator}\"\nlimit_s = 1800.0\n{rest}");
     Scenario::parse_with("s.toml", &text, &known).unwrap()
 }
@@ -24,7 +25,10 @@ fn run(scenario: Scenario, seed: u64) -> (Outcome, RunLog) {
     let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
     let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
     let (outcome, recorder) = team.run().unwrap();
-    (outcome, RunLog::from_memory(&recorder.into_sink()).unwrap())
+    (
+        outcome,
+        RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap(),
+    )
 }
 
 /// Activations of a task after a time: when, who, why.

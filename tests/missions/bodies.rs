@@ -1,5 +1,7 @@
 //! Robots whose bodies differ.
 
+use alliance_proto::mission::waste_data::default_scenario;
+use alliance_proto::scenario::Vocabulary;
 use std::collections::BTreeMap;
 
 use alliance_proto::log::{LogLevel, PoseRow, RunLog};
@@ -11,12 +13,12 @@ use crate::in_process::run;
 fn poses(change: impl FnOnce(&mut Scenario)) -> Vec<PoseRow> {
     let mut scenario = Scenario {
         limit_s: 60.0,
-        ..Scenario::default()
+        ..default_scenario()
     };
     change(&mut scenario);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let (_, recorder) = run(setup, LogLevel::Full);
-    let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
     log.rows().unwrap()
 }
 

@@ -1,5 +1,6 @@
 //! `alliance check`: what it says comes true, and how it says it.
 
+use alliance_proto::mission::waste_data::{default_scenario, default_setup};
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
@@ -26,7 +27,7 @@ const FIND: &str = "find-locations-wander";
 fn stuck(preset: Preset, defaults: &BehaviorSection, switches: SwitchSection) -> Setup {
     let mut scenario = Scenario {
         limit_s: 150.0,
-        ..Scenario::default()
+        ..default_scenario()
     };
     scenario.body.speed_m_s = 1e-4;
     // To look along a wall while turning would be progress, too.
@@ -173,7 +174,7 @@ fn heartbeat(now: SimTime) -> Broadcast {
 /// In the default mission nobody is ever taken over while it works, and no unit of work takes much longer than estimated.
 #[test]
 fn a_working_teammate_is_left_alone_and_its_work_takes_as_long_as_estimated() {
-    let setup = Setup::default_for(1);
+    let setup = default_setup(1);
     let check = Check::of(&setup);
     let of = |robot: &str, set: &str| {
         let mut all = check.forecasts.iter();

@@ -1,5 +1,6 @@
 //! Whole missions in one process, in rooms that are easy, hard, tiny and large. More rooms by hand: `examples/rooms.rs`.
 
+use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, TaskSection};
 use alliance_proto::tick::Outcome;
 use alliance_tests::closed_loop::{Mission, run};
@@ -32,7 +33,7 @@ fn assert_complete(scenario: Scenario, seed: u64, limit_s: f64) {
 }
 
 fn in_room(width_m: f32, height_m: f32) -> Scenario {
-    let mut scenario = Scenario::default();
+    let mut scenario = default_scenario();
     scenario.room.width_m = width_m;
     scenario.room.height_m = height_m;
     scenario
@@ -46,21 +47,21 @@ fn with_robots(count: usize) -> Scenario {
     };
     Scenario {
         robots: (0..count).map(robot).collect(),
-        ..Scenario::default()
+        ..default_scenario()
     }
 }
 
 fn with_items(top: u32, bottom: u32) -> Scenario {
-    let mut scenario = Scenario::default();
-    scenario.waste.spills[0].items = top;
-    scenario.waste.spills[1].items = bottom;
+    let mut scenario = default_scenario();
+    WasteSection::of_mut(&mut scenario).spills[0].items = top;
+    WasteSection::of_mut(&mut scenario).spills[1].items = bottom;
     scenario
 }
 
 #[test]
 fn the_default_mission_completes() {
     for seed in 1..=5 {
-        assert_complete(Scenario::default(), seed, 420.0);
+        assert_complete(default_scenario(), seed, 420.0);
     }
 }
 
@@ -90,7 +91,7 @@ fn long_and_short_steps_make_little_difference() {
     for step_ms in [10, 200, 500] {
         let scenario = Scenario {
             step_ms,
-            ..Scenario::default()
+            ..default_scenario()
         };
         assert_complete(scenario, 1, 450.0);
         let scenario = Scenario {
@@ -157,7 +158,7 @@ fn a_crowd_completes() {
 
 #[test]
 fn a_spill_that_touches_an_obstacle_is_moved() {
-    let mut scenario = Scenario::default();
+    let mut scenario = default_scenario();
     scenario.obstacles.push(Obstacle {
         x_m: 4.5,
         y_m: 5.0,

@@ -1,6 +1,7 @@
 //! The robots' own calculation against the independent one of `alliance_tests::recompute`, over messages that no mission
 //! brings forth: out of order, repeated, from old lives, in every combination of switches.
 
+use alliance_proto::mission::waste_data::default_scenario;
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
@@ -34,7 +35,7 @@ fn random_setup(chance: &mut ChaCha8Rng) -> Setup {
     let mut setup = Setup::resolve(
         Scenario {
             step_ms: STEP_MS,
-            ..Scenario::default()
+            ..default_scenario()
         },
         1,
         None,

@@ -1,12 +1,13 @@
 //! The waste clean-up in any size (issue "One process, thousands of runs", item 5): room, team and work grow together, tasks
 //! and radios reach no farther than they have to, and a death is still coped with.
 
+use alliance_proto::mission::waste_data::{WasteSection, family};
 use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::fault::{Fault, Order};
 use alliance_proto::log::{EventRow, LogLevel, MessageRow, PoseRow};
 use alliance_proto::mission::waste::WasteRow;
-use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -83,9 +84,7 @@ fn thirty_robots_carry_the_waste_of_twenty_spills_to_their_own_deposits() {
     assert!(movers.len() >= 20, "{movers:?}");
     // Of the deposits many are used: nobody carries anything across the room.
     let room = setup.scenario.room;
-    let deposits: Vec<Vec2> = setup
-        .scenario
-        .waste
+    let deposits: Vec<Vec2> = WasteSection::of(&setup.scenario)
         .deposits()
         .map(|it| it.in_room(&room))
         .collect();
@@ -111,7 +110,7 @@ fn thirty_robots_carry_the_waste_of_twenty_spills_to_their_own_deposits() {
 /// On every tick: items, solids, one set at a time, exclusive tasks among those who hear each other.
 #[test]
 fn it_copes_with_deaths_and_all_that_must_hold_does() {
-    let mut scenario = Scenario::waste_cleanup(24, 16);
+    let mut scenario = family(24, 16);
     let victims = ["r1", "r5", "r9", "r17"];
     scenario.faults.timeline = (1..)
         .zip(victims)
@@ -149,6 +148,6 @@ fn it_copes_with_deaths_and_all_that_must_hold_does() {
 }
 
 fn sized(robots: usize, spills: usize) -> Setup {
-    let scenario = Scenario::waste_cleanup(robots, spills);
+    let scenario = family(robots, spills);
     Setup::resolve(scenario, 1, None).unwrap().setup
 }

@@ -2,6 +2,8 @@
 
 #![allow(clippy::disallowed_methods)] // Waiting for real processes takes the real clock; nothing is asserted of it.
 
+use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
+use alliance_proto::scenario::Vocabulary;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -9,7 +11,6 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use alliance_proto::log::RunLog;
-use alliance_proto::scenario::Scenario;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
@@ -93,8 +94,8 @@ impl Lab {
 
     /// A scenario file for the default mission with so many items, half of them in each spill.
     pub fn mission_of(&self, items: u32) -> String {
-        let mut scenario = Scenario::default();
-        for spill in &mut scenario.waste.spills {
+        let mut scenario = default_scenario();
+        for spill in &mut WasteSection::of_mut(&mut scenario).spills {
             spill.items = items / 2;
         }
         let file = format!("mission-of-{items}.toml");
@@ -111,7 +112,7 @@ impl Lab {
 
     /// The log of a run in this lab.
     pub fn log(&self, out: &str) -> RunLog {
-        RunLog::open(&self.path(out)).unwrap()
+        RunLog::open(&self.path(out), &Vocabulary::default()).unwrap()
     }
 
     /// Every table of two runs, byte for byte.

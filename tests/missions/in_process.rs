@@ -1,6 +1,7 @@
 //! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
 
 use alliance_proto::log::{Document, LogLevel, Memory, Table};
+use alliance_proto::mission::waste_data::default_scenario;
 use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
 use study::in_process::Team;
@@ -12,7 +13,7 @@ use crate::harness::Lab;
 pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
     let mut scenario = Scenario {
         limit_s,
-        ..Scenario::default()
+        ..default_scenario()
     };
     scenario.step_order = Some(order);
     Setup::resolve(scenario, seed, None).unwrap().setup

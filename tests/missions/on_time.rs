@@ -2,6 +2,7 @@
 
 use alliance_proto::log::{Document, Figures, LogLevel, RunFile};
 use alliance_proto::mission::waste::WasteFigures;
+use alliance_proto::scenario::Vocabulary;
 use alliance_proto::tick::Outcome;
 
 use crate::harness::Lab;
@@ -26,7 +27,11 @@ fn reports_are_on_time_on_a_hundred_seeds() {
         let (outcome, recorder) = run(setup(NAME, seed), LogLevel::Off);
         assert_eq!(outcome, Outcome::Complete, "seed {seed}");
         let memory = recorder.into_sink();
-        let file: RunFile = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+        let file = RunFile::parse(
+            memory.documents[&Document::Run].as_bytes(),
+            &Vocabulary::default(),
+        )
+        .unwrap();
         println!("seed {seed}");
         assert_on_time(&file.result);
         total_s += file.result.sim_time_ms.as_secs_f64();

@@ -1,6 +1,8 @@
 //! Every row of motivations.csv is what the formulas give for what the run's log says was heard: the independent calculation
 //! of `alliance_tests::recompute` against the robots' own.
 
+use alliance_proto::log::RunFile;
+use alliance_proto::scenario::Vocabulary;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -40,7 +42,11 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
 /// The log of a run in memory.
 pub fn log_of(recorder: Recorder<Memory>) -> RunLog {
     let memory = recorder.into_sink();
-    let run = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+    let run = RunFile::parse(
+        memory.documents[&Document::Run].as_bytes(),
+        &Vocabulary::default(),
+    )
+    .unwrap();
     RunLog::from_tables(Path::new("memory"), run, memory.tables)
 }
 

@@ -1,6 +1,7 @@
 //! Hard rooms, by real processes (issue "It holds", item 6). The survey of 200 random ones is `--example rooms`; here a fixed
 //! few of them, and the rooms that are extreme in one way.
 
+use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
 use alliance_proto::scenario::{Obstacle, Robot, Room, Scenario};
 use alliance_tests::rooms::random_room;
 
@@ -12,7 +13,11 @@ const RANDOM_LIMIT_S: &str = "1224";
 /// Runs the scenario to its end; every item must be in the deposit then.
 #[track_caller]
 fn assert_completes(name: &str, scenario: Scenario, limit_s: &str) {
-    let items: u32 = scenario.waste.spills.iter().map(|spill| spill.items).sum();
+    let items: u32 = WasteSection::of(&scenario)
+        .spills
+        .iter()
+        .map(|spill| spill.items)
+        .sum();
     let lab = Lab::new();
     let file = format!("{name}.toml");
     std::fs::write(lab.path(&file), toml::to_string(&scenario).unwrap()).unwrap();
@@ -27,7 +32,7 @@ fn assert_completes(name: &str, scenario: Scenario, limit_s: &str) {
 }
 
 fn with(change: impl FnOnce(&mut Scenario)) -> Scenario {
-    let mut scenario = Scenario::default();
+    let mut scenario = default_scenario();
     change(&mut scenario);
     scenario
 }
@@ -107,14 +112,14 @@ fn a_spill_that_touches_an_obstacle() {
 #[test]
 fn no_items_at_all_and_all_items_in_one_spill() {
     let none = with(|scenario| {
-        for spill in &mut scenario.waste.spills {
+        for spill in &mut WasteSection::of_mut(scenario).spills {
             spill.items = 0;
         }
     });
     assert_completes("none", none, "3600");
     let one = with(|scenario| {
-        scenario.waste.spills[0].items = 24;
-        scenario.waste.spills[1].items = 0;
+        WasteSection::of_mut(scenario).spills[0].items = 24;
+        WasteSection::of_mut(scenario).spills[1].items = 0;
     });
     assert_completes("one", one, "3600");
 }

@@ -1,10 +1,11 @@
 //! A tick in which robots just go on with their work does not allocate (issue "One process, thousands of runs", item 4):
 //! what a step needs is there from the step before.
 
+use alliance_proto::mission::waste_data::{WasteSection, family};
 use std::collections::BTreeSet;
 
 use alliance_proto::log::{EventRow, LogLevel, Memory};
-use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use study::in_process::Team;
 
@@ -16,8 +17,8 @@ const WARM: u64 = 1_200;
 const END: u64 = 4_000;
 
 fn setup(robots: usize, spills: usize) -> Setup {
-    let mut scenario = Scenario::waste_cleanup(robots, spills);
-    scenario.waste.border_known = true;
+    let mut scenario = family(robots, spills);
+    WasteSection::of_mut(&mut scenario).border_known = true;
     scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }

@@ -1,6 +1,8 @@
 //! What a log tells about a mission: who did what, in which order and why. For the tests of scenarios, which assert orders and
 //! causes, not times.
 
+use alliance_proto::mission::waste_data::WasteSection;
+use alliance_proto::scenario::Vocabulary;
 use std::path::Path;
 
 use alliance_proto::log::{
@@ -51,7 +53,11 @@ impl Story {
     pub fn play(setup: Setup) -> Self {
         let (_, recorder) = run(setup, LogLevel::Full);
         let memory = recorder.into_sink();
-        let run = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+        let run = RunFile::parse(
+            memory.documents[&Document::Run].as_bytes(),
+            &Vocabulary::default(),
+        )
+        .unwrap();
         Self::read(RunLog::from_tables(
             Path::new("in memory"),
             run,
@@ -87,7 +93,7 @@ impl Story {
 
     /// The period of the progress reports.
     pub fn report_period(&self) -> SimTime {
-        SimTime::from_secs_f64(self.run.setup.scenario.waste.report_period_s)
+        SimTime::from_secs_f64(WasteSection::of(&self.run.setup.scenario).report_period_s)
     }
 
     /// The events of a kind.

@@ -2,6 +2,7 @@
 //!
 //! The robots are too slow to get anywhere: find-locations is all that is ever applicable, and whoever works on it fails.
 
+use alliance_proto::mission::waste_data::default_scenario;
 use std::time::Duration;
 
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunLog};
@@ -16,7 +17,7 @@ const STEPS_MS: [u64; 3] = [10, 50, 200];
 fn scenario(step_ms: u64, phi_s: f64, robots: &[(&str, f64)]) -> Scenario {
     let mut scenario = Scenario {
         step_ms,
-        ..Scenario::default()
+        ..default_scenario()
     };
     scenario.body.speed_m_s = 1e-4;
     scenario.robots.truncate(robots.len());

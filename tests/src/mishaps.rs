@@ -11,13 +11,12 @@ use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Report;
+use missions::Registry;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
-use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
-use world_server::missions;
 use world_server::recorder::{RecordError, Recorder};
 use world_server::simulation::Simulation;
 
@@ -54,8 +53,9 @@ const ORDERS: [&str; 8] = [
 /// # Errors
 /// Never: memory takes everything.
 pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, RecordError> {
-    let mission = missions::of(&setup.scenario);
-    let mut recorder = Recorder::new(setup, mission, LogLevel::Full, Memory::default())?;
+    let mission = Registry::of_this_program().worlds().of(&setup.scenario);
+    let mission = mission.expect("a mission that comes with the simulator");
+    let mut recorder = Recorder::new(setup, LogLevel::Full, Memory::default())?;
     let mut team = Team {
         simulation: Simulation::new(setup.clone(), mission, true),
         members: Vec::new(),
@@ -103,7 +103,7 @@ impl Team {
         let (robot, incarnation, _) = self.simulation.invite(name).ok()?;
         self.simulation.arrive(robot, incarnation);
         let setup = self.simulation.setup();
-        let team = TeamConfig::of(setup, Registry::of_this_program()).ok()?;
+        let team = TeamConfig::of(setup, Registry::of_this_program().agents()).ok()?;
         let agent = Agent::new(robot, incarnation, setup, &team);
         Some(Member {
             incarnation,

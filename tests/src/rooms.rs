@@ -1,5 +1,6 @@
 //! Random rooms for closed-loop tests.
 
+use alliance_proto::mission::waste_data::default_scenario;
 use alliance_proto::scenario::Scenario;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +12,7 @@ use study::random_mission::room::obstacles;
 pub fn random_room(seed: u64) -> Scenario {
     let mut scenario = Scenario {
         name: format!("room-{seed}"),
-        ..Scenario::default()
+        ..default_scenario()
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let count = rng.random_range(1..=8);

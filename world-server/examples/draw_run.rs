@@ -2,6 +2,7 @@
 //!
 //! Also an example of how to read a run's folder.
 
+use alliance_proto::mission::waste_data::WasteSection;
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
@@ -39,7 +40,7 @@ fn main() -> anyhow::Result<()> {
     let folder = std::env::args_os()
         .nth(1)
         .map_or_else(|| PathBuf::from("runs/latest"), PathBuf::from);
-    let log = RunLog::open(&folder)?;
+    let log = RunLog::open(&folder, &Vocabulary::default())?;
     print!("{}", draw(&log)?);
     Ok(())
 }
@@ -97,7 +98,7 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
                 _ => continue,
             };
             if let Some(pose) = own.iter().find(|pose| pose.t_ms >= event.t_ms) {
-                let reach = scenario.body.radius_m + scenario.waste.item_radius_m;
+                let reach = scenario.body.radius_m + WasteSection::of(&scenario).item_radius_m;
                 let at = position(pose) + Vec2::from_angle(pose.heading_rad) * reach;
                 let at = pixels(scenario, at);
                 writeln!(
@@ -127,7 +128,7 @@ fn room(svg: &mut String, scenario: &Scenario) -> fmt::Result {
         svg,
         "<rect width=\"{width}\" height=\"{height}\" fill=\"#fffdf8\" stroke=\"#4a4842\" stroke-width=\"5\"/>"
     )?;
-    let site = &scenario.waste.report_site;
+    let site = &WasteSection::of(&scenario).report_site;
     let top = pixels(
         scenario,
         Vec2::new(0.0, (scenario.room.height_m + site.height_m) / 2.0),
@@ -144,20 +145,20 @@ fn room(svg: &mut String, scenario: &Scenario) -> fmt::Result {
         "start",
         "report site",
     )?;
-    for spill in &scenario.waste.spills {
+    for spill in &WasteSection::of(&scenario).spills {
         let place = Vec2::new(spill.x_fraction, spill.y_fraction);
         let name = format!("spill {}", spill.name);
         disc(
             svg,
             scenario,
             place,
-            scenario.waste.spill_radius_m,
+            WasteSection::of(&scenario).spill_radius_m,
             "#f6dcd2",
             &name,
         )?;
     }
-    let radius_m = scenario.waste.deposit.radius_m;
-    for deposit in scenario.waste.deposits() {
+    let radius_m = WasteSection::of(&scenario).deposit.radius_m;
+    for deposit in WasteSection::of(&scenario).deposits() {
         let place = Vec2::new(deposit.x_fraction, deposit.y_fraction);
         disc(svg, scenario, place, radius_m, "#dcebdc", "deposit")?;
     }

@@ -3,6 +3,7 @@
 //! `cargo run -p world-server --example own_interruption`
 
 use alliance_proto::ids::RobotId;
+use alliance_proto::mission::waste_data::default_scenario;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use alliance_proto::time::SimTime;
@@ -54,13 +55,13 @@ fn main() {
             }),
             ..Robot::default()
         }],
-        ..Scenario::default()
+        ..default_scenario()
     };
     let setup = match Setup::resolve(scenario, 1, None) {
         Ok(resolved) => resolved.setup,
         Err(error) => panic!("{error}"),
     };
-    let mut world = World::new(&setup, missions::of(&setup.scenario));
+    let mut world = World::new(&setup, missions::waste::WASTE);
     let mut door = Door {
         period: SimTime(5000),
         leaf: Obstacle {

@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use alliance_proto::keys::is_name;
 use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{
-    MAX_ROBOTS, MAX_SPILLS, ParameterFile, Scenario, Setup, StepOrder, Vocabulary, text_of,
+    MAX_ROBOTS, ParameterFile, Scenario, Setup, StepOrder, Vocabulary, text_of,
 };
 use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
@@ -18,10 +18,9 @@ use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use crate::missions;
+use crate::mission::{MissionWorld, Worlds};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
-use crate::world::start_poses;
 
 /// What a program that reads scenarios knows beforehand.
 #[derive(Clone, Debug)]
@@ -30,10 +29,14 @@ pub struct Known {
     pub builtin: fn(&str) -> Option<&'static str>,
     /// What scenarios may speak of.
     pub vocabulary: Vocabulary,
+    /// The worlds of their missions.
+    pub worlds: Worlds,
 }
 
-/// The built-in scenario that comes in any size.
-pub const FAMILY: &str = "waste-cleanup";
+/// Robots of a mission whose size alone is asked for.
+const DEFAULT_ROBOTS: usize = 3;
+/// Most that there is to do in a mission of any size.
+const MAX_SIZE: usize = 10_000;
 
 /// What is run.
 #[derive(Args, Clone, Debug)]
@@ -61,14 +64,14 @@ pub struct MissionArgs {
     pub limit: Option<f64>,
 }
 
-/// How large the default mission is made.
+/// How large a mission is made.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub struct SizeArgs {
-    /// The waste clean-up with so many robots, in a room that grows with them [default: 3]
+    /// The mission with so many robots, in a room that grows with them [default: 3]
     #[arg(long, value_name = "N", value_parser = count::<MAX_ROBOTS>, allow_negative_numbers = true)]
     pub robots: Option<usize>,
-    /// The waste clean-up with so many spills [default: two for every three robots]
-    #[arg(long, value_name = "M", value_parser = count::<MAX_SPILLS>, allow_negative_numbers = true)]
+    /// The mission with so much to do: so many spills, in the clean-up [default: two for every three robots]
+    #[arg(long, visible_alias = "size", value_name = "M", value_parser = count::<MAX_SIZE>, allow_negative_numbers = true)]
     pub spills: Option<usize>,
 }
 
@@ -113,12 +116,11 @@ impl MissionArgs {
     /// # Errors
     /// One line that says which file, where, what is wrong and what would be right.
     pub fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
-        let mut scenario = match &self.scenario {
-            Some(asked) => match self.size.scenario(asked)? {
-                Some(sized) => sized,
-                None => read_scenario(asked, known)?,
-            },
-            None => self.size.scenario(FAMILY)?.unwrap_or_default(),
+        let asked = self.scenario.as_deref();
+        let mut scenario = match (self.size.scenario(asked, &known.vocabulary)?, asked) {
+            (Some(sized), _) => sized,
+            (None, Some(asked)) => read_scenario(asked, known)?,
+            (None, None) => known.vocabulary.default_scenario()?,
         };
         if let Some(limit) = self.limit {
             scenario.limit_s = limit;
@@ -142,8 +144,7 @@ impl MissionArgs {
         };
         let resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
         let scenario = &resolved.setup.scenario;
-        let area = (missions::of(scenario).start_area)(scenario);
-        if let Err(error) = start_poses(scenario, area) {
+        if let Err(error) = known.worlds.of(scenario)?.start_poses(scenario) {
             let asked = self.scenario.as_deref().unwrap_or(&scenario.name);
             bail!("{asked}: {}", error.of(scenario));
         }
@@ -159,21 +160,38 @@ impl MissionArgs {
 }
 
 impl SizeArgs {
-    /// The waste clean-up of that size; `None` if no size is asked for.
+    /// The default scenario of a mission in that size, the first known mission's if none is asked for; `None` if no size is asked for.
     ///
     /// # Errors
-    /// One line, when another scenario is asked for.
-    pub fn scenario(&self, asked: &str) -> anyhow::Result<Option<Scenario>> {
+    /// One line, when another scenario is asked for, or the mission comes in one size.
+    pub fn scenario(
+        &self,
+        asked: Option<&str>,
+        vocabulary: &Vocabulary,
+    ) -> anyhow::Result<Option<Scenario>> {
         let Self { robots, spills } = *self;
         if robots.is_none() && spills.is_none() {
             return Ok(None);
         }
-        if asked != FAMILY {
-            bail!("--robots and --spills: '{asked}' has its own; they go with '{FAMILY}' only");
+        let mut missions = vocabulary.missions.iter();
+        let mission = match asked {
+            Some(asked) => missions.find(|mission| mission.scenario_name() == asked),
+            None => missions.next(),
+        };
+        let robots = robots.unwrap_or(DEFAULT_ROBOTS);
+        let size = spills.unwrap_or((2 * robots).div_ceil(3));
+        let sized = mission.and_then(|mission| mission.family(robots, size));
+        if sized.is_none() {
+            let of_any_size = vocabulary.missions.iter();
+            let of_any_size = of_any_size.filter(|mission| mission.family(1, 1).is_some());
+            let names: Vec<&str> = of_any_size.map(|mission| mission.scenario_name()).collect();
+            bail!(
+                "--robots and --spills: '{}' has its own; they go with '{}' only",
+                asked.unwrap_or_default(),
+                names.join("', '")
+            );
         }
-        let robots = robots.unwrap_or_else(|| Scenario::default().robots.len());
-        let spills = spills.unwrap_or((2 * robots).div_ceil(3));
-        Ok(Some(Scenario::waste_cleanup(robots, spills)))
+        Ok(sized)
     }
 
     /// As they are given to a process.
@@ -256,16 +274,17 @@ impl WorldArgs {
     pub fn run(&self, known: &Known) -> ExitCode {
         let prepared = self.mission.setup(known).and_then(|setup| {
             self.refuse_process_faults(&setup)?;
-            Ok((self.run.folder(&setup)?, setup))
+            let mission = known.worlds.of(&setup.scenario)?;
+            Ok((self.run.folder(&setup)?, setup, mission))
         });
-        let (folder, setup) = match prepared {
+        let (folder, setup, mission) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
                 tell!("world: {error:#}");
                 return ExitCode::from(2);
             }
         };
-        match self.serve(setup, folder) {
+        match self.serve(setup, mission, folder) {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
             Err(error) => {
@@ -291,7 +310,12 @@ impl WorldArgs {
         }
     }
 
-    fn serve(&self, setup: Setup, folder: PathBuf) -> anyhow::Result<Outcome> {
+    fn serve(
+        &self,
+        setup: Setup,
+        mission: MissionWorld,
+        folder: PathBuf,
+    ) -> anyhow::Result<Outcome> {
         let id = self.id.clone().unwrap_or_else(|| run_id_for(&setup));
         let options = self.run.options(id, folder, self.launched);
         let seed = setup.seed;
@@ -301,7 +325,7 @@ impl WorldArgs {
             .enable_all()
             .build()
             .context("starting the runtime")?;
-        let finished = runtime.block_on(serve(setup, &options, Vec::new()))?;
+        let finished = runtime.block_on(serve(setup, mission, &options, Vec::new()))?;
         tracing::info!(
             outcome = finished.outcome.as_str(),
             folder = %options.folder.display(),

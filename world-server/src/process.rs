@@ -24,7 +24,7 @@ use zenoh::{Session, Wait};
 
 use crate::interruption::InterruptionHandler;
 use crate::latest::link_latest;
-use crate::missions;
+use crate::mission::MissionWorld;
 use crate::pace::{Pace, Speed};
 use crate::recorder::{Folder, RecordError, Recorder};
 use crate::server::{Bus, Ended, Publishers, Server, lock};
@@ -96,13 +96,13 @@ pub enum WorldError {
 /// Any [`WorldError`].
 pub async fn serve(
     setup: Setup,
+    mission: MissionWorld,
     options: &Options,
     handlers: Vec<Box<dyn InterruptionHandler>>,
 ) -> Result<Finished, WorldError> {
     let started = Instant::now();
-    let mission = missions::of(&setup.scenario);
     let folder = Folder::create(&options.folder)?;
-    let recorder = Recorder::new(&setup, mission, options.log, folder)?;
+    let recorder = Recorder::new(&setup, options.log, folder)?;
     // A convenience: where it cannot be made, it is missing.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = Keys::new(&options.run);

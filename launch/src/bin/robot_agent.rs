@@ -16,5 +16,7 @@ struct AgentCli {
 fn main() -> ExitCode {
     alliance_proto::session::prepare_process();
     robot_agent::args::log_to_stderr();
-    AgentCli::parse().agent.run()
+    AgentCli::parse()
+        .agent
+        .run(launch::Registry::of_this_program().agents())
 }

@@ -1,11 +1,12 @@
 //! A live run, as its observer hears of it. Pages get what is newest; however slow or many they are, the run does not wait.
 
+use missions::Registry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use alliance_proto::control::{ControlCommand, Reply};
 use alliance_proto::event::EventNews;
 use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::SetupFile;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::View;
@@ -62,8 +63,11 @@ impl Live {
         let Reply::Description(description) = described else {
             bail!("run '{}' does not say what it is", observer.run.run);
         };
-        let setup: Setup = serde_json::from_str(&description.setup)
-            .context("the world's description of the run")?;
+        let described = "the world's description of the run";
+        let setup: SetupFile = serde_json::from_str(&description.setup).context(described)?;
+        let setup = setup
+            .read(&Registry::of_this_program().vocabulary())
+            .context(described)?;
         let heard = Arc::new(Heard::new(SimTime(setup.scenario.step_ms)));
 
         let ears = Arc::clone(&heard);

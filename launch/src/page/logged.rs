@@ -1,5 +1,6 @@
 //! A finished run: every tick of it, ready to be shown in any order.
 
+use missions::Registry;
 use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
@@ -52,7 +53,7 @@ impl Logged {
     /// # Errors
     /// When it holds no run, or one without a whole tick.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let logged = RunLog::open(folder)?;
+        let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())?;
         let team = logged.run.setup.scenario.robots.len().max(1) as u64;
         let views_max = (ROBOTS_MAX / team).clamp(1, VIEWS_MAX);
         let every = logged.run.result.ticks.max(last_tick(&logged)) / views_max + 1;
@@ -213,6 +214,8 @@ fn line(row: EventRow) -> EventLine {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
+    use alliance_proto::scenario::Vocabulary;
     use std::process::Command;
 
     use alliance_proto::log::MotivationRow;
@@ -228,7 +231,7 @@ mod tests {
     #[test]
     fn charts_show_every_activation_and_reset_of_the_log() {
         let folder = TempDir::new().unwrap();
-        let setup = Setup::resolve(Scenario::default(), 1, None).unwrap().setup;
+        let setup = Setup::resolve(default_scenario(), 1, None).unwrap().setup;
         let sink = Folder::create(folder.path()).unwrap();
         Team::new(setup, LogLevel::Full, sink)
             .unwrap()
@@ -236,7 +239,7 @@ mod tests {
             .unwrap();
         let logged = Logged::open(folder.path()).unwrap();
         let about = logged.about();
-        let log = RunLog::open(folder.path()).unwrap();
+        let log = RunLog::open(folder.path(), &Vocabulary::default()).unwrap();
         let rows: Vec<Value> = log
             .each_row::<MotivationRow>()
             .map(|row| {

@@ -1,5 +1,6 @@
 //! `alliance run --in-process`: the same world, the same agents and the same bytes, without processes and sockets.
 
+use missions::Registry;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -77,7 +78,11 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     progress.clear();
     summary::show(plan, &run)?;
     if check && violation.is_none() {
-        violation = replayed::check(&RunLog::open(&plan.folder)?).err();
+        violation = replayed::check(&RunLog::open(
+            &plan.folder,
+            &Registry::of_this_program().vocabulary(),
+        )?)
+        .err();
     }
     if let Some(violation) = &violation {
         tell!("violated: {violation:#}");

@@ -1,6 +1,7 @@
 //! The progress of a run on the terminal: one line for the mission, one for each robot. Where stderr is no terminal, a line
 //! every few seconds.
 
+use alliance_proto::mission::waste_data::WasteSection;
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::time::Duration;
@@ -96,9 +97,7 @@ impl Progress {
             .iter()
             .map(|r| r.name.clone())
             .collect();
-        let items: u32 = setup
-            .scenario
-            .waste
+        let items: u32 = WasteSection::of(&setup.scenario)
             .spills
             .iter()
             .map(|spill| spill.items)

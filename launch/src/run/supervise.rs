@@ -9,7 +9,8 @@ use alliance_proto::log::{RunFile, RunOutcome};
 use alliance_proto::process::ProcessState;
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::view::View;
-use anyhow::{Context, bail};
+use anyhow::{Context, Error, bail};
+use missions::Registry;
 use nix::sys::signal::Signal;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
@@ -399,6 +400,10 @@ async fn heard(bus: Option<&mut Bus>) -> Call {
 
 fn read_run(folder: &Path) -> anyhow::Result<RunFile> {
     let path = folder.join("run.json");
-    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    serde_json::from_str(&text).with_context(|| path.display().to_string())
+    let at = || path.display().to_string();
+    let text = std::fs::read(&path).with_context(at)?;
+    let vocabulary = Registry::of_this_program().vocabulary();
+    RunFile::parse(&text, &vocabulary)
+        .map_err(Error::msg)
+        .with_context(at)
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::codec::{decode, encode};
+use crate::mission::waste_data::default_scenario;
 use crate::scenario::{Catalog, Scenario};
 
 /// One fault of each kind, with every mode.
@@ -123,7 +124,7 @@ fn every_fault_survives_bincode_and_json() {
 
 #[test]
 fn the_default_team_can_be_ordered_all_of_them() {
-    let scenario = Scenario::default();
+    let scenario = default_scenario();
     for fault in one_of_each() {
         let order = Order::now(fault);
         assert_eq!(
@@ -137,7 +138,7 @@ fn the_default_team_can_be_ordered_all_of_them() {
 #[track_caller]
 fn refused(json: &str, line: &str) {
     let order: Order = serde_json::from_str(json).unwrap();
-    let scenario = Scenario::default();
+    let scenario = default_scenario();
     let error = order.check(&scenario, &Catalog::of(&scenario)).unwrap_err();
     assert_eq!(error.to_string(), line);
 }

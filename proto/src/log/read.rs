@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::ids::Tick;
+use crate::scenario::Vocabulary;
 use crate::time::SimTime;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -69,13 +70,14 @@ impl RunLog {
     /// # Errors
     /// [`ReadError`] when run.json is missing or malformed, or a file exists but cannot be read. Torn, damaged and missing
     /// tables are no error: the log is then shorter.
-    pub fn open(folder: &Path) -> Result<Self, ReadError> {
+    pub fn open(folder: &Path, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
         let path = folder.join(Document::Run.file_name());
         let text = fs::read(&path).map_err(|source| ReadError::Read {
             path: path.clone(),
             source,
         })?;
-        let run = RunFile::parse(&text).map_err(|reason| ReadError::Malformed { path, reason })?;
+        let run = RunFile::parse(&text, vocabulary)
+            .map_err(|reason| ReadError::Malformed { path, reason })?;
 
         let mut tables = BTreeMap::new();
         for table in Table::ALL.into_iter().filter(|table| run.log.keeps(*table)) {
@@ -95,13 +97,12 @@ impl RunLog {
     ///
     /// # Errors
     /// [`ReadError::Malformed`] when it has no run.json.
-    pub fn from_memory(memory: &Memory) -> Result<Self, ReadError> {
+    pub fn from_memory(memory: &Memory, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
         let text = memory.documents.get(&Document::Run);
-        let run = serde_json::from_str(text.map_or("", String::as_str)).map_err(|error| {
-            ReadError::Malformed {
-                path: PathBuf::from(Document::Run.file_name()),
-                reason: error.to_string(),
-            }
+        let text = text.map_or("", String::as_str).as_bytes();
+        let run = RunFile::parse(text, vocabulary).map_err(|reason| ReadError::Malformed {
+            path: PathBuf::from(Document::Run.file_name()),
+            reason,
         })?;
         Ok(Self::from_tables(Path::new(""), run, memory.tables.clone()))
     }

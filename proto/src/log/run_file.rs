@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::control::FaultStatus;
 use crate::mission::MissionFigures;
-use crate::scenario::Setup;
+use crate::scenario::{Setup, SetupFile, Vocabulary};
 use crate::tick::Outcome;
 use crate::time::SimTime;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use super::level::LogLevel;
 
 /// Contents of run.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RunFile {
+pub struct RunFile<S = Setup> {
     /// Version of the program that made the run.
     pub version: String,
     /// What the tables hold.
@@ -31,7 +31,7 @@ pub struct RunFile {
     pub result: Figures,
     /// `seed`, `scenario` as resolved, and `alliance`: every value that was in force.
     #[serde(flatten)]
-    pub setup: Setup,
+    pub setup: S,
 }
 
 impl RunFile {
@@ -39,8 +39,29 @@ impl RunFile {
     ///
     /// # Errors
     /// One line: what is wrong, where, and what would be right.
-    pub(super) fn parse(text: &[u8]) -> Result<Self, String> {
-        let run: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+    pub fn parse(text: &[u8], vocabulary: &Vocabulary) -> Result<Self, String> {
+        let RunFile {
+            version,
+            log,
+            hash,
+            outcome,
+            unscripted,
+            faults,
+            result,
+            setup,
+        } = serde_json::from_slice::<RunFile<SetupFile>>(text)
+            .map_err(|error| error.to_string())?;
+        let setup = setup.read(vocabulary).map_err(|error| error.to_string())?;
+        let run = Self {
+            version,
+            log,
+            hash,
+            outcome,
+            unscripted,
+            faults,
+            result,
+            setup,
+        };
         run.setup.check().map_err(|error| error.to_string())?;
         let scenario = &run.setup.scenario;
         let limit_ms = SimTime::from_secs_f64(scenario.limit_s).0;

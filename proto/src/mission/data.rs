@@ -4,7 +4,8 @@
 use std::fmt::{self, Debug};
 use std::ops::Deref;
 
-use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario};
+use super::section::Section;
+use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
 /// A mission's data. A scenario whose file has the section `[NAME]` is one of this mission.
 pub trait MissionData: Debug + Send + Sync + 'static {
@@ -13,6 +14,31 @@ pub trait MissionData: Debug + Send + Sync + 'static {
 
     /// What there is to do, in a line.
     fn about(&self) -> &'static str;
+
+    /// Its section, read by [`section`](super::section::section) as a type of its own. What is not stated has its default.
+    ///
+    /// # Errors
+    /// The first key or value that does not fit.
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem>;
+
+    /// Name of a scenario that states none.
+    fn scenario_name(&self) -> &'static str {
+        self.name()
+    }
+
+    /// The team of a scenario that states none.
+    fn team(&self) -> Vec<Robot> {
+        let robot = |name: &str| Robot {
+            name: name.to_owned(),
+            ..Robot::default()
+        };
+        ["blue", "gold", "green"].map(robot).to_vec()
+    }
+
+    /// The mission for so many robots with so much to do, 1 to 10,000 of each; `None`: it comes in one size only.
+    fn family(&self, _robots: usize, _size: usize) -> Option<Scenario> {
+        None
+    }
 
     /// The keys of its section, in the order in which they are listed to people.
     fn parameters(&self) -> Vec<ParameterSpec>;
@@ -74,6 +100,8 @@ pub struct Terms {
     pub faults: &'static [&'static str],
     /// Kinds of events in events.csv that only this mission knows.
     pub events: &'static [&'static str],
+    /// Verbs that faults can wait for, each with the kind of the event that it stands for.
+    pub verbs: &'static [(&'static str, &'static str)],
     /// Names of its two kinds of bulletins: last chunk of their keys, and `kind` in messages.csv.
     pub bulletins: [&'static str; 2],
     /// Columns of mission.csv after the time.
@@ -103,5 +131,61 @@ impl Eq for Mission {}
 impl Debug for Mission {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+/// Nothing to do: the mission of a scenario that has none.
+pub const NO_MISSION: Mission = Mission(&Nothing);
+
+#[derive(Debug)]
+struct Nothing;
+
+impl MissionData for Nothing {
+    fn name(&self) -> &'static str {
+        "none"
+    }
+
+    fn about(&self) -> &'static str {
+        "nothing to do"
+    }
+
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        super::section::section::<()>(text)
+    }
+
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        Vec::new()
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            devices: &[],
+            optional_devices: &[],
+            faults: &[],
+            events: &[],
+            verbs: &[],
+            bulletins: ["first", "second"],
+            columns: &[],
+        }
+    }
+
+    fn catalog(&self, _scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        (Vec::new(), Vec::new())
+    }
+
+    fn has_behavior(&self, _robot: &Robot, _behavior: &BehaviorSpec) -> bool {
+        false
+    }
+
+    fn built_in(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> BuiltIn {
+        unreachable!("it has no behaviors")
+    }
+
+    fn unit_s(&self, _scenario: &Scenario, _body: &Body, _behavior: &BehaviorSpec) -> f64 {
+        unreachable!("it has no behaviors")
+    }
+
+    fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
+        Ok(())
     }
 }

@@ -6,6 +6,7 @@
 
 pub mod data;
 mod figures;
+pub mod section;
 pub mod waste;
 pub mod waste_data;
 

@@ -48,6 +48,14 @@ impl<'t> Document<'t> {
         span.map(|span| line_at(self.text, span.start))
     }
 
+    /// The file's contents.
+    pub fn table(&self) -> &DeTable<'t> {
+        match &self.root {
+            DeValue::Table(table) => table,
+            _ => unreachable!("the root of a document is a table"),
+        }
+    }
+
     /// The file's contents as a value of that type.
     pub fn to<'d, T: Deserialize<'d>>(&'d self) -> Result<T, Problem> {
         T::deserialize(Value(&self.root)).map_err(Problem::from)

@@ -28,8 +28,7 @@ impl Scenario {
         vocabulary: &Vocabulary,
     ) -> Result<Self, ScenarioError> {
         let document = Document::parse(file_name, text)?;
-        document
-            .to()
+        Self::from_toml(document.table(), vocabulary)
             .and_then(|scenario| checked(scenario, vocabulary))
             .map_err(|problem| problem.located(Some((file_name, &document))))
     }
@@ -52,8 +51,7 @@ impl Scenario {
     ) -> Result<Self, ScenarioError> {
         let text = table.to_string();
         let document = Document::parse("scenario", &text)?;
-        document
-            .to()
+        Self::from_toml(document.table(), vocabulary)
             .and_then(|scenario| checked(scenario, vocabulary))
             .map_err(|problem| problem.located(None))
     }

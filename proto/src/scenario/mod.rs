@@ -15,6 +15,7 @@ mod load;
 mod parameters;
 mod path;
 mod properties;
+mod reading;
 mod resolve;
 mod roster;
 mod setup;
@@ -22,6 +23,7 @@ mod statement;
 #[cfg(test)]
 mod tests;
 mod toml_value;
+mod unread;
 mod validate;
 mod values;
 mod vocabulary;
@@ -31,11 +33,7 @@ use std::collections::BTreeMap;
 
 use crate::fault::Faults;
 use crate::mission::data::Mission;
-use crate::mission::waste_data::WASTE;
-// Who reads scenarios of the waste clean-up finds all of them here.
-pub use crate::mission::waste_data::{
-    BehaviorKind, Deposit, MAX_SPILLS, ReportSite, Spill, Spot, WasteSection,
-};
+use crate::mission::section::MissionSection;
 
 pub use crate::obstacle::Obstacle;
 pub use alliance::{
@@ -52,11 +50,12 @@ pub use path::{Path, Step};
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
 pub use roster::Roster;
-pub use setup::Setup;
+pub use setup::{Setup, SetupFile};
+pub use unread::Unread;
 pub use validate::MAX_ROBOTS;
 pub use vocabulary::Vocabulary;
 
-/// A scenario file.
+/// A scenario file. As a value that is read by itself it is of no mission: whoever reads a file says which missions there are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scenario {
@@ -86,8 +85,9 @@ pub struct Scenario {
     /// Energy aspect of the robots; absent: not simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<Energy>,
-    /// The waste clean-up.
-    pub waste: WasteSection,
+    /// The mission: the section of its name.
+    #[serde(flatten, skip_deserializing)]
+    pub mission: MissionSection,
     /// The team, in rank order.
     pub robots: Vec<Robot>,
     /// Rectangles on the floor: obstacles, and patches that slow down or speed up.
@@ -107,7 +107,7 @@ pub struct Scenario {
 impl Default for Scenario {
     fn default() -> Self {
         Self {
-            name: "waste-cleanup".to_owned(),
+            name: String::new(),
             description: String::new(),
             step_ms: 50,
             limit_s: 3600.0,
@@ -118,14 +118,8 @@ impl Default for Scenario {
             sensors: Sensors::default(),
             radio: Radio::default(),
             energy: None,
-            waste: WasteSection::default(),
-            robots: [("blue", true), ("gold", false), ("green", false)]
-                .map(|(name, side_sensor)| Robot {
-                    name: name.to_owned(),
-                    side_sensor,
-                    ..Robot::default()
-                })
-                .to_vec(),
+            mission: MissionSection::default(),
+            robots: Vec::new(),
             obstacles: Vec::new(),
             faults: Faults::default(),
             tasks: BTreeMap::new(),
@@ -155,7 +149,7 @@ impl Scenario {
     /// Its mission.
     #[must_use]
     pub fn mission(&self) -> Mission {
-        WASTE
+        self.mission.mission()
     }
 
     /// Body and drive of one robot of the team.

@@ -51,16 +51,6 @@ impl Setup {
         };
         Ok(Resolved { setup, skipped })
     }
-
-    /// The default scenario, resolved.
-    #[must_use]
-    pub fn default_for(seed: u64) -> Self {
-        // Cannot fail: neither the default scenario nor the built-in values depend on anything, and a test resolves them.
-        #[allow(clippy::expect_used)]
-        Self::resolve(Scenario::default(), seed, None)
-            .expect("the default scenario is valid")
-            .setup
-    }
 }
 
 /// Checks a whole scenario, and its values together with those of the parameter file.
@@ -168,7 +158,7 @@ mod tests {
 
     #[test]
     fn default_scenario_resolves() {
-        let alliance = Setup::default_for(1).alliance;
+        let alliance = default_setup(1).alliance;
         assert_eq!(alliance.threshold, 100.0);
         let blue = &alliance.robots["blue"];
         assert_eq!(blue.sets["move-spill(top)"].slow_impatience["gold"], 0.5);

@@ -4,14 +4,16 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Map, Value};
 
 use super::alliance::{Alliance, RobotParams, StepOrder, SwitchSection};
-use super::{Catalog, Roster, Scenario};
+use super::error::ScenarioError;
+use super::{Catalog, Roster, Scenario, Vocabulary};
 
 /// A run, complete: what the world sends to every agent and writes to run.json.
 ///
-/// In JSON it has `seed`, `scenario` and `alliance`; whoever reads it works out the rest.
+/// In JSON it has `seed`, `scenario` and `alliance`; whoever reads it, as a [`SetupFile`], works out the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// Seed of all random streams.
@@ -28,15 +30,22 @@ pub struct Setup {
     pub roster: Arc<Roster>,
 }
 
-/// The form in JSON.
-#[derive(Serialize, Deserialize)]
-struct SetupFile<'a> {
+/// A [`Setup`] as it stands in JSON: which missions there are is told by whoever reads it.
+#[derive(Clone, Debug, Deserialize)]
+pub struct SetupFile {
     seed: u64,
-    scenario: Cow<'a, Scenario>,
+    scenario: Map<String, Value>,
+    alliance: AllianceFile<'static>,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    seed: u64,
+    scenario: &'a Scenario,
     alliance: AllianceFile<'a>,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct AllianceFile<'a> {
     threshold: f64,
     step_ms: u64,
@@ -47,9 +56,9 @@ struct AllianceFile<'a> {
 
 impl Serialize for Setup {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        SetupFile {
+        Written {
             seed: self.seed,
-            scenario: Cow::Borrowed(&self.scenario),
+            scenario: &self.scenario,
             alliance: AllianceFile {
                 threshold: self.alliance.threshold,
                 step_ms: self.alliance.step_ms,
@@ -61,16 +70,22 @@ impl Serialize for Setup {
     }
 }
 
-impl<'de> Deserialize<'de> for Setup {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let SetupFile {
+impl SetupFile {
+    /// The setup, not checked: see [`Setup::check`].
+    ///
+    /// # Errors
+    /// The first value of the scenario that does not fit.
+    pub fn read(self, vocabulary: &Vocabulary) -> Result<Setup, ScenarioError> {
+        let Self {
             seed,
             scenario,
             alliance,
-        } = SetupFile::deserialize(deserializer)?;
+        } = self;
+        let scenario = Scenario::from_json(scenario, vocabulary)
+            .map_err(|problem| problem.below("scenario").located(None))?;
         let preset = scenario.alliance.preset;
         let step_order = alliance.switches.step_order;
-        Ok(Self {
+        Ok(Setup {
             seed,
             alliance: Alliance {
                 threshold: alliance.threshold,
@@ -81,7 +96,7 @@ impl<'de> Deserialize<'de> for Setup {
             step_order: step_order.unwrap_or_else(|| scenario.step_order()),
             catalog: Arc::new(Catalog::of(&scenario)),
             roster: Arc::new(Roster::of(&scenario.robots)),
-            scenario: scenario.into_owned(),
+            scenario,
         })
     }
 }

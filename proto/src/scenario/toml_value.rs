@@ -140,7 +140,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
                 "no key of a scenario takes one",
             )),
             DeValue::Array(array) => visitor.visit_seq(Elements(array.iter().enumerate())),
-            DeValue::Table(table) => visitor.visit_map(entries(table)),
+            DeValue::Table(table) => visitor.visit_map(entries(table, None)),
         }
     }
 
@@ -157,7 +157,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         match self.0 {
             DeValue::String(name) => visitor.visit_enum(StrDeserializer::new(name)),
             DeValue::Table(table) if table.len() == 1 => {
-                visitor.visit_enum(MapAccessDeserializer::new(entries(table)))
+                visitor.visit_enum(MapAccessDeserializer::new(entries(table, None)))
             }
             other => Err(Mistake::new(
                 format!("the {} does not fit", other.type_str()),
@@ -169,6 +169,24 @@ impl<'de> Deserializer<'de> for Value<'de> {
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf unit unit_struct newtype_struct seq
         tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+/// A table without one of its entries as a deserializer.
+#[derive(Clone, Copy)]
+pub(super) struct Without<'de>(pub &'de DeTable<'de>, pub Option<&'de str>);
+
+impl<'de> Deserializer<'de> for Without<'de> {
+    type Error = Mistake;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
+        let Self(table, left_out) = self;
+        visitor.visit_map(entries(table, left_out))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct newtype_struct seq
+        tuple tuple_struct map struct enum identifier ignored_any
     }
 }
 
@@ -198,11 +216,13 @@ struct Entries<'de, I> {
 
 fn entries<'de>(
     table: &'de DeTable<'de>,
+    left_out: Option<&'de str>,
 ) -> Entries<'de, impl Iterator<Item = (&'de str, &'de DeValue<'de>)>> {
     Entries {
         rest: table
             .iter()
-            .map(|(key, value)| (key.get_ref().as_ref(), value.get_ref())),
+            .map(|(key, value)| (key.get_ref().as_ref(), value.get_ref()))
+            .filter(move |(key, _)| Some(*key) != left_out),
         next: None,
     }
 }

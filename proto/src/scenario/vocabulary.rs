@@ -1,7 +1,7 @@
 //! What a scenario may speak of beyond the frame.
 
-use super::AllocatorSpec;
-use crate::mission::data::Mission;
+use super::{AllocatorSpec, Scenario, ScenarioError};
+use crate::mission::data::{Mission, NO_MISSION};
 use crate::mission::waste_data::WASTE;
 
 /// The missions and allocators that there are: handed in by whoever reads scenarios, as they come from other crates.
@@ -11,6 +11,17 @@ pub struct Vocabulary {
     pub missions: Vec<Mission>,
     /// In the order in which they are listed to people.
     pub allocators: Vec<AllocatorSpec>,
+}
+
+impl Vocabulary {
+    /// The scenario in which nothing is stated: one of the first mission.
+    ///
+    /// # Errors
+    /// When its section has keys that must be stated.
+    pub fn default_scenario(&self) -> Result<Scenario, ScenarioError> {
+        let mission = self.missions.first().copied().unwrap_or(NO_MISSION);
+        Scenario::of(mission).map_err(|problem| problem.located(None))
+    }
 }
 
 /// The waste clean-up and ALLIANCE.

@@ -1,5 +1,7 @@
 //! Roll-back: a step that did not count leaves no trace.
 
+use crate::missions::waste::MIND;
+use alliance_proto::mission::waste_data::default_scenario;
 use std::sync::Arc;
 
 use alliance_proto::codec::encode;
@@ -35,14 +37,14 @@ struct Moment {
 }
 
 fn agent(robot: RobotId, setup: &Setup) -> Agent {
-    let team = TeamConfig::of(setup, &Registry::built_in()).unwrap();
+    let team = TeamConfig::of(setup, &AgentRegistry::built_in().mission(MIND)).unwrap();
     Agent::new(robot, 1, setup, &team)
 }
 
 fn setup() -> Setup {
     let scenario = Scenario {
         step_ms: STEP_MS,
-        ..Scenario::default()
+        ..default_scenario()
     };
     Setup::resolve(scenario, 1, None).unwrap().setup
 }

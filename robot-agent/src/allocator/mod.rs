@@ -5,7 +5,7 @@
 //! Everything else is done for it: heartbeats, state changes with their reasons, the step that goes back because it did not count.
 //!
 //! - [`kind`](Kind): an allocator by name, as scenarios state it, with its parameters.
-//! - [`registry`](Registry): the allocators that a program knows.
+//! - [`registry`](AgentRegistry): the allocators that a program knows.
 //! - `framed`: what is done for an [`Allocator`] around its step.
 //! - [`utility`]: the utility that rules which compare costs have in common.
 //!
@@ -38,7 +38,7 @@ use serde::Deserialize;
 
 pub use framed::Framed;
 pub use kind::{ConfigError, Kind, Prepared, Typed};
-pub use registry::Registry;
+pub use registry::AgentRegistry;
 
 /// A rule by which one robot chooses its task; pure.
 pub trait Allocator: Clone + Debug + Send + 'static {

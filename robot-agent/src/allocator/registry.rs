@@ -1,6 +1,6 @@
-//! The allocators and missions that a program knows.
+//! The allocators and the missions' robot sides that a program knows.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use alliance_proto::scenario::{Setup, Vocabulary};
 
@@ -11,25 +11,21 @@ use crate::allocators::fixed::Fixed;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::Random;
 use crate::mission::{MissionMind, SharedMission};
-use crate::missions::waste;
-
-/// What the program at hand knows: written once, by its `main`, before anything reads it.
-static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
 
 /// The allocators and the missions' robot sides that a program knows, by name.
 #[derive(Clone, Debug)]
-pub struct Registry {
+pub struct AgentRegistry {
     kinds: Vec<Arc<dyn Kind>>,
     missions: Vec<MissionMind>,
 }
 
-impl Registry {
-    /// Those that come with the simulator.
+impl AgentRegistry {
+    /// The allocators that come with the simulator, and no mission.
     #[must_use]
     pub fn built_in() -> Self {
         Self {
             kinds: vec![Arc::new(Alliance)],
-            missions: vec![waste::MIND],
+            missions: Vec::new(),
         }
         .allocator::<Nearest>(
             "nearest",
@@ -47,21 +43,6 @@ impl Registry {
             "static",
             "the tasks that an assignment before the start gave to the robot",
         )
-    }
-
-    /// Makes this the registry of the program: its commands and all that they start know these allocators.
-    ///
-    /// # Panics
-    /// If the program has one already: two would be two answers to what a scenario means.
-    pub fn install(self) {
-        let installed = OF_THIS_PROGRAM.set(self);
-        assert!(installed.is_ok(), "a program has one registry");
-    }
-
-    /// The registry of the program; the built-in one where its `main` installed none.
-    #[must_use]
-    pub fn of_this_program() -> &'static Self {
-        OF_THIS_PROGRAM.get_or_init(Self::built_in)
     }
 
     /// With one more, or another one under that name.

@@ -1,5 +1,7 @@
 //! The laws for all, and those of the baselines (ALLOCATORS.md §7).
 
+use crate::missions::waste::MIND;
+use alliance_proto::mission::waste_data::default_setup;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
@@ -13,7 +15,7 @@ use proptest::prelude::*;
 use super::utility::DISCOUNT_PER_S;
 use super::{Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost};
 use crate::agent::TeamConfig;
-use crate::allocator::Registry;
+use crate::allocator::AgentRegistry;
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::{self, Fixed};
 use crate::allocators::nearest::Nearest;
@@ -331,9 +333,9 @@ proptest! {
 
 #[test]
 fn an_unknown_allocator_and_a_wrong_key_are_one_line() {
-    let mut setup = Setup::default_for(1);
+    let mut setup = default_setup(1);
     setup.scenario.allocator = Some("telepathy".to_owned());
-    let error = TeamConfig::of(&setup, &Registry::built_in()).unwrap_err();
+    let error = TeamConfig::of(&setup, &AgentRegistry::built_in().mission(MIND)).unwrap_err();
     assert_eq!(
         error.to_string(),
         "allocators.telepathy: there is no such allocator; there are alliance, nearest, first-come, random, static"

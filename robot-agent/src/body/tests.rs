@@ -1,5 +1,6 @@
 //! Body control against made-up surroundings. Whole ways round real obstacles are driven in the closed-loop tests.
 
+use alliance_proto::mission::waste_data::default_scenario;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use alliance_proto::readings::{Actuation, Hit, Pose, Proximity};
@@ -15,7 +16,7 @@ use super::*;
 const STEP_MS: u64 = 50;
 
 fn chassis() -> Chassis {
-    let scenario = Scenario::default();
+    let scenario = default_scenario();
     Chassis::of(&scenario, &scenario.robots[0])
 }
 

@@ -1,5 +1,6 @@
 //! Deliveries of messages, one link state at a time and in any mixture.
 
+use alliance_proto::mission::waste_data::default_setup;
 use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::link::Probability;
@@ -16,7 +17,7 @@ const STEP: SimTime = SimTime(50);
 fn links(seed: u64) -> Links {
     Links {
         seed,
-        ..Links::new(ME, &Setup::default_for(1))
+        ..Links::new(ME, &default_setup(1))
     }
 }
 

@@ -3,7 +3,7 @@
 //! An [`AgentMission`] makes of what the robot senses and hears what it could do, and of the behavior that its allocator has chosen what
 //! it does. Everything else is done for it: links, heartbeats, the allocator, and the step that goes back because it did not count.
 //! A [`MissionMind`] is what makes it, under the mission's name; a program knows those of its
-//! [`Registry`](crate::allocator::Registry). A mission with types of its own is shorter as a [`TypedMind`], behind [`Typed`].
+//! [`AgentRegistry`](crate::allocator::AgentRegistry). A mission with types of its own is shorter as a [`TypedMind`], behind [`Typed`].
 //!
 //! # What a mission may rely on, and must keep
 //! - A step is [`AgentMission::perceive`], then [`AgentMission::choices`] if the allocator weighs costs, then [`AgentMission::act`], all

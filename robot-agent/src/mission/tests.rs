@@ -2,6 +2,7 @@
 
 use alliance_proto::codec;
 use alliance_proto::mission::waste_data::WASTE;
+use alliance_proto::mission::waste_data::default_setup;
 use alliance_proto::mission::{Bytes, Deed, Payload, Sensed};
 use alliance_proto::team::{About, BulletinKind, Content};
 use alliance_proto::tick::{ManifestEntry, TickMessage};
@@ -9,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::*;
 use crate::agent::{Agent, TeamConfig, Workspace};
-use crate::allocator::Registry;
+use crate::allocator::AgentRegistry;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -131,13 +132,13 @@ impl TypedMind for Visit {
 }
 
 fn setup(allocator: &str) -> Setup {
-    let mut setup = Setup::default_for(1);
+    let mut setup = default_setup(1);
     setup.scenario.allocator = Some(allocator.to_owned());
     setup
 }
 
 fn agent(robot: RobotId, setup: &Setup) -> Agent {
-    let registry = Registry::built_in().mission(VISIT);
+    let registry = AgentRegistry::built_in().mission(VISIT);
     Agent::new(robot, 1, setup, &TeamConfig::of(setup, &registry).unwrap())
 }
 

@@ -1,6 +1,7 @@
 //! Against values worked out by hand.
 
-use alliance_proto::scenario::{BehaviorKind, Scenario, Setup};
+use alliance_proto::mission::waste_data::{BehaviorKind, default_setup};
+use alliance_proto::scenario::{Scenario, Setup};
 
 use super::forecast::{Forecast, rise_s};
 use super::warnings::Kind;
@@ -165,7 +166,7 @@ fn a_fast_robot_waits_for_a_silent_one_to_be_gone() {
 
 #[test]
 fn every_way_of_finding_has_its_takeover() {
-    let setup = Setup::default_for(1);
+    let setup = default_setup(1);
     let wander = of(&setup, "gold", "find-locations-wander");
     let from: Vec<(&str, &str)> = wander
         .takeovers
@@ -191,7 +192,7 @@ fn every_way_of_finding_has_its_takeover() {
 fn units_of_work_of_the_default_room() {
     let Setup {
         scenario, catalog, ..
-    } = Setup::default_for(1);
+    } = default_setup(1);
     let unit = |kind| {
         let mut sets = catalog.sets.iter();
         let set = sets.find(|set| BehaviorKind::of(set) == kind).unwrap();

@@ -1,8 +1,9 @@
 //! Parameters that are valid, but do not go together.
 
+use alliance_proto::mission::waste_data::{BehaviorKind, WasteSection};
 use std::collections::BTreeMap;
 
-use alliance_proto::scenario::{BehaviorKind, BehaviorParams, Setup};
+use alliance_proto::scenario::{BehaviorParams, Setup};
 
 use super::forecast::Forecast;
 
@@ -147,7 +148,7 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     if BehaviorKind::of(&catalog.sets[set.index()]) != BehaviorKind::ReportProgress {
         return None;
     }
-    let report_period_s = scenario.waste.report_period_s;
+    let report_period_s = WasteSection::of(&scenario).report_period_s;
     let takes_s = forecast.activates_s + forecast.work_s;
     if takes_s > report_period_s {
         return Some((

@@ -7,6 +7,7 @@ mod mcap;
 mod new_file;
 mod parquet;
 
+use missions::Registry;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -100,7 +101,7 @@ fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
 
 fn open(folder: &Path) -> anyhow::Result<RunLog> {
     // The error says why by itself: its source would say it twice.
-    RunLog::open(folder)
+    RunLog::open(folder, &Registry::of_this_program().vocabulary())
         .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))
 }
 

@@ -11,10 +11,11 @@ use alliance_proto::process::ProcessAct;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::view::View;
+use missions::Registry;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
-use robot_agent::allocator::{ConfigError, Registry};
+use robot_agent::allocator::ConfigError;
 use world_server::barrier::Presence;
-use world_server::missions;
+use world_server::mission::UnknownMission;
 use world_server::recorder::{RecordError, Recorder, Sink};
 use world_server::simulation::Simulation;
 
@@ -36,6 +37,9 @@ pub enum StartError {
     /// This program does not know an allocator of the run, or not with these parameters.
     #[error(transparent)]
     Allocator(#[from] ConfigError),
+    /// This program does not know the mission of the run.
+    #[error(transparent)]
+    Mission(#[from] UnknownMission),
 }
 
 /// A team and its world, stepped by hand.
@@ -86,8 +90,8 @@ impl<S: Sink> Team<S> {
         log: LogLevel,
         sink: S,
     ) -> Result<Self, StartError> {
-        let mission = missions::of(&setup.scenario);
-        let recorder = Recorder::new(&setup, mission, log, sink)?;
+        let mission = Registry::of_this_program().worlds().of(&setup.scenario)?;
+        let recorder = Recorder::new(&setup, log, sink)?;
         let mut outside = Outside::new();
         let mut lives = BTreeMap::new();
         for line in inputs {
@@ -106,7 +110,7 @@ impl<S: Sink> Team<S> {
             }
         }
         let mut team = Self {
-            common: TeamConfig::of(&setup, Registry::of_this_program())?,
+            common: TeamConfig::of(&setup, Registry::of_this_program().agents())?,
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
             asked: Vec::new(),

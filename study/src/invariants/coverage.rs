@@ -2,6 +2,7 @@
 
 use alliance_proto::control::Phase;
 use alliance_proto::fault::{ActuatorMode, Fault};
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 
@@ -110,8 +111,8 @@ impl Map {
             .items
             .iter()
             .filter(|item| !state.is_delivered(scenario, item));
-        let radius_m = scenario.waste.deposit.radius_m;
-        let deposits = scenario.waste.deposits();
+        let radius_m = WasteSection::of(&scenario).deposit.radius_m;
+        let deposits = WasteSection::of(&scenario).deposits();
         let mut centers = deposits.map(|deposit| deposit.in_room(&scenario.room));
         centers.all(|center| reaches(center, radius_m))
             && left

@@ -2,6 +2,7 @@
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::Scenario;
 
 use super::{Item, WorldState};
@@ -21,7 +22,7 @@ impl Items {
     /// Before the first tick.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
-        let spills = scenario.waste.spills.iter();
+        let spills = WasteSection::of(&scenario).spills.iter();
         Self {
             total: spills.map(|spill| spill.items as usize).sum(),
             delivered: Vec::new(),

@@ -3,6 +3,7 @@
 //! move-spill takes what lies in a spill or is seen on the way between it and the deposit, and what some robot has carried
 //! before. Waste that is strewn elsewhere is no task of anybody's, unless somebody happens to come by.
 
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 
@@ -47,7 +48,7 @@ impl Strewn {
 /// Whether a place is in a spill, or beside the straight way from one to the deposit, where it is seen also by a robot that
 /// goes round something.
 fn is_looked_for(scenario: &Scenario, place: Vec2) -> bool {
-    let waste = &scenario.waste;
+    let waste = WasteSection::of(scenario);
     waste.spills.iter().any(|spill| {
         let spill = spill.spot().in_room(&scenario.room);
         let deposits = waste

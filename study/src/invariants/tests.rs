@@ -4,6 +4,8 @@ use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::fault::Order;
 use alliance_proto::ids::{BehaviorId, ItemId, RobotId};
 use alliance_proto::log::{LogLevel, Memory, RunLog};
+use alliance_proto::mission::waste_data::{default_scenario, default_setup};
+use alliance_proto::scenario::Vocabulary;
 use alliance_proto::scenario::{Preset, Scenario, Setup};
 use alliance_proto::telemetry::{BehaviorState, Motivation};
 use alliance_proto::time::SimTime;
@@ -17,7 +19,7 @@ const TOP: BehaviorId = BehaviorId(2);
 const BOTTOM: BehaviorId = BehaviorId(3);
 
 fn setup() -> Setup {
-    Setup::default_for(1)
+    default_setup(1)
 }
 
 /// The default mission after its first tick.
@@ -92,7 +94,7 @@ fn a_whole_mission_is_well() {
         }
     };
     let (_, recorder) = team.end(outcome).unwrap();
-    let mut log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    let mut log = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
     replayed::check(&log).unwrap();
 
     log.run.hash = Some("0".repeat(16));
@@ -107,7 +109,7 @@ fn figures_that_a_replay_does_not_give() {
     let (_, recorder) = team
         .run_for(20, alliance_proto::tick::Outcome::Interrupted, |_| ())
         .unwrap();
-    let mut log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    let mut log = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
     replayed::check(&log).unwrap();
     log.run.result.mission.add("reports_made", 9_u32);
     assert!(replayed::check(&log).is_err());
@@ -130,7 +132,7 @@ fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
     let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
     let (outcome, recorder) = team.run().unwrap();
     assert_eq!(outcome, alliance_proto::tick::Outcome::NoRobotLeft);
-    let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
     assert!(
         log.run
             .faults
@@ -160,7 +162,7 @@ fn a_robot_that_is_restarted_and_killed_in_one_tick_is_so_again() {
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
         let (_, recorder) = team.run().unwrap();
-        let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+        let log = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
         assert!(!log.run.unscripted, "{first}, {then}");
         assert!(log.run.faults.iter().all(|fault| fault.hits == 1));
         replayed::check(&log).unwrap();
@@ -414,7 +416,7 @@ fn together(preset: Preset, change: impl Fn(&mut WorldState)) -> Option<u64> {
             preset,
             ..Default::default()
         },
-        ..Scenario::default()
+        ..default_scenario()
     };
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut exclusive = Exclusive::new(&setup);
@@ -659,7 +661,7 @@ fn a_way_that_is_blocked() {
 
 #[test]
 fn patience_that_is_shorter_than_a_unit_of_work_excuses() {
-    let mut scenario = Scenario::default();
+    let mut scenario = default_scenario();
     scenario.alliance.defaults.before_yielding_s = Some(10.0);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut termination = Termination::new(&setup);

@@ -2,6 +2,7 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{ItemId, RobotId, Tick};
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::Scenario;
 use alliance_proto::telemetry::Motivation;
@@ -104,9 +105,8 @@ impl WorldState {
     /// Whether the item lies in the deposit.
     #[must_use]
     pub fn is_delivered(&self, scenario: &Scenario, item: &Item) -> bool {
-        let radius_m = scenario.waste.deposit.radius_m;
-        let mut centers = scenario
-            .waste
+        let radius_m = WasteSection::of(&scenario).deposit.radius_m;
+        let mut centers = WasteSection::of(&scenario)
             .deposits()
             .map(|it| it.in_room(&scenario.room));
         item.carrier.is_none() && centers.any(|center| item.position.distance(center) <= radius_m)

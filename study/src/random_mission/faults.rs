@@ -4,6 +4,7 @@ use alliance_proto::fault::{
     Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, MoveWaste, Order, Partition,
     RadioQuality, RangeFault, WasteFault, When, Who,
 };
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -239,7 +240,7 @@ impl Dice<'_> {
     /// A place within the border, half of the time in a spill: there robots look for waste, m.
     fn place_for_waste(&mut self) -> (f32, f32) {
         let anywhere = self.place();
-        let (room, waste) = (self.scenario.room, &self.scenario.waste);
+        let (room, waste) = (self.scenario.room, WasteSection::of(&self.scenario));
         let spill = self.any(&waste.spills);
         let half_m = f64::from(waste.spill_radius_m) / 2.0;
         let mut beside = |fraction: f32, size_m: f32| {
@@ -255,7 +256,7 @@ impl Dice<'_> {
 
     /// The number of an item, or of the first that there is not.
     fn item(&mut self) -> u32 {
-        let spills = &self.scenario.waste.spills;
+        let spills = &WasteSection::of(&self.scenario).spills;
         let items: u32 = spills.iter().map(|spill| spill.items).sum();
         self.rng.random_range(0..=items)
     }
@@ -277,6 +278,7 @@ impl Dice<'_> {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::{default_scenario, default_setup};
     use rand_chacha::rand_core::SeedableRng;
 
     use super::*;
@@ -288,14 +290,14 @@ mod tests {
             max: 20,
             until_s,
         };
-        let scenario = Scenario::default();
+        let scenario = default_scenario();
         let of = |seed| timeline(&faults, &scenario, &mut ChaCha8Rng::seed_from_u64(seed));
         (0..200).flat_map(of).collect()
     }
 
     #[test]
     fn everything_has_healed_in_time_but_what_never_does() {
-        let setup = Setup::default_for(1);
+        let setup = default_setup(1);
         for until_s in [1.0, 5.0, 240.0] {
             for order in orders(until_s) {
                 order.check(&setup.scenario, &setup.catalog).unwrap();

@@ -119,10 +119,10 @@ impl RandomMission {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::Setup;
-    use world_server::missions;
     use world_server::world::start_poses;
 
     use super::*;
@@ -145,9 +145,13 @@ mod tests {
             (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
         let mut kinds = BTreeSet::new();
         for seed in 0..500 {
-            let scenario = mission().draw(Scenario::default(), seed);
-            assert_eq!(scenario, mission().draw(Scenario::default(), seed));
-            start_poses(&scenario, (missions::of(&scenario).start_area)(&scenario)).unwrap();
+            let scenario = mission().draw(default_scenario(), seed);
+            assert_eq!(scenario, mission().draw(default_scenario(), seed));
+            worlds
+                .of(&scenario)
+                .unwrap()
+                .start_poses(&scenario)
+                .unwrap();
             obstacles.insert(scenario.obstacles.len());
             robots.insert(scenario.robots.len());
             faults.insert(scenario.faults.timeline.len());
@@ -167,15 +171,15 @@ mod tests {
 
     #[test]
     fn what_is_drawn_shifts_nothing_else() {
-        let all = mission().draw(Scenario::default(), 7);
+        let all = mission().draw(default_scenario(), 7);
         let alone = RandomMission {
             obstacles: mission().obstacles,
             ..RandomMission::default()
         };
-        let room = alone.draw(Scenario::default(), 7);
+        let room = alone.draw(default_scenario(), 7);
         assert_eq!(room.obstacles, all.obstacles);
-        assert_eq!(room.robots, Scenario::default().robots);
-        assert_ne!(all, mission().draw(Scenario::default(), 8));
+        assert_eq!(room.robots, default_scenario().robots);
+        assert_ne!(all, mission().draw(default_scenario(), 8));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Random rooms: disjoint obstacles with corridors that a robot can pass.
 
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::{Obstacle, Scenario};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -71,12 +72,12 @@ pub fn obstacles(scenario: &Scenario, count: u32, rng: &mut ChaCha8Rng) -> Vec<O
 /// The middle of the deposit, and the place where robots start.
 fn kept_free(scenario: &Scenario) -> [Rectangle; 2] {
     let room = scenario.room;
-    let deposit = scenario.waste.deposit;
+    let deposit = WasteSection::of(&scenario).deposit;
     let (x, y) = (
         deposit.x_fraction * room.width_m,
         deposit.y_fraction * room.height_m,
     );
-    let site_half_m = scenario.waste.report_site.height_m / 2.0;
+    let site_half_m = WasteSection::of(&scenario).report_site.height_m / 2.0;
     [
         [
             x - DEPOSIT_FREE_M,
@@ -106,6 +107,7 @@ fn gap(a: &Rectangle, b: &Rectangle) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use alliance_proto::scenario::Room;
     use rand_chacha::rand_core::SeedableRng;
 
@@ -121,7 +123,7 @@ mod tests {
             };
             let scenario = Scenario {
                 room,
-                ..Scenario::default()
+                ..default_scenario()
             };
             let placed: Vec<Rectangle> = obstacles(&scenario, 8, &mut rng)
                 .iter()

@@ -1,5 +1,6 @@
 //! Command line of `alliance report`.
 
+use missions::Registry;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -57,7 +58,7 @@ impl ReportCommand {
 /// When there is no run, or no full log of one, or the page cannot be written.
 pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
     // The error says why by itself: its source would say it twice.
-    let log = RunLog::open(folder)
+    let log = RunLog::open(folder, &Registry::of_this_program().vocabulary())
         .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;
     if log.run.log != LogLevel::Full {
         let level = log.run.log.as_str();
@@ -85,6 +86,8 @@ pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
+    use alliance_proto::scenario::Vocabulary;
     use alliance_proto::scenario::{Scenario, Setup};
     use tempfile::TempDir;
     use world_server::recorder::Folder;
@@ -114,7 +117,7 @@ mod tests {
         let folder = TempDir::new().unwrap();
         let scenario = Scenario {
             limit_s: 80.0,
-            ..Scenario::default()
+            ..default_scenario()
         };
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         let sink = Folder::create(folder.path()).unwrap();
@@ -155,7 +158,7 @@ mod tests {
         let table = folder.path().join("motivations.csv");
         let bytes = fs::read(&table).unwrap();
         fs::write(&table, &bytes[..bytes.len() / 2]).unwrap();
-        let log = RunLog::open(folder.path()).unwrap();
+        let log = RunLog::open(folder.path(), &Vocabulary::default()).unwrap();
         let end = History::read(&log).unwrap().end;
         assert_eq!(end.0, log.last.unwrap().now.0 + 50);
         assert!((30_000..50_000).contains(&end.0), "{end}");

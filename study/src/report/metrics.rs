@@ -2,6 +2,7 @@
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{RobotFigures, RunFile, RunOutcome};
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 
@@ -178,7 +179,7 @@ fn task(history: &History, task: TaskId, stints: &[Stint]) -> TaskMetrics {
 }
 
 fn reports(history: &History) -> (Vec<ReportMade>, SimTime) {
-    let period = SimTime::from_secs_f64(history.setup.scenario.waste.report_period_s);
+    let period = SimTime::from_secs_f64(WasteSection::of(&history.setup.scenario).report_period_s);
     let mut before = SimTime::ZERO;
     let reports = history
         .events_of("reported")

@@ -1,6 +1,7 @@
 //! The page of a report: one file that needs no other.
 
 use alliance_proto::log::{RunFile, RunOutcome};
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::time::SimTime;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -273,7 +274,7 @@ fn tasks(history: &History, metrics: &Metrics) -> Markup {
 }
 
 fn reports(history: &History, metrics: &Metrics) -> Markup {
-    let period = history.setup.scenario.waste.report_period_s;
+    let period = WasteSection::of(&history.setup.scenario).report_period_s;
     html! {
         p.note {
             "Wanted period: " (format!("{period} s")) ". "

@@ -5,6 +5,8 @@ use alliance_proto::log::{
     EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, RobotFigures, RunFile, RunLog,
     RunOutcome,
 };
+use alliance_proto::mission::waste_data::default_scenario;
+use alliance_proto::scenario::Vocabulary;
 use alliance_proto::scenario::{Robot, Scenario, Setup, TaskSection};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
@@ -54,7 +56,7 @@ impl Made {
     fn with(seconds: f64, change: impl FnOnce(&mut Scenario)) -> Self {
         let mut scenario = Scenario {
             step_ms: STEP_MS,
-            ..Scenario::default()
+            ..default_scenario()
         };
         change(&mut scenario);
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
@@ -527,7 +529,7 @@ fn resets_are_those_that_took_something_away() {
 pub fn run_of(setup: Setup) -> (History, RunFile) {
     let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
     let (_, recorder) = team.run().unwrap();
-    let log = RunLog::from_memory(&recorder.into_sink()).unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
     (History::read(&log).unwrap(), log.run)
 }
 

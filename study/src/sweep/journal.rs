@@ -231,6 +231,7 @@ fn whole_lines(bytes: &[u8]) -> &[u8] {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use alliance_proto::scenario::Scenario;
     use tempfile::TempDir;
 
@@ -239,7 +240,7 @@ mod tests {
     use super::*;
 
     fn header(text: &str) -> Header {
-        let plan = Plan::parse("plan.toml", text, |_| Ok(Scenario::default())).unwrap();
+        let plan = Plan::parse("plan.toml", text, |_| Ok(default_scenario())).unwrap();
         Header {
             sweep: "plan".to_owned(),
             version: "1".to_owned(),

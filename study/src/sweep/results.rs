@@ -181,6 +181,7 @@ pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use alliance_proto::scenario::Scenario;
     use alliance_proto::tick::Outcome;
 
@@ -190,7 +191,7 @@ pub(super) mod tests {
 
     /// The design of a plan for the default mission.
     pub fn design(text: &str) -> Design {
-        let plan = Plan::parse("plan.toml", text, |_| Ok(Scenario::default()));
+        let plan = Plan::parse("plan.toml", text, |_| Ok(default_scenario()));
         plan.unwrap().design
     }
 

@@ -1,5 +1,6 @@
 //! One run, and the row that it leaves.
 
+use missions::Registry;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -143,7 +144,10 @@ fn simulate(
     };
     let (run, recorder) = team.end(outcome)?;
     if check {
-        replayed::check(&RunLog::from_memory(&recorder.into_sink())?)?;
+        replayed::check(&RunLog::from_memory(
+            &recorder.into_sink(),
+            &Registry::of_this_program().vocabulary(),
+        )?)?;
     }
     Ok(Some(Figures::of(&run, outcome)))
 }
@@ -220,12 +224,13 @@ fn kind(fault: &Fault) -> String {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use alliance_proto::scenario::Scenario;
 
     use super::*;
 
     fn plan(text: &str) -> Plan {
-        Plan::parse("plan.toml", text, |_| Ok(Scenario::default())).unwrap()
+        Plan::parse("plan.toml", text, |_| Ok(default_scenario())).unwrap()
     }
 
     #[test]

@@ -49,6 +49,7 @@ pub fn work(
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::Scenario;
@@ -57,7 +58,7 @@ mod tests {
 
     fn plan() -> Plan {
         let text = "limit_s = 0.5\nseeds = 12";
-        Plan::parse("plan.toml", text, |_| Ok(Scenario::default())).unwrap()
+        Plan::parse("plan.toml", text, |_| Ok(default_scenario())).unwrap()
     }
 
     const JOBS: NonZeroUsize = NonZeroUsize::new(3).unwrap();

@@ -1,9 +1,10 @@
 //! A team at work in one process.
 
+use alliance_proto::mission::waste_data::{WasteSection, family};
 use std::time::{Duration, Instant};
 
 use alliance_proto::log::LogLevel;
-use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::scenario::Setup;
 use study::in_process::Team;
 use tempfile::TempDir;
 use world_server::recorder::Folder;
@@ -15,8 +16,8 @@ const END: u64 = 3_000;
 
 /// The mission, with a border that is known: so all are at work from the beginning, whatever the size.
 pub fn setup(robots: usize) -> Setup {
-    let mut scenario = Scenario::waste_cleanup(robots, (2 * robots).div_ceil(3));
-    scenario.waste.border_known = true;
+    let mut scenario = family(robots, (2 * robots).div_ceil(3));
+    WasteSection::of_mut(&mut scenario).border_known = true;
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 

@@ -1,11 +1,11 @@
 //! The world alone: what every robot senses is worked out, and bodies move, but nobody thinks.
 
+use missions::Registry;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Actuation;
-use world_server::missions;
 
 use super::run::setup;
 
@@ -25,7 +25,13 @@ impl World {
         Self {
             world: {
                 let setup = setup(robots);
-                world_server::world::World::new(&setup, missions::of(&setup.scenario))
+                world_server::world::World::new(
+                    &setup,
+                    Registry::of_this_program()
+                        .worlds()
+                        .of(&setup.scenario)
+                        .unwrap(),
+                )
             },
             commands: vec![None; robots],
             tick: 0,

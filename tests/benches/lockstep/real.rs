@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::log::RunFile;
 use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::scenario::Vocabulary;
 use tempfile::TempDir;
 
 use crate::team::Team;
@@ -111,7 +112,7 @@ impl Run {
             start_s: number("started_unix_ms") / 1000.0 + number("start_to_first_tick_s") - began,
             world_start_s: number("start_to_first_tick_s"),
             running_s: number("running_s"),
-            run: serde_json::from_str(&document("run.json")).unwrap(),
+            run: RunFile::parse(document("run.json").as_bytes(), &Vocabulary::default()).unwrap(),
             agent,
             world,
         }

@@ -7,12 +7,11 @@ use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::tick::ToAgent;
+use missions::Registry;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
-use robot_agent::allocator::Registry;
 use robot_agent::radio::Radio;
 use serde::Serialize;
 use study::in_process::Team;
-use world_server::missions;
 use world_server::recorder::Recorder;
 use world_server::simulation::Simulation;
 
@@ -48,11 +47,14 @@ impl Count {
 impl Traffic {
     /// Of a whole run.
     pub fn of(setup: &Setup) -> Self {
-        let mission = missions::of(&setup.scenario);
-        let mut recorder = Recorder::new(setup, mission, LogLevel::Off, Memory::default()).unwrap();
+        let mission = Registry::of_this_program()
+            .worlds()
+            .of(&setup.scenario)
+            .unwrap();
+        let mut recorder = Recorder::new(setup, LogLevel::Off, Memory::default()).unwrap();
         let mut simulation = Simulation::new(setup.clone(), mission, false);
         let mut agents = Vec::new();
-        let team = TeamConfig::of(setup, Registry::of_this_program()).unwrap();
+        let team = TeamConfig::of(setup, Registry::of_this_program().agents()).unwrap();
         for robot in &setup.scenario.robots {
             let (id, incarnation, _) = simulation.invite(&robot.name).unwrap();
             simulation.arrive(id, incarnation);

@@ -1,6 +1,8 @@
 //! A run in which somebody killed, stopped and continued processes by hand, at any wall-clock moment, and sent commands while
 //! it ran at full speed, is repeated from its log alone.
 
+use alliance_proto::mission::waste_data::default_scenario;
+use alliance_proto::scenario::Vocabulary;
 use std::time::Duration;
 
 use alliance_proto::log::{Input, RunLog};
@@ -133,7 +135,7 @@ fn whatever_happens_in_one_process_is_repeated() {
         let order = [StepOrder::Simultaneous, StepOrder::InOrder][seed as usize % 2];
         let mut scenario = Scenario {
             limit_s: 400.0,
-            ..Scenario::default()
+            ..default_scenario()
         };
         scenario.alliance.preset = [Preset::Team, Preset::Thesis, Preset::Par98][seed as usize % 3];
         scenario.step_order = Some(order);
@@ -147,7 +149,7 @@ fn whatever_happens_in_one_process_is_repeated() {
             order: 0.002,
         };
         let recorder = mishaps::run(&setup, rates, seed).unwrap();
-        let logged = RunLog::from_memory(&recorder.into_sink()).unwrap();
+        let logged = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
         let inputs = logged.inputs().unwrap();
         let orders = inputs
             .iter()

@@ -145,6 +145,7 @@ fn one_wheel(body: &Body, told: Actuation, dead: Side) -> Actuation {
 mod tests {
     use alliance_proto::fault::ActuatorFault;
     use alliance_proto::mission::waste::{Gripper, WasteDeed};
+    use alliance_proto::mission::waste_data::default_setup;
     use alliance_proto::scenario::Setup;
 
     use super::*;
@@ -175,11 +176,11 @@ mod tests {
     }
 
     fn obeyed(faults: &[Fault], robot: RobotId, told: Actuation) -> (Actuation, Vec<usize>) {
-        let mut actuators = Actuators::new(&Setup::default_for(1));
+        let mut actuators = Actuators::new(&default_setup(1));
         let faults = faults.iter().enumerate();
         actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
         let mut command = Some(told);
-        let world = World::new(&Setup::default_for(1), &WASTE);
+        let world = World::new(&default_setup(1), WASTE);
         let hits = actuators.disobey(world.mission(), robot, &mut command);
         let hits = hits.into_iter().map(|fault| fault.0).collect();
         (command.unwrap(), hits)
@@ -278,10 +279,10 @@ mod tests {
             assert!(hits.is_empty());
         }
         let mut none = None;
-        let mut actuators = Actuators::new(&Setup::default_for(1));
+        let mut actuators = Actuators::new(&default_setup(1));
         let fault = Fault::Babble("blue".to_owned());
         actuators.begin([(FaultIndex(0), &fault)].into_iter());
-        let world = World::new(&Setup::default_for(1), &WASTE);
+        let world = World::new(&default_setup(1), WASTE);
         assert!(
             actuators
                 .disobey(world.mission(), BLUE, &mut none)

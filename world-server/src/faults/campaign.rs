@@ -215,6 +215,7 @@ fn either_sign(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::fault::Mix;
@@ -225,7 +226,7 @@ mod tests {
     fn long(change: impl FnOnce(&mut Scenario)) -> Scenario {
         let mut scenario = Scenario {
             limit_s: 1e6,
-            ..Scenario::default()
+            ..default_scenario()
         };
         change(&mut scenario);
         scenario

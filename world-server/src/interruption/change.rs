@@ -76,6 +76,7 @@ impl Interruption {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_setup;
     use alliance_proto::scenario::Setup;
 
     use super::*;
@@ -84,11 +85,11 @@ mod tests {
 
     fn interruption(json: &str) -> Interruption {
         let fault = serde_json::from_str(json).unwrap();
-        Interruption::of(&fault, &Setup::default_for(1).roster)
+        Interruption::of(&fault, &default_setup(1).roster)
     }
 
     fn world() -> World {
-        World::new(&Setup::default_for(1), &WASTE)
+        World::new(&default_setup(1), WASTE)
     }
 
     #[test]
@@ -152,7 +153,7 @@ mod tests {
 
     #[test]
     fn other_faults_are_none() {
-        let roster = Setup::default_for(1).roster;
+        let roster = default_setup(1).roster;
         let mut mute = Interruption::of(&Fault::Mute("blue".to_owned()), &roster);
         assert!(mute.begin(&mut world()).is_none());
     }

@@ -95,13 +95,14 @@ impl InterruptionHandler for ObstacleHandler {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_setup;
     use alliance_proto::scenario::Setup;
 
     use super::*;
     use crate::missions::waste::WASTE;
 
     fn world() -> World {
-        World::new(&Setup::default_for(1), &WASTE)
+        World::new(&default_setup(1), WASTE)
     }
 
     const SQUARE: Obstacle = Obstacle {

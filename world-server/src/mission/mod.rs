@@ -1,6 +1,6 @@
 //! What of a mission happens in the world: the seam between the [`Floor`] and what robots are there for.
 //!
-//! A [`MissionKind`] is what there is to know of a mission before a run; it makes the [`WorldMission`] of a run, which acts on
+//! A [`MissionWorld`] is what there is to know of a mission before a run; it makes the [`WorldMission`] of a run, which acts on
 //! the floor, adds to what robots sense and says how far it has come. A mission with types of its own is shorter as a
 //! [`TypedMission`], behind [`Typed`].
 //!
@@ -20,7 +20,9 @@ use std::any::Any;
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::mission::data::Mission;
 use alliance_proto::mission::{Deed, Sensed};
+use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
@@ -28,24 +30,63 @@ use alliance_proto::view::View;
 use glam::Vec2;
 
 use crate::recorder::{Event, EventKind};
-use crate::world::{ChangeError, Floor};
+use crate::world::{ChangeError, Floor, StartError, start_poses};
 
 pub use alliance_proto::mission::{MissionFigures, TeamFigures, Value};
 pub use typed::{Typed, TypedMission};
 
-/// A mission as it is known before a run.
-#[derive(Debug)]
-pub struct MissionKind {
-    /// Its name.
-    pub name: &'static str,
-    /// Columns of mission.csv after the time.
-    pub columns: &'static [&'static str],
-    /// Verbs that faults can wait for, each with the kind of the event that it stands for.
-    pub verbs: &'static [(&'static str, &'static str)],
+/// The world's side of a mission, as it is known before a run.
+#[derive(Clone, Copy, Debug)]
+pub struct MissionWorld {
+    /// The mission.
+    pub data: Mission,
     /// Where robots begin to which the scenario gives no start: lower left and upper right corner, m.
     pub start_area: fn(&Scenario) -> [Vec2; 2],
     /// The mission of a run. The scenario is valid.
     pub new: fn(&Setup, &Floor) -> Box<dyn WorldMission>,
+}
+
+impl MissionWorld {
+    /// Where the robots of a scenario begin, by rank.
+    ///
+    /// # Errors
+    /// When there is no room for one.
+    pub fn start_poses(&self, scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
+        start_poses(scenario, (self.start_area)(scenario))
+    }
+}
+
+/// The worlds' sides that a program knows.
+#[derive(Clone, Debug, Default)]
+pub struct Worlds(Vec<MissionWorld>);
+
+/// A scenario whose mission has no world in this program.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("mission {mission}: there is no such mission; there are {}", known.join(", "))]
+pub struct UnknownMission {
+    mission: &'static str,
+    known: Vec<&'static str>,
+}
+
+impl Worlds {
+    /// Adds one, or another one of that mission.
+    pub fn add(&mut self, world: MissionWorld) {
+        self.0.retain(|known| known.data != world.data);
+        self.0.push(world);
+    }
+
+    /// The world's side of the scenario's mission.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn of(&self, scenario: &Scenario) -> Result<MissionWorld, UnknownMission> {
+        let mission = scenario.mission();
+        let known = self.0.iter().find(|known| known.data == mission);
+        known.copied().ok_or_else(|| UnknownMission {
+            mission: mission.name(),
+            known: self.0.iter().map(|known| known.data.name()).collect(),
+        })
+    }
 }
 
 /// A mission in the world.
@@ -93,7 +134,7 @@ pub trait WorldMission: Any + Send {
         None
     }
 
-    /// Adds the values of mission.csv to an empty row, in the order of the [columns](MissionKind::columns).
+    /// Adds the values of mission.csv to an empty row, in the order of the columns that its data declare.
     fn row(&self, row: &mut Vec<Value>);
 
     /// Hash of everything that the steps to come depend on.

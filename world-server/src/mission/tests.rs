@@ -1,6 +1,7 @@
 //! A mission of somebody else: places to be touched once. It shows what the world's side of one takes.
 
 use alliance_proto::mission::Bytes;
+use alliance_proto::mission::waste_data::default_setup;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Robot, Start};
 use alliance_proto::view::{Mark, MarkOutline, MarkRole};
@@ -13,7 +14,7 @@ const BLUE: RobotId = RobotId(0);
 
 const REACH_M: f32 = 0.3;
 
-static VISIT: MissionKind = MissionKind {
+static VISIT: MissionWorld = MissionWorld {
     name: "visit",
     columns: &["visited", "left"],
     verbs: &[("visits", "visited")],
@@ -114,7 +115,7 @@ impl TypedMission for Visit {
 }
 
 fn world() -> World {
-    let mut setup = Setup::default_for(1);
+    let mut setup = default_setup(1);
     setup.scenario.robots = vec![Robot {
         name: "blue".to_owned(),
         start: Some(Start {

@@ -36,7 +36,7 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 
-use crate::mission::{MissionKind, Value};
+use crate::mission::Value;
 
 use hash::{RunHash, SectionHash};
 use names::Names;
@@ -124,12 +124,7 @@ impl<S: Sink> Recorder<S> {
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn new(
-        setup: &Setup,
-        mission: &MissionKind,
-        level: LogLevel,
-        sink: S,
-    ) -> Result<Self, RecordError> {
+    pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
         let names = Names::of(setup);
         let mut recorder = Self {
             setup: setup.clone(),
@@ -137,7 +132,7 @@ impl<S: Sink> Recorder<S> {
             repeated: Repeated::new(&names),
             names,
             sink,
-            pages: Pages::new(level, mission),
+            pages: Pages::new(level, setup.catalog.mission),
             hash: RunHash::default(),
             section: SectionHash::default(),
             tally: Tally::new(setup),

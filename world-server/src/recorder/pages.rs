@@ -1,13 +1,13 @@
 //! What is encoded of each table but not yet written, and the seals that go between the ticks.
 
 use alliance_proto::log::{LogLevel, RUN_SECTION, Table};
+use alliance_proto::mission::data::Mission;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::RecordError;
 use super::repeated::Repeated;
 use super::row::{Fields, Row};
 use super::sink::Sink;
-use crate::mission::MissionKind;
 
 /// The tables of a run.
 pub(super) struct Pages {
@@ -33,10 +33,10 @@ struct Page {
 
 impl Pages {
     /// Tables with nothing but header lines.
-    pub fn new(level: LogLevel, mission: &MissionKind) -> Self {
+    pub fn new(level: LogLevel, mission: Mission) -> Self {
         let mut pages = Self {
             level,
-            mission_columns: mission.columns,
+            mission_columns: mission.terms().columns,
             tables: Default::default(),
         };
         for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {

@@ -36,7 +36,7 @@ use crate::faults::links::Links;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::interruption::{Interruption, InterruptionHandler};
-use crate::mission::{MissionKind, TeamFigures, Value};
+use crate::mission::{MissionWorld, TeamFigures, Value};
 use crate::recorder::{
     Answer, Answers, BodyRecord, Ending, Event, FaultEvent, Record, RecordError, TickRecord,
 };
@@ -49,7 +49,6 @@ use view::Memories;
 /// A run.
 pub struct Simulation {
     setup: Setup,
-    kind: &'static MissionKind,
     world: World,
     barrier: Barrier,
     /// What each robot was sent last, by rank.
@@ -114,12 +113,11 @@ impl Simulation {
     /// A run at tick 0, nobody there yet. Without a launcher nobody starts or signals processes, and faults that need it are
     /// refused.
     #[must_use]
-    pub fn new(setup: Setup, kind: &'static MissionKind, has_launcher: bool) -> Self {
-        let world = World::new(&setup, kind);
+    pub fn new(setup: Setup, mission: MissionWorld, has_launcher: bool) -> Self {
+        let world = World::new(&setup, mission);
         let robots = setup.scenario.robots.len();
         let barrier = Barrier::new(&setup.scenario.robots, setup.step_order);
         let mut simulation = Self {
-            kind,
             world,
             barrier,
             messages: vec![TickMessage::default(); robots],

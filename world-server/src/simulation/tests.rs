@@ -1,6 +1,7 @@
 //! What robots are told, in runs driven by hand.
 
 use alliance_proto::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
+use alliance_proto::mission::waste_data::default_setup;
 use glam::Vec2;
 
 use super::*;
@@ -40,7 +41,7 @@ fn stand_still(simulation: &mut Simulation) -> Vec2 {
 /// What is sensed is looked for anew only where something has changed: that must hide neither a fault nor its end.
 #[test]
 fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_again() {
-    let mut setup = Setup::default_for(1);
+    let mut setup = default_setup(1);
     let fault = Fault::Sensor(SensorFault {
         robot: "blue".to_owned(),
         device: Device::Position,
@@ -58,7 +59,7 @@ fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_agai
         .map(|robot| robot.name.clone())
         .collect();
     let second = 1000 / setup.scenario.step_ms as usize;
-    let mut simulation = Simulation::new(setup, &WASTE, true);
+    let mut simulation = Simulation::new(setup, WASTE, true);
     for name in &names {
         let (robot, incarnation, _) = simulation.invite(name).unwrap();
         simulation.arrive(robot, incarnation);

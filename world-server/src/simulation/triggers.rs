@@ -62,11 +62,12 @@ impl Simulation {
         if self.schedule.waiting().next().is_none() {
             return;
         }
+        let terms = self.setup.catalog.mission.terms();
         let in_world = events.iter().filter_map(|event| {
             let EventKind::Mission(kind) = event.kind else {
                 return None;
             };
-            let mut verbs = self.kind.verbs.iter();
+            let mut verbs = terms.verbs.iter();
             let (verb, _) = verbs.find(|(_, stands_for)| *stands_for == kind)?;
             Some(Happened {
                 robot: event.robot?,

@@ -52,7 +52,7 @@ use alliance_proto::mission::Deed;
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::scenario::Setup;
 
-use crate::mission::{Happened, MissionKind, Validity, WorldMission};
+use crate::mission::{Happened, MissionWorld, Validity, WorldMission};
 use crate::recorder::Event;
 
 pub use aspect::{Aspect, Battery};
@@ -102,7 +102,7 @@ impl World {
     /// # Panics
     /// If [`start_poses`] refuses the scenario; validation asks it first.
     #[must_use]
-    pub fn new(setup: &Setup, kind: &MissionKind) -> Self {
+    pub fn new(setup: &Setup, kind: MissionWorld) -> Self {
         let area = (kind.start_area)(&setup.scenario);
         let floor = Floor::new(&setup.scenario, area);
         let mission = (kind.new)(setup, &floor);

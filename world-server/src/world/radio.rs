@@ -62,6 +62,7 @@ impl Air for Floor {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::{Radio, Robot, Scenario, Setup, Start};
@@ -84,11 +85,11 @@ mod tests {
         let mut scenario = Scenario {
             radio: Radio { range_m },
             robots: places.iter().enumerate().map(robot).collect(),
-            ..Scenario::default()
+            ..default_scenario()
         };
         // They may stand in each other.
         scenario.body.robot_penetrability = 1.0;
-        World::new(&Setup::resolve(scenario, 1, None).unwrap().setup, &WASTE)
+        World::new(&Setup::resolve(scenario, 1, None).unwrap().setup, WASTE)
     }
 
     fn hearers(world: &World, sender: u16) -> BTreeSet<RobotId> {

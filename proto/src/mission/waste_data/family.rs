@@ -10,7 +10,7 @@
 //!   districts that would take longer than the work: there the robots know the border beforehand.
 //! - Teams of more than 20 robots have radios of such a range that each hears about 20.
 
-use super::{Spill, Spot, WasteSection};
+use super::{Spill, Spot, WasteSection, default_scenario};
 use crate::scenario::{Radio, Robot, Scenario, Start};
 
 /// Most robots and spills of a district: those of the default mission.
@@ -24,67 +24,65 @@ const HEARD: usize = 20;
 /// The border of more districts than these is known beforehand.
 const SEARCHED: usize = 10;
 
-impl Scenario {
-    /// The waste clean-up with so many robots and spills, 1 to 10,000 of each. With 3 and 2 it is the default mission.
-    #[must_use]
-    pub fn waste_cleanup(robots: usize, spills: usize) -> Self {
-        if (robots, spills) == (ROBOTS, SPILLS) {
-            return Self::default();
-        }
-        let plan = Plan::new(robots, spills);
-        let mut scenario = Self {
-            description: format!(
-                "{robots} robots, {spills} spills: room, team and work grow together."
-            ),
-            ..Self::default()
-        };
-        scenario.room.width_m *= plan.columns as f32;
-        scenario.room.height_m *= plan.rows as f32;
-        let one = WasteSection::default();
-        let items = one.spills[0].items as usize;
-
-        let mut deposits = (0..plan.districts())
-            .map(|district| plan.spot(district, one.deposit.x_fraction, one.deposit.y_fraction));
-        if let Some(first) = deposits.next() {
-            scenario.waste.deposit.x_fraction = first.x_fraction;
-            scenario.waste.deposit.y_fraction = first.y_fraction;
-        }
-        scenario.waste.further_deposits = deposits.collect();
-        scenario.waste.spills = plan
-            .deal(spills)
-            .enumerate()
-            .map(|(index, (district, share))| {
-                let spot = plan.spot(district, one.spills[0].x_fraction, share.height(1.0));
-                Spill {
-                    name: format!("s{}", index + 1),
-                    x_fraction: spot.x_fraction,
-                    y_fraction: spot.y_fraction,
-                    ..one.spills[0].clone()
-                }
-            })
-            .collect();
-        scenario.waste.border_known = plan.districts() > SEARCHED;
-        scenario.robots = plan
-            .deal(robots)
-            .enumerate()
-            .map(|(index, (district, share))| plan.robot(index, district, share))
-            .collect();
-        if robots > ROBOTS_PER_TASK {
-            assign(&mut scenario);
-        }
-        if robots > HEARD {
-            let area = f64::from(scenario.room.width_m) * f64::from(scenario.room.height_m);
-            let range_m = (area * HEARD as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
-            scenario.radio = Radio {
-                range_m: Some(range_m.ceil() as f32),
-            };
-        }
-        // As much time for each item as in the default mission.
-        let load = (spills * items) as f64 / robots as f64;
-        let default_load = (SPILLS * items) as f64 / ROBOTS as f64;
-        scenario.limit_s *= (load / default_load).ceil().max(1.0);
-        scenario
+/// The waste clean-up with so many robots and spills, 1 to 10,000 of each. With 3 and 2 it is the default mission.
+#[must_use]
+pub fn family(robots: usize, spills: usize) -> Scenario {
+    if (robots, spills) == (ROBOTS, SPILLS) {
+        return default_scenario();
     }
+    let plan = Plan::new(robots, spills);
+    let mut scenario = Scenario {
+        description: format!(
+            "{robots} robots, {spills} spills: room, team and work grow together."
+        ),
+        ..default_scenario()
+    };
+    scenario.room.width_m *= plan.columns as f32;
+    scenario.room.height_m *= plan.rows as f32;
+    let one = WasteSection::default();
+    let items = one.spills[0].items as usize;
+
+    let mut deposits = (0..plan.districts())
+        .map(|district| plan.spot(district, one.deposit.x_fraction, one.deposit.y_fraction));
+    if let Some(first) = deposits.next() {
+        WasteSection::of_mut(&mut scenario).deposit.x_fraction = first.x_fraction;
+        WasteSection::of_mut(&mut scenario).deposit.y_fraction = first.y_fraction;
+    }
+    WasteSection::of_mut(&mut scenario).further_deposits = deposits.collect();
+    WasteSection::of_mut(&mut scenario).spills = plan
+        .deal(spills)
+        .enumerate()
+        .map(|(index, (district, share))| {
+            let spot = plan.spot(district, one.spills[0].x_fraction, share.height(1.0));
+            Spill {
+                name: format!("s{}", index + 1),
+                x_fraction: spot.x_fraction,
+                y_fraction: spot.y_fraction,
+                ..one.spills[0].clone()
+            }
+        })
+        .collect();
+    WasteSection::of_mut(&mut scenario).border_known = plan.districts() > SEARCHED;
+    scenario.robots = plan
+        .deal(robots)
+        .enumerate()
+        .map(|(index, (district, share))| plan.robot(index, district, share))
+        .collect();
+    if robots > ROBOTS_PER_TASK {
+        assign(&mut scenario);
+    }
+    if robots > HEARD {
+        let area = f64::from(scenario.room.width_m) * f64::from(scenario.room.height_m);
+        let range_m = (area * HEARD as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
+        scenario.radio = Radio {
+            range_m: Some(range_m.ceil() as f32),
+        };
+    }
+    // As much time for each item as in the default mission.
+    let load = (spills * items) as f64 / robots as f64;
+    let default_load = (SPILLS * items) as f64 / ROBOTS as f64;
+    scenario.limit_s *= (load / default_load).ceil().max(1.0);
+    scenario
 }
 
 /// Districts side by side.
@@ -149,8 +147,8 @@ impl Plan {
 
     /// At the left end of its district, beside the others.
     fn robot(&self, index: usize, district: usize, share: Share) -> Robot {
-        let default = Scenario::default();
-        let (room, site) = (default.room, default.waste.report_site);
+        let default = default_scenario();
+        let (room, site) = (default.room, WasteSection::of(&default).report_site);
         let (column, row) = (district % self.columns, district / self.columns);
         let middle = (row as f32 + 0.5) * room.height_m;
         Robot {
@@ -174,8 +172,7 @@ fn assign(scenario: &mut Scenario) {
             .map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
     };
     let robots: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
-    let spills: Vec<(f32, f32)> = scenario
-        .waste
+    let spills: Vec<(f32, f32)> = WasteSection::of(&scenario)
         .spills
         .iter()
         .map(|spill| spill.spot().in_room(&scenario.room).into())
@@ -192,11 +189,18 @@ fn assign(scenario: &mut Scenario) {
         }
     }
     let reporters = nearest(&robots, site, ROBOTS_PER_TASK);
+    let names: Vec<String> = WasteSection::of(scenario)
+        .spills
+        .iter()
+        .map(|spill| format!("move-spill({})", spill.name))
+        .collect();
     for (index, (robot, mut spills)) in scenario.robots.iter_mut().zip(spills_of).enumerate() {
         spills.sort_unstable();
         spills.dedup();
-        let name = |spill: usize| format!("move-spill({})", scenario.waste.spills[spill].name);
-        robot.tasks = spills.into_iter().map(name).collect();
+        robot.tasks = spills
+            .into_iter()
+            .map(|spill| names[spill].clone())
+            .collect();
         if reporters.contains(&index) {
             robot.tasks.insert(0, "find-locations".to_owned());
             robot.tasks.push("report-progress".to_owned());
@@ -229,16 +233,16 @@ mod tests {
 
     #[test]
     fn with_three_robots_and_two_spills_it_is_the_default_mission() {
-        assert_eq!(Scenario::waste_cleanup(3, 2), Scenario::default());
+        assert_eq!(family(3, 2), default_scenario());
     }
 
     #[test]
     fn of_any_size_it_is_valid_and_has_what_was_asked_for() {
         for robots in [1, 2, 3, 4, 7, 10, 20, 21, 30, 31, 100, 333] {
             for spills in [1, 2, 3, 5, 20, 67, 200] {
-                let scenario = Scenario::waste_cleanup(robots, spills);
+                let scenario = family(robots, spills);
                 assert_eq!(scenario.robots.len(), robots);
-                assert_eq!(scenario.waste.spills.len(), spills);
+                assert_eq!(WasteSection::of(&scenario).spills.len(), spills);
                 Setup::resolve(scenario, 1, None)
                     .unwrap_or_else(|error| panic!("{robots} robots, {spills} spills: {error}"));
             }
@@ -247,12 +251,12 @@ mod tests {
 
     #[test]
     fn the_largest_one_is_valid() {
-        let scenario = Scenario::waste_cleanup(10_000, 6_667);
+        let scenario = family(10_000, 6_667);
         assert_eq!(
             (scenario.room.width_m, scenario.room.height_m),
             (696.0, 522.0)
         );
-        assert_eq!(scenario.waste.deposits().count(), 58 * 58);
+        assert_eq!(WasteSection::of(&scenario).deposits().count(), 58 * 58);
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         // Every robot has values for its own sets alone, and one for all teammates.
         let sets = setup.alliance.robots.values().map(|robot| robot.sets.len());
@@ -261,7 +265,7 @@ mod tests {
 
     #[test]
     fn every_task_has_three_robots_and_every_robot_two_spills() {
-        let scenario = Scenario::waste_cleanup(100, 67);
+        let scenario = family(100, 67);
         let mut robots_on = BTreeMap::new();
         for robot in &scenario.robots {
             let spills = robot
@@ -295,7 +299,7 @@ mod tests {
 
     #[test]
     fn about_twenty_hear_each_other() {
-        let scenario = Scenario::waste_cleanup(900, 600);
+        let scenario = family(900, 600);
         let range_m = scenario.radio.range_m.unwrap();
         let at = |robot: &Robot| robot.start.map(|start| (start.x_m, start.y_m)).unwrap();
         let places: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
@@ -306,6 +310,6 @@ mod tests {
             .sum();
         let mean = pairs as f64 / places.len() as f64;
         assert!((15.0..25.0).contains(&mean), "{mean}");
-        assert_eq!(Scenario::waste_cleanup(20, 14).radio.range_m, None);
+        assert_eq!(family(20, 14).radio.range_m, None);
     }
 }

@@ -9,11 +9,30 @@ mod work;
 
 pub(crate) use check::MAX_ITEMS_IN_ALL;
 pub use check::MAX_SPILLS;
+pub use family::family;
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 
 use super::data::{BuiltIn, Mission, MissionData, Terms};
-use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario};
+use super::section::{Section, section};
+use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread};
+
+/// The default mission.
+#[must_use]
+pub fn default_scenario() -> Scenario {
+    // Cannot fail: no key of the section must be stated, and a test reads it.
+    #[allow(clippy::expect_used)]
+    Scenario::of(WASTE).expect("no key must be stated")
+}
+
+/// The default mission, resolved.
+#[must_use]
+pub fn default_setup(seed: u64) -> Setup {
+    // Cannot fail: neither the default scenario nor the built-in values depend on anything, and a test resolves them.
+    #[allow(clippy::expect_used)]
+    let resolved = Setup::resolve(default_scenario(), seed, None).expect("it is valid");
+    resolved.setup
+}
 
 /// The waste clean-up.
 pub const WASTE: Mission = Mission(&WasteData);
@@ -28,6 +47,29 @@ impl MissionData for WasteData {
 
     fn about(&self) -> &'static str {
         "hazardous waste clean-up: find the spills, carry their items to a deposit, report (thesis 4.1)"
+    }
+
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        section::<WasteSection>(text)
+    }
+
+    fn scenario_name(&self) -> &'static str {
+        "waste-cleanup"
+    }
+
+    fn team(&self) -> Vec<Robot> {
+        let robot = |(name, side_sensor): (&str, bool)| Robot {
+            name: name.to_owned(),
+            side_sensor,
+            ..Robot::default()
+        };
+        [("blue", true), ("gold", false), ("green", false)]
+            .map(robot)
+            .to_vec()
+    }
+
+    fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
+        Some(family::family(robots, size))
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
@@ -50,6 +92,12 @@ impl MissionData for WasteData {
                 "locations-withdrawn",
                 "spill-empty",
                 "put-down",
+            ],
+            verbs: &[
+                ("picks", "picked"),
+                ("drops", "dropped"),
+                ("delivers", "delivered"),
+                ("reports", "reported"),
             ],
             bulletins: ["position", "withdrawal"],
             columns: &[
@@ -81,6 +129,6 @@ impl MissionData for WasteData {
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
-        check::check(&scenario.waste)
+        check::check(WasteSection::of(scenario))
     }
 }

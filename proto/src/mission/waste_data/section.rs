@@ -3,7 +3,7 @@
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use crate::scenario::Room;
+use crate::scenario::{Room, Scenario};
 
 /// The hazardous waste clean-up (thesis §4.1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +30,25 @@ pub struct WasteSection {
 }
 
 impl WasteSection {
+    /// The section of a scenario of this mission.
+    ///
+    /// # Panics
+    /// If the scenario is of another one: nobody but this mission asks.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> &Self {
+        let section = scenario.mission.values();
+        section.expect("a scenario of the waste clean-up")
+    }
+
+    /// The same, to be written to.
+    ///
+    /// # Panics
+    /// As [`WasteSection::of`] does.
+    pub fn of_mut(scenario: &mut Scenario) -> &mut Self {
+        let section = scenario.mission.values_mut();
+        section.expect("a scenario of the waste clean-up")
+    }
+
     /// Centers of all deposits.
     pub fn deposits(&self) -> impl Iterator<Item = Spot> + '_ {
         let first = Spot {

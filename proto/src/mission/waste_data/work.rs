@@ -3,6 +3,7 @@
 //! Estimated from the room's geometry at the body's top speed and turn rate, for the longest way of each kind, as if there
 //! were nothing in between: obstacles, slow ground and teammates make it longer, near items shorter.
 
+use super::WasteSection;
 use glam::Vec2;
 
 use super::BehaviorKind;
@@ -15,7 +16,7 @@ use crate::scenario::{Body, Scenario};
 /// - Reporting: to the report site from the spill or deposit that is farthest from it, and a half turn.
 pub(super) fn unit_s(scenario: &Scenario, body: &Body, kind: BehaviorKind) -> f64 {
     let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
-    let waste = &scenario.waste;
+    let waste = WasteSection::of(scenario);
     let deposits = || waste.deposits().map(|spot| spot.in_room(&scenario.room));
     let (way_m, turn_deg) = match kind {
         BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => {

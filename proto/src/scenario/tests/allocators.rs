@@ -1,5 +1,6 @@
 //! The choice of allocators, and what is stated of them.
 
+use crate::mission::waste_data::default_scenario;
 use serde_json::json;
 
 use crate::scenario::{
@@ -49,7 +50,7 @@ fn a_robot_has_its_own_allocator_or_the_teams() {
     let scenario = read(text).unwrap();
     let of = |rank: usize| scenario.allocator_of(&scenario.robots[rank]);
     assert_eq!((of(0), of(1)), ("market", "nearest"));
-    let default = Scenario::default();
+    let default = default_scenario();
     assert_eq!(default.allocator_of(&default.robots[0]), "alliance");
 }
 
@@ -67,7 +68,7 @@ fn what_is_stated_of_an_allocator_is_kept_as_it_is() {
 
 #[test]
 fn of_a_scenario_that_states_none_json_says_nothing() {
-    let json = serde_json::to_value(Scenario::default()).unwrap();
+    let json = serde_json::to_value(default_scenario()).unwrap();
     assert!(json.get("allocator").is_none() && json.get("allocators").is_none());
 }
 

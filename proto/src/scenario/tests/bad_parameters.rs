@@ -1,12 +1,13 @@
 //! Every kind of mistake in a parameter file, with the exact line that answers it.
 
+use crate::mission::waste_data::default_scenario;
 use proptest::prelude::*;
 
 use crate::scenario::{ParameterFile, Scenario, Setup};
 
 fn refusal(text: &str) -> String {
     let file = ParameterFile::parse("p.properties", text.as_bytes());
-    let resolved = file.and_then(|file| Setup::resolve(Scenario::default(), 1, Some(&file)));
+    let resolved = file.and_then(|file| Setup::resolve(default_scenario(), 1, Some(&file)));
     match resolved {
         Ok(_) => format!("accepted: {text}"),
         Err(error) => error.to_string(),

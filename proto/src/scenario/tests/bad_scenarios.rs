@@ -1,5 +1,6 @@
 //! Every kind of mistake in a scenario file, with the exact line that answers it.
 
+use crate::mission::waste_data::default_scenario;
 use proptest::prelude::*;
 
 use crate::scenario::{Scenario, Setup};
@@ -616,7 +617,7 @@ fn more_items_than_anybody_could_carry() {
 fn scenario_without_a_file_names_the_key_alone() {
     let scenario = Scenario {
         step_ms: 0,
-        ..Scenario::default()
+        ..default_scenario()
     };
     assert_eq!(
         Setup::resolve(scenario, 1, None).unwrap_err().to_string(),

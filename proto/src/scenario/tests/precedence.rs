@@ -1,5 +1,6 @@
 //! Which of several statements about the same parameter is in force.
 
+use crate::mission::waste_data::default_scenario;
 use crate::scenario::{
     Alliance, BehaviorParams, HistoryOrigin, ParameterFile, Scenario, Setup, StepOrder,
 };
@@ -130,7 +131,7 @@ fn keys_without_a_use_are_skipped_in_the_order_of_the_file() {
         slowImpatience.blue.blue.report-progress = 1
         timeBeforeYielding.gold.find-locations-methodical = 1";
     let file = ParameterFile::parse("p.properties", text.as_bytes()).unwrap();
-    let resolved = Setup::resolve(Scenario::default(), 1, Some(&file)).unwrap();
+    let resolved = Setup::resolve(default_scenario(), 1, Some(&file)).unwrap();
     let skipped: Vec<_> = resolved.skipped.iter().map(ToString::to_string).collect();
     assert_eq!(
         skipped,

@@ -1,5 +1,8 @@
 //! `reference.toml` is the manual of scenario files; this keeps it true.
 
+use crate::mission::waste_data::{
+    Deposit, ReportSite, Spill, Spot, WasteSection, default_scenario, default_setup,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
@@ -7,9 +10,9 @@ use serde_json::Value;
 use crate::fault::tests::one_of_each;
 use crate::fault::{Campaign, Fault, Faults, Mix, Order};
 use crate::scenario::{
-    AllianceSection, Allocators, BehaviorSection, Body, Deposit, Energy, HistoryOrigin, Obstacle,
-    Preset, Radio, ReportSite, Robot, RobotSection, Room, Scenario, Sensors, Setup, Spill, Spot,
-    Start, StepOrder, SwitchSection, TaskSection, WasteSection,
+    AllianceSection, Allocators, BehaviorSection, Body, Energy, HistoryOrigin, Obstacle, Preset,
+    Radio, Robot, RobotSection, Room, Scenario, Sensors, Setup, Start, StepOrder, SwitchSection,
+    TaskSection,
 };
 
 const REFERENCE: &str = include_str!("../../../../launch/scenarios/reference.toml");
@@ -27,7 +30,7 @@ fn with_optional_keys() -> String {
 fn it_is_the_default_scenario_but_for_the_description() {
     let reference = Scenario::parse("reference.toml", REFERENCE).unwrap();
     let description = reference.description.clone();
-    let default = Scenario::default();
+    let default = default_scenario();
     assert_eq!(
         reference,
         Scenario {
@@ -269,7 +272,7 @@ fn it_has_every_key() {
 
 #[test]
 fn its_table_has_the_built_in_values() {
-    let blue = &Setup::default_for(1).alliance.robots["blue"];
+    let blue = &default_setup(1).alliance.robots["blue"];
     for (name, set) in &blue.sets {
         let row_name = name
             .split_once('(')

@@ -1,5 +1,6 @@
 //! A setup crosses the bus and is kept in run.json as JSON: not a bit may change on the way.
 
+use crate::mission::waste_data::{WasteSection, default_scenario, default_setup};
 use proptest::prelude::*;
 
 use crate::scenario::{Energy, Scenario, Setup};
@@ -10,7 +11,7 @@ fn through_json(setup: &Setup) -> Setup {
 
 #[test]
 fn default_setup() {
-    let setup = Setup::default_for(u64::MAX);
+    let setup = default_setup(u64::MAX);
     assert_eq!(through_json(&setup), setup);
 }
 
@@ -21,10 +22,10 @@ proptest! {
         single in prop::num::f32::POSITIVE | prop::num::f32::SUBNORMAL | prop::num::f32::ZERO,
         double in prop::num::f64::POSITIVE | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO,
     ) {
-        let mut setup = Setup::default_for(seed);
+        let mut setup = default_setup(seed);
         setup.scenario.limit_s = double;
         setup.scenario.room.width_m = single;
-        setup.scenario.waste.spills[0].x_fraction = -single;
+        WasteSection::of_mut(&mut setup.scenario).spills[0].x_fraction = -single;
         setup.scenario.energy = Some(Energy { idle_w: single, ..Energy::default() });
         setup.scenario.alliance.defaults.slow_impatience_toward.insert("gold".to_owned(), double);
         setup.alliance.threshold = -double;
@@ -42,7 +43,7 @@ proptest! {
     /// A scenario that a program writes as TOML is the one that is read back.
     #[test]
     fn scenario_files(width in 5.0f32..50.0, limit in 1.0f64..1e6, rate in 0.3f64..10.0) {
-        let mut scenario = Scenario::default();
+        let mut scenario = default_scenario();
         scenario.room.width_m = width;
         scenario.limit_s = limit;
         scenario.alliance.defaults.broadcast_rate_hz = Some(rate);

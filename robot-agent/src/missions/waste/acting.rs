@@ -2,8 +2,9 @@
 
 use alliance_proto::ids::{BehaviorId, TaskId};
 use alliance_proto::mission::waste::{Gripper, WasteBulletin, WasteDeed, Zone};
+use alliance_proto::mission::waste_data::BehaviorKind;
 use alliance_proto::readings::Readings;
-use alliance_proto::scenario::BehaviorKind;
+
 use alliance_proto::team::About;
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;

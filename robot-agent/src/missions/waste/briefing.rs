@@ -1,11 +1,13 @@
 //! What every robot of a scenario knows beforehand: its own body, and where things are *relative to the border*
 //! (thesis §4.1.1.1). Not how much waste there is, nor the room's size, unless the scenario says so.
 
+use alliance_proto::mission::waste_data::BehaviorKind;
+use alliance_proto::mission::waste_data::WasteSection;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::waste::Locations;
-use alliance_proto::scenario::{BehaviorKind, Catalog, Setup};
+use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use smallvec::SmallVec;
@@ -50,7 +52,7 @@ pub(super) struct OwnBehavior {
 impl Briefing {
     pub fn new(robot: RobotId, setup: &Setup, map: &Arc<Map>) -> Self {
         let scenario = &setup.scenario;
-        let waste = &scenario.waste;
+        let waste = WasteSection::of(scenario);
         let own = &scenario.robots[robot.index()];
         let sets = setup.alliance.robots.get(&own.name).map(|own| &own.sets);
         let longest = |seconds: fn(&alliance_proto::scenario::BehaviorParams) -> f64| {

@@ -1,11 +1,13 @@
 //! What a unit of each behavior's work costs and is worth (ALLOCATORS.md §1): straight lines at top speed, from what the robot itself
 //! knows.
 
+use alliance_proto::mission::waste_data::WasteSection;
+use alliance_proto::mission::waste_data::{BehaviorKind, Spill};
 use std::f32::consts::{PI, TAU};
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::readings::Readings;
-use alliance_proto::scenario::{BehaviorKind, Catalog, Robot, Scenario, Spill};
+use alliance_proto::scenario::{Catalog, Robot, Scenario};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
@@ -131,7 +133,7 @@ fn center((min, max): (Vec2, Vec2)) -> Vec2 {
 /// Cost of a unit of each task for each robot as it stands before the start, ms, for assignments made beforehand: a row per robot,
 /// a column per task, `None` where it has no behavior for it.
 pub(super) fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option<i64>>> {
-    let waste = &scenario.waste;
+    let waste = WasteSection::of(scenario);
     let site = Vec2::new(
         waste.report_site.width_m.min(scenario.room.width_m) / 2.0,
         scenario.room.height_m / 2.0,

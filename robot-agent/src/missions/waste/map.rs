@@ -1,9 +1,10 @@
 //! Where spills and deposits are, relative to the border (thesis §4.1.1.1): the same for all robots of a run.
 
+use alliance_proto::mission::waste_data::{Spill, Spot, WasteSection};
 use std::cell::Cell;
 
 use alliance_proto::mission::waste::Locations;
-use alliance_proto::scenario::{Scenario, Spill, Spot};
+use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 
 /// Up to so many places are simply looked at one after the other.
@@ -23,7 +24,7 @@ impl Map {
     /// The map of a scenario.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
-        let waste = &scenario.waste;
+        let waste = WasteSection::of(scenario);
         Self {
             spills: Spots::new(waste.spills.iter().map(Spill::spot)),
             deposits: Spots::new(waste.deposits()),
@@ -290,20 +291,22 @@ fn along(share: f32, side: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::scenario::Spill;
+
     use proptest::prelude::*;
+
+    use alliance_proto::mission::waste_data::default_scenario;
 
     use super::*;
     use crate::body::goal::length;
 
     fn map(spots: &[(f32, f32)]) -> Map {
-        let mut scenario = Scenario::default();
+        let mut scenario = default_scenario();
         let spill = |&(x_fraction, y_fraction): &(f32, f32)| Spill {
             x_fraction,
             y_fraction,
             ..Spill::default()
         };
-        scenario.waste.spills = spots.iter().map(spill).collect();
+        WasteSection::of_mut(&mut scenario).spills = spots.iter().map(spill).collect();
         Map::of(&scenario)
     }
 

@@ -1,12 +1,13 @@
 //! First half of a step: what the robot senses and hears becomes what it knows, and what it could do.
 
+use alliance_proto::mission::waste_data::BehaviorKind;
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::mission::waste::{Knowledge, WasteBulletin, Zone};
 use alliance_proto::mission::{Lore, Payload};
 use alliance_proto::readings::Readings;
-use alliance_proto::scenario::BehaviorKind;
+
 use alliance_proto::team::{Broadcast, Content, TaskState};
 use alliance_proto::telemetry::{Note, NoteKind};
 use alliance_proto::time::SimTime;

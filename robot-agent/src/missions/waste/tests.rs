@@ -1,5 +1,6 @@
 //! The mission's step, with readings and messages made by hand. Whole missions are driven in the closed-loop tests.
 
+use alliance_proto::mission::waste_data::{BehaviorKind, default_setup};
 use std::f32::consts::PI;
 
 use alliance_proto::ids::TaskId;
@@ -8,7 +9,7 @@ use alliance_proto::mission::waste::{
     Fact, Gripper, Locations, SensedWaste, WasteBulletin, WasteSensed, Withdrawal, Zone,
 };
 use alliance_proto::readings::{Pose, Readings};
-use alliance_proto::scenario::BehaviorKind;
+
 use alliance_proto::team::{About, Broadcast, BulletinKind, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::NoteKind;
 
@@ -36,7 +37,7 @@ fn mission(robot: RobotId, setup: &Setup) -> WasteMission {
 
 fn robot() -> Robot {
     Robot {
-        mission: mission(ME, &Setup::default_for(1)),
+        mission: mission(ME, &default_setup(1)),
         now: SimTime::ZERO,
     }
 }
@@ -447,7 +448,7 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
 
 #[test]
 fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
-    let mut setup = Setup::default_for(1);
+    let mut setup = default_setup(1);
     setup.scenario.sensors.waste_range_m = 5.0;
     let mut robot = Robot {
         mission: mission(ME, &setup),
@@ -602,6 +603,6 @@ fn the_sets_are_those_of_the_catalog() {
         .collect();
     assert_eq!(kinds[0], BehaviorKind::FindLocationsMethodical);
     assert_eq!(kinds.len(), 5);
-    let gold = mission(MATE, &Setup::default_for(1));
+    let gold = mission(MATE, &default_setup(1));
     assert_eq!(gold.briefing.own_behaviors.len(), 4);
 }

@@ -1,5 +1,6 @@
 //! What there is in the room, to look at.
 
+use alliance_proto::mission::waste_data::WasteSection;
 use std::io::{Seek, Write};
 
 use alliance_proto::control::AgentState;
@@ -178,7 +179,7 @@ impl SceneTopics {
                 f64::from(y_fraction) * height,
             )
         };
-        let waste = &scenario.waste;
+        let waste = WasteSection::of(scenario);
         let mut discs = Vec::new();
         let mut names = Vec::new();
         for spill in &waste.spills {
@@ -214,7 +215,7 @@ impl SceneTopics {
     /// The report site, which changes its color for a while when a report is made.
     fn draw_site(&self, colored: bool) -> SceneEntity {
         let scenario = &self.setup.scenario;
-        let site = &scenario.waste.report_site;
+        let site = &WasteSection::of(&scenario).report_site;
         // Cut off at the border.
         let width = f64::from(site.width_m.min(scenario.room.width_m));
         let height = f64::from(site.height_m.min(scenario.room.height_m));
@@ -246,7 +247,7 @@ impl SceneTopics {
     }
 
     fn item(&self, x: f32, y: f32) -> SpherePrimitive {
-        let radius = self.setup.scenario.waste.item_radius_m;
+        let radius = WasteSection::of(&self.setup.scenario).item_radius_m;
         SpherePrimitive {
             pose: Some(at(vector(x, y, radius))),
             size: Some(vector(2.0 * radius, 2.0 * radius, 2.0 * radius)),

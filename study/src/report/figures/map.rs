@@ -1,5 +1,6 @@
 //! Where the robots went, on the map of the room.
 
+use alliance_proto::mission::waste_data::WasteSection;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -174,7 +175,7 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
         plot.draw(&Polygon::new(edge, color.filled()))
     };
 
-    let site = &scenario.waste.report_site;
+    let site = &WasteSection::of(&scenario).report_site;
     let (site_width, site_height) = (f64::from(site.width_m), f64::from(site.height_m));
     let middle = height / 2.0;
     let site_y = middle - site_height / 2.0..middle + site_height / 2.0;
@@ -184,18 +185,18 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
         "report site",
         (width * 0.06, (site_y.start - below).max(below)),
     )?;
-    for spill in &scenario.waste.spills {
+    for spill in &WasteSection::of(&scenario).spills {
         let center = (
             f64::from(spill.x_fraction) * width,
             f64::from(spill.y_fraction) * height,
         );
-        let radius = f64::from(scenario.waste.spill_radius_m);
+        let radius = f64::from(WasteSection::of(&scenario).spill_radius_m);
         disc(center, radius, SPILL)?;
         let name = format!("spill {}", spill.name);
         label(&name, (center.0, center.1 + radius + below))?;
     }
-    let radius = f64::from(scenario.waste.deposit.radius_m);
-    for deposit in scenario.waste.deposits() {
+    let radius = f64::from(WasteSection::of(&scenario).deposit.radius_m);
+    for deposit in WasteSection::of(&scenario).deposits() {
         let center = (
             f64::from(deposit.x_fraction) * width,
             f64::from(deposit.y_fraction) * height,

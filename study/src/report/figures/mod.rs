@@ -7,9 +7,9 @@ mod motivation;
 mod progress;
 mod timeline;
 
+use alliance_proto::mission::waste_data::BehaviorKind;
 use std::ops::Range;
 
-use alliance_proto::scenario::BehaviorKind;
 use plotters::style::RGBColor;
 
 use super::faults::{FaultSpan, fault_spans};

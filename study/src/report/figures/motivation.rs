@@ -219,6 +219,7 @@ fn lines(
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::mission::waste_data::default_scenario;
     use alliance_proto::scenario::{Scenario, Setup};
 
     use super::*;
@@ -236,7 +237,7 @@ mod tests {
         ];
         for (seed, (from, to)) in (1..4).flat_map(|seed| parts.map(|part| (seed, part))) {
             let history = history_of(
-                Setup::resolve(Scenario::default(), seed, None)
+                Setup::resolve(default_scenario(), seed, None)
                     .unwrap()
                     .setup,
             );

@@ -1,6 +1,7 @@
 //! How the mission went on: items over time, and the time between progress reports.
 
 use alliance_proto::mission::waste::WasteRow;
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::time::SimTime;
 use plotters::element::Polygon;
 use plotters::prelude::DashedLineSeries;
@@ -106,7 +107,7 @@ fn steps(rows: &[WasteRow], end: SimTime, number: impl Fn(&WasteRow) -> u32) -> 
 /// # Errors
 /// When it cannot be drawn.
 pub fn reports(run: &RunFigures<'_>) -> anyhow::Result<String> {
-    let period = run.history.setup.scenario.waste.report_period_s;
+    let period = WasteSection::of(&run.history.setup.scenario).report_period_s;
     let legend = vec![
         (
             Sample::Line(INK, 1.5),

@@ -7,11 +7,10 @@ mod file;
 #[cfg(test)]
 mod tests;
 
+use alliance_proto::mission::waste_data::default_scenario;
 use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
 use anyhow::{Context, bail};
-use robot_agent::allocator::Registry;
-use world_server::missions;
-use world_server::world::start_poses;
+use missions::Registry;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::design::{Design, change};
@@ -53,7 +52,7 @@ impl Plan {
         let place = |at: &[Step]| format!("{file_name}:{}", file.line_of(at));
 
         let mut base = match contents.scenario {
-            None => Scenario::default(),
+            None => default_scenario(),
             Some(Source::Named(name)) => {
                 scenario(&name).with_context(|| place(&[key("scenario")]))?
             }
@@ -170,7 +169,8 @@ impl Plan {
 /// What is wrong with the scenario.
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let scenario = Scenario::from_table_with(scenario, &vocabulary())?;
-    start_poses(&scenario, (missions::of(&scenario).start_area)(&scenario))?;
+    let worlds = Registry::of_this_program().worlds();
+    worlds.of(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
 }
 

@@ -1,3 +1,4 @@
+use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
 use alliance_proto::scenario::Preset;
 
 use super::*;
@@ -35,7 +36,7 @@ fn nothing_varied_is_one_run_of_the_default_mission() {
     let plan = parse("").unwrap();
     assert_eq!(runs(&plan), ["1"]);
     let scenario = Scenario::from_table(&plan.scenario(0).unwrap()).unwrap();
-    assert_eq!(scenario, Scenario::default());
+    assert_eq!(scenario, default_scenario());
 }
 
 #[test]
@@ -76,8 +77,8 @@ fn grid_list_presets_faults_and_seeds_in_every_combination() {
     );
     assert_eq!(
         (
-            scenario.waste.spills[0].items,
-            scenario.waste.spills[1].items
+            WasteSection::of(&scenario).spills[0].items,
+            WasteSection::of(&scenario).spills[1].items
         ),
         (2, 12)
     );

@@ -1,6 +1,7 @@
 //! Every link fault, alone and together, and what is put down to it.
 
 use alliance_proto::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, RangeFault};
+use alliance_proto::mission::waste_data::default_setup;
 use proptest::prelude::*;
 
 use super::*;
@@ -72,7 +73,7 @@ fn begin(links: &mut Links, tick: Tick, faults: &[Fault]) {
 }
 
 fn with(faults: &[Fault]) -> Links {
-    let mut links = Links::new(&Setup::default_for(1));
+    let mut links = Links::new(&default_setup(1));
     begin(&mut links, 10, faults);
     links
 }
@@ -232,7 +233,7 @@ fn held_senders_are_named_until_the_fault_heals() {
 /// Which ticks of a run with one bursty fault from tick 100 on are bad on a link.
 fn course(seed: u64, link: (RobotId, RobotId), p: f64, burst_s: f64, ticks: Tick) -> Vec<bool> {
     let fault = [dropping("all", "all", p, burst_s)];
-    let mut links = Links::new(&Setup::default_for(seed));
+    let mut links = Links::new(&default_setup(seed));
     (100..100 + ticks)
         .map(|tick| {
             begin(&mut links, tick, &fault);
@@ -265,7 +266,7 @@ proptest! {
         prop_assert_eq!(&one, &course(seed, (BLUE, GOLD), p, burst_s, 50));
         // Beside other faults, too, and whether or not anybody asks.
         let faults = [dropping("all", "all", p, burst_s), dropping("all", "all", 0.0, 1.0)];
-        let mut links = Links::new(&Setup::default_for(seed));
+        let mut links = Links::new(&default_setup(seed));
         for tick in 100..150 {
             begin(&mut links, tick, &faults);
         }
@@ -358,7 +359,7 @@ fn a_second_copy_is_put_down_to_what_was_in_force_when_its_message_was_listed() 
 
 #[test]
 fn in_order_later_robots_hear_earlier_ones_in_the_same_tick() {
-    let mut setup = Setup::default_for(1);
+    let mut setup = default_setup(1);
     setup.step_order = StepOrder::InOrder;
     let mut links = Links::new(&setup);
     begin(&mut links, 10, &[Fault::Deaf("gold".to_owned())]);

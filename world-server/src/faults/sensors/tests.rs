@@ -3,6 +3,7 @@
 use alliance_proto::fault::SensorFault;
 use alliance_proto::mission::Sensed;
 use alliance_proto::mission::waste::{WasteSensed, Zone};
+use alliance_proto::mission::waste_data::default_setup;
 use alliance_proto::readings::{Ground, Hit, Pose, Proximity};
 
 use super::*;
@@ -79,8 +80,8 @@ impl Bench {
     fn new(faults: impl IntoIterator<Item = Fault>) -> Self {
         let faults = faults.into_iter().enumerate();
         Self {
-            world: World::new(&Setup::default_for(7), &WASTE),
-            sensors: Sensors::new(&Setup::default_for(7)),
+            world: World::new(&default_setup(7), WASTE),
+            sensors: Sensors::new(&default_setup(7)),
             sent: vec![TickMessage::default(); 3],
             faults: faults
                 .map(|(index, fault)| (FaultIndex(index), fault))

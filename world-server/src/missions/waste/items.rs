@@ -3,8 +3,9 @@
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::items::ItemCounts;
 use alliance_proto::mission::waste::Zone;
+use alliance_proto::mission::waste_data::{Spill, WasteSection};
 use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::{Scenario, Spill};
+use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 use rand::Rng;
 use xxhash_rust::xxh3::xxh3_64;
@@ -42,7 +43,7 @@ pub(super) struct WasteFloor {
 
 impl WasteFloor {
     pub fn new(scenario: &Scenario, seed: u64, floor: &Floor) -> Self {
-        let waste = &scenario.waste;
+        let waste = WasteSection::of(scenario);
         let spills = waste.spills.iter().map(Spill::spot);
         let spills = spills.map(|spot| (Zone::Spill, spot, waste.spill_radius_m));
         let deposits = waste.deposits();
@@ -210,7 +211,7 @@ impl WasteFloor {
 
 /// At the left wall, centered in y, cut off at the border: lower left and upper right corner, m.
 pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
-    let (room, site) = (scenario.room, scenario.waste.report_site);
+    let (room, site) = (scenario.room, WasteSection::of(&scenario).report_site);
     let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
     [
         Vec2::new(0.0, center_y - half_height),
@@ -220,7 +221,7 @@ pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
 
 /// Each item lies at a random place of its spill, inside the border and clear of solids, at which a robot can grip it.
 fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
-    let waste = &scenario.waste;
+    let waste = WasteSection::of(scenario);
     let mut rng = rng::stream(seed, Purpose::Items);
     let will_do = |place: Vec2| floor.can_be_gripped(place, waste.item_radius_m, |_| true);
     let mut places = Vec::new();

@@ -3,22 +3,14 @@
 use alliance_proto::mission::waste::{
     ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, Zone,
 };
-use alliance_proto::scenario::WasteSection;
+use alliance_proto::mission::waste_data::WasteSection;
+
 use alliance_proto::time::SimTime;
 use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
 
 use super::Waste;
 use crate::mission::{TeamFigures, Value};
 use crate::world::Outline;
-
-/// Columns of mission.csv after the time.
-pub(super) const COLUMNS: &[&str] = &[
-    "items_in_spills",
-    "items_carried",
-    "items_on_floor",
-    "items_delivered",
-    "last_report_ms",
-];
 
 /// The progress reports so far.
 #[derive(Clone, Debug)]

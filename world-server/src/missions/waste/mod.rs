@@ -16,6 +16,7 @@ mod sensing;
 #[cfg(test)]
 pub(crate) mod tests;
 
+use alliance_proto::mission::waste_data::{self, WasteSection};
 use std::cell::Cell;
 
 use alliance_proto::fault::Fault;
@@ -27,7 +28,7 @@ use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::View;
 
-use crate::mission::{Happened, MissionKind, TeamFigures, Validity, Value, WorldMission};
+use crate::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
 use crate::world::{ChangeError, Circle, Floor};
 
 pub use items::Item;
@@ -43,15 +44,8 @@ const DELIVERED: &str = "delivered";
 const REPORTED: &str = "reported";
 
 /// The waste clean-up.
-pub static WASTE: MissionKind = MissionKind {
-    name: "waste",
-    columns: log::COLUMNS,
-    verbs: &[
-        ("picks", PICKED),
-        ("drops", DROPPED),
-        ("delivers", DELIVERED),
-        ("reports", REPORTED),
-    ],
+pub const WASTE: MissionWorld = MissionWorld {
+    data: waste_data::WASTE,
     start_area: items::report_site,
     new: |setup, floor| Box::new(Waste::new(setup, floor)),
 };
@@ -84,7 +78,7 @@ impl Waste {
         Self {
             floor: WasteFloor::new(&setup.scenario, setup.seed, floor),
             robots: vec![Cleaner::default(); floor.robot_count()],
-            reports: Reports::new(&setup.scenario.waste),
+            reports: Reports::new(WasteSection::of(&setup.scenario)),
         }
     }
 }

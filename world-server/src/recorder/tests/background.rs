@@ -1,5 +1,6 @@
 //! The log that is made on another thread is the same log.
 
+use alliance_proto::mission::waste_data::default_setup;
 use proptest::prelude::*;
 
 use super::torn::{Dying, run_of};
@@ -12,10 +13,10 @@ proptest! {
         flush_every in 1..60_u64,
         level in prop::sample::select(vec![LogLevel::Full, LogLevel::Summary]),
     ) {
-        let setup = Setup::default_for(7);
+        let setup = default_setup(7);
         let ticks = run_of(ticks);
         let (run, expected) = log(level, &ticks);
-        let recorder = Recorder::new(&setup, &WASTE, level, Memory::default()).unwrap();
+        let recorder = Recorder::new(&setup, level, Memory::default()).unwrap();
         let mut background = Background::new(recorder).unwrap();
         let mut news = Vec::new();
         for tick in &ticks {
@@ -38,13 +39,7 @@ proptest! {
 #[test]
 fn what_is_flushed_is_written_though_no_tick_follows() {
     let (told, heard) = std::sync::mpsc::sync_channel(8);
-    let recorder = Recorder::new(
-        &Setup::default_for(7),
-        &WASTE,
-        LogLevel::Full,
-        Telling(told),
-    )
-    .unwrap();
+    let recorder = Recorder::new(&default_setup(7), LogLevel::Full, Telling(told)).unwrap();
     let mut background = Background::new(recorder).unwrap();
     for tick in run_of(4) {
         tick.record(&mut background).unwrap();
@@ -82,7 +77,7 @@ fn a_write_that_fails_is_told_once_and_nothing_follows_it() {
         memory: Memory::default(),
         bytes_left: 2000,
     };
-    let recorder = Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Full, sink).unwrap();
+    let recorder = Recorder::new(&default_setup(7), LogLevel::Full, sink).unwrap();
     let mut background = Background::new(recorder).unwrap();
     // The queue is shorter than this run.
     let failed = run_of(2000)

@@ -1,5 +1,6 @@
 //! What stands in the files, byte by byte, and that a reader gets it back.
 
+use alliance_proto::mission::waste_data::default_setup;
 use proptest::prelude::*;
 
 use super::*;
@@ -167,7 +168,10 @@ fn run_file_reads_back() {
     for level in [LogLevel::Full, LogLevel::Summary, LogLevel::Off] {
         let (run, memory) = log(level, &sample());
         let text = &memory.documents[&Document::Run];
-        assert_eq!(serde_json::from_str::<RunFile>(text).unwrap(), run);
+        assert_eq!(
+            RunFile::parse(text.as_bytes(), &Vocabulary::default()).unwrap(),
+            run
+        );
         let json: serde_json::Value = serde_json::from_str(text).unwrap();
         assert_eq!(json["outcome"], "time-limit");
         assert_eq!(json["seed"], 7);
@@ -177,13 +181,7 @@ fn run_file_reads_back() {
 
 #[test]
 fn a_run_that_has_not_ended_says_so() {
-    let recorder = Recorder::new(
-        &Setup::default_for(7),
-        &WASTE,
-        LogLevel::Full,
-        Memory::default(),
-    )
-    .unwrap();
+    let recorder = Recorder::new(&default_setup(7), LogLevel::Full, Memory::default()).unwrap();
     let text = &recorder.sink.documents[&Document::Run];
     let json: serde_json::Value = serde_json::from_str(text).unwrap();
     assert_eq!(json["outcome"], "running");

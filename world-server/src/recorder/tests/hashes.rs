@@ -1,5 +1,6 @@
 //! Hashes: the same at every level, and each section's own.
 
+use alliance_proto::mission::waste_data::default_setup;
 use std::collections::BTreeMap;
 
 use alliance_proto::mission::waste::Gripper;
@@ -50,13 +51,8 @@ fn level_does_not_change_the_hash() {
 
 #[test]
 fn flushes_do_not_change_the_log() {
-    let mut recorder = Recorder::new(
-        &Setup::default_for(7),
-        &WASTE,
-        LogLevel::Summary,
-        Memory::default(),
-    )
-    .unwrap();
+    let mut recorder =
+        Recorder::new(&default_setup(7), LogLevel::Summary, Memory::default()).unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();
         recorder.flush().unwrap();
@@ -73,13 +69,7 @@ fn flushes_do_not_change_the_log() {
 #[test]
 fn the_hash_is_there_at_any_time() {
     let ticks = sample();
-    let mut recorder = Recorder::new(
-        &Setup::default_for(7),
-        &WASTE,
-        LogLevel::Off,
-        Memory::default(),
-    )
-    .unwrap();
+    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
     for (index, tick) in ticks.iter().enumerate() {
         tick.record(&mut recorder).unwrap();
         let (run, _) = log(LogLevel::Full, &ticks[..=index]);

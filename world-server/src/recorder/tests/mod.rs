@@ -14,6 +14,7 @@ use alliance_proto::log::{
     TickRow,
 };
 use alliance_proto::mission::waste::WasteRow;
+use alliance_proto::mission::waste_data::default_setup;
 use alliance_proto::readings::{Actuation, Pose, Readings};
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::{BroadcastKind, TaskState};
@@ -78,8 +79,7 @@ fn header(table: Table) -> &'static str {
 
 /// Logs a run that ends after these ticks.
 fn log(level: LogLevel, ticks: &[OwnedTick]) -> (RunFile, Memory) {
-    let mut recorder =
-        Recorder::new(&Setup::default_for(7), &WASTE, level, Memory::default()).unwrap();
+    let mut recorder = Recorder::new(&default_setup(7), level, Memory::default()).unwrap();
     for tick in ticks {
         tick.record(&mut recorder).unwrap();
     }

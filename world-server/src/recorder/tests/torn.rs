@@ -1,5 +1,6 @@
 //! Logs of killed processes, full disks and damaged files: whole up to a tick, and readable.
 
+use alliance_proto::mission::waste_data::default_setup;
 use std::collections::BTreeMap;
 
 use alliance_proto::log::InputLine;
@@ -116,12 +117,12 @@ proptest! {
         let ticks = run_of(12);
         let total: usize = log(level, &ticks).1.tables.values().map(Vec::len).sum();
         let bytes = (fraction * total as f64) as usize;
-        let mut recorder = Recorder::new(&Setup::default_for(7), &WASTE, level, Memory::default()).unwrap();
+        let mut recorder = Recorder::new(&default_setup(7), level, Memory::default()).unwrap();
         let run = recorder.finish(Outcome::Interrupted, Ending::default()).unwrap();
 
         let sink = Dying { memory: Memory::default(), bytes_left: bytes };
         let mut flushed = 0;
-        let memory = match Recorder::new(&Setup::default_for(7), &WASTE, level, sink) {
+        let memory = match Recorder::new(&default_setup(7), level, sink) {
             // Died among the header lines: `any_file_cut_or_damaged_at_any_byte` has such logs.
             Err(_) => return Ok(()),
             Ok(mut recorder) => {
@@ -159,7 +160,7 @@ fn nothing_follows_a_torn_row() {
         memory: Memory::default(),
         bytes_left: 2000,
     };
-    let mut recorder = Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Full, sink).unwrap();
+    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Full, sink).unwrap();
     for tick in run_of(4) {
         tick.record(&mut recorder).unwrap();
     }
@@ -179,8 +180,7 @@ fn nothing_follows_a_torn_row() {
 fn a_folder_reads_like_memory() {
     let path = tempfile::tempdir().unwrap();
     let folder = Folder::create(path.path()).unwrap();
-    let mut recorder =
-        Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Full, folder).unwrap();
+    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Full, folder).unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();
     }
@@ -199,7 +199,7 @@ fn a_folder_reads_like_memory() {
             bytes
         );
     }
-    let read = RunLog::open(path.path()).unwrap();
+    let read = RunLog::open(path.path(), &Vocabulary::default()).unwrap();
     assert_eq!(read.run, expected);
     assert_eq!(
         everything(&read),
@@ -232,7 +232,7 @@ fn a_folder_reads_like_memory() {
 fn a_folder_holds_one_run() {
     let path = tempfile::tempdir().unwrap();
     let folder = Folder::create(path.path()).unwrap();
-    Recorder::new(&Setup::default_for(7), &WASTE, LogLevel::Off, folder).unwrap();
+    Recorder::new(&default_setup(7), LogLevel::Off, folder).unwrap();
     let error = Folder::create(path.path()).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -254,13 +254,17 @@ fn a_log_that_is_off_keeps_whole_inputs() {
 fn what_is_no_run_is_named() {
     let path = tempfile::tempdir().unwrap();
     let run_json = path.path().join("run.json");
-    let error = RunLog::open(path.path()).unwrap_err().to_string();
+    let error = RunLog::open(path.path(), &Vocabulary::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         error.starts_with(&format!("cannot read {}: ", run_json.display())),
         "{error}"
     );
     std::fs::write(&run_json, "{\"version\"").unwrap();
-    let error = RunLog::open(path.path()).unwrap_err().to_string();
+    let error = RunLog::open(path.path(), &Vocabulary::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         error.starts_with(&format!("{}: ", run_json.display())),
         "{error}"

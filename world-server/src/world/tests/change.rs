@@ -1,6 +1,7 @@
 //! Changes between steps, one by one and in any order.
 
 use alliance_proto::ids::ItemId;
+use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::Energy;
 use proptest::prelude::*;
 
@@ -288,9 +289,9 @@ proptest! {
     #[test]
     fn whatever_is_done_nothing_new_overlaps_and_no_item_is_lost(setup in setups(), steps in changes()) {
         let mut setup = setup;
-        setup.scenario.waste.deposit.x_fraction = 0.3;
+        WasteSection::of_mut(&mut setup.scenario).deposit.x_fraction = 0.3;
         let count = setup.scenario.robots.len();
-        let mut world = World::new(&setup, &WASTE);
+        let mut world = World::new(&setup, WASTE);
         let mut items = world.item_counts().total();
         for (change, commands) in &steps {
             let robot = |rank: u16| RobotId(rank % count as u16);

@@ -10,6 +10,7 @@ mod start;
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::mission::waste::Gripper;
+use alliance_proto::mission::waste_data::{WasteSection, default_setup};
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use glam::Vec2;
@@ -23,9 +24,9 @@ pub(crate) const GOLD: RobotId = RobotId(1);
 
 /// The default scenario after some changes.
 pub(crate) fn world(change: impl FnOnce(&mut Scenario)) -> World {
-    let mut setup = Setup::default_for(1);
+    let mut setup = default_setup(1);
     change(&mut setup.scenario);
-    World::new(&setup, &WASTE)
+    World::new(&setup, WASTE)
 }
 
 /// Robots at these places (x, y, heading in degrees), the first with a side sensor, in a room without items.
@@ -47,7 +48,7 @@ pub(crate) fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
     let team = team.collect();
     |scenario| {
         scenario.robots = team;
-        for spill in &mut scenario.waste.spills {
+        for spill in &mut WasteSection::of_mut(&mut scenario).spills {
             spill.items = 0;
         }
     }

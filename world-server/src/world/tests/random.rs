@@ -2,6 +2,7 @@
 
 use alliance_proto::ids::ItemId;
 use alliance_proto::mission::waste::WasteDeed;
+use alliance_proto::mission::waste_data::{WasteSection, default_setup};
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Room;
 use proptest::prelude::*;
@@ -34,7 +35,7 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
     (room, obstacles, step_ms, team, any::<u64>()).prop_filter_map(
         "no room to start in",
         |((width_m, height_m), obstacles, step_ms, (count, radius_m, speed_m_s), seed)| {
-            let mut setup = Setup::default_for(seed);
+            let mut setup = default_setup(seed);
             let scenario = &mut setup.scenario;
             scenario.room = Room { width_m, height_m };
             let obstacles = obstacles.into_iter();
@@ -98,7 +99,7 @@ proptest! {
 
     #[test]
     fn nothing_overlaps_or_tunnels(setup in setups(), commands in commands()) {
-        let mut world = World::new(&setup, &WASTE);
+        let mut world = World::new(&setup, WASTE);
         let solids = solids(&world);
         let radius_m = world.body.radius_m;
         let count = setup.scenario.robots.len();
@@ -137,7 +138,7 @@ proptest! {
         let range_m = setup.scenario.sensors.avoidance_range_m;
         let top_m_s = setup.scenario.body.speed_m_s;
         let step_s = setup.scenario.step_ms as f32 / 1000.0;
-        let mut world = World::new(&setup, &WASTE);
+        let mut world = World::new(&setup, WASTE);
         for step in &commands {
             let mut actuations = actuations(step);
             if let Some(first) = &mut actuations[0] {
@@ -163,9 +164,9 @@ proptest! {
     fn items_are_neither_lost_nor_doubled(setup in setups(), commands in commands()) {
         let mut setup = setup;
         // Everything close together, so that much is picked up, dropped and delivered.
-        setup.scenario.waste.deposit.x_fraction = 0.3;
-        setup.scenario.waste.spill_radius_m = 2.0;
-        let mut world = World::new(&setup, &WASTE);
+        WasteSection::of_mut(&mut setup.scenario).deposit.x_fraction = 0.3;
+        WasteSection::of_mut(&mut setup.scenario).spill_radius_m = 2.0;
+        let mut world = World::new(&setup, WASTE);
         let robots = setup.scenario.robots.len() as u16;
         let mut delivered = world.item_counts().delivered;
         for (index, step) in commands.iter().enumerate() {
@@ -204,8 +205,8 @@ proptest! {
         let mut setup = setup;
         setup.scenario.room.width_m *= wider;
         setup.scenario.sensors.waste_range_m = waste_range_m;
-        setup.scenario.waste.spill_radius_m = 2.0;
-        let mut world = World::new(&setup, &WASTE);
+        WasteSection::of_mut(&mut setup.scenario).spill_radius_m = 2.0;
+        let mut world = World::new(&setup, WASTE);
         let robots = setup.scenario.robots.len() as u16;
         let anew = |world: &World| {
             let mut anew = world.clone();
@@ -257,7 +258,7 @@ proptest! {
     #[test]
     fn the_same_again_gives_the_same_bits(setup in setups(), commands in commands()) {
         let run = || {
-            let mut world = World::new(&setup, &WASTE);
+            let mut world = World::new(&setup, WASTE);
             let mut log = String::new();
             for step in &commands {
                 let events = world.step(&actuations(step));

@@ -1,5 +1,6 @@
 //! Where robots begin.
 
+use alliance_proto::mission::waste_data::default_scenario;
 use std::f32::consts::PI;
 
 use alliance_proto::scenario::Room;
@@ -24,7 +25,7 @@ fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {
     Scenario {
         robots: (0..count).map(robot).collect(),
         room: Room { width_m, height_m },
-        ..Scenario::default()
+        ..default_scenario()
     }
 }
 

@@ -11,6 +11,7 @@ mod takeover;
 mod teammates;
 mod waiting;
 
+use alliance_proto::mission::waste_data::default_scenario;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
@@ -65,7 +66,7 @@ fn setup(preset: Preset, count: usize, step_ms: u64) -> Setup {
                 ..Robot::default()
             })
             .collect(),
-        ..Scenario::default()
+        ..default_scenario()
     };
     let mut setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     setup.alliance.threshold = 100.0;
