@@ -27,7 +27,7 @@ pub fn kind_of(text: &[u8]) -> Option<&'static str> {
         };
     }
     let text = str::from_utf8(text).ok()?;
-    match Scenario::parse("a.toml", text) {
+    match Scenario::parse("a.toml", text, &Registry::built_in().vocabulary()) {
         Ok(scenario) => {
             assert!(Setup::resolve(scenario, 1, None).is_ok());
             Some("scenario")

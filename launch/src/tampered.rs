@@ -1,6 +1,5 @@
 //! A run.json that somebody has touched: what is made of it is the same as before, or one line that says what is wrong.
 
-use alliance_proto::scenario::Vocabulary;
 use std::fs;
 use std::path::Path;
 
@@ -33,7 +32,7 @@ fn run() -> TempDir {
         [alliance.sets.report-progress]
         fast_impatience = 20
     "#;
-    let scenario = Scenario::parse("a.toml", text).unwrap();
+    let scenario = Scenario::parse("a.toml", text, &Registry::built_in().vocabulary()).unwrap();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let sink = Folder::create(folder.path()).unwrap();
     Team::new(setup, LogLevel::Full, sink)
@@ -87,7 +86,7 @@ fn with(run: &Value, pointer: &str, value: Value) -> Value {
 
 /// Makes of a run what is made of runs.
 fn use_it(folder: &Path) -> anyhow::Result<()> {
-    let log = RunLog::open(folder, &Vocabulary::default())?;
+    let log = RunLog::open(folder, &Registry::built_in().vocabulary())?;
     replay(&log, log.run.log, |_| {})?;
     // Pages show figures as they are, and what a replay makes of the setup.
     Logged::open(folder)?;
@@ -104,7 +103,7 @@ fn is_plain(pointer: &str) -> bool {
 fn try_to_use(folder: &Path, touched: &Value, pointer: &str, what: &str) {
     fs::write(folder.join("run.json"), touched.to_string()).unwrap();
     let used = if is_plain(pointer) {
-        RunLog::open(folder, &Vocabulary::default())
+        RunLog::open(folder, &Registry::built_in().vocabulary())
             .map_err(anyhow::Error::from)
             .and_then(|log| replay(&log, log.run.log, |_| {}).map(drop))
     } else {

@@ -5,7 +5,7 @@ use alliance_proto::ids::RobotId;
 
 /// Values by rank, of those that there are.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ByRank<T> {
+pub struct ByRank<T> {
     ranks: Vec<RobotId>,
     values: Vec<T>,
 }

@@ -4,10 +4,10 @@
 //! - [`agent`]: one step of the mind. What has arrived in [`radio`] it hears through [`links`]; it perceives and acts through its mission, and weighs its
 //!   choices with its allocator.
 //! - [`allocator`]: the seam to the rule that chooses; [`allocators`]: the rules, ALLIANCE among them.
-//! - [`mission`]: the seam to what robots are there for; [`missions`]: the missions' robot sides.
+//! - [`mission`]: the seam to what robots are there for.
 //! - [`body`]: driving and obstacle avoidance.
 //! - [`testkit`]: what every allocator must keep, for tests of other crates too.
-//! - `by_rank`: lists of what is kept of each teammate.
+//! - [`by_rank`]: lists of what is kept of each teammate.
 //!
 //! The shell: [`process`] puts an agent on the bus, [`args`] is its command line.
 
@@ -19,10 +19,9 @@ pub mod allocator;
 pub mod allocators;
 pub mod args;
 pub mod body;
-mod by_rank;
+pub mod by_rank;
 pub mod links;
 pub mod mission;
-pub mod missions;
 pub mod process;
 pub mod radio;
 pub mod testkit;

@@ -410,9 +410,8 @@ fn first_field(
 mod tests {
     use alliance_proto::fault::{Fault, Order};
     use alliance_proto::log::Memory;
-    use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
-    use alliance_proto::scenario::Vocabulary;
-    use alliance_proto::scenario::{Scenario, Setup};
+    use missions::waste::data::{WasteSection, default_scenario};
+        use alliance_proto::scenario::{Scenario, Setup};
 
     use super::*;
     use crate::in_process::Team;
@@ -428,7 +427,7 @@ mod tests {
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
         let log = |team: Team<Memory>| {
             let (_, recorder) = team.run().unwrap();
-            RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap()
+            RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap()
         };
         let calm = log(Team::new(setup.clone(), LogLevel::Full, Memory::default()).unwrap());
         let Some(order) = order else { return calm };

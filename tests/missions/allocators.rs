@@ -3,7 +3,6 @@
 
 use alliance_proto::log::{AllocationRow, EventRow, LogLevel, Memory, MotivationRow, RunLog};
 use alliance_proto::mission::Value;
-use alliance_proto::scenario::Vocabulary;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use study::in_process::Team;
@@ -18,7 +17,7 @@ const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 fn scenario(allocator: &str, rest: &str) -> Scenario {
     let known = missions::Registry::built_in().vocabulary();
     let text = format!("allocator = \"{allocator}\"\nlimit_s = 1800.0\n{rest}");
-    Scenario::parse_with("s.toml", &text, &known).unwrap()
+    Scenario::parse("s.toml", &text, &known).unwrap()
 }
 
 fn run(scenario: Scenario, seed: u64) -> (Outcome, RunLog) {
@@ -27,7 +26,7 @@ fn run(scenario: Scenario, seed: u64) -> (Outcome, RunLog) {
     let (outcome, recorder) = team.run().unwrap();
     (
         outcome,
-        RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap(),
+        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap(),
     )
 }
 

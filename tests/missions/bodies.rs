@@ -1,7 +1,6 @@
 //! Robots whose bodies differ.
 
-use alliance_proto::mission::waste_data::default_scenario;
-use alliance_proto::scenario::Vocabulary;
+use missions::waste::data::default_scenario;
 use std::collections::BTreeMap;
 
 use alliance_proto::log::{LogLevel, PoseRow, RunLog};
@@ -18,7 +17,7 @@ fn poses(change: impl FnOnce(&mut Scenario)) -> Vec<PoseRow> {
     change(&mut scenario);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let (_, recorder) = run(setup, LogLevel::Full);
-    let log = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
     log.rows().unwrap()
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use alliance_proto::log::{
     EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
 };
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 use alliance_proto::tick::Outcome;
 use nix::sys::signal::Signal;
 use serde_json::Value;

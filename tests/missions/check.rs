@@ -1,6 +1,6 @@
 //! `alliance check`: what it says comes true, and how it says it.
 
-use alliance_proto::mission::waste_data::{default_scenario, default_setup};
+use missions::waste::data::{default_scenario, default_setup};
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};

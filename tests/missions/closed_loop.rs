@@ -1,6 +1,6 @@
 //! Whole missions in one process, in rooms that are easy, hard, tiny and large. More rooms by hand: `examples/rooms.rs`.
 
-use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
+use missions::waste::data::{WasteSection, default_scenario};
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, TaskSection};
 use alliance_proto::tick::Outcome;
 use alliance_tests::closed_loop::{Mission, run};

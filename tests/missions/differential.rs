@@ -1,14 +1,14 @@
 //! The robots' own calculation against the independent one of `alliance_tests::recompute`, over messages that no mission
 //! brings forth: out of order, repeated, from old lives, in every combination of switches.
 
-use alliance_proto::mission::waste_data::default_scenario;
+use missions::waste::data::default_scenario;
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
 use alliance_proto::mission::Lore;
 use alliance_proto::mission::waste::{Fact, Locations, WasteBulletin};
-use alliance_proto::mission::waste_data::WASTE;
+use missions::waste::data::WASTE;
 use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, Switches};
 use alliance_proto::team::{About, Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::Motivation;

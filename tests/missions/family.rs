@@ -1,12 +1,12 @@
 //! The waste clean-up in any size (issue "One process, thousands of runs", item 5): room, team and work grow together, tasks
 //! and radios reach no farther than they have to, and a death is still coped with.
 
-use alliance_proto::mission::waste_data::{WasteSection, family};
+use missions::waste::data::{WasteSection, family};
 use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::fault::{Fault, Order};
 use alliance_proto::log::{EventRow, LogLevel, MessageRow, PoseRow};
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;

@@ -2,8 +2,7 @@
 
 #![allow(clippy::disallowed_methods)] // Waiting for real processes takes the real clock; nothing is asserted of it.
 
-use alliance_proto::mission::waste_data::{WasteSection, default_scenario};
-use alliance_proto::scenario::Vocabulary;
+use missions::waste::data::{WasteSection, default_scenario};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -112,7 +111,7 @@ impl Lab {
 
     /// The log of a run in this lab.
     pub fn log(&self, out: &str) -> RunLog {
-        RunLog::open(&self.path(out), &Vocabulary::default()).unwrap()
+        RunLog::open(&self.path(out), &Registry::built_in().vocabulary()).unwrap()
     }
 
     /// Every table of two runs, byte for byte.

@@ -11,7 +11,7 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::join::{JoinRequest, PROTOCOL_VERSION};
 use alliance_proto::keys::Keys;
 use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
-use alliance_proto::mission::waste_data::WASTE;
+use missions::waste::data::WASTE;
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::rendezvous::Rendezvous;

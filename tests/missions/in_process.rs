@@ -1,7 +1,7 @@
 //! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
 
 use alliance_proto::log::{Document, LogLevel, Memory, Table};
-use alliance_proto::mission::waste_data::default_scenario;
+use missions::waste::data::default_scenario;
 use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
 use study::in_process::Team;

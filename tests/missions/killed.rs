@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use alliance_proto::log::{EventRow, Input, RunLog};
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -1,8 +1,7 @@
 //! The default mission's parameters: progress reports on time, and the mission not the longer for it.
 
 use alliance_proto::log::{Document, Figures, LogLevel, RunFile};
-use alliance_proto::mission::waste::WasteFigures;
-use alliance_proto::scenario::Vocabulary;
+use missions::waste::data::WasteFigures;
 use alliance_proto::tick::Outcome;
 
 use crate::harness::Lab;
@@ -29,7 +28,7 @@ fn reports_are_on_time_on_a_hundred_seeds() {
         let memory = recorder.into_sink();
         let file = RunFile::parse(
             memory.documents[&Document::Run].as_bytes(),
-            &Vocabulary::default(),
+            &Registry::built_in().vocabulary(),
         )
         .unwrap();
         println!("seed {seed}");

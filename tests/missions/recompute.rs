@@ -2,7 +2,6 @@
 //! of `alliance_tests::recompute` against the robots' own.
 
 use alliance_proto::log::RunFile;
-use alliance_proto::scenario::Vocabulary;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -28,7 +27,7 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
     for builtin in builtins() {
         for preset in PRESETS {
             for order in ORDERS {
-                let mut scenario = Scenario::parse(&builtin.file_name(), builtin.text).unwrap();
+                let mut scenario = Scenario::parse(&builtin.file_name(), builtin.text, &Registry::built_in().vocabulary()).unwrap();
                 scenario.limit_s = limit_s;
                 scenario.alliance.preset = preset;
                 scenario.step_order = Some(order);
@@ -44,7 +43,7 @@ pub fn log_of(recorder: Recorder<Memory>) -> RunLog {
     let memory = recorder.into_sink();
     let run = RunFile::parse(
         memory.documents[&Document::Run].as_bytes(),
-        &Vocabulary::default(),
+        &Registry::built_in().vocabulary(),
     )
     .unwrap();
     RunLog::from_tables(Path::new("memory"), run, memory.tables)

@@ -1,7 +1,7 @@
 //! A tick in which robots just go on with their work does not allocate (issue "One process, thousands of runs", item 4):
 //! what a step needs is there from the step before.
 
-use alliance_proto::mission::waste_data::{WasteSection, family};
+use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
 
 use alliance_proto::log::{EventRow, LogLevel, Memory};

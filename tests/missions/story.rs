@@ -1,8 +1,7 @@
 //! What a log tells about a mission: who did what, in which order and why. For the tests of scenarios, which assert orders and
 //! causes, not times.
 
-use alliance_proto::mission::waste_data::WasteSection;
-use alliance_proto::scenario::Vocabulary;
+use missions::waste::data::WasteSection;
 use std::path::Path;
 
 use alliance_proto::log::{
@@ -44,7 +43,7 @@ pub struct Report<'a> {
 /// The run of a built-in scenario.
 pub fn setup(name: &str, seed: u64) -> Setup {
     let file = builtin(name).unwrap();
-    let scenario = Scenario::parse(&file.file_name(), file.text).unwrap();
+    let scenario = Scenario::parse(&file.file_name(), file.text, &Registry::built_in().vocabulary()).unwrap();
     Setup::resolve(scenario, seed, None).unwrap().setup
 }
 
@@ -55,7 +54,7 @@ impl Story {
         let memory = recorder.into_sink();
         let run = RunFile::parse(
             memory.documents[&Document::Run].as_bytes(),
-            &Vocabulary::default(),
+            &Registry::built_in().vocabulary(),
         )
         .unwrap();
         Self::read(RunLog::from_tables(

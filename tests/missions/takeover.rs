@@ -2,7 +2,7 @@
 //!
 //! The robots are too slow to get anywhere: find-locations is all that is ever applicable, and whoever works on it fails.
 
-use alliance_proto::mission::waste_data::default_scenario;
+use missions::waste::data::default_scenario;
 use std::time::Duration;
 
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunLog};

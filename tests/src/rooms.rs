@@ -1,6 +1,6 @@
 //! Random rooms for closed-loop tests.
 
-use alliance_proto::mission::waste_data::default_scenario;
+use missions::waste::data::default_scenario;
 use alliance_proto::scenario::Scenario;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -361,7 +361,7 @@ fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
 /// One line that says what is wrong with it, and where.
 pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
     if let Some(text) = (known.builtin)(asked) {
-        return Ok(Scenario::parse_with(asked, text, &known.vocabulary)?);
+        return Ok(Scenario::parse(asked, text, &known.vocabulary)?);
     }
     let path = Path::new(asked);
     if !path.exists() {
@@ -371,7 +371,7 @@ pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
     }
     let bytes = std::fs::read(path).with_context(|| asked.to_owned())?;
     let text = text_of(asked, bytes)?;
-    Ok(Scenario::parse_with(asked, &text, &known.vocabulary)?)
+    Ok(Scenario::parse(asked, &text, &known.vocabulary)?)
 }
 
 /// An id that no other live run on this machine has: at most 32 characters of scenario name and process id.

@@ -1,7 +1,7 @@
 //! The world-server: physics, sensing and the step clock, and the process they live in.
 //!
 //! Pure, from the inside out:
-//! - [`world`]: components, movement, sensors. [`mission`]: what robots are there for; [`missions`] that there are.
+//! - [`world`]: components, movement, sensors. [`mission`]: what robots are there for.
 //! - [`interruption`]: what changes the world from outside.
 //! - [`faults`]: when they begin and end, and what they make of readings and commands.
 //! - [`barrier`]: who takes part in a tick, which reports count, who hears what.
@@ -20,7 +20,6 @@ pub mod faults;
 pub mod interruption;
 pub mod latest;
 pub mod mission;
-pub mod missions;
 pub mod pace;
 pub mod process;
 pub mod recorder;

@@ -214,9 +214,8 @@ fn line(row: EventRow) -> EventLine {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
-    use alliance_proto::scenario::Vocabulary;
-    use std::process::Command;
+    use missions::waste::data::default_scenario;
+        use std::process::Command;
 
     use alliance_proto::log::MotivationRow;
     use alliance_proto::scenario::{Scenario, Setup};
@@ -239,7 +238,7 @@ mod tests {
             .unwrap();
         let logged = Logged::open(folder.path()).unwrap();
         let about = logged.about();
-        let log = RunLog::open(folder.path(), &Vocabulary::default()).unwrap();
+        let log = RunLog::open(folder.path(), &Registry::built_in().vocabulary()).unwrap();
         let rows: Vec<Value> = log
             .each_row::<MotivationRow>()
             .map(|row| {

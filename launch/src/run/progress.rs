@@ -1,7 +1,7 @@
 //! The progress of a run on the terminal: one line for the mission, one for each robot. Where stderr is no terminal, a line
 //! every few seconds.
 
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::time::Duration;

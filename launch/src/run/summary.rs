@@ -2,7 +2,7 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{LogLevel, RunFile, RunOutcome};
-use alliance_proto::mission::waste::{WasteFigures, WasteRobotFigures};
+use missions::waste::data::{WasteFigures, WasteRobotFigures};
 use alliance_proto::time::SimTime;
 use alliance_proto::{tell, terminal};
 use comfy_table::{CellAlignment, Table};

@@ -35,7 +35,7 @@ fn cells() -> impl Iterator<Item = &'static str> {
 /// Anybody's scenario in which each example of the page makes sense.
 fn scenario() -> Scenario {
     let text = "[[robots]]\nname = \"blue\"\n[[robots]]\nname = \"gold\"\n[[robots]]\nname = \"green\"\n[[robots]]\nname = \"red\"\nabsent = true\n";
-    Scenario::parse("team", text).unwrap()
+    Scenario::parse("team", text, &Registry::built_in().vocabulary()).unwrap()
 }
 
 fn check(order: &Order) -> Result<(), OrderError> {

@@ -2,7 +2,6 @@
 
 use super::{ActuatorMode, Fault, Order, SensorMode, Who};
 use crate::keys::is_name;
-use crate::mission::waste_data::MAX_ITEMS_IN_ALL;
 use crate::scenario::{Catalog, Scenario, instead};
 
 /// Longest times, s; as in scenario files.
@@ -10,6 +9,9 @@ const LONGEST_S: f64 = 1e9;
 
 /// Farthest places and largest sizes, m; as in scenario files.
 const FARTHEST_M: f64 = 1e3;
+
+/// Most items that an order adds in the course of a run.
+const MAX_ITEMS_IN_ALL: u32 = 200_000;
 
 /// Most items that one order adds.
 const MAX_ITEMS: u32 = 1000;

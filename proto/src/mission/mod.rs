@@ -8,7 +8,6 @@ pub mod data;
 mod figures;
 pub mod section;
 pub mod waste;
-pub mod waste_data;
 
 use std::fmt;
 

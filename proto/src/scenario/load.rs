@@ -14,15 +14,7 @@ impl Scenario {
     /// # Errors
     /// The first mistake: not TOML, an unknown key or name, a value of the wrong type or out of range, robots that do not
     /// fit, or parameters that break a rule of ALLIANCE.md §1.
-    pub fn parse(file_name: &str, text: &str) -> Result<Self, ScenarioError> {
-        Self::parse_with(file_name, text, &Vocabulary::default())
-    }
-
-    /// The same with that vocabulary.
-    ///
-    /// # Errors
-    /// Those of [`Scenario::parse`].
-    pub fn parse_with(
+    pub fn parse(
         file_name: &str,
         text: &str,
         vocabulary: &Vocabulary,
@@ -37,15 +29,7 @@ impl Scenario {
     ///
     /// # Errors
     /// Those of [`Scenario::parse`].
-    pub fn from_table(table: &toml::Table) -> Result<Self, ScenarioError> {
-        Self::from_table_with(table, &Vocabulary::default())
-    }
-
-    /// The same with that vocabulary.
-    ///
-    /// # Errors
-    /// Those of [`Scenario::parse`].
-    pub fn from_table_with(
+    pub fn from_table(
         table: &toml::Table,
         vocabulary: &Vocabulary,
     ) -> Result<Self, ScenarioError> {

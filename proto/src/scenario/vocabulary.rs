@@ -2,7 +2,6 @@
 
 use super::{AllocatorSpec, Scenario, ScenarioError};
 use crate::mission::data::{Mission, NO_MISSION};
-use crate::mission::waste_data::WASTE;
 
 /// The missions and allocators that there are: handed in by whoever reads scenarios, as they come from other crates.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,15 +20,5 @@ impl Vocabulary {
     pub fn default_scenario(&self) -> Result<Scenario, ScenarioError> {
         let mission = self.missions.first().copied().unwrap_or(NO_MISSION);
         Scenario::of(mission).map_err(|problem| problem.located(None))
-    }
-}
-
-/// The waste clean-up and ALLIANCE.
-impl Default for Vocabulary {
-    fn default() -> Self {
-        Self {
-            missions: vec![WASTE],
-            allocators: vec![AllocatorSpec::alliance()],
-        }
     }
 }

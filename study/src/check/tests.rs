@@ -1,6 +1,6 @@
 //! Against values worked out by hand.
 
-use alliance_proto::mission::waste_data::{BehaviorKind, default_setup};
+use missions::waste::data::{BehaviorKind, default_setup};
 use alliance_proto::scenario::{Scenario, Setup};
 
 use super::forecast::{Forecast, rise_s};
@@ -9,7 +9,7 @@ use super::*;
 
 /// A scenario file, resolved.
 fn setup(text: &str) -> Setup {
-    let scenario = Scenario::parse("s.toml", text).unwrap();
+    let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 

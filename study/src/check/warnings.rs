@@ -1,6 +1,6 @@
 //! Parameters that are valid, but do not go together.
 
-use alliance_proto::mission::waste_data::{BehaviorKind, WasteSection};
+use missions::waste::data::{BehaviorKind, WasteSection};
 use std::collections::BTreeMap;
 
 use alliance_proto::scenario::{BehaviorParams, Setup};

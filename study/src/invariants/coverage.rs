@@ -2,7 +2,7 @@
 
 use alliance_proto::control::Phase;
 use alliance_proto::fault::{ActuatorMode, Fault};
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 

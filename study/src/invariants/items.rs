@@ -2,7 +2,7 @@
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::scenario::Scenario;
 
 use super::{Item, WorldState};

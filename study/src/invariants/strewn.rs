@@ -3,7 +3,7 @@
 //! move-spill takes what lies in a spill or is seen on the way between it and the deposit, and what some robot has carried
 //! before. Waste that is strewn elsewhere is no task of anybody's, unless somebody happens to come by.
 
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 

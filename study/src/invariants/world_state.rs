@@ -2,7 +2,7 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{ItemId, RobotId, Tick};
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::Scenario;
 use alliance_proto::telemetry::Motivation;

@@ -4,7 +4,7 @@ use alliance_proto::fault::{
     Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, MoveWaste, Order, Partition,
     RadioQuality, RangeFault, WasteFault, When, Who,
 };
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -278,7 +278,7 @@ impl Dice<'_> {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::{default_scenario, default_setup};
+    use missions::waste::data::{default_scenario, default_setup};
     use rand_chacha::rand_core::SeedableRng;
 
     use super::*;

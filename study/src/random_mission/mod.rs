@@ -119,7 +119,7 @@ impl RandomMission {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use missions::waste::data::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::Setup;
@@ -160,7 +160,7 @@ mod tests {
             }
             // Also by its text, which is what a failed run leaves.
             let text = toml::to_string(&scenario).unwrap();
-            assert_eq!(Scenario::parse("mission.toml", &text).unwrap(), scenario);
+            assert_eq!(Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap(), scenario);
             Setup::resolve(scenario, seed, None).unwrap();
         }
         assert_eq!(obstacles, (1..=8).collect());

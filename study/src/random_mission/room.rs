@@ -1,6 +1,6 @@
 //! Random rooms: disjoint obstacles with corridors that a robot can pass.
 
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::scenario::{Obstacle, Scenario};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -107,7 +107,7 @@ fn gap(a: &Rectangle, b: &Rectangle) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use missions::waste::data::default_scenario;
     use alliance_proto::scenario::Room;
     use rand_chacha::rand_core::SeedableRng;
 

@@ -86,9 +86,8 @@ pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
-    use alliance_proto::scenario::Vocabulary;
-    use alliance_proto::scenario::{Scenario, Setup};
+    use missions::waste::data::default_scenario;
+        use alliance_proto::scenario::{Scenario, Setup};
     use tempfile::TempDir;
     use world_server::recorder::Folder;
 
@@ -158,7 +157,7 @@ mod tests {
         let table = folder.path().join("motivations.csv");
         let bytes = fs::read(&table).unwrap();
         fs::write(&table, &bytes[..bytes.len() / 2]).unwrap();
-        let log = RunLog::open(folder.path(), &Vocabulary::default()).unwrap();
+        let log = RunLog::open(folder.path(), &Registry::built_in().vocabulary()).unwrap();
         let end = History::read(&log).unwrap().end;
         assert_eq!(end.0, log.last.unwrap().now.0 + 50);
         assert!((30_000..50_000).contains(&end.0), "{end}");

@@ -2,7 +2,7 @@
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{RobotFigures, RunFile, RunOutcome};
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 

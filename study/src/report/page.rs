@@ -1,7 +1,7 @@
 //! The page of a report: one file that needs no other.
 
 use alliance_proto::log::{RunFile, RunOutcome};
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use alliance_proto::time::SimTime;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

@@ -498,8 +498,7 @@ fn jobs(text: &str) -> Result<NonZeroUsize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alliance_proto::scenario::Vocabulary;
-
+    
     #[test]
     fn paths_for_a_shell() {
         assert_eq!(quoted(Path::new("sweeps/a-1.toml")), "sweeps/a-1.toml");
@@ -514,7 +513,8 @@ mod tests {
         // The default mission, which an empty file is.
         let known = Known {
             builtin: |name| (name == "waste-cleanup").then_some(""),
-            vocabulary: Vocabulary::default(),
+            vocabulary: Registry::built_in().vocabulary(),
+            worlds: Registry::built_in().worlds().clone(),
         };
         let plan = read_plan(&file, &text, &known).unwrap();
         assert_eq!(plan.design.runs(), Some(3 * 2 * 2 * 5));

@@ -231,7 +231,7 @@ fn whole_lines(bytes: &[u8]) -> &[u8] {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use missions::waste::data::default_scenario;
     use alliance_proto::scenario::Scenario;
     use tempfile::TempDir;
 

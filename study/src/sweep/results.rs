@@ -181,7 +181,7 @@ pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use missions::waste::data::default_scenario;
     use alliance_proto::scenario::Scenario;
     use alliance_proto::tick::Outcome;
 

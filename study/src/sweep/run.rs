@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use alliance_proto::control::FaultStatus;
 use alliance_proto::fault::Fault;
 use alliance_proto::log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
-use alliance_proto::mission::waste::WasteFigures;
+use missions::waste::data::WasteFigures;
 use alliance_proto::tick::Outcome;
 use serde::{Deserialize, Serialize};
 
@@ -224,7 +224,7 @@ fn kind(fault: &Fault) -> String {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use missions::waste::data::default_scenario;
     use alliance_proto::scenario::Scenario;
 
     use super::*;

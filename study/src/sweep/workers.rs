@@ -49,7 +49,7 @@ pub fn work(
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use missions::waste::data::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::Scenario;

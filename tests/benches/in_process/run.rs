@@ -1,6 +1,6 @@
 //! A team at work in one process.
 
-use alliance_proto::mission::waste_data::{WasteSection, family};
+use missions::waste::data::{WasteSection, family};
 use std::time::{Duration, Instant};
 
 use alliance_proto::log::LogLevel;

@@ -6,7 +6,6 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::log::RunFile;
 use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::scenario::Vocabulary;
 use tempfile::TempDir;
 
 use crate::team::Team;
@@ -112,7 +111,7 @@ impl Run {
             start_s: number("started_unix_ms") / 1000.0 + number("start_to_first_tick_s") - began,
             world_start_s: number("start_to_first_tick_s"),
             running_s: number("running_s"),
-            run: RunFile::parse(document("run.json").as_bytes(), &Vocabulary::default()).unwrap(),
+            run: RunFile::parse(document("run.json").as_bytes(), &Registry::built_in().vocabulary()).unwrap(),
             agent,
             world,
         }

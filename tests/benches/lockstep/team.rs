@@ -34,7 +34,7 @@ impl Team {
     }
 
     fn of(text: String, size: usize) -> Self {
-        let scenario = Scenario::parse("team.toml", &text).unwrap();
+        let scenario = Scenario::parse("team.toml", &text, &Registry::built_in().vocabulary()).unwrap();
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         Self { size, text, setup }
     }

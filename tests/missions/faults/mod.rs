@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{EventRow, MotivationRow, RunLog};
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 use alliance_proto::time::SimTime;
 
 use crate::harness::Lab;

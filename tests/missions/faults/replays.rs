@@ -1,8 +1,7 @@
 //! A run in which somebody killed, stopped and continued processes by hand, at any wall-clock moment, and sent commands while
 //! it ran at full speed, is repeated from its log alone.
 
-use alliance_proto::mission::waste_data::default_scenario;
-use alliance_proto::scenario::Vocabulary;
+use missions::waste::data::default_scenario;
 use std::time::Duration;
 
 use alliance_proto::log::{Input, RunLog};
@@ -149,7 +148,7 @@ fn whatever_happens_in_one_process_is_repeated() {
             order: 0.002,
         };
         let recorder = mishaps::run(&setup, rates, seed).unwrap();
-        let logged = RunLog::from_memory(&recorder.into_sink(), &Vocabulary::default()).unwrap();
+        let logged = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
         let inputs = logged.inputs().unwrap();
         let orders = inputs
             .iter()

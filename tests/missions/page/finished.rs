@@ -1,7 +1,7 @@
 //! A finished run on the page: every tick of it, as it was.
 
 use alliance_proto::log::{MotivationRow, PoseRow};
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 use nix::sys::signal::Signal;
 use serde_json::Value;
 

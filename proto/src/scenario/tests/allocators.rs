@@ -41,7 +41,7 @@ fn vocabulary() -> Vocabulary {
 }
 
 fn read(text: &str) -> Result<Scenario, String> {
-    Scenario::parse_with("s.toml", text, &vocabulary()).map_err(|error| error.to_string())
+    Scenario::parse("s.toml", text, &vocabulary()).map_err(|error| error.to_string())
 }
 
 #[test]

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use crate::scenario::{Scenario, Setup};
 
 fn refusal(text: &str) -> String {
-    match Scenario::parse("s.toml", text) {
+    match Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()) {
         Ok(_) => format!("accepted: {text}"),
         Err(error) => error.to_string(),
     }
@@ -434,7 +434,7 @@ fn absent_robots() {
              [[robots]]\nname = 'b'\nabsent = true\nstart = {{ x_m = {x_m}, y_m = 3 }}"
         )
     };
-    Scenario::parse("s.toml", &team(3.1)).unwrap();
+    Scenario::parse("s.toml", &team(3.1), &Registry::built_in().vocabulary()).unwrap();
     assert_eq!(
         refusal(&team(0.1)),
         "s.toml:7: robots[1].start.x_m: 0.1 puts 'b' into a wall; keep body.radius_m, 0.2 m, away from both walls"
@@ -531,7 +531,7 @@ fn faults() {
             "s.toml:2: faults.random.mtbf_s: about 360000 faults are to be expected until limit_s; make it longer, or limit_s shorter, for at most 100000",
         ),
     ]);
-    Scenario::parse("s.toml", "[faults.random]").unwrap();
+    Scenario::parse("s.toml", "[faults.random]", &Registry::built_in().vocabulary()).unwrap();
 }
 
 #[test]
@@ -610,7 +610,7 @@ fn more_items_than_anybody_could_carry() {
         "s.toml:2: faults.timeline[0].every_s: 1000 items every 1 s are 3601000 until limit_s, 3600 s; let it be at most \
          200000 in all: strew fewer, or more rarely"
     );
-    Scenario::parse("s.toml", &waste(50, "")).unwrap();
+    Scenario::parse("s.toml", &waste(50, ""), &Registry::built_in().vocabulary()).unwrap();
 }
 
 #[test]
@@ -661,7 +661,7 @@ fn scraps() -> impl Strategy<Value = String> {
 proptest! {
     #[test]
     fn any_text_is_read_or_refused_in_one_line(text in prop_oneof![any::<String>(), scraps()]) {
-        if let Err(error) = Scenario::parse("s.toml", &text) {
+        if let Err(error) = Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()) {
             let line = error.to_string();
             prop_assert!(line.starts_with("s.toml") && !line.contains(char::is_control), "{}", line);
         }

@@ -6,7 +6,7 @@ use crate::scenario::{
 };
 
 fn resolved(scenario: &str, parameters: &str) -> Alliance {
-    let scenario = Scenario::parse("s.toml", scenario).unwrap();
+    let scenario = Scenario::parse("s.toml", scenario, &Registry::built_in().vocabulary()).unwrap();
     let file = ParameterFile::parse("p.properties", parameters.as_bytes()).unwrap();
     let resolved = Setup::resolve(scenario, 1, Some(&file)).unwrap();
     assert_eq!(resolved.skipped, []);
@@ -162,7 +162,7 @@ fn switches_override_the_preset_one_by_one() {
 #[test]
 fn the_step_order_is_the_scenarios_then_that_of_the_switches_then_the_presets() {
     let order = |text: &str| {
-        let scenario = Scenario::parse("s.toml", text).unwrap();
+        let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
         Setup::resolve(scenario, 1, None).unwrap().setup.step_order
     };
     assert_eq!(order(""), StepOrder::Simultaneous);
@@ -172,7 +172,7 @@ fn the_step_order_is_the_scenarios_then_that_of_the_switches_then_the_presets() 
     let own = "step_order = 'simultaneous'\nalliance.preset = 'thesis'";
     assert_eq!(order(own), StepOrder::Simultaneous);
 
-    let mut scenario = Scenario::parse("s.toml", switch).unwrap();
+    let mut scenario = Scenario::parse("s.toml", switch, &Registry::built_in().vocabulary()).unwrap();
     scenario.set_step_order(StepOrder::Simultaneous);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     assert_eq!(setup.step_order, StepOrder::Simultaneous);
@@ -199,7 +199,7 @@ fn presets_are_what_their_sources_say() {
     ];
     let columns = ["thesis", "par98", "team"].map(|name| {
         let text = format!("[alliance]\npreset = '{name}'");
-        let scenario = Scenario::parse("s.toml", &text).unwrap();
+        let scenario = Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap();
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         serde_json::to_value(&setup).unwrap()["alliance"]["switches"].clone()
     });

@@ -28,7 +28,7 @@ fn with_optional_keys() -> String {
 
 #[test]
 fn it_is_the_default_scenario_but_for_the_description() {
-    let reference = Scenario::parse("reference.toml", REFERENCE).unwrap();
+    let reference = Scenario::parse("reference.toml", REFERENCE, &Registry::built_in().vocabulary()).unwrap();
     let description = reference.description.clone();
     let default = default_scenario();
     assert_eq!(
@@ -42,12 +42,12 @@ fn it_is_the_default_scenario_but_for_the_description() {
 
 #[test]
 fn its_optional_keys_can_be_used_as_shown() {
-    Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+    Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
 }
 
 #[test]
 fn its_switches_are_those_of_the_default_preset() {
-    let all = Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+    let all = Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
     let preset = Preset::default();
     assert_eq!(all.step_order, Some(preset.step_order()));
     let switches = SwitchSection {
@@ -77,7 +77,7 @@ fn kind(fault: &Fault) -> String {
 
 #[test]
 fn it_has_an_example_of_every_fault() {
-    let shown = Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+    let shown = Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
     let shown = shown.faults.timeline.iter().map(|order| kind(&order.fault));
     let shown: BTreeSet<String> = shown.collect();
     let known: BTreeSet<String> = every_fault().map(|fault| kind(&fault)).collect();
@@ -86,7 +86,7 @@ fn it_has_an_example_of_every_fault() {
 
 #[test]
 fn its_random_faults_have_the_built_in_values() {
-    let all = Scenario::parse("reference.toml", &with_optional_keys()).unwrap();
+    let all = Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
     assert_eq!(all.faults.random, Some(Campaign::default()));
 }
 

@@ -48,6 +48,6 @@ proptest! {
         scenario.limit_s = limit;
         scenario.alliance.defaults.broadcast_rate_hz = Some(rate);
         let text = toml::to_string(&scenario).unwrap();
-        prop_assert_eq!(Scenario::parse("s.toml", &text).unwrap(), scenario);
+        prop_assert_eq!(Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap(), scenario);
     }
 }

@@ -1,6 +1,6 @@
 //! What there is in the room, to look at.
 
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use std::io::{Seek, Write};
 
 use alliance_proto::control::AgentState;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, TableRow};
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use anyhow::Context;

@@ -19,7 +19,7 @@ use ::parquet::schema::types::Type;
 use alliance_proto::log::{
     EventRow, MessageRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
 };
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 use anyhow::{Context, anyhow, bail};
 
 use super::facts;

@@ -1,7 +1,7 @@
 //! The columns of each table, in the order of the CSV (DESIGN §8).
 
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, TableRow, TickRow};
-use alliance_proto::mission::waste::WasteRow;
+use missions::waste::data::WasteRow;
 
 use super::column::Column;
 use super::column::Values::{Double, Flag, Integer, Optional, OptionalSingle, Single, Text};

@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn effects_do_not_hide_the_bars_on_which_they_are_marked() {
         let text = include_str!("../../../../launch/scenarios/thesis-trapped-robot.toml");
-        let scenario = Scenario::parse("thesis-trapped-robot", text).unwrap();
+        let scenario = Scenario::parse("thesis-trapped-robot", text, &Registry::built_in().vocabulary()).unwrap();
         let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
         let metrics = Metrics::of(&history, &run);
         let figures = figures(&history, &metrics).unwrap();

@@ -1,6 +1,6 @@
 //! Where the robots went, on the map of the room.
 
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use std::f64::consts::TAU;
 use std::ops::Range;
 

@@ -7,7 +7,7 @@ mod motivation;
 mod progress;
 mod timeline;
 
-use alliance_proto::mission::waste_data::BehaviorKind;
+use missions::waste::data::BehaviorKind;
 use std::ops::Range;
 
 use plotters::style::RGBColor;

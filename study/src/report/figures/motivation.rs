@@ -219,7 +219,7 @@ fn lines(
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use missions::waste::data::default_scenario;
     use alliance_proto::scenario::{Scenario, Setup};
 
     use super::*;

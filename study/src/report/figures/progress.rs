@@ -1,7 +1,7 @@
 //! How the mission went on: items over time, and the time between progress reports.
 
-use alliance_proto::mission::waste::WasteRow;
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteRow;
+use missions::waste::data::WasteSection;
 use alliance_proto::time::SimTime;
 use plotters::element::Polygon;
 use plotters::prelude::DashedLineSeries;

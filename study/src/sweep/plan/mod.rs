@@ -7,7 +7,7 @@ mod file;
 #[cfg(test)]
 mod tests;
 
-use alliance_proto::mission::waste_data::default_scenario;
+use missions::waste::data::default_scenario;
 use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
 use anyhow::{Context, bail};
 use missions::Registry;
@@ -67,7 +67,7 @@ impl Plan {
             Some(_) => [key("limit_s")],
             None => [key("scenario")],
         };
-        Scenario::from_table_with(&base, &vocabulary()).with_context(|| place(&source))?;
+        Scenario::from_table(&base, &vocabulary()).with_context(|| place(&source))?;
 
         let mut factors = Vec::new();
         let mut stated = Vec::new();
@@ -99,7 +99,7 @@ impl Plan {
                     .map_err(anyhow::Error::msg)
                     .with_context(|| place(at))?;
             }
-            Scenario::from_table_with(&table, &vocabulary()).with_context(|| place(at))?;
+            Scenario::from_table(&table, &vocabulary()).with_context(|| place(at))?;
         }
 
         let design = Design { factors };
@@ -155,7 +155,7 @@ impl Plan {
             return Ok(table);
         }
         let scenario =
-            Scenario::from_table_with(&table, &vocabulary()).map_err(|error| error.to_string())?;
+            Scenario::from_table(&table, &vocabulary()).map_err(|error| error.to_string())?;
         let drawn = self.mission.draw(scenario, self.design.seed(run));
         // By its text, as the scenario itself.
         let text = toml::to_string(&drawn).map_err(|error| error.to_string())?;
@@ -168,7 +168,7 @@ impl Plan {
 /// # Errors
 /// What is wrong with the scenario.
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
-    let scenario = Scenario::from_table_with(scenario, &vocabulary())?;
+    let scenario = Scenario::from_table(scenario, &vocabulary())?;
     let worlds = Registry::of_this_program().worlds();
     worlds.of(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)

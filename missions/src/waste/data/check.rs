@@ -1,0 +1,69 @@
+//! What is wrong with `[waste]`.
+
+use super::WasteSection;
+use alliance_proto::scenario::limits::{FRACTION, LENGTH, TIME, closed, named};
+use alliance_proto::scenario::{Path, Problem};
+
+/// Most spills of a scenario, and most deposits.
+pub const MAX_SPILLS: usize = 10_000;
+/// Most items of a spill.
+pub(super) const MAX_ITEMS: u32 = 1000;
+/// Most items of all spills, and most that a fault strews in the course of a run.
+pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
+
+/// Refuses the first mistake of `[waste]`.
+pub(super) fn check(waste: &WasteSection) -> Result<(), Problem> {
+    let at = Path::of(["waste"]);
+    let spills = at.key("spills");
+    named(
+        &spills,
+        waste.spills.iter().map(|spill| spill.name.as_str()),
+        MAX_SPILLS,
+    )?;
+    for (index, spill) in waste.spills.iter().enumerate() {
+        let at = spills.index(index);
+        closed(0.0, f64::from(MAX_ITEMS), "").check(at.key("items"), spill.items)?;
+        FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
+        FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
+    }
+    // At most so many spills of so many items: no overflow.
+    let items: u32 = waste.spills.iter().map(|spill| spill.items).sum();
+    if items > MAX_ITEMS_IN_ALL {
+        let what = format!("{items} items in all");
+        let remedy = format!("give at most {MAX_ITEMS_IN_ALL}");
+        return Err(Problem::at(spills, what, remedy));
+    }
+    LENGTH.check(at.key("spill_radius_m"), waste.spill_radius_m)?;
+    LENGTH.check(at.key("item_radius_m"), waste.item_radius_m)?;
+    if waste.item_radius_m > waste.spill_radius_m {
+        let what = format!(
+            "an item of radius {} m is larger than a spill",
+            waste.item_radius_m
+        );
+        let remedy = format!(
+            "it must be at most spill_radius_m, {} m",
+            waste.spill_radius_m
+        );
+        return Err(Problem::at(at.key("item_radius_m"), what, remedy));
+    }
+    let deposit = at.key("deposit");
+    LENGTH.check(deposit.key("radius_m"), waste.deposit.radius_m)?;
+    FRACTION.check(deposit.key("x_fraction"), waste.deposit.x_fraction)?;
+    FRACTION.check(deposit.key("y_fraction"), waste.deposit.y_fraction)?;
+    let further = at.key("further_deposits");
+    if waste.further_deposits.len() >= MAX_SPILLS {
+        let what = format!("{} entries", waste.further_deposits.len());
+        let remedy = format!("give at most {}", MAX_SPILLS - 1);
+        return Err(Problem::at(further, what, remedy));
+    }
+    for (index, spot) in waste.further_deposits.iter().enumerate() {
+        let at = further.index(index);
+        FRACTION.check(at.key("x_fraction"), spot.x_fraction)?;
+        FRACTION.check(at.key("y_fraction"), spot.y_fraction)?;
+    }
+    let site = at.key("report_site");
+    LENGTH.check(site.key("width_m"), waste.report_site.width_m)?;
+    LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
+    closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
+    TIME.check(at.key("report_period_s"), waste.report_period_s)
+}

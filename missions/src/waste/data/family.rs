@@ -1,0 +1,315 @@
+//! The waste clean-up in any size: room, team and work grow together (`--robots N --spills M`).
+//!
+//! The default mission is three robots and two spills in a room of 12 × 9 m. A larger one is made of so many *districts* of
+//! that size, without walls between them, that none has more than three robots and two spills: each has a deposit where the
+//! default room has it, and its spills and its robots' starts in the places of the default's.
+//!
+//! - Each spill is the task of the three robots that start nearest to it, and each robot has the two spills nearest to it: so a
+//!   robot that dies has others to take its work over, which have work of their own, and nobody has to know of everything.
+//! - The three that start nearest to the report site also find the locations and report. Along the walls of more than ten
+//!   districts that would take longer than the work: there the robots know the border beforehand.
+//! - Teams of more than 20 robots have radios of such a range that each hears about 20.
+
+use super::{Spill, Spot, WasteSection, default_scenario};
+use alliance_proto::scenario::{Radio, Robot, Scenario, Start};
+
+/// Most robots and spills of a district: those of the default mission.
+const ROBOTS: usize = 3;
+const SPILLS: usize = 2;
+/// How many robots have a task, and how many spills a robot has.
+const ROBOTS_PER_TASK: usize = 3;
+const SPILLS_PER_ROBOT: usize = 2;
+/// About so many robots hear each other.
+const HEARD: usize = 20;
+/// The border of more districts than these is known beforehand.
+const SEARCHED: usize = 10;
+
+/// The waste clean-up with so many robots and spills, 1 to 10,000 of each. With 3 and 2 it is the default mission.
+#[must_use]
+pub fn family(robots: usize, spills: usize) -> Scenario {
+    if (robots, spills) == (ROBOTS, SPILLS) {
+        return default_scenario();
+    }
+    let plan = Plan::new(robots, spills);
+    let mut scenario = Scenario {
+        description: format!(
+            "{robots} robots, {spills} spills: room, team and work grow together."
+        ),
+        ..default_scenario()
+    };
+    scenario.room.width_m *= plan.columns as f32;
+    scenario.room.height_m *= plan.rows as f32;
+    let one = WasteSection::default();
+    let items = one.spills[0].items as usize;
+
+    let mut deposits = (0..plan.districts())
+        .map(|district| plan.spot(district, one.deposit.x_fraction, one.deposit.y_fraction));
+    if let Some(first) = deposits.next() {
+        WasteSection::of_mut(&mut scenario).deposit.x_fraction = first.x_fraction;
+        WasteSection::of_mut(&mut scenario).deposit.y_fraction = first.y_fraction;
+    }
+    WasteSection::of_mut(&mut scenario).further_deposits = deposits.collect();
+    WasteSection::of_mut(&mut scenario).spills = plan
+        .deal(spills)
+        .enumerate()
+        .map(|(index, (district, share))| {
+            let spot = plan.spot(district, one.spills[0].x_fraction, share.height(1.0));
+            Spill {
+                name: format!("s{}", index + 1),
+                x_fraction: spot.x_fraction,
+                y_fraction: spot.y_fraction,
+                ..one.spills[0].clone()
+            }
+        })
+        .collect();
+    WasteSection::of_mut(&mut scenario).border_known = plan.districts() > SEARCHED;
+    scenario.robots = plan
+        .deal(robots)
+        .enumerate()
+        .map(|(index, (district, share))| plan.robot(index, district, share))
+        .collect();
+    if robots > ROBOTS_PER_TASK {
+        assign(&mut scenario);
+    }
+    if robots > HEARD {
+        let area = f64::from(scenario.room.width_m) * f64::from(scenario.room.height_m);
+        let range_m = (area * HEARD as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
+        scenario.radio = Radio {
+            range_m: Some(range_m.ceil() as f32),
+        };
+    }
+    // As much time for each item as in the default mission.
+    let load = (spills * items) as f64 / robots as f64;
+    let default_load = (SPILLS * items) as f64 / ROBOTS as f64;
+    scenario.limit_s *= (load / default_load).ceil().max(1.0);
+    scenario
+}
+
+/// Districts side by side.
+struct Plan {
+    columns: usize,
+    rows: usize,
+}
+
+/// One of those that share a district.
+struct Share {
+    index: usize,
+    of: usize,
+}
+
+impl Share {
+    /// How high it is when all are evenly spread, the first on top, as a fraction; `margin` is the room above and below, in
+    /// distances between two.
+    fn height(&self, margin: f32) -> f32 {
+        1.0 - (self.index as f32 + margin) / (self.of as f32 - 1.0 + 2.0 * margin)
+    }
+}
+
+impl Plan {
+    fn new(robots: usize, spills: usize) -> Self {
+        let least = robots.div_ceil(ROBOTS).max(spills.div_ceil(SPILLS));
+        let mut columns = least.isqrt();
+        if columns * columns < least {
+            columns += 1;
+        }
+        Self {
+            columns,
+            rows: least.div_ceil(columns),
+        }
+    }
+
+    fn districts(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// So many things, dealt to the districts: of each its district, and which of those there it is.
+    fn deal(&self, count: usize) -> impl Iterator<Item = (usize, Share)> + use<> {
+        let districts = self.districts();
+        let first = move |district: usize| (district * count).div_ceil(districts);
+        (0..count).map(move |each| {
+            let district = each * districts / count;
+            let share = Share {
+                index: each - first(district),
+                of: first(district + 1) - first(district),
+            };
+            (district, share)
+        })
+    }
+
+    /// A place that is given as fractions of a district, as fractions of the room.
+    fn spot(&self, district: usize, x: f32, y: f32) -> Spot {
+        let (column, row) = (district % self.columns, district / self.columns);
+        Spot {
+            x_fraction: (column as f32 + x) / self.columns as f32,
+            y_fraction: (row as f32 + y) / self.rows as f32,
+        }
+    }
+
+    /// At the left end of its district, beside the others.
+    fn robot(&self, index: usize, district: usize, share: Share) -> Robot {
+        let default = default_scenario();
+        let (room, site) = (default.room, WasteSection::of(&default).report_site);
+        let (column, row) = (district % self.columns, district / self.columns);
+        let middle = (row as f32 + 0.5) * room.height_m;
+        Robot {
+            name: format!("r{}", index + 1),
+            side_sensor: share.index == 0,
+            start: Some(Start {
+                x_m: column as f32 * room.width_m + site.width_m / 2.0,
+                y_m: middle + (share.height(0.5) - 0.5) * site.height_m,
+                heading_deg: 180.0,
+            }),
+            ..Robot::default()
+        }
+    }
+}
+
+/// Gives each robot its tasks.
+fn assign(scenario: &mut Scenario) {
+    let at = |robot: &Robot| {
+        robot
+            .start
+            .map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
+    };
+    let robots: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
+    let spills: Vec<(f32, f32)> = WasteSection::of(&scenario)
+        .spills
+        .iter()
+        .map(|spill| spill.spot().in_room(&scenario.room).into())
+        .collect();
+    let site = (0.0, scenario.room.height_m / 2.0);
+
+    let mut spills_of: Vec<Vec<usize>> = robots
+        .iter()
+        .map(|&robot| nearest(&spills, robot, SPILLS_PER_ROBOT))
+        .collect();
+    for (spill, &place) in spills.iter().enumerate() {
+        for robot in nearest(&robots, place, ROBOTS_PER_TASK) {
+            spills_of[robot].push(spill);
+        }
+    }
+    let reporters = nearest(&robots, site, ROBOTS_PER_TASK);
+    let names: Vec<String> = WasteSection::of(scenario)
+        .spills
+        .iter()
+        .map(|spill| format!("move-spill({})", spill.name))
+        .collect();
+    for (index, (robot, mut spills)) in scenario.robots.iter_mut().zip(spills_of).enumerate() {
+        spills.sort_unstable();
+        spills.dedup();
+        robot.tasks = spills
+            .into_iter()
+            .map(|spill| names[spill].clone())
+            .collect();
+        if reporters.contains(&index) {
+            robot.tasks.insert(0, "find-locations".to_owned());
+            robot.tasks.push("report-progress".to_owned());
+        }
+    }
+}
+
+/// The places that are nearest to one, at most so many, nearest first; of two that are equally near, the first.
+fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec<usize> {
+    let mut nearest: Vec<(f32, usize)> = Vec::with_capacity(most + 1);
+    for (index, place) in places.iter().enumerate() {
+        let (x, y) = (place.0 - to.0, place.1 - to.1);
+        let squared = x * x + y * y;
+        if nearest.len() == most && nearest[most - 1].0 <= squared {
+            continue;
+        }
+        let before = nearest.partition_point(|known| known.0 <= squared);
+        nearest.insert(before, (squared, index));
+        nearest.truncate(most);
+    }
+    nearest.into_iter().map(|(_, index)| index).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use alliance_proto::scenario::{Catalog, Setup};
+
+    #[test]
+    fn with_three_robots_and_two_spills_it_is_the_default_mission() {
+        assert_eq!(family(3, 2), default_scenario());
+    }
+
+    #[test]
+    fn of_any_size_it_is_valid_and_has_what_was_asked_for() {
+        for robots in [1, 2, 3, 4, 7, 10, 20, 21, 30, 31, 100, 333] {
+            for spills in [1, 2, 3, 5, 20, 67, 200] {
+                let scenario = family(robots, spills);
+                assert_eq!(scenario.robots.len(), robots);
+                assert_eq!(WasteSection::of(&scenario).spills.len(), spills);
+                Setup::resolve(scenario, 1, None)
+                    .unwrap_or_else(|error| panic!("{robots} robots, {spills} spills: {error}"));
+            }
+        }
+    }
+
+    #[test]
+    fn the_largest_one_is_valid() {
+        let scenario = family(10_000, 6_667);
+        assert_eq!(
+            (scenario.room.width_m, scenario.room.height_m),
+            (696.0, 522.0)
+        );
+        assert_eq!(WasteSection::of(&scenario).deposits().count(), 58 * 58);
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        // Every robot has values for its own sets alone, and one for all teammates.
+        let sets = setup.alliance.robots.values().map(|robot| robot.sets.len());
+        assert!(sets.max() <= Some(16));
+    }
+
+    #[test]
+    fn every_task_has_three_robots_and_every_robot_two_spills() {
+        let scenario = family(100, 67);
+        let mut robots_on = BTreeMap::new();
+        for robot in &scenario.robots {
+            let spills = robot
+                .tasks
+                .iter()
+                .filter(|task| task.starts_with("move-spill"));
+            assert!(spills.count() >= 2, "{}", robot.name);
+            for task in &robot.tasks {
+                *robots_on.entry(task.clone()).or_insert(0) += 1;
+            }
+        }
+        for task in Catalog::of(&scenario).tasks {
+            assert!(robots_on[&task.name] >= 3, "{}", task.name);
+        }
+    }
+
+    #[test]
+    fn a_district_has_no_more_than_the_default_room() {
+        for (robots, spills) in [(10, 7), (100, 67), (50, 100), (9, 1)] {
+            let plan = Plan::new(robots, spills);
+            for (count, most) in [(robots, ROBOTS), (spills, SPILLS)] {
+                let mut there = vec![0; plan.districts()];
+                for (district, share) in plan.deal(count) {
+                    assert_eq!(share.index, there[district]);
+                    assert!(share.of <= most && share.index < share.of);
+                    there[district] += 1;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn about_twenty_hear_each_other() {
+        let scenario = family(900, 600);
+        let range_m = scenario.radio.range_m.unwrap();
+        let at = |robot: &Robot| robot.start.map(|start| (start.x_m, start.y_m)).unwrap();
+        let places: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
+        let hears = |a: &(f32, f32), b: &(f32, f32)| (a.0 - b.0).hypot(a.1 - b.1) <= range_m;
+        let pairs: usize = places
+            .iter()
+            .map(|a| places.iter().filter(|b| hears(a, b)).count() - 1)
+            .sum();
+        let mean = pairs as f64 / places.len() as f64;
+        assert!((15.0..25.0).contains(&mean), "{mean}");
+        assert_eq!(family(20, 14).radio.range_m, None);
+    }
+}

@@ -1,0 +1,93 @@
+//! The behavior sets of the waste clean-up.
+
+use super::WasteSection;
+use alliance_proto::ids::TaskId;
+use alliance_proto::mission::data::BuiltIn;
+use alliance_proto::scenario::{BehaviorSpec, Scenario};
+
+/// What a behavior set does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BehaviorKind {
+    /// Follow the walls with the side sensor.
+    FindLocationsMethodical,
+    /// Wander west, north, east, south.
+    FindLocationsWander,
+    /// Carry the items of one spill to the deposit; the spill by its place in the scenario.
+    MoveSpill(u16),
+    /// Report at the report site.
+    ReportProgress,
+}
+
+impl BehaviorKind {
+    /// What a behavior of the catalog does.
+    #[must_use]
+    pub fn of(behavior: &BehaviorSpec) -> Self {
+        match behavior.kind {
+            0 => Self::FindLocationsMethodical,
+            1 => Self::FindLocationsWander,
+            2 => Self::ReportProgress,
+            spill => Self::MoveSpill((spill - 3) as u16),
+        }
+    }
+
+    fn code(self) -> u32 {
+        match self {
+            Self::FindLocationsMethodical => 0,
+            Self::FindLocationsWander => 1,
+            Self::ReportProgress => 2,
+            Self::MoveSpill(spill) => 3 + u32::from(spill),
+        }
+    }
+
+    /// They suit the default mission. What takes long to do gets much patience: moving a spill more than finding the
+    /// locations, and that more than a report. Wandering is less reliable than following the walls, so less impatient.
+    pub(super) fn built_in(self) -> BuiltIn {
+        let (fast, slow, phi, psi, lambda) = match self {
+            Self::FindLocationsMethodical => (20.0, 1.0, 60.0, 120.0, 300.0),
+            Self::FindLocationsWander => (5.0, 0.5, 60.0, 120.0, 300.0),
+            Self::MoveSpill(_) => (10.0, 0.5, 120.0, 240.0, 480.0),
+            Self::ReportProgress => (25.0, 1.0, 60.0, 60.0, 120.0),
+        };
+        BuiltIn {
+            broadcast_rate_hz: 1.0,
+            ceased_after_s: 5.0,
+            fast_impatience: fast,
+            slow_impatience: slow,
+            willing_to_affect_s: phi,
+            before_yielding_s: psi,
+            before_giving_up_s: lambda,
+        }
+    }
+}
+
+/// Tasks: find-locations, move-spill(NAME) of each spill, report-progress. Behavior sets: two that find the locations, and one
+/// of the task's name for each other task.
+pub(super) fn catalog(scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+    let spills = WasteSection::of(&scenario).spills.iter();
+    let move_spill = spills.map(|spill| format!("move-spill({})", spill.name));
+    let mut tasks = vec!["find-locations".to_owned()];
+    tasks.extend(move_spill);
+    tasks.push("report-progress".to_owned());
+
+    let set = |name: &str, task: usize, kind: BehaviorKind| BehaviorSpec {
+        name: name.to_owned(),
+        task: TaskId(task as u16),
+        kind: kind.code(),
+    };
+    let last = tasks.len() - 1;
+    let methodical = BehaviorKind::FindLocationsMethodical;
+    let mut sets = vec![
+        set("find-locations-methodical", 0, methodical),
+        set(
+            "find-locations-wander",
+            0,
+            BehaviorKind::FindLocationsWander,
+        ),
+    ];
+    sets.extend((1..last).map(|task| {
+        let kind = BehaviorKind::MoveSpill(task as u16 - 1);
+        set(&tasks[task], task, kind)
+    }));
+    sets.push(set(&tasks[last], last, BehaviorKind::ReportProgress));
+    (tasks, sets)
+}

@@ -1,0 +1,137 @@
+//! The hazardous waste clean-up (thesis §4.1) in files.
+
+mod check;
+mod family;
+mod figures;
+mod kinds;
+mod parameters;
+mod section;
+mod work;
+
+pub use check::MAX_SPILLS;
+pub use family::family;
+pub use figures::{
+    ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures, WasteRobotFigures, WasteRow,
+};
+pub use kinds::BehaviorKind;
+pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
+
+use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
+use alliance_proto::mission::section::{Section, section};
+use alliance_proto::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread};
+
+/// The default mission.
+#[must_use]
+pub fn default_scenario() -> Scenario {
+    // Cannot fail: no key of the section must be stated, and a test reads it.
+    #[allow(clippy::expect_used)]
+    Scenario::of(WASTE).expect("no key must be stated")
+}
+
+/// The default mission, resolved.
+#[must_use]
+pub fn default_setup(seed: u64) -> Setup {
+    // Cannot fail: neither the default scenario nor the built-in values depend on anything, and a test resolves them.
+    #[allow(clippy::expect_used)]
+    let resolved = Setup::resolve(default_scenario(), seed, None).expect("it is valid");
+    resolved.setup
+}
+
+/// The waste clean-up.
+pub const WASTE: Mission = Mission(&WasteData);
+
+#[derive(Debug)]
+struct WasteData;
+
+impl MissionData for WasteData {
+    fn name(&self) -> &'static str {
+        "waste"
+    }
+
+    fn about(&self) -> &'static str {
+        "hazardous waste clean-up: find the spills, carry their items to a deposit, report (thesis 4.1)"
+    }
+
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        section::<WasteSection>(text)
+    }
+
+    fn scenario_name(&self) -> &'static str {
+        "waste-cleanup"
+    }
+
+    fn team(&self) -> Vec<Robot> {
+        let robot = |(name, side_sensor): (&str, bool)| Robot {
+            name: name.to_owned(),
+            side_sensor,
+            ..Robot::default()
+        };
+        [("blue", true), ("gold", false), ("green", false)]
+            .map(robot)
+            .to_vec()
+    }
+
+    fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
+        Some(family::family(robots, size))
+    }
+
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        parameters::all()
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            devices: &["waste", "spill-zone", "report-site", "gripper"],
+            optional_devices: &[Robot::SIDE_BORDER],
+            faults: &["waste", "move-waste"],
+            events: &[
+                "picked",
+                "pick-failed",
+                "dropped",
+                "delivered",
+                "reported",
+                "position-update",
+                "locations-learned",
+                "locations-withdrawn",
+                "spill-empty",
+                "put-down",
+            ],
+            verbs: &[
+                ("picks", "picked"),
+                ("drops", "dropped"),
+                ("delivers", "delivered"),
+                ("reports", "reported"),
+            ],
+            bulletins: ["position", "withdrawal"],
+            columns: &[
+                "items_in_spills",
+                "items_carried",
+                "items_on_floor",
+                "items_delivered",
+                "last_report_ms",
+            ],
+        }
+    }
+
+    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        kinds::catalog(scenario)
+    }
+
+    /// Following the walls takes the side sensor.
+    fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
+        BehaviorKind::of(behavior) != BehaviorKind::FindLocationsMethodical
+            || robot.has_device(Robot::SIDE_BORDER)
+    }
+
+    fn built_in(&self, _scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
+        BehaviorKind::of(behavior).built_in()
+    }
+
+    fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64 {
+        work::unit_s(scenario, body, BehaviorKind::of(behavior))
+    }
+
+    fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
+        check::check(WasteSection::of(scenario))
+    }
+}

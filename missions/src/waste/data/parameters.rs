@@ -1,0 +1,195 @@
+//! The keys of `[waste]`, for people.
+
+use super::check::MAX_ITEMS;
+use alliance_proto::scenario::ParameterDefault::{Flag, Number, Required, Whole, Words};
+use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
+
+const LENGTH: ParameterRange = ParameterRange::Above(0.0, 1e3);
+const FRACTION: ParameterRange = ParameterRange::Within(0.0, 1.0);
+
+pub(super) fn all() -> Vec<ParameterSpec> {
+    let items = i64::from(MAX_ITEMS);
+    [
+        (
+            "spills",
+            "",
+            Words("two, top and bottom"),
+            "the initial spill locations",
+            ParameterRange::Other("a list of 1 to 10,000 tables"),
+        ),
+        (
+            "spills.name",
+            "",
+            Required,
+            "names the spill, its task and its behavior set",
+            ParameterRange::Other("a name"),
+        ),
+        (
+            "spills.items",
+            "",
+            Whole(12),
+            "items at the start",
+            ParameterRange::Whole(0, items),
+        ),
+        (
+            "spills.x_fraction",
+            "",
+            Words("1/3"),
+            "center, of the room's width",
+            FRACTION,
+        ),
+        (
+            "spills.y_fraction",
+            "",
+            Number(0.5),
+            "center, of the room's height",
+            FRACTION,
+        ),
+        (
+            "spill_radius_m",
+            "m",
+            Number(0.8),
+            "radius of each spill",
+            LENGTH,
+        ),
+        (
+            "item_radius_m",
+            "m",
+            Number(0.05),
+            "radius of an item, at most that of a spill",
+            LENGTH,
+        ),
+        (
+            "deposit.radius_m",
+            "m",
+            Number(1.0),
+            "radius of each deposit",
+            LENGTH,
+        ),
+        (
+            "deposit.x_fraction",
+            "",
+            Number(0.8),
+            "center of the deposit, of the room's width",
+            FRACTION,
+        ),
+        (
+            "deposit.y_fraction",
+            "",
+            Number(0.5),
+            "center of the deposit, of the room's height",
+            FRACTION,
+        ),
+        (
+            "further_deposits",
+            "",
+            Words("none"),
+            "centers of more deposits",
+            ParameterRange::Other("a list of up to 9,999 tables"),
+        ),
+        (
+            "report_site.width_m",
+            "m",
+            Number(0.6),
+            "extent of the report site in x",
+            LENGTH,
+        ),
+        (
+            "report_site.height_m",
+            "m",
+            Number(3.0),
+            "extent of the report site in y",
+            LENGTH,
+        ),
+        (
+            "report_site.color_s",
+            "s",
+            Number(5.0),
+            "how long it shows a report",
+            ParameterRange::Within(0.0, 1e9),
+        ),
+        (
+            "report_period_s",
+            "s",
+            Number(120.0),
+            "wanted time between two reports",
+            ParameterRange::Above(0.0, 1e9),
+        ),
+        (
+            "border_known",
+            "",
+            Flag(false),
+            "whether the robots know the border beforehand",
+            ParameterRange::Flag,
+        ),
+    ]
+    .map(
+        |(key, unit, default, about, range): (_, _, ParameterDefault, _, _)| ParameterSpec {
+            key,
+            unit,
+            default,
+            about,
+            range,
+        },
+    )
+    .to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use serde_json::Value;
+
+    use super::*;
+    use crate::waste::data::{Spill, Spot, WasteSection};
+
+    /// `[waste]` with one of everything, each with its default.
+    fn section() -> Value {
+        let section = WasteSection {
+            spills: vec![Spill::default()],
+            further_deposits: vec![Spot {
+                x_fraction: 0.0,
+                y_fraction: 0.0,
+            }],
+            border_known: true,
+            ..WasteSection::default()
+        };
+        serde_json::to_value(section).unwrap()
+    }
+
+    #[test]
+    fn all_keys_are_listed() {
+        let mut keys = BTreeSet::new();
+        for (key, value) in section().as_object().unwrap() {
+            let below = value.get(0).unwrap_or(value).as_object();
+            keys.extend(
+                below
+                    .into_iter()
+                    .flatten()
+                    .map(|(below, _)| format!("{key}.{below}")),
+            );
+            if !value.is_object() {
+                keys.insert(key.clone());
+            }
+        }
+        // A place has no more to say than where it is.
+        keys.retain(|key| !key.starts_with("further_deposits."));
+        let listed: BTreeSet<String> = all().iter().map(|it| it.key.to_owned()).collect();
+        assert_eq!(listed, keys);
+    }
+
+    #[test]
+    fn defaults_are_those_in_force() {
+        let section = section();
+        for parameter in all() {
+            let steps = parameter.key.split('.');
+            let in_force = steps.fold(&section, |value, key| &value.get(0).unwrap_or(value)[key]);
+            match parameter.default {
+                Number(number) => assert_eq!(in_force.as_f64().unwrap() as f32, number as f32),
+                Whole(number) => assert_eq!(in_force.as_i64(), Some(number)),
+                _ => {}
+            }
+        }
+    }
+}

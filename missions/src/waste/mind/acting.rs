@@ -1,0 +1,278 @@
+//! Second half of a step: what the active behavior set wants becomes what the body does.
+
+use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::mission::waste::{Gripper, WasteBulletin, WasteDeed, Zone};
+use crate::waste::data::BehaviorKind;
+use alliance_proto::readings::Readings;
+
+use alliance_proto::team::About;
+use alliance_proto::telemetry::{Note, NoteKind};
+use alliance_proto::time::SimTime;
+
+use super::briefing::{Briefing, OwnBehavior};
+use super::extremes::Extremes;
+use super::find::{Methodical, Search};
+use super::report::{Errand, Ways, errand};
+use super::spill::{SpillView, SpillWork, Work};
+use super::{Pending, WasteMission, places};
+use robot_agent::body::goal::length;
+use robot_agent::body::{Drive, Goal, Navigator, Status, Surroundings, Teammate};
+use robot_agent::mission::Action;
+
+/// An idle robot leaves this much room between itself and a teammate at work, m.
+const ROOM_M: f32 = 0.2;
+
+impl WasteMission {
+    /// Second half of a step: writes to `action` what the active set wants, on the readings that were perceived.
+    pub(super) fn carry_out(
+        &mut self,
+        now: SimTime,
+        active: Option<BehaviorId>,
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        if self.holding && active != self.load_of {
+            return self.put_down(now, readings, action);
+        }
+        let Some(set) = active else {
+            self.work = None;
+            return self.make_room(now, readings, action);
+        };
+        let mut own = self.briefing.own_behaviors.iter();
+        let Some(&OwnBehavior { task, kind, .. }) = own.find(|own| own.id == set) else {
+            return;
+        };
+        let spill = match kind {
+            BehaviorKind::MoveSpill(spill) => Some(spill),
+            _ => None,
+        };
+        self.work.take_if(|work| spill != Some(work.spill()));
+        match kind {
+            BehaviorKind::FindLocationsMethodical => {
+                let search = self.methodical.step(readings);
+                self.search(now, set, task, search, readings, action);
+            }
+            BehaviorKind::FindLocationsWander => {
+                let step = SimTime::from_secs_f64(f64::from(self.briefing.chassis.step_s));
+                let search = self
+                    .wander
+                    .step(readings, &self.extremes, step, self.status);
+                self.search(now, set, task, search, readings, action);
+            }
+            BehaviorKind::MoveSpill(spill) => {
+                self.move_spill(now, (set, task), spill, readings, action);
+            }
+            BehaviorKind::ReportProgress => self.report_progress(now, task, readings, action),
+        }
+    }
+
+    /// The set hibernates while the robot carries something: it puts that down and remembers where.
+    fn put_down(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
+        action.actuation.deed = Gripper::Drop.into();
+        self.work = None;
+        let Some(pose) = readings.pose else { return };
+        let ahead = self.facing.ahead(pose.heading_rad);
+        let at = pose.position + ahead * self.briefing.chassis.radius_m;
+        action.notes.push(Note {
+            kind: NoteKind::PutDown,
+            detail: format!("at {:.2} {:.2}", at.x, at.y),
+        });
+        if readings.mission.waste().zone == Some(Zone::None) {
+            self.memory.see_loose(at, true, now);
+        }
+    }
+
+    /// Idle, it steps aside for a teammate at work that comes near: it may be what keeps that one in.
+    fn make_room(&mut self, now: SimTime, readings: &Readings, action: &mut Action) {
+        let Some(position) = self.position else {
+            return;
+        };
+        let near = 2.0 * self.briefing.chassis.radius_m + ROOM_M;
+        let Some(at_work) = self.teammates.nearest_at_work(position, near, now) else {
+            return;
+        };
+        let away = position - at_work;
+        let distance = length(away);
+        if distance > 0.0 {
+            let goal = Goal::Direction(away / distance);
+            let drive = drive(&mut self.navigator, &self.briefing, goal, [], readings, now);
+            self.obey(drive, action);
+        }
+    }
+
+    fn search(
+        &mut self,
+        now: SimTime,
+        set: BehaviorId,
+        task: TaskId,
+        search: Search,
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        let progress = match search {
+            Search::Go { goal, progress } => {
+                self.go(now, goal, readings, action);
+                progress
+            }
+            Search::Finished { progress } => {
+                self.methodical = Methodical::default();
+                if let Some(border) = self.extremes.border() {
+                    self.extremes = Extremes::default();
+                    let locations = self.memory.find(border, now);
+                    action.notes.push(Note {
+                        kind: NoteKind::PositionUpdate,
+                        detail: format!("{} to {}", border.min, border.max),
+                    });
+                    let about = About {
+                        task,
+                        set,
+                        progress: self.search_progress + u32::from(progress),
+                    };
+                    let told = WasteBulletin::PositionUpdate(locations);
+                    action.bulletins.push(told.about(Some(about)));
+                }
+                progress
+            }
+        };
+        if progress {
+            self.progressed.push(task);
+        }
+    }
+
+    fn move_spill(
+        &mut self,
+        now: SimTime,
+        (set, task): (BehaviorId, TaskId),
+        spill: u16,
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        let places = places(&self.briefing, &self.memory, &self.realms);
+        let (Some(sight), Some(places)) = (&self.sight, places) else {
+            return;
+        };
+        let zone = readings.mission.waste().zone;
+        let view = SpillView {
+            now,
+            sight,
+            holding: self.holding,
+            in_deposit: zone.map(|zone| zone == Zone::Deposit),
+            in_spill: zone.map(|zone| zone == Zone::Spill),
+            status: self.status,
+            places: &places,
+        };
+        let work = self
+            .work
+            .get_or_insert_with(|| SpillWork::new(spill, &self.briefing, &places));
+        match work.step(&self.briefing, &view, &mut self.memory) {
+            Work::Go(goal) => self.go(now, goal, readings, action),
+            Work::Grip(gripper) => {
+                action.actuation.deed = gripper.into();
+                match gripper {
+                    Gripper::Pick => self.load_of = Some(set),
+                    _ => self.pending = Some(Pending::Delivery(task)),
+                }
+            }
+            Work::Empty => {
+                self.memory.see_spill(spill, true, now);
+                action.notes.push(Note {
+                    kind: NoteKind::SpillEmpty,
+                    detail: self.briefing.catalog.task_name(task).to_owned(),
+                });
+            }
+            Work::OutOfReach => self.memory.set_aside(spill, now),
+            Work::Wrong => self.withdraw(now, action),
+        }
+    }
+
+    fn report_progress(
+        &mut self,
+        now: SimTime,
+        task: TaskId,
+        readings: &Readings,
+        action: &mut Action,
+    ) {
+        let (Some(places), Some(pose)) = (
+            places(&self.briefing, &self.memory, &self.realms),
+            readings.pose,
+        ) else {
+            return;
+        };
+        match errand(
+            &places,
+            pose.position,
+            readings.mission.waste().report_site,
+            self.briefing.chassis.radius_m,
+        ) {
+            Errand::Go(goal) => {
+                self.go(now, goal, readings, action);
+                if self.status == Status::Blocked {
+                    self.ways_to_site.close(now);
+                }
+            }
+            Errand::Report => {
+                self.ways_to_site = Ways::default();
+                let report = WasteDeed {
+                    report_progress: true,
+                    ..WasteDeed::default()
+                };
+                action.actuation.deed = report.into();
+                self.pending = Some(Pending::Report(task));
+            }
+            Errand::Wrong => self.withdraw(now, action),
+        }
+    }
+
+    fn withdraw(&mut self, now: SimTime, action: &mut Action) {
+        let Some(withdrawal) = self.memory.withdraw() else {
+            return;
+        };
+        if withdrawal.finder == self.briefing.robot {
+            self.stands_back_since = Some(now);
+        }
+        action.notes.push(Note {
+            kind: NoteKind::LocationsWithdrawn,
+            detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
+        });
+        let told = WasteBulletin::Withdrawal(withdrawal);
+        action.bulletins.push(told.about(None));
+    }
+
+    fn go(&mut self, now: SimTime, goal: Goal, readings: &Readings, action: &mut Action) {
+        let right_of_way = self.teammates.right_of_way(self.briefing.robot, now);
+        let drive = drive(
+            &mut self.navigator,
+            &self.briefing,
+            goal,
+            right_of_way,
+            readings,
+            now,
+        );
+        self.obey(drive, action);
+    }
+
+    fn obey(&mut self, drive: Option<Drive>, action: &mut Action) {
+        let Some(drive) = drive else { return };
+        self.status = drive.status;
+        action.actuation = drive.actuation;
+        if let Some(side) = drive.detour {
+            action.notes.push(Note {
+                kind: NoteKind::Detour,
+                detail: format!("obstacle to the {}", side.as_str()),
+            });
+        }
+    }
+}
+
+/// A step of driving; `None` without a position.
+fn drive(
+    navigator: &mut Navigator,
+    briefing: &Briefing,
+    goal: Goal,
+    right_of_way: impl IntoIterator<Item = Teammate>,
+    readings: &Readings,
+    now: SimTime,
+) -> Option<Drive> {
+    let around = Surroundings::of(readings)?;
+    Some(navigator.drive(&briefing.chassis, goal, &around, right_of_way, now))
+}

@@ -1,0 +1,184 @@
+//! What a unit of each behavior's work costs and is worth (ALLOCATORS.md §1): straight lines at top speed, from what the robot itself
+//! knows.
+
+use crate::waste::data::WasteSection;
+use crate::waste::data::{BehaviorKind, Spill};
+use std::f32::consts::{PI, TAU};
+
+use alliance_proto::ids::TaskId;
+use alliance_proto::readings::Readings;
+use alliance_proto::scenario::{Catalog, Robot, Scenario};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use super::briefing::OwnBehavior;
+use super::map::Places;
+use super::{WasteMission, places};
+use robot_agent::allocator::{Choice, RouteCost};
+use robot_agent::body::goal::length;
+
+/// Time of a search with the side sensor and without it, s: nobody knows the room yet.
+const METHODICAL_S: f64 = 100.0;
+const WANDER_S: f64 = 150.0;
+
+/// What a unit is worth: finding is what all else waits for, and a report is more urgent than one more item.
+fn reward(kind: BehaviorKind) -> f64 {
+    match kind {
+        BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => 3.0,
+        BehaviorKind::MoveSpill(_) => 1.0,
+        BehaviorKind::ReportProgress => 2.0,
+    }
+}
+
+impl WasteMission {
+    /// Writes a choice per own behavior; `applicable` is what the step has perceived.
+    pub(super) fn offer(
+        &self,
+        now: SimTime,
+        readings: &Readings,
+        applicable: &[bool],
+        choices: &mut Vec<Choice>,
+    ) {
+        let places = places(&self.briefing, &self.memory, &self.realms);
+        let position = readings.pose.map(|pose| pose.position);
+        for (own, &applicable) in self.briefing.own_behaviors.iter().zip(applicable) {
+            let spec = &self.briefing.catalog.tasks[own.task.index()];
+            let is_laden = self.holding && self.load_of == Some(own.id);
+            choices.push(Choice {
+                behavior: own.id,
+                task: own.task,
+                round: self.round(own, now),
+                applicable,
+                cost_s: self.cost_s(own, position, is_laden, places.as_ref()),
+                reward: reward(own.kind),
+                priority: spec.priority,
+                max_robots: spec.max_robots as usize,
+            });
+        }
+    }
+
+    /// Since when the task has been due again, as far as the robot knows.
+    fn round(&self, own: &OwnBehavior, now: SimTime) -> SimTime {
+        let known = self.memory.knowledge();
+        let round = match own.kind {
+            BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => {
+                known.withdrawn.iter().map(|it| it.seen).max()
+            }
+            BehaviorKind::MoveSpill(_) => None,
+            BehaviorKind::ReportProgress => known.last_report.map(|report| report.seen),
+        };
+        round.unwrap_or(SimTime::ZERO).min(now)
+    }
+
+    fn cost_s(
+        &self,
+        own: &OwnBehavior,
+        position: Option<Vec2>,
+        is_laden: bool,
+        places: Option<&Places<'_>>,
+    ) -> Option<f64> {
+        match own.kind {
+            BehaviorKind::FindLocationsMethodical => Some(METHODICAL_S),
+            BehaviorKind::FindLocationsWander => Some(WANDER_S),
+            BehaviorKind::MoveSpill(spill) => {
+                let (position, places) = (position?, places?);
+                let spill = places.spill(spill);
+                let deposit = places.nearest_deposit(spill);
+                Some(if is_laden {
+                    self.drive_s(length(position - deposit), PI)
+                } else {
+                    let way_m = length(position - spill) + length(spill - deposit);
+                    self.drive_s(way_m, TAU)
+                })
+            }
+            BehaviorKind::ReportProgress => {
+                let site = center(places?.site());
+                Some(self.drive_s(length(position? - site), PI))
+            }
+        }
+    }
+
+    fn drive_s(&self, way_m: f32, turn_rad: f32) -> f64 {
+        let chassis = &self.briefing.chassis;
+        f64::from(way_m / chassis.speed_m_s + turn_rad / chassis.turn_rad_s)
+    }
+
+    /// Where a robot is once it has done a unit of the task.
+    fn after(&self, task: TaskId, places: &Places<'_>) -> Option<Vec2> {
+        let mut own = self.briefing.own_behaviors.iter();
+        match own.find(|own| own.task == task)?.kind {
+            BehaviorKind::MoveSpill(spill) => Some(places.nearest_deposit(places.spill(spill))),
+            BehaviorKind::ReportProgress => Some(center(places.site())),
+            BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => None,
+        }
+    }
+}
+
+impl RouteCost for WasteMission {
+    fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
+        let mut own = self.briefing.own_behaviors.iter();
+        let own = own.find(|own| own.task == task)?;
+        let places = places(&self.briefing, &self.memory, &self.realms);
+        let last = after.last().zip(places.as_ref());
+        let from = last.and_then(|(&last, places)| self.after(last, places));
+        let is_laden = after.is_empty() && self.holding && self.load_of == Some(own.id);
+        self.cost_s(own, from.or(self.position), is_laden, places.as_ref())
+    }
+}
+
+fn center((min, max): (Vec2, Vec2)) -> Vec2 {
+    (min + max) / 2.0
+}
+
+/// Cost of a unit of each task for each robot as it stands before the start, ms, for assignments made beforehand: a row per robot,
+/// a column per task, `None` where it has no behavior for it.
+pub(super) fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option<i64>>> {
+    let waste = WasteSection::of(scenario);
+    let site = Vec2::new(
+        waste.report_site.width_m.min(scenario.room.width_m) / 2.0,
+        scenario.room.height_m / 2.0,
+    );
+    let deposits: Vec<Vec2> = waste
+        .deposits()
+        .map(|spot| spot.in_room(&scenario.room))
+        .collect();
+    let spills: Vec<Vec2> = waste
+        .spills
+        .iter()
+        .map(|spill: &Spill| spill.spot().in_room(&scenario.room))
+        .collect();
+    let cost_s = |robot: &Robot, kind: BehaviorKind| {
+        let start = robot
+            .start
+            .map_or(site, |start| Vec2::new(start.x_m, start.y_m));
+        let body = scenario.body_of(robot);
+        let drive_s = |way_m: f32, turn_rad: f32| {
+            let turn_rad_s = body.turn_deg_s.to_radians();
+            f64::from(way_m / body.speed_m_s + turn_rad / turn_rad_s)
+        };
+        match kind {
+            BehaviorKind::FindLocationsMethodical => METHODICAL_S,
+            BehaviorKind::FindLocationsWander => WANDER_S,
+            BehaviorKind::MoveSpill(spill) => {
+                let spill = spills[usize::from(spill)];
+                let ways = deposits.iter().map(|deposit| length(spill - *deposit));
+                drive_s(
+                    length(start - spill) + ways.fold(f32::INFINITY, f32::min),
+                    TAU,
+                )
+            }
+            BehaviorKind::ReportProgress => drive_s(length(start - site), PI),
+        }
+    };
+    let row = |robot: &Robot| {
+        let mut row = vec![None; catalog.tasks.len()];
+        for id in catalog.behaviors_of(robot) {
+            let spec = &catalog.sets[id.index()];
+            let cost_ms = (1000.0 * cost_s(robot, BehaviorKind::of(spec))) as i64;
+            let cell: &mut Option<i64> = &mut row[spec.task.index()];
+            *cell = Some(cell.map_or(cost_ms, |other| other.min(cost_ms)));
+        }
+        row
+    };
+    scenario.robots.iter().map(row).collect()
+}

@@ -1,0 +1,159 @@
+//! The smallest and largest x and y that a robot knows to be inside the border (thesis §4.1.2.1).
+
+use alliance_proto::mission::waste::Locations;
+use alliance_proto::readings::{Pose, Readings};
+use glam::Vec2;
+
+use super::compass::Compass;
+use robot_agent::body::wrap;
+
+/// A border sensor that looks this exactly at a wall tells which wall it sees, rad.
+const SQUARE_RAD: f32 = 0.3;
+
+/// Extremes of all points that are inside the border: the robot's own places, and what its border sensors measured from
+/// there. Each lies inside or on the border, so that they never exceed it, and reach it where it was sensed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Extremes {
+    known: Option<Locations>,
+    /// Which walls were sensed, by [`Compass`].
+    sensed: [bool; 4],
+}
+
+impl Extremes {
+    /// Joins one step's readings of a robot of that radius.
+    pub fn join(&mut self, readings: &Readings, radius_m: f32) {
+        let Some(pose) = readings.pose else { return };
+        self.include(pose.position);
+        let ahead = pose.heading_rad;
+        let left = ahead + std::f32::consts::FRAC_PI_2;
+        for (sensor, direction) in [(readings.front_border, ahead), (readings.side_border, left)] {
+            if let Some(Some(distance)) = sensor {
+                self.sense(&pose, direction, radius_m + distance);
+            }
+        }
+    }
+
+    /// Whether that wall was sensed.
+    pub fn has_sensed(&self, wall: Compass) -> bool {
+        self.sensed[wall as usize]
+    }
+
+    /// The border, once all of its walls were sensed.
+    pub fn border(&self) -> Option<Locations> {
+        self.known
+            .filter(|_| self.sensed.iter().all(|&sensed| sensed))
+    }
+
+    /// How far the extremes reach in a direction, m along it; only differences mean something.
+    pub fn reach(&self, direction: Compass) -> f32 {
+        let Some(Locations { min, max }) = self.known else {
+            return f32::NEG_INFINITY;
+        };
+        match direction {
+            Compass::West => -min.x,
+            Compass::North => max.y,
+            Compass::East => max.x,
+            Compass::South => -min.y,
+        }
+    }
+
+    fn sense(&mut self, pose: &Pose, direction: f32, distance: f32) {
+        self.include(
+            pose.position + Vec2::new(libm::cosf(direction), libm::sinf(direction)) * distance,
+        );
+        for wall in Compass::CLOCKWISE {
+            self.sensed[wall as usize] |= wrap(wall.heading() - direction).abs() < SQUARE_RAD;
+        }
+    }
+
+    fn include(&mut self, point: Vec2) {
+        let known = self.known.get_or_insert(Locations {
+            min: point,
+            max: point,
+        });
+        known.min = known.min.min(point);
+        known.max = known.max.max(point);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const RADIUS_M: f32 = 0.2;
+    const SIZE: Vec2 = Vec2::new(12.0, 9.0);
+
+    /// What a robot with both border sensors reads in a room of [`SIZE`].
+    fn readings(position: Vec2, heading_rad: f32) -> Readings {
+        let border = |direction: f32| {
+            let ray = Vec2::new(libm::cosf(direction), libm::sinf(direction));
+            let to = |at: f32, along: f32, size: f32| {
+                if along > 0.0 {
+                    (size - at) / along
+                } else if along < 0.0 {
+                    at / -along
+                } else {
+                    f32::INFINITY
+                }
+            };
+            let distance = to(position.x, ray.x, SIZE.x).min(to(position.y, ray.y, SIZE.y));
+            Some(Some(distance - RADIUS_M).filter(|free| *free <= 0.5))
+        };
+        Readings {
+            pose: Some(Pose {
+                position,
+                heading_rad,
+            }),
+            front_border: border(heading_rad),
+            side_border: border(heading_rad + std::f32::consts::FRAC_PI_2),
+            ..Readings::default()
+        }
+    }
+
+    #[test]
+    fn the_border_is_known_once_all_walls_were_sensed() {
+        let mut extremes = Extremes::default();
+        for (x, y, wall) in [
+            (0.5, 4.0, Compass::West),
+            (4.0, 8.5, Compass::North),
+            (11.6, 4.0, Compass::East),
+            (4.0, 0.3, Compass::South),
+        ] {
+            assert_eq!(extremes.border(), None);
+            extremes.join(&readings(Vec2::new(x, y), wall.heading()), RADIUS_M);
+            assert!(extremes.has_sensed(wall));
+        }
+        let border = extremes.border().unwrap();
+        assert!(border.min.abs().max_element() < 1e-5, "{border:?}");
+        assert!((border.max - SIZE).abs().max_element() < 1e-5, "{border:?}");
+    }
+
+    #[test]
+    fn without_a_position_nothing_is_learned() {
+        let mut extremes = Extremes::default();
+        let lost = Readings {
+            pose: None,
+            ..readings(Vec2::ONE, 0.0)
+        };
+        extremes.join(&lost, RADIUS_M);
+        assert_eq!(extremes, Extremes::default());
+    }
+
+    proptest! {
+        #[test]
+        fn the_extremes_never_exceed_the_border(
+            steps in prop::collection::vec((0.2f32..11.8, 0.2f32..8.8, -3.1f32..3.1), 1..50)
+        ) {
+            let mut extremes = Extremes::default();
+            for (x, y, heading) in steps {
+                extremes.join(&readings(Vec2::new(x, y), heading), RADIUS_M);
+            }
+            prop_assert!(extremes.reach(Compass::West) <= 1e-4);
+            prop_assert!(extremes.reach(Compass::South) <= 1e-4);
+            prop_assert!(extremes.reach(Compass::East) <= SIZE.x + 1e-4);
+            prop_assert!(extremes.reach(Compass::North) <= SIZE.y + 1e-4);
+        }
+    }
+}

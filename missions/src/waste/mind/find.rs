@@ -1,0 +1,298 @@
+//! find-locations: find the border's extremes, in two ways (thesis §4.1.2.1, Fig. 4.4).
+
+use alliance_proto::readings::Readings;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use super::compass::Compass;
+use super::extremes::Extremes;
+use robot_agent::body::{Goal, Status, wrap};
+
+/// How near to a wall the robot turns, and at which distance it follows one, m.
+const WALL_M: f32 = 0.15;
+/// Steering back to that distance, rad per m, and its limit.
+const STEER_RAD_PER_M: f32 = 0.5;
+const STEER_MAX_RAD: f32 = 0.08;
+/// Faces a wall squarely, rad.
+const FACING_RAD: f32 = 0.1;
+/// A leg of the first round of wandering.
+const FIRST_LEG: SimTime = SimTime(30_000);
+/// Wandering, the robot takes the next leg when it has found the way blocked so often.
+const BLOCKED: u32 = 2;
+/// An extreme that moved by this much is progress (ALLIANCE.md §3), m.
+const PROGRESS_M: f32 = 0.1;
+
+/// Whether the robot stands before the wall in that direction.
+fn is_before(wall: Compass, readings: &Readings) -> bool {
+    let faces = readings
+        .pose
+        .is_some_and(|pose| wrap(wall.heading() - pose.heading_rad).abs() < FACING_RAD);
+    let distance = readings.front_border.flatten();
+    faces && distance.is_some_and(|distance| distance <= WALL_M)
+}
+
+/// What one step of searching comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Search {
+    /// Go there; `progress` if this step had an effect on the world.
+    Go { goal: Goal, progress: bool },
+    /// All walls have been visited.
+    Finished { progress: bool },
+}
+
+/// find-locations-methodical: to the left wall, then clockwise along each wall to the next.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Methodical {
+    /// Walls visited.
+    visited: usize,
+}
+
+impl Methodical {
+    pub fn step(&mut self, readings: &Readings) -> Search {
+        let mut progress = false;
+        if let Some(&wall) = Compass::CLOCKWISE.get(self.visited)
+            && is_before(wall, readings)
+        {
+            // The way to the first wall follows none.
+            progress = self.visited > 0;
+            self.visited += 1;
+        }
+        match Compass::CLOCKWISE.get(self.visited) {
+            Some(&wall) => Search::Go {
+                goal: Goal::Direction(self.along(wall, readings)),
+                progress,
+            },
+            None => Search::Finished { progress },
+        }
+    }
+
+    /// Straight toward the wall, at a constant distance from the one to the left where the side sensor feels it.
+    fn along(&self, wall: Compass, readings: &Readings) -> Vec2 {
+        let aligned = readings
+            .pose
+            .is_some_and(|pose| wrap(wall.heading() - pose.heading_rad).abs() < FACING_RAD);
+        let beside = readings.side_border.flatten();
+        let correction = match beside.filter(|_| aligned && self.visited > 0) {
+            Some(distance) => (distance - WALL_M) * STEER_RAD_PER_M,
+            None => 0.0,
+        };
+        let correction = correction.clamp(-STEER_MAX_RAD, STEER_MAX_RAD);
+        if correction == 0.0 {
+            return wall.vector();
+        }
+        let heading = wall.heading() + correction;
+        Vec2::new(libm::cosf(heading), libm::sinf(heading))
+    }
+}
+
+/// find-locations-wander: a while to the west, north, east and south; longer each round, until each wall was sensed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wander {
+    leg: usize,
+    leg_time: SimTime,
+    spent: SimTime,
+    blocked: u32,
+    /// Reach of the extremes in the leg's direction when progress was last counted, m.
+    counted: Option<f32>,
+}
+
+impl Default for Wander {
+    fn default() -> Self {
+        Self {
+            leg: 0,
+            leg_time: FIRST_LEG,
+            spent: SimTime::ZERO,
+            blocked: 0,
+            counted: None,
+        }
+    }
+}
+
+impl Wander {
+    /// One step of that length; `status` is how the body got on in the step before.
+    pub fn step(
+        &mut self,
+        readings: &Readings,
+        extremes: &Extremes,
+        step: SimTime,
+        status: Status,
+    ) -> Search {
+        let direction = Compass::CLOCKWISE[self.leg];
+        self.spent = self.spent + step;
+        if status == Status::Blocked {
+            self.blocked += 1;
+        }
+        let reach = extremes.reach(direction);
+        let counted = *self.counted.get_or_insert(reach);
+        let progress = reach - counted >= PROGRESS_M;
+        if progress {
+            self.counted = Some(reach);
+        }
+        if is_before(direction, readings) || self.spent >= self.leg_time || self.blocked >= BLOCKED
+        {
+            self.next_leg(extremes);
+            if extremes.border().is_some() {
+                return Search::Finished { progress };
+            }
+        }
+        Search::Go {
+            goal: Goal::Direction(Compass::CLOCKWISE[self.leg].vector()),
+            progress,
+        }
+    }
+
+    /// On to the next direction in which the wall is still unknown; in the first round to each.
+    fn next_leg(&mut self, extremes: &Extremes) {
+        loop {
+            self.leg += 1;
+            if self.leg == Compass::CLOCKWISE.len() {
+                self.leg = 0;
+                self.leg_time = self.leg_time + self.leg_time;
+            }
+            let first_round = self.leg_time == FIRST_LEG;
+            if first_round
+                || extremes.border().is_some()
+                || !extremes.has_sensed(Compass::CLOCKWISE[self.leg])
+            {
+                break;
+            }
+        }
+        self.spent = SimTime::ZERO;
+        self.blocked = 0;
+        self.counted = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::PI;
+
+    use alliance_proto::readings::Pose;
+
+    use super::*;
+
+    const STEP: SimTime = SimTime(500);
+
+    fn facing(direction: Compass, wall_m: Option<f32>) -> Readings {
+        Readings {
+            pose: Some(Pose {
+                position: Vec2::ONE,
+                heading_rad: direction.heading(),
+            }),
+            front_border: Some(wall_m),
+            ..Readings::default()
+        }
+    }
+
+    fn heads(search: Search, direction: Compass) -> bool {
+        matches!(search, Search::Go { goal: Goal::Direction(way), .. } if way.dot(direction.vector()) > 0.99)
+    }
+
+    #[test]
+    fn methodical_goes_clockwise_and_each_wall_it_followed_is_progress() {
+        let mut methodical = Methodical::default();
+        for (index, wall) in Compass::CLOCKWISE.into_iter().enumerate() {
+            assert!(heads(methodical.step(&facing(wall, None)), wall));
+            assert!(heads(methodical.step(&facing(wall, Some(0.4))), wall));
+            let at_wall = methodical.step(&facing(wall, Some(0.1)));
+            let (Search::Go { progress, .. } | Search::Finished { progress }) = at_wall;
+            assert_eq!(progress, index > 0);
+            assert_eq!(matches!(at_wall, Search::Finished { .. }), index == 3);
+        }
+    }
+
+    #[test]
+    fn a_wall_beside_the_way_is_not_the_one_ahead() {
+        let mut methodical = Methodical::default();
+        let search = methodical.step(&facing(Compass::North, Some(0.1)));
+        assert!(heads(search, Compass::West));
+    }
+
+    #[test]
+    fn methodical_keeps_its_distance_from_the_wall_it_follows() {
+        let mut methodical = Methodical::default();
+        methodical.step(&facing(Compass::West, Some(0.1)));
+        let mut heading = |side_m| {
+            let mut readings = facing(Compass::North, None);
+            readings.side_border = Some(side_m);
+            let Search::Go {
+                goal: Goal::Direction(way),
+                ..
+            } = methodical.step(&readings)
+            else {
+                panic!("finished");
+            };
+            way
+        };
+        assert!(heading(Some(0.4)).x < 0.0);
+        assert!(heading(Some(0.05)).x > 0.0);
+        assert_eq!(heading(None), Vec2::Y);
+    }
+
+    #[test]
+    fn a_wander_leg_ends_at_the_border_after_its_time_or_when_blocked() {
+        let extremes = Extremes::default();
+        let open = facing(Compass::West, None);
+        let mut wander = Wander::default();
+        let at_wall = facing(Compass::West, Some(0.1));
+        assert!(heads(
+            wander.step(&at_wall, &extremes, STEP, Status::Going),
+            Compass::North
+        ));
+
+        let mut wander = Wander::default();
+        for _ in 1..FIRST_LEG.0 / STEP.0 {
+            assert!(heads(
+                wander.step(&open, &extremes, STEP, Status::Going),
+                Compass::West
+            ));
+        }
+        assert!(heads(
+            wander.step(&open, &extremes, STEP, Status::Going),
+            Compass::North
+        ));
+
+        let mut wander = Wander::default();
+        wander.step(&open, &extremes, STEP, Status::Blocked);
+        assert!(heads(
+            wander.step(&open, &extremes, STEP, Status::Blocked),
+            Compass::North
+        ));
+    }
+
+    #[test]
+    fn the_legs_of_the_next_round_are_twice_as_long() {
+        let extremes = Extremes::default();
+        let open = facing(Compass::West, None);
+        let mut wander = Wander::default();
+        let round = 4 * FIRST_LEG.0 / STEP.0;
+        let legs = |wander: &mut Wander, steps: u64| {
+            for _ in 0..steps {
+                wander.step(&open, &extremes, STEP, Status::Going);
+            }
+        };
+        legs(&mut wander, round);
+        assert_eq!((wander.leg, wander.leg_time), (0, FIRST_LEG + FIRST_LEG));
+        legs(&mut wander, 2 * round);
+        assert_eq!(wander.leg_time, SimTime(4 * FIRST_LEG.0));
+    }
+
+    #[test]
+    fn progress_of_wandering_is_an_extreme_that_moved() {
+        let mut extremes = Extremes::default();
+        let mut wander = Wander::default();
+        let mut progress = 0;
+        for step in 0..40 {
+            let mut readings = facing(Compass::West, None);
+            readings.pose = Some(Pose {
+                position: Vec2::new(20.0 - 0.0625 * step as f32, 1.0),
+                heading_rad: PI,
+            });
+            extremes.join(&readings, 0.2);
+            let search = wander.step(&readings, &extremes, STEP, Status::Going);
+            progress += u32::from(matches!(search, Search::Go { progress: true, .. }));
+        }
+        // Two steps of 0.0625 m each time.
+        assert_eq!(progress, 19);
+    }
+}

@@ -1,0 +1,374 @@
+//! Where spills and deposits are, relative to the border (thesis §4.1.1.1): the same for all robots of a run.
+
+use crate::waste::data::{Spill, Spot, WasteSection};
+use std::cell::Cell;
+
+use alliance_proto::mission::waste::Locations;
+use alliance_proto::scenario::Scenario;
+use glam::Vec2;
+
+/// Up to so many places are simply looked at one after the other.
+const FEW: usize = 16;
+/// Places to a cell, on average.
+const PER_CELL: usize = 2;
+
+/// A plan of the room without its size.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Map {
+    pub(super) spills: Spots,
+    pub(super) deposits: Spots,
+    pub(super) site_size: Vec2,
+}
+
+impl Map {
+    /// The map of a scenario.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let waste = WasteSection::of(scenario);
+        Self {
+            spills: Spots::new(waste.spills.iter().map(Spill::spot)),
+            deposits: Spots::new(waste.deposits()),
+            site_size: Vec2::new(waste.report_site.width_m, waste.report_site.height_m),
+        }
+    }
+
+    /// Where things are in a border of these extremes. `realms` are those of the robot that asks.
+    pub(super) fn places<'a>(&'a self, border: &Locations, realms: &'a Realms) -> Places<'a> {
+        realms.keep_for(*border);
+        Places {
+            map: self,
+            realms,
+            min: border.min,
+            max: border.max,
+            size: border.max - border.min,
+        }
+    }
+}
+
+/// Where a spot is known to be the nearest of its kind: a robot asks for it many times in a step, mostly near where it asked
+/// before.
+#[derive(Clone, Copy, Debug, Default)]
+struct Realm {
+    /// In a circle round this point, m, of a radius of which this is the square.
+    center: Vec2,
+    squared: f32,
+    spot: u16,
+    /// Where that is, m.
+    at: Vec2,
+}
+
+/// The realms in which a robot was last, for the border that it knows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Realms {
+    border: Cell<Option<Locations>>,
+    spill: Cell<Realm>,
+    deposit: Cell<Realm>,
+}
+
+impl Realms {
+    fn keep_for(&self, border: Locations) {
+        if self.border.get() != Some(border) {
+            self.border.set(Some(border));
+            self.spill.take();
+            self.deposit.take();
+        }
+    }
+}
+
+/// Where things are, once the border is known, m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Places<'a> {
+    map: &'a Map,
+    realms: &'a Realms,
+    min: Vec2,
+    max: Vec2,
+    size: Vec2,
+}
+
+impl Places<'_> {
+    /// Corners of the report site: at the left wall, centered in y, cut off at the border.
+    pub fn site(&self) -> (Vec2, Vec2) {
+        let size = self.map.site_size;
+        let left = self.min + Vec2::new(0.0, 0.5) * self.size;
+        let half = Vec2::new(0.0, size.y / 2.0);
+        (
+            (left - half).max(self.min),
+            (left + half + Vec2::new(size.x, 0.0)).min(self.max),
+        )
+    }
+
+    /// Center of a spill.
+    pub fn spill(&self, spill: u16) -> Vec2 {
+        self.spot(&self.map.spills, spill)
+    }
+
+    /// The spill whose work it is to carry what lies there.
+    pub fn nearest_spill(&self, at: Vec2) -> u16 {
+        self.realm(&self.map.spills, &self.realms.spill, at).spot
+    }
+
+    /// Center of the deposit that is nearest to a place.
+    pub fn nearest_deposit(&self, at: Vec2) -> Vec2 {
+        self.realm(&self.map.deposits, &self.realms.deposit, at).at
+    }
+
+    fn place(&self, fraction: Vec2) -> Vec2 {
+        self.min + fraction * self.size
+    }
+
+    fn realm(&self, spots: &Spots, last: &Cell<Realm>, at: Vec2) -> Realm {
+        let realm = last.get();
+        if (at - realm.center).length_squared() < realm.squared {
+            return realm;
+        }
+        let realm = self.search(spots, at);
+        last.set(realm);
+        realm
+    }
+
+    /// The spot that is nearest to a place, of two that are equally near the first; and how far round it is.
+    fn search(&self, spots: &Spots, at: Vec2) -> Realm {
+        const ROUNDING_M: f32 = 0.01;
+        let fraction = (at - self.min) / self.size;
+        let mut around = 1.0;
+        loop {
+            let block = spots.block(fraction, around);
+            let [nearest, next] = self.two_nearest(spots, &block, at);
+            // Nothing outside the block can be nearer than its edge.
+            let sure_m = if block.is_all(spots.side) {
+                f32::INFINITY
+            } else {
+                spots.to_edge(&block, fraction, self.size).max(0.0)
+            };
+            if nearest.squared <= sure_m * sure_m {
+                let next_m = next.squared.sqrt().min(sure_m);
+                let radius_m = (next_m - nearest.squared.sqrt()) / 2.0 - ROUNDING_M;
+                return Realm {
+                    center: at,
+                    squared: radius_m.max(0.0) * radius_m.max(0.0),
+                    spot: nearest.spot,
+                    at: self.spot(spots, nearest.spot),
+                };
+            }
+            around *= 2.0;
+        }
+    }
+
+    fn spot(&self, spots: &Spots, spot: u16) -> Vec2 {
+        self.place(spots.fractions[usize::from(spot)])
+    }
+
+    /// The two nearest ones of a block; infinitely far where there is none.
+    fn two_nearest(&self, spots: &Spots, block: &Block, at: Vec2) -> [Candidate; 2] {
+        let nobody = Candidate {
+            squared: f32::INFINITY,
+            spot: 0,
+        };
+        let mut two = [nobody; 2];
+        for &(fraction, spot) in spots.within(block) {
+            let squared = (self.place(fraction) - at).length_squared();
+            let candidate = Candidate { squared, spot };
+            if candidate.is_before(&two[0]) {
+                two = [candidate, two[0]];
+            } else if candidate.is_before(&two[1]) {
+                two[1] = candidate;
+            }
+        }
+        two
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Candidate {
+    /// Of its distance, m².
+    squared: f32,
+    spot: u16,
+}
+
+impl Candidate {
+    fn is_before(&self, other: &Self) -> bool {
+        self.squared < other.squared || (self.squared == other.squared && self.spot < other.spot)
+    }
+}
+
+/// Some cells side by side, the last ones included.
+struct Block {
+    low: (usize, usize),
+    high: (usize, usize),
+}
+
+impl Block {
+    fn is_all(&self, side: usize) -> bool {
+        self.low == (0, 0) && self.high == (side - 1, side - 1)
+    }
+}
+
+/// Places as fractions of the border, and which of them are near to each other.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Spots {
+    /// By number.
+    fractions: Vec<Vec2>,
+    /// The border is divided into this many cells each way.
+    side: usize,
+    /// The same places with their numbers, cell by cell and row by row: those of neighbors in a row stand side by side.
+    by_cell: Vec<(Vec2, u16)>,
+    /// Where those of each cell begin; and the end.
+    begins: Vec<u32>,
+}
+
+impl Spots {
+    fn new(spots: impl Iterator<Item = Spot>) -> Self {
+        let fractions: Vec<Vec2> = spots
+            .map(|spot| Vec2::new(spot.x_fraction, spot.y_fraction))
+            .collect();
+        let side = if fractions.len() <= FEW {
+            1
+        } else {
+            (fractions.len() / PER_CELL).isqrt().max(1)
+        };
+        let cell = |fraction: Vec2| {
+            let (x, y) = (along(fraction.x, side), along(fraction.y, side));
+            y * side + x
+        };
+        let mut by_cell: Vec<(Vec2, u16)> = fractions.iter().copied().zip(0..).collect();
+        by_cell.sort_by_key(|&(fraction, _)| cell(fraction));
+        let begin = |of: usize| by_cell.partition_point(|&(at, _)| cell(at) < of) as u32;
+        Self {
+            begins: (0..=side * side).map(begin).collect(),
+            fractions,
+            side,
+            by_cell,
+        }
+    }
+
+    /// The cells up to so many away.
+    fn block(&self, fraction: Vec2, around: f32) -> Block {
+        let around = Vec2::splat(around / self.side as f32);
+        let (low, high) = (fraction - around, fraction + around);
+        Block {
+            low: (along(low.x, self.side), along(low.y, self.side)),
+            high: (along(high.x, self.side), along(high.y, self.side)),
+        }
+    }
+
+    fn within(&self, block: &Block) -> impl Iterator<Item = &(Vec2, u16)> + '_ {
+        let (low, high) = (block.low, block.high);
+        (low.1..=high.1).flat_map(move |y| {
+            let begin = self.begins[y * self.side + low.0];
+            let end = self.begins[y * self.side + high.0 + 1];
+            &self.by_cell[begin as usize..end as usize]
+        })
+    }
+
+    /// How far a place is from what lies outside the block, m; negative where it lies there itself.
+    fn to_edge(&self, block: &Block, fraction: Vec2, size: Vec2) -> f32 {
+        let cells = fraction * self.side as f32;
+        let beyond = |low: usize, high: usize, at: f32| {
+            // Nothing lies beyond the border.
+            let below = if low == 0 {
+                f32::INFINITY
+            } else {
+                at - low as f32
+            };
+            let above = if high + 1 == self.side {
+                f32::INFINITY
+            } else {
+                (high + 1) as f32 - at
+            };
+            below.min(above)
+        };
+        let x = beyond(block.low.0, block.high.0, cells.x);
+        let y = beyond(block.low.1, block.high.1, cells.y);
+        (Vec2::new(x, y) * size / self.side as f32).min_element()
+    }
+}
+
+/// The cell in which that share of a side lies; outside the border, the nearest one.
+fn along(share: f32, side: usize) -> usize {
+    // Casts saturate.
+    ((share * side as f32) as usize).min(side - 1)
+}
+
+#[cfg(test)]
+mod tests {
+
+    use proptest::prelude::*;
+
+    use crate::waste::data::default_scenario;
+
+    use super::*;
+    use robot_agent::body::goal::length;
+
+    fn map(spots: &[(f32, f32)]) -> Map {
+        let mut scenario = default_scenario();
+        let spill = |&(x_fraction, y_fraction): &(f32, f32)| Spill {
+            x_fraction,
+            y_fraction,
+            ..Spill::default()
+        };
+        WasteSection::of_mut(&mut scenario).spills = spots.iter().map(spill).collect();
+        Map::of(&scenario)
+    }
+
+    #[test]
+    fn of_two_that_are_equally_near_the_first_has_the_work() {
+        let map = map(&[(0.75, 0.5), (0.25, 0.5)]);
+        let border = Locations {
+            min: Vec2::ZERO,
+            max: Vec2::new(12.0, 9.0),
+        };
+        let realms = Realms::default();
+        let places = map.places(&border, &realms);
+        assert_eq!(places.nearest_spill(Vec2::new(6.0, 1.0)), 0);
+        assert_eq!(places.nearest_spill(Vec2::new(5.9, 1.0)), 1);
+        assert_eq!(places.spill(1), Vec2::new(3.0, 4.5));
+    }
+
+    proptest! {
+        /// Against a look at all of them, also from outside the border and where they crowd; one question after the other,
+        /// also near where the one before was asked.
+        #[test]
+        fn the_nearest_is_the_nearest(
+            spots in prop::collection::vec((0.0..1.0_f32, 0.0..1.0_f32), 1..200),
+            crowd in 0.05..1.0_f32,
+            size in (1.0..900.0_f32, 1.0..900.0_f32),
+            questions in prop::collection::vec((-0.2..1.2_f32, -0.2..1.2_f32, -9.0..9.0_f32, -9.0..9.0_f32), 1..8),
+        ) {
+            let spots: Vec<_> = spots.iter().map(|(x, y)| (x * crowd, y)).map(|(x, y)| (x, *y)).collect();
+            let map = map(&spots);
+            let border = Locations {
+                min: Vec2::new(3.0, -2.0),
+                max: Vec2::new(3.0 + size.0, size.1 - 2.0),
+            };
+            let realms = Realms::default();
+            let places = map.places(&border, &realms);
+            for (x, y, x_m, y_m) in questions {
+                let at = border.min + Vec2::new(x, y) * Vec2::new(size.0, size.1);
+                for at in [at, at + Vec2::new(x_m, y_m) / 10.0, at + Vec2::new(x_m, y_m)] {
+                    let found = places.nearest_spill(at);
+                    let anew = map.places(&border, &Realms::default()).nearest_spill(at);
+                    prop_assert_eq!(found, anew, "whatever was asked before");
+                    let found = length(places.spill(found) - at);
+                    for spill in 0..spots.len() as u16 {
+                        // Of two that are as good as equally near it is either.
+                        prop_assert!(found <= length(places.spill(spill) - at) * (1.0 + 1e-6));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn with_another_border_other_spots_are_near() {
+        let map = map(&[(0.25, 0.5), (0.75, 0.5)]);
+        let realms = Realms::default();
+        for (width, nearest) in [(12.0, 1), (24.0, 0), (12.0, 1)] {
+            let border = Locations {
+                min: Vec2::ZERO,
+                max: Vec2::new(width, 9.0),
+            };
+            let places = map.places(&border, &realms);
+            assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.5)), nearest);
+        }
+    }
+}

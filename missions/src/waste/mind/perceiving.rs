@@ -1,0 +1,240 @@
+//! First half of a step: what the robot senses and hears becomes what it knows, and what it could do.
+
+use crate::waste::data::BehaviorKind;
+use std::sync::Arc;
+
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::mission::waste::{Knowledge, WasteBulletin, Zone};
+use alliance_proto::mission::{Lore, Payload};
+use alliance_proto::readings::Readings;
+
+use alliance_proto::team::{Broadcast, Content, TaskState};
+use alliance_proto::telemetry::{Note, NoteKind};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use super::briefing::OwnBehavior;
+use super::extremes::Extremes;
+use super::find::Methodical;
+use super::memory::SAME_PLACE_M;
+use super::sight::Sight;
+use super::teammates::News;
+use super::{Pending, WasteMission, places};
+use robot_agent::body::goal::{is_within, length};
+use robot_agent::mission::Perception;
+
+/// How long a finder whose update was withdrawn leaves the search to others.
+const STANDS_BACK: SimTime = SimTime(60_000);
+/// A spill sensed this much farther from its computed center than its radius is still that spill, m.
+const SPILL_TOLERANCE_M: f32 = 0.2;
+
+/// find-locations.
+const FIND: TaskId = TaskId(0);
+
+impl WasteMission {
+    /// First half of a step: joins what the robot senses and hears to what it knows, and writes what follows to
+    /// `perception`.
+    pub(super) fn take_in(
+        &mut self,
+        now: SimTime,
+        readings: &Readings,
+        heard: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    ) {
+        let Perception {
+            applicable,
+            progressed,
+            notes,
+        } = perception;
+        self.position = readings.pose.map(|pose| pose.position);
+        self.see_effects(now, readings);
+        for broadcast in heard {
+            self.hear(now, broadcast, notes);
+        }
+        for place in self.teammates.fallen_silent(now, self.briefing.silence) {
+            self.search_later(place, now);
+        }
+        self.extremes.join(readings, self.briefing.chassis.radius_m);
+        self.sight = self.see_waste(now, readings);
+        self.memory.expire(now);
+        for &task in &self.progressed {
+            self.search_progress += u32::from(task == FIND);
+            notes.push(Note {
+                kind: NoteKind::Progress,
+                detail: self.briefing.catalog.task_name(task).to_owned(),
+            });
+        }
+        progressed.append(&mut self.progressed);
+        let own_behaviors = self.briefing.own_behaviors.iter();
+        applicable.extend(own_behaviors.map(|set| self.is_applicable(set, now, readings)));
+    }
+
+    fn see_effects(&mut self, now: SimTime, readings: &Readings) {
+        let holding = readings.mission.waste().holding.unwrap_or(false);
+        match self.pending.take() {
+            Some(Pending::Delivery(task)) if self.holding && !holding => self.progressed.push(task),
+            Some(Pending::Report(task)) => {
+                self.memory.report(now);
+                self.progressed.push(task);
+            }
+            _ => {}
+        }
+        self.holding = holding;
+        if !holding {
+            self.load_of = None;
+        }
+    }
+
+    fn hear(&mut self, now: SimTime, broadcast: &Broadcast, notes: &mut Vec<Note>) {
+        match &broadcast.body {
+            Content::Heartbeat(heartbeat) => {
+                let own_behaviors = &self.briefing.own_behaviors;
+                let is_own = |task| own_behaviors.iter().any(|set| set.task == task);
+                let concern = || heartbeat.task.is_none_or(is_own);
+                let news = self.teammates.hear(now, broadcast, heartbeat, concern);
+                if let News::Heard { lost } = news {
+                    if let Some(place) = lost {
+                        self.search_later(place, now);
+                    }
+                    if heartbeat.task == Some(FIND) && heartbeat.state == TaskState::Executing {
+                        self.stands_back_since = None;
+                    }
+                }
+                if let Lore::Waste(told) = &heartbeat.lore
+                    && self.learn(told, now)
+                {
+                    self.learned(broadcast.sender, notes);
+                }
+            }
+            Content::Bulletin(bulletin) => match bulletin.payload {
+                Payload::Waste(WasteBulletin::PositionUpdate(locations)) => {
+                    if self.memory.hear_locations(locations, now) {
+                        self.learned(broadcast.sender, notes);
+                    }
+                }
+                Payload::Waste(WasteBulletin::Withdrawal(withdrawal)) => {
+                    if self.memory.hear_withdrawal(withdrawal) {
+                        self.stands_back_since = Some(now);
+                    }
+                }
+                Payload::Open(_) => {}
+            },
+            Content::Allocation(_) => {}
+        }
+    }
+
+    /// Joins what a teammate knows; true if it tells new locations.
+    fn learn(&mut self, told: &Knowledge, now: SimTime) -> bool {
+        let places = places(&self.briefing, &self.memory, &self.realms);
+        let concern = |at| {
+            let spill = places.as_ref().map(|places| places.nearest_spill(at));
+            spill.is_none_or(|spill| self.briefing.own_spills.binary_search(&spill).is_ok())
+        };
+        self.memory.hear(told, now, concern)
+    }
+
+    fn learned(&mut self, from: RobotId, notes: &mut Vec<Note>) {
+        self.stands_back_since = None;
+        // Whoever searches again, because they prove wrong, starts anew.
+        self.methodical = Methodical::default();
+        self.extremes = Extremes::default();
+        notes.push(Note {
+            kind: NoteKind::LocationsLearned,
+            detail: format!("from {from}"),
+        });
+    }
+
+    /// A teammate lost its load somewhere on the way from here to the deposit, since its last heartbeat.
+    fn search_later(&mut self, last_place: Vec2, now: SimTime) {
+        let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
+            return;
+        };
+        let way = self.briefing.chassis.speed_m_s * self.briefing.heartbeat.as_secs_f64() as f32;
+        let offset = places.nearest_deposit(last_place) - last_place;
+        let distance = length(offset);
+        let ahead = (way / 2.0).min((distance - self.briefing.deposit_radius_m).max(0.0));
+        let place = last_place + offset * (ahead / distance.max(ahead).max(f32::EPSILON));
+        self.memory.see_loose(place, true, now);
+    }
+
+    /// Own sight of the spills and of what lies loose.
+    fn see_waste(&mut self, now: SimTime, readings: &Readings) -> Option<Sight> {
+        let pose = readings.pose?;
+        let ahead = self.facing.ahead(pose.heading_rad);
+        let places = places(&self.briefing, &self.memory, &self.realms)?;
+        let own_spill = |at: Vec2, slack: f32| {
+            let nearest = places.nearest_spill(at);
+            let radius_m = self.briefing.spill_radius_m + slack;
+            is_within(places.spill(nearest) - at, radius_m).then_some(nearest)
+        };
+        if readings.mission.waste().zone == Some(Zone::Spill)
+            && own_spill(pose.position, SPILL_TOLERANCE_M).is_some()
+        {
+            self.memory.confirm();
+        }
+        let sight = Sight::of(readings, ahead, &self.briefing, &places)?;
+        let mut seen = None;
+        for &item in &sight.waste {
+            match own_spill(item, 0.0) {
+                Some(spill) if seen == Some(spill) => {}
+                Some(spill) => {
+                    self.memory.see_spill(spill, false, now);
+                    seen = Some(spill);
+                }
+                None => self.memory.see_loose(item, true, now),
+            }
+        }
+        let gone: Vec<Vec2> = self
+            .memory
+            .loose()
+            .filter(|&place| sight.shows_nothing_at(place, SAME_PLACE_M))
+            .collect();
+        for place in gone {
+            self.memory.see_loose(place, false, now);
+        }
+        Some(sight)
+    }
+
+    /// Whether something is taken to lie loose that is this spill's work.
+    fn knows_loose(&self, spill: u16) -> bool {
+        let places = places(&self.briefing, &self.memory, &self.realms);
+        places.is_some_and(|places| {
+            let mut loose = self.memory.loose();
+            loose.any(|place| places.nearest_spill(place) == spill)
+        })
+    }
+
+    fn is_applicable(&self, set: &OwnBehavior, now: SimTime, readings: &Readings) -> bool {
+        if self.memory.locations().is_none() {
+            let sensors_work = readings.pose.is_some() && readings.front_border.is_some();
+            let stands_back = self.briefing.team_size > 1
+                && self
+                    .stands_back_since
+                    .is_some_and(|since| now.since(since) < STANDS_BACK);
+            return match set.kind {
+                BehaviorKind::FindLocationsMethodical => {
+                    sensors_work && readings.side_border.is_some() && !stands_back
+                }
+                BehaviorKind::FindLocationsWander => sensors_work && !stands_back,
+                _ => false,
+            };
+        }
+        if readings.pose.is_none() {
+            return false;
+        }
+        match set.kind {
+            BehaviorKind::MoveSpill(spill) => {
+                let loads = self.holding && self.load_of == Some(set.id);
+                let sensed = readings.mission.waste();
+                let works = sensed.waste.is_some() && sensed.holding.is_some();
+                let wanted = || !self.memory.believes_empty(spill, now) || self.knows_loose(spill);
+                works && (loads || !self.memory.is_set_aside(spill, now) && wanted())
+            }
+            BehaviorKind::ReportProgress => {
+                now.since(self.memory.last_report()) >= self.briefing.report_period
+                    && !self.ways_to_site.are_set_aside(now)
+            }
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! The waste that a robot senses outside the deposit, and how far it can be sure that there is no more.
+
+use alliance_proto::mission::waste::{SensedWaste, WASTE_MOST};
+use alliance_proto::readings::Readings;
+use glam::Vec2;
+
+use super::briefing::Briefing;
+use super::map::Places;
+use robot_agent::body::goal::{is_shorter, is_within, length};
+
+/// One step's view of the floor.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sight {
+    pub position: Vec2,
+    /// Unit vector of the heading.
+    pub ahead: Vec2,
+    /// Waste outside the deposit, nearest first, m.
+    pub waste: SensedWaste,
+    /// Up to here all waste is seen, m.
+    range: f32,
+}
+
+impl Sight {
+    /// What the readings show to a robot that looks along `ahead`; `None` without position or waste sensor.
+    pub fn of(
+        readings: &Readings,
+        ahead: Vec2,
+        briefing: &Briefing,
+        places: &Places,
+    ) -> Option<Self> {
+        let (pose, sensed) = (readings.pose?, readings.mission.waste().waste.as_ref()?);
+        let position = pose.position;
+        let items = sensed
+            .iter()
+            .map(|offset| position + ahead * offset.x + ahead.perp() * offset.y);
+        let farthest = sensed.last().filter(|_| sensed.len() >= WASTE_MOST);
+        let in_deposit = |item: Vec2| {
+            let deposit = places.nearest_deposit(item);
+            is_within(item - deposit, briefing.deposit_radius_m)
+        };
+        let waste = if is_far_from_deposit(position, sensed, briefing, places) {
+            items.collect()
+        } else {
+            items.filter(|&item| !in_deposit(item)).collect()
+        };
+        Some(Self {
+            position,
+            ahead,
+            waste,
+            range: farthest.map_or(briefing.sight_m, |farthest| length(*farthest)),
+        })
+    }
+
+    /// The item seen within `slack` of that place.
+    pub fn item_at(&self, place: Vec2, slack: f32) -> Option<Vec2> {
+        let mut items = self.waste.iter().copied();
+        items.find(|&item| is_shorter(item - place, slack))
+    }
+
+    /// Whether all waste within `around` of that place is seen.
+    #[inline(always)]
+    pub fn covers(&self, place: Vec2, around: f32) -> bool {
+        let offset = place - self.position;
+        // The same as the second condition alone, mostly without a root: nothing is shorter than its longer coordinate.
+        offset.abs().max_element() + around < self.range && length(offset) + around < self.range
+    }
+
+    /// Whether nothing lies within `slack` of that place, for certain.
+    #[inline(always)]
+    pub fn shows_nothing_at(&self, place: Vec2, slack: f32) -> bool {
+        self.covers(place, slack) && self.item_at(place, slack).is_none()
+    }
+}
+
+/// Whether the robot is so far from every deposit that nothing of what it senses can lie in one: then none has to be asked for
+/// each item.
+fn is_far_from_deposit(
+    position: Vec2,
+    sensed: &SensedWaste,
+    briefing: &Briefing,
+    places: &Places,
+) -> bool {
+    const ROUNDING_M: f32 = 0.1;
+    if sensed.is_empty() {
+        return true;
+    }
+    let deposit = places.nearest_deposit(position);
+    let clear_m = length(position - deposit) - briefing.deposit_radius_m - ROUNDING_M;
+    // A wrong offset may be of any length. It is no longer than its coordinates together.
+    let mut offsets = sensed.iter();
+    offsets.all(|offset| offset.abs().element_sum() < clear_m)
+}

@@ -1,0 +1,350 @@
+//! What the robot last heard of each teammate.
+
+use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::team::{Broadcast, Heartbeat, TaskState};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use robot_agent::body::Teammate;
+use robot_agent::body::goal::{is_shorter, length};
+use robot_agent::by_rank::ByRank;
+
+/// After this a teammate's position says nothing about what is in the way now.
+const POSITION_EXPIRES: SimTime = SimTime(3_000);
+
+/// What a teammate last said.
+#[derive(Clone, Debug, PartialEq)]
+struct Last {
+    /// Incarnation and sequence number.
+    stamp: (Incarnation, u64),
+    sent: SimTime,
+    heard: SimTime,
+    position: Option<Vec2>,
+    /// Whether it carries something that this robot would have to search for.
+    carrying: bool,
+    /// Whether it is at work somewhere.
+    works: bool,
+}
+
+/// What a heartbeat was to a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum News {
+    /// Older than what it knew.
+    None,
+    /// The latest word of its sender.
+    Heard {
+        /// Where the sender lost its load, if this is a new incarnation of one that was carrying.
+        lost: Option<Vec2>,
+    },
+}
+
+/// What the robot last heard of each teammate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Teammates {
+    last: ByRank<Last>,
+    /// From there nobody was seen at work within that range, m: an idle robot stands still, and would look at all in every step.
+    nobody_near: Option<(Vec2, f32)>,
+    /// No carrier has been silent since before this; `None`: none carries anything.
+    carriers_since: Option<SimTime>,
+}
+
+impl Teammates {
+    /// Notes a heartbeat that is heard at `now`, unless something is known that its sender said later: a message may be late. A
+    /// load that is no `concern` of this robot it need not search for.
+    pub fn hear(
+        &mut self,
+        now: SimTime,
+        broadcast: &Broadcast,
+        heartbeat: &Heartbeat,
+        concern: impl FnOnce() -> bool,
+    ) -> News {
+        let stamp = (broadcast.incarnation, broadcast.seq);
+        let place = self.last.place(broadcast.sender);
+        if place.is_ok_and(|known| self.last.at(known).stamp > stamp) {
+            return News::None;
+        }
+        let works = heartbeat.state == TaskState::Executing && heartbeat.task.is_some();
+        if works && let Some(at) = heartbeat.position {
+            self.nobody_near
+                .take_if(|&mut (from, range_m)| is_shorter(at - from, range_m));
+        }
+        let carrying = heartbeat.carrying && concern();
+        if carrying {
+            self.carriers_since.get_or_insert(now);
+        }
+        let last = Last {
+            stamp,
+            sent: broadcast.sent,
+            heard: now,
+            position: heartbeat.position,
+            carrying,
+            works,
+        };
+        let before = match place {
+            Ok(known) => Some(std::mem::replace(self.last.at_mut(known), last)),
+            Err(place) => {
+                self.last.insert(place, broadcast.sender, last);
+                None
+            }
+        };
+        let lost = before.filter(|it| it.carrying && it.stamp.0 != broadcast.incarnation);
+        News::Heard {
+            lost: lost.and_then(|it| it.position),
+        }
+    }
+
+    /// The last places of teammates that carried something and have been silent for longer than `silence`, each once.
+    pub fn fallen_silent(&mut self, now: SimTime, silence: SimTime) -> Vec<Vec2> {
+        if self
+            .carriers_since
+            .is_none_or(|since| now.since(since) <= silence)
+        {
+            return Vec::new();
+        }
+        let silent = |last: &Last| last.carrying && now.since(last.heard) > silence;
+        let fallen = self.last.values_mut().filter(|last| silent(last));
+        let places = fallen.filter_map(|last| {
+            last.carrying = false;
+            last.position
+        });
+        let places = places.collect();
+        let carriers = self.last.iter().filter(|(_, last)| last.carrying);
+        self.carriers_since = carriers.map(|(_, last)| last.heard).min();
+        places
+    }
+
+    /// The teammates that `robot` gives way to: those of lower rank that are at work.
+    pub fn right_of_way(&self, robot: RobotId, now: SimTime) -> impl Iterator<Item = Teammate> {
+        let lower = self.last.iter().take_while(move |(rank, _)| *rank < robot);
+        lower
+            .filter_map(|(_, last)| last.at_work())
+            .filter(move |it| is_fresh(it, now))
+    }
+
+    /// Where the nearest teammate at work within a range was when it last said so.
+    pub fn nearest_at_work(&mut self, position: Vec2, range_m: f32, now: SimTime) -> Option<Vec2> {
+        if self.nobody_near == Some((position, range_m)) {
+            return None;
+        }
+        let at_work = self.last.iter().filter_map(|(_, last)| last.at_work());
+        let mut near = at_work
+            .filter(|it| is_shorter(it.position - position, range_m))
+            .peekable();
+        if near.peek().is_none() {
+            self.nobody_near = Some((position, range_m));
+            return None;
+        }
+        let distance = |place: &Vec2| length(*place - position);
+        near.filter(|it| is_fresh(it, now))
+            .map(|teammate| teammate.position)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+impl Last {
+    /// Where the teammate is at work, if it is.
+    fn at_work(&self) -> Option<Teammate> {
+        let position = self.position.filter(|_| self.works)?;
+        Some(Teammate {
+            position,
+            heard: self.sent,
+        })
+    }
+}
+
+/// Whether its place still says something.
+fn is_fresh(teammate: &Teammate, now: SimTime) -> bool {
+    now.since(teammate.heard) < POSITION_EXPIRES
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::ids::TaskId;
+    use alliance_proto::mission::Lore;
+    use alliance_proto::team::Content;
+
+    use super::*;
+
+    const HERE: Vec2 = Vec2::new(2.0, 3.0);
+
+    fn idle() -> Heartbeat {
+        Heartbeat {
+            state: TaskState::Idle,
+            since: SimTime::ZERO,
+            set: None,
+            task: None,
+            progress: 0,
+            position: Some(HERE),
+            carrying: false,
+            lore: Lore::default(),
+        }
+    }
+
+    /// A heartbeat of that robot's `incarnation`, sent after that many seconds.
+    fn say(
+        teammates: &mut Teammates,
+        sender: u16,
+        incarnation: Incarnation,
+        seconds: u64,
+        carrying: bool,
+        executes: bool,
+    ) -> Option<Vec2> {
+        let heartbeat = Heartbeat {
+            state: if executes {
+                TaskState::Executing
+            } else {
+                TaskState::Idle
+            },
+            task: executes.then_some(TaskId(1)),
+            carrying,
+            ..idle()
+        };
+        let broadcast = Broadcast {
+            sender: RobotId(sender),
+            incarnation,
+            tick: 0,
+            index: 0,
+            seq: seconds,
+            sent: SimTime(seconds * 1000),
+            body: Content::Heartbeat(heartbeat.clone()),
+        };
+        match teammates.hear(broadcast.sent, &broadcast, &heartbeat, || true) {
+            News::Heard { lost } => lost,
+            News::None => panic!("it is news"),
+        }
+    }
+
+    #[test]
+    fn the_place_of_a_silent_carrier_is_given_once() {
+        let mut teammates = Teammates::default();
+        say(&mut teammates, 1, 1, 10, true, true);
+        say(&mut teammates, 2, 1, 10, false, true);
+        let silence = SimTime(5_000);
+        assert!(teammates.fallen_silent(SimTime(15_000), silence).is_empty());
+        assert_eq!(teammates.fallen_silent(SimTime(15_001), silence), [HERE]);
+        assert!(teammates.fallen_silent(SimTime(15_002), silence).is_empty());
+    }
+
+    #[test]
+    fn a_new_life_of_a_carrier_has_lost_its_load() {
+        let mut teammates = Teammates::default();
+        assert_eq!(say(&mut teammates, 1, 1, 10, true, true), None);
+        assert_eq!(say(&mut teammates, 1, 1, 11, true, true), None);
+        assert_eq!(say(&mut teammates, 1, 2, 12, false, false), Some(HERE));
+        assert_eq!(say(&mut teammates, 1, 3, 13, false, false), None);
+    }
+
+    #[test]
+    fn what_was_said_before_the_latest_message_is_no_news() {
+        let mut teammates = Teammates::default();
+        let said = |sender, incarnation, seq| Broadcast {
+            sender: RobotId(sender),
+            incarnation,
+            tick: 0,
+            index: 0,
+            seq,
+            sent: SimTime::ZERO,
+            body: Content::Heartbeat(idle()),
+        };
+        let is_news = |teammates: &Teammates, broadcast: Broadcast| {
+            let news = teammates
+                .clone()
+                .hear(SimTime::ZERO, &broadcast, &idle(), || true);
+            news != News::None
+        };
+        assert!(is_news(&teammates, said(1, 2, 9)));
+        say(&mut teammates, 1, 2, 10, true, true);
+        let known = teammates.clone();
+        for (incarnation, seq) in [(2, 9), (1, 11)] {
+            let late = said(1, incarnation, seq);
+            let news = teammates.hear(SimTime::ZERO, &late, &idle(), || true);
+            assert_eq!((news, &teammates), (News::None, &known));
+        }
+        assert!(is_news(&teammates, said(1, 2, 11)));
+        assert!(is_news(&teammates, said(1, 3, 0)));
+        assert!(is_news(&teammates, said(2, 1, 0)));
+    }
+
+    #[test]
+    fn a_silence_begins_with_the_hearing_and_a_place_ages_from_its_sending() {
+        let mut teammates = Teammates::default();
+        let heartbeat = Heartbeat {
+            state: TaskState::Executing,
+            task: Some(TaskId(1)),
+            carrying: true,
+            ..idle()
+        };
+        let late = Broadcast {
+            sender: RobotId(0),
+            incarnation: 1,
+            tick: 0,
+            index: 0,
+            seq: 0,
+            sent: SimTime(10_000),
+            body: Content::Heartbeat(heartbeat.clone()),
+        };
+        teammates.hear(SimTime(12_000), &late, &heartbeat, || true);
+        assert!(
+            teammates
+                .nearest_at_work(HERE, 1.0, SimTime(13_000))
+                .is_none()
+        );
+        let silence = SimTime(5_000);
+        assert!(teammates.fallen_silent(SimTime(17_000), silence).is_empty());
+        assert_eq!(teammates.fallen_silent(SimTime(17_001), silence), [HERE]);
+    }
+
+    #[test]
+    fn lower_ranks_at_work_have_the_right_of_way_while_their_position_is_fresh() {
+        let mut teammates = Teammates::default();
+        for sender in [0, 2] {
+            say(&mut teammates, sender, 1, 10, false, true);
+        }
+        say(&mut teammates, 1, 1, 10, false, false);
+        let heard = |robot, ms| teammates.right_of_way(RobotId(robot), SimTime(ms)).count();
+        assert_eq!(heard(0, 10_000), 0);
+        assert_eq!(heard(1, 10_000), 1);
+        assert_eq!(heard(2, 10_000), 1);
+        assert_eq!(heard(3, 10_000), 2);
+        assert_eq!(heard(3, 13_000), 0);
+        assert_eq!(
+            teammates.nearest_at_work(HERE, 1.0, SimTime(10_000)),
+            Some(HERE)
+        );
+        assert_eq!(teammates.nearest_at_work(HERE, 1.0, SimTime(13_000)), None);
+    }
+
+    #[test]
+    fn who_comes_near_is_seen_however_long_nobody_was() {
+        let mut teammates = Teammates::default();
+        let work_at = |teammates: &mut Teammates, seq, position| {
+            let heartbeat = Heartbeat {
+                state: TaskState::Executing,
+                task: Some(TaskId(1)),
+                position: Some(position),
+                ..idle()
+            };
+            let broadcast = Broadcast {
+                sender: RobotId(1),
+                incarnation: 1,
+                tick: 0,
+                index: 0,
+                seq,
+                sent: SimTime(10_000),
+                body: Content::Heartbeat(heartbeat.clone()),
+            };
+            teammates.hear(SimTime(10_000), &broadcast, &heartbeat, || true);
+        };
+        let (now, far) = (SimTime(10_000), HERE + Vec2::splat(2.0));
+        let near = HERE + Vec2::new(0.5, 0.0);
+        let nearest = |teammates: &mut Teammates| teammates.nearest_at_work(HERE, 1.0, now);
+        work_at(&mut teammates, 0, far);
+        assert_eq!(nearest(&mut teammates), None);
+        work_at(&mut teammates, 1, near);
+        assert_eq!(nearest(&mut teammates), Some(near));
+        work_at(&mut teammates, 2, far);
+        assert_eq!(nearest(&mut teammates), None);
+        // From elsewhere others are near.
+        assert_eq!(teammates.nearest_at_work(far, 1.0, now), Some(far));
+    }
+}

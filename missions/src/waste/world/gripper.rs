@@ -1,0 +1,101 @@
+//! The gripper: takes up the nearest item, puts it down in front of the robot.
+
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::mission::waste::Gripper;
+use glam::Vec2;
+
+use super::{DELIVERED, DROPPED, PICK_FAILED, PICKED, Waste};
+use world_server::mission::Happened;
+use world_server::world::{Floor, SKIN_M, around};
+
+impl Waste {
+    /// Lets go of what a robot carries: the item falls where [`Gripper::Drop`] puts it.
+    pub(super) fn drop_carried(&mut self, robot: RobotId, floor: &Floor, happened: &mut Happened) {
+        let Some(item) = self.robots[robot.index()].carrying.take() else {
+            return;
+        };
+        let at = self.drop_place(robot, floor);
+        let delivered = self.floor.put_down(item, at);
+        floor.changed(robot);
+        self.laid(at, floor);
+        let event = if delivered {
+            self.robots[robot.index()].delivered += 1;
+            happened.tell(DELIVERED, Some(robot))
+        } else {
+            let event = happened.tell(DROPPED, Some(robot));
+            event.detail = format!("{} {}", at.x, at.y);
+            event
+        };
+        event.subject = item.to_string();
+    }
+
+    pub(super) fn grip(
+        &mut self,
+        robot: RobotId,
+        command: Gripper,
+        floor: &Floor,
+        happened: &mut Happened,
+    ) {
+        match command {
+            Gripper::Keep => {}
+            Gripper::Drop => self.drop_carried(robot, floor, happened),
+            Gripper::Pick if self.robots[robot.index()].carrying.is_some() => {}
+            Gripper::Pick => match self.item_in_reach(robot, floor) {
+                Some(item) => {
+                    let from = self.floor.items()[item.0 as usize].position;
+                    self.floor.pick_up(item, robot);
+                    self.robots[robot.index()].carrying = Some(item);
+                    floor.changed(robot);
+                    self.taken(from, floor);
+                    happened.tell(PICKED, Some(robot)).subject = item.to_string();
+                }
+                None => {
+                    happened.tell(PICK_FAILED, Some(robot));
+                }
+            },
+        }
+    }
+
+    /// The nearest item on the floor whose center the gripper reaches; the lower id of two at the same distance. Not one in
+    /// the deposit, which keeps what it gets.
+    fn item_in_reach(&self, robot: RobotId, floor: &Floor) -> Option<ItemId> {
+        let position = floor.pose(robot).position;
+        let reach_m = floor.body().radius_m + floor.body().reach_m;
+        let items = self
+            .floor
+            .near(position, reach_m)
+            .filter(|(_, at)| !self.floor.is_deposit(*at));
+        let near = items.map(|(item, at)| (at.distance(position), item));
+        let near = near.filter(|(distance, _)| *distance <= reach_m);
+        near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+            .map(|(_, item)| item)
+    }
+
+    /// Where an item falls: at the robot's edge, ahead if it can be gripped there by a teammate past all bodies as they stand,
+    /// else in the next direction in which it can; where there is none, the same without regard to bodies; and if the robot
+    /// is wedged between solids, under its center.
+    fn drop_place(&self, robot: RobotId, floor: &Floor) -> Vec2 {
+        let pose = floor.pose(robot);
+        let body_radius_m = floor.body().radius_m;
+        let item_radius_m = self.floor.item_radius_m;
+        let distance_m = body_radius_m + item_radius_m + SKIN_M;
+        let places =
+            || around(pose.heading_rad).map(|direction| pose.position + direction * distance_m);
+        let is_clear = |center: Vec2, radius_m: f32| {
+            let least_m = body_radius_m + radius_m;
+            let mut bodies = floor.bodies_near(center, least_m);
+            bodies.all(|(_, at)| at.distance(center) >= least_m)
+        };
+        let past_bodies = places().find(|place| {
+            is_clear(*place, item_radius_m)
+                && floor.can_be_gripped(*place, item_radius_m, |center| {
+                    is_clear(center, body_radius_m + SKIN_M)
+                })
+        });
+        past_bodies
+            .or_else(|| {
+                places().find(|place| floor.can_be_gripped(*place, item_radius_m, |_| true))
+            })
+            .unwrap_or(pose.position)
+    }
+}

@@ -1,0 +1,253 @@
+//! What lies on the floor: spills, deposit, items and report site (thesis §4.1.1).
+
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::items::ItemCounts;
+use alliance_proto::mission::waste::Zone;
+use crate::waste::data::{Spill, WasteSection};
+use alliance_proto::rng::{self, Purpose};
+use alliance_proto::scenario::Scenario;
+use glam::Vec2;
+use rand::Rng;
+use xxhash_rust::xxh3::xxh3_64;
+
+use world_server::world::{Floor, Grid, Outline};
+
+/// Random places tried for an item before the nearest place to the spill's center that will do is taken.
+const TRIES: usize = 1000;
+
+/// A waste item.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Item {
+    /// Where it lies; while it is carried, where it was picked up, m.
+    pub position: Vec2,
+    /// Who carries it.
+    pub carrier: Option<RobotId>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct WasteFloor {
+    items: Vec<Item>,
+    /// Sum of the hashes of all items.
+    hash: u64,
+    /// Those on the floor, by where they lie.
+    floor: Grid,
+    counts: ItemCounts,
+    pub item_radius_m: f32,
+    /// Deposits and spills.
+    zones: Vec<(Zone, Outline)>,
+    /// The same by their centers, and how far the largest reaches from its own, m.
+    zone_centers: Grid,
+    zone_reach_m: f32,
+    report_site: Outline,
+}
+
+impl WasteFloor {
+    pub fn new(scenario: &Scenario, seed: u64, floor: &Floor) -> Self {
+        let waste = WasteSection::of(scenario);
+        let spills = waste.spills.iter().map(Spill::spot);
+        let spills = spills.map(|spot| (Zone::Spill, spot, waste.spill_radius_m));
+        let deposits = waste.deposits();
+        let deposits = deposits.map(|spot| (Zone::Deposit, spot, waste.deposit.radius_m));
+        let zone_reach_m = waste.spill_radius_m.max(waste.deposit.radius_m);
+        let discs: Vec<_> = deposits.chain(spills).collect();
+        let mut zone_centers = Grid::new(floor.size(), zone_reach_m, discs.len());
+        let zones = discs.into_iter().enumerate();
+        let zones = zones.map(|(index, (zone, spot, radius_m))| {
+            let center = spot.in_room(&scenario.room);
+            zone_centers.insert(index, center);
+            (zone, Outline::Disc { center, radius_m })
+        });
+        let zones = zones.collect();
+        let sensed_m = scenario.body.radius_m + scenario.sensors.waste_range_m;
+        let [min, max] = report_site(scenario);
+        let places = places_of_items(scenario, seed, floor);
+        let mut new = Self {
+            items: Vec::new(),
+            hash: 0,
+            floor: Grid::new(floor.size(), sensed_m, places.len()),
+            counts: ItemCounts::default(),
+            item_radius_m: waste.item_radius_m,
+            zones,
+            zone_centers,
+            zone_reach_m,
+            report_site: Outline::Rectangle { min, max },
+        };
+        for place in places {
+            new.add(place);
+        }
+        new
+    }
+
+    /// By id.
+    pub fn items(&self) -> &[Item] {
+        &self.items
+    }
+
+    /// Deposits and spills.
+    pub fn zones(&self) -> &[(Zone, Outline)] {
+        &self.zones
+    }
+
+    /// Where progress is reported.
+    pub fn report_site(&self) -> Outline {
+        self.report_site
+    }
+
+    /// Items on the floor within reach of a point and where they lie, and some that are not within reach.
+    pub fn near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = (ItemId, Vec2)> + '_ {
+        let near = self.floor.near(point, reach_m);
+        near.map(|(id, at)| (ItemId(id as u32), at))
+    }
+
+    pub fn is_deposit(&self, point: Vec2) -> bool {
+        self.zone(point) == Zone::Deposit
+    }
+
+    pub fn is_report_site(&self, point: Vec2) -> bool {
+        self.report_site.contains(point)
+    }
+
+    /// Where a spill overlaps the deposit, it is the deposit.
+    pub fn zone(&self, point: Vec2) -> Zone {
+        self.zone_within(point, 0.0).0
+    }
+
+    /// The zone at a point, and how far from there no edge of a zone is, m, of those up to that far.
+    pub fn zone_within(&self, point: Vec2, far_m: f32) -> (Zone, f32) {
+        let (mut found, mut edge_m) = (Zone::None, far_m);
+        for (index, _) in self.zone_centers.near(point, self.zone_reach_m + far_m) {
+            let (zone, outline) = self.zones[index];
+            let (distance_m, _) = outline.surface(point);
+            edge_m = edge_m.min(distance_m.abs());
+            if distance_m <= 0.0 && found != Zone::Deposit {
+                found = zone;
+            }
+        }
+        (found, edge_m)
+    }
+
+    pub fn counts(&self) -> ItemCounts {
+        self.counts
+    }
+
+    pub fn is_complete(&self) -> bool {
+        self.counts.delivered as usize == self.items.len()
+    }
+
+    /// A new item on the floor.
+    pub fn add(&mut self, at: Vec2) -> ItemId {
+        let id = ItemId(self.items.len() as u32);
+        self.items.push(Item {
+            position: at,
+            carrier: None,
+        });
+        self.lay(id, at);
+        id
+    }
+
+    pub fn pick_up(&mut self, item: ItemId, robot: RobotId) {
+        self.take_up(item);
+        self.items[item.0 as usize].carrier = Some(robot);
+        self.counts.carried += 1;
+        self.hash = self.hash.wrapping_add(self.hash_of(item));
+    }
+
+    /// What was carried lies there now; says whether that is in the deposit.
+    pub fn put_down(&mut self, item: ItemId, at: Vec2) -> bool {
+        self.hash = self.hash.wrapping_sub(self.hash_of(item));
+        self.items[item.0 as usize].carrier = None;
+        self.counts.carried -= 1;
+        self.lay(item, at);
+        self.is_deposit(at)
+    }
+
+    /// What lies on the floor lies there now.
+    pub fn relocate(&mut self, item: ItemId, to: Vec2) {
+        self.take_up(item);
+        self.lay(item, to);
+    }
+
+    fn lay(&mut self, item: ItemId, at: Vec2) {
+        let index = item.0 as usize;
+        self.items[index].position = at;
+        self.floor.insert(index, at);
+        *self.count(at) += 1;
+        self.hash = self.hash.wrapping_add(self.hash_of(item));
+    }
+
+    fn take_up(&mut self, item: ItemId) {
+        self.hash = self.hash.wrapping_sub(self.hash_of(item));
+        let index = item.0 as usize;
+        let from = self.items[index].position;
+        self.floor.remove(index);
+        *self.count(from) -= 1;
+    }
+
+    /// Hash of where each item is: it changes with the item that changes, and takes no look at the others.
+    pub fn hash(&self) -> u64 {
+        self.hash
+    }
+
+    fn hash_of(&self, item: ItemId) -> u64 {
+        let Item { position, carrier } = self.items[item.0 as usize];
+        let carrier = carrier.map_or(u32::MAX, |robot| robot.0.into());
+        let words = [item.0, position.x.to_bits(), position.y.to_bits(), carrier];
+        let mut bytes = [0; 16];
+        for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
+            place.copy_from_slice(&word.to_le_bytes());
+        }
+        xxh3_64(&bytes)
+    }
+
+    /// Number of items that lie in the same zone.
+    fn count(&mut self, point: Vec2) -> &mut u32 {
+        match self.zone(point) {
+            Zone::Deposit => &mut self.counts.delivered,
+            Zone::Spill => &mut self.counts.in_spills,
+            Zone::None => &mut self.counts.on_floor,
+        }
+    }
+}
+
+/// At the left wall, centered in y, cut off at the border: lower left and upper right corner, m.
+pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
+    let (room, site) = (scenario.room, WasteSection::of(&scenario).report_site);
+    let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
+    [
+        Vec2::new(0.0, center_y - half_height),
+        Vec2::new(site.width_m.min(room.width_m), center_y + half_height),
+    ]
+}
+
+/// Each item lies at a random place of its spill, inside the border and clear of solids, at which a robot can grip it.
+fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
+    let waste = WasteSection::of(scenario);
+    let mut rng = rng::stream(seed, Purpose::Items);
+    let will_do = |place: Vec2| floor.can_be_gripped(place, waste.item_radius_m, |_| true);
+    let mut places = Vec::new();
+    for spill in &waste.spills {
+        let center = floor.size() * Vec2::new(spill.x_fraction, spill.y_fraction);
+        for _ in 0..spill.items {
+            let mut tries =
+                (0..TRIES).map(|_| center + in_unit_disc(&mut rng) * waste.spill_radius_m);
+            let place = tries
+                .find(|place| will_do(*place))
+                .or_else(|| floor.nearest_place(center, will_do))
+                .unwrap_or_else(|| center.clamp(Vec2::ZERO, floor.size()));
+            places.push(place);
+        }
+    }
+    places
+}
+
+/// Uniform: points of the square that are not in the disc are drawn again.
+fn in_unit_disc(rng: &mut impl Rng) -> Vec2 {
+    // The upper 24 bits are all that an f32 in [0, 1) can hold.
+    let mut coordinate = || (rng.next_u32() >> 8) as f32 / (1 << 23) as f32 - 1.0;
+    loop {
+        let point = Vec2::new(coordinate(), coordinate());
+        if point.length_squared() <= 1.0 {
+            return point;
+        }
+    }
+}

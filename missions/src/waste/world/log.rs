@@ -1,0 +1,168 @@
+//! What is told of the clean-up: mission.csv, run.json, and what there is to see.
+
+use alliance_proto::mission::waste::{Zone};
+use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
+use crate::waste::data::WasteSection;
+
+use alliance_proto::time::SimTime;
+use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
+
+use super::Waste;
+use world_server::mission::{TeamFigures, Value};
+use world_server::world::Outline;
+
+/// The progress reports so far.
+#[derive(Clone, Debug)]
+pub(super) struct Reports {
+    made: u32,
+    last: Option<SimTime>,
+    period: SimTime,
+    /// How long the site shows its changed color.
+    color: SimTime,
+    lateness_total_ms: u64,
+    lateness_max_ms: Option<u64>,
+}
+
+impl Reports {
+    pub fn new(waste: &WasteSection) -> Self {
+        Self {
+            made: 0,
+            last: None,
+            period: SimTime::from_secs_f64(waste.report_period_s),
+            color: SimTime::from_secs_f64(waste.report_site.color_s),
+            lateness_total_ms: 0,
+            lateness_max_ms: None,
+        }
+    }
+
+    /// A report is made now.
+    pub fn add(&mut self, now: SimTime) {
+        let late_ms = now.since(self.last.unwrap_or_default() + self.period).0;
+        self.made += 1;
+        self.last = Some(now);
+        self.lateness_total_ms += late_ms;
+        self.lateness_max_ms = self.lateness_max_ms.max(Some(late_ms));
+    }
+
+    /// When the last one was made.
+    pub fn last(&self) -> Option<SimTime> {
+        self.last
+    }
+
+    /// Whether the report site shows its changed color.
+    pub fn color_the_site(&self, now: SimTime) -> bool {
+        self.last
+            .is_some_and(|report| now.since(report) < self.color)
+    }
+}
+
+impl Waste {
+    pub(super) fn write_row(&self, row: &mut Vec<Value>) {
+        let counts = self.floor.counts();
+        row.extend(
+            [
+                counts.in_spills,
+                counts.carried,
+                counts.on_floor,
+                counts.delivered,
+            ]
+            .map(Value::from),
+        );
+        row.push(self.reports.last().map(|time| time.0).into());
+    }
+
+    pub(super) fn write_figures(&self, figures: &mut TeamFigures) {
+        let (counts, reports) = (self.floor.counts(), &self.reports);
+        let mission = &mut figures.mission;
+        mission.add("items.in_spills", counts.in_spills);
+        mission.add("items.carried", counts.carried);
+        mission.add("items.on_floor", counts.on_floor);
+        mission.add("items.delivered", counts.delivered);
+        mission.add(REPORTS_MADE, reports.made);
+        let mean = reports.lateness_total_ms as f64 / f64::from(reports.made);
+        mission.add(LATENESS_MEAN_MS, (reports.made > 0).then_some(mean));
+        mission.add(LATENESS_MAX_MS, reports.lateness_max_ms);
+        for (figures, robot) in figures.robots.iter_mut().zip(&self.robots) {
+            figures.add(ITEMS_DELIVERED, robot.delivered);
+            figures.add(REPORTS_MADE, robot.reports_made);
+        }
+    }
+
+    pub(super) fn write_view(&self, now: SimTime, view: &mut View) {
+        view.items = self.floor.counts();
+        let items = self.floor.items().iter();
+        view.waste.extend(items.map(|item| ItemView {
+            position: item.position,
+            carrier: item.carrier,
+        }));
+        view.site_colored = self.reports.color_the_site(now);
+        view.last_report = self.reports.last();
+        for (robot, cleaner) in view.robots.iter_mut().zip(&self.robots) {
+            robot.carrying = cleaner.carrying;
+        }
+        let mut mark = |id: String, outline: MarkOutline, role, label: &str| {
+            view.mark(Mark {
+                id,
+                outline,
+                role,
+                share: None,
+                label: label.to_owned(),
+            });
+        };
+        for (index, (zone, outline)) in self.floor.zones().iter().enumerate() {
+            let (role, label) = match zone {
+                Zone::Deposit => (MarkRole::Goal, "deposit"),
+                _ => (MarkRole::Zone, "spill"),
+            };
+            mark(format!("zone-{index}"), outlined(*outline), role, label);
+        }
+        let site = outlined(self.floor.report_site());
+        mark(
+            "report-site".to_owned(),
+            site,
+            MarkRole::Zone,
+            "report site",
+        );
+        for (id, item) in self.floor.items().iter().enumerate() {
+            if item.carrier.is_none() {
+                let disc = MarkOutline::Disc {
+                    center: item.position,
+                    radius_m: self.floor.item_radius_m,
+                };
+                mark(format!("item-{id}"), disc, MarkRole::Item, "");
+            }
+        }
+    }
+}
+
+fn outlined(outline: Outline) -> MarkOutline {
+    match outline {
+        Outline::Disc { center, radius_m } => MarkOutline::Disc { center, radius_m },
+        Outline::Rectangle { min, max } => MarkOutline::Rectangle { min, max },
+        // A wall has no end; no zone is one.
+        Outline::Wall { normal, offset_m } => {
+            let from = normal * offset_m;
+            MarkOutline::Line { from, to: from }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lateness_counts_from_the_report_before() {
+        let mut reports = Reports::new(&WasteSection::default());
+        let period_ms = 120_000;
+        let first_ms = period_ms + 3_000;
+        let early_ms = first_ms + 60_000;
+        let last_ms = early_ms + period_ms + 1_500;
+        for ms in [first_ms, early_ms, last_ms] {
+            reports.add(SimTime(ms));
+        }
+        assert_eq!(reports.made, 3);
+        assert_eq!(reports.lateness_max_ms, Some(3_000));
+        assert_eq!(reports.lateness_total_ms, 4_500);
+    }
+}

@@ -1,0 +1,209 @@
+//! The waste clean-up in the world (thesis §4.1.1).
+//!
+//! - `items`: what lies on the floor. `gripper`: pick up and put down. `sensing`: what the devices tell. `placing`: what faults
+//!   do to items. `log`: what is told of it all.
+//!
+//! # Decisions where DESIGN is silent
+//! - Waste is sensed through obstacles and robots; the range alone limits it.
+//! - The deposit keeps what it gets: nothing in it can be picked up again, though it can be sensed.
+//! - An item lies, at the start and after each drop, where a robot's gripper can reach it, if there is such a place.
+
+mod gripper;
+mod items;
+mod log;
+mod placing;
+mod sensing;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use crate::waste::data::{self, WasteSection};
+use std::cell::Cell;
+
+use alliance_proto::fault::Fault;
+use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::mission::waste::{Gripper, WasteDeed, WasteSensed, Zone};
+use alliance_proto::mission::{Deed, Sensed};
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
+
+use world_server::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
+use world_server::world::{ChangeError, Circle, Floor};
+
+pub use items::Item;
+pub use placing::PlaceError;
+
+use items::WasteFloor;
+use log::Reports;
+
+const PICKED: &str = "picked";
+const PICK_FAILED: &str = "pick-failed";
+const DROPPED: &str = "dropped";
+const DELIVERED: &str = "delivered";
+const REPORTED: &str = "reported";
+
+/// The waste clean-up.
+pub const WASTE: MissionWorld = MissionWorld {
+    data: data::WASTE,
+    start_area: items::report_site,
+    new: |setup, floor| Box::new(Waste::new(setup, floor)),
+};
+
+/// The clean-up of a run.
+#[derive(Clone, Debug)]
+pub struct Waste {
+    floor: WasteFloor,
+    /// By rank.
+    robots: Vec<Cleaner>,
+    reports: Reports,
+}
+
+/// A robot as far as the clean-up is concerned.
+#[derive(Clone, Debug, Default)]
+struct Cleaner {
+    carrying: Option<ItemId>,
+    /// Where the zone is the same as at its center. Like the next two no part of the state: they only save searches.
+    zone: Cell<(Circle, Zone)>,
+    /// Where no waste is in range.
+    wasteless: Cell<Circle>,
+    /// The [`Floor::jumps`] of which that is known.
+    jumps: Cell<u32>,
+    delivered: u32,
+    reports_made: u32,
+}
+
+impl Waste {
+    fn new(setup: &Setup, floor: &Floor) -> Self {
+        Self {
+            floor: WasteFloor::new(&setup.scenario, setup.seed, floor),
+            robots: vec![Cleaner::default(); floor.robot_count()],
+            reports: Reports::new(WasteSection::of(&setup.scenario)),
+        }
+    }
+}
+
+impl WorldMission for Waste {
+    fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened) {
+        let WasteDeed {
+            gripper,
+            report_progress,
+        } = deed.waste();
+        self.grip(robot, gripper, floor, happened);
+        if report_progress && self.floor.is_report_site(floor.pose(robot).position) {
+            self.reports.add(floor.now());
+            self.robots[robot.index()].reports_made += 1;
+            happened.tell(REPORTED, Some(robot));
+        }
+    }
+
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
+        self.look(robot, floor, sensed.waste_mut());
+        Validity::UntilChange
+    }
+
+    fn lose(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut Happened) {
+        self.drop_carried(robot, floor, happened);
+    }
+
+    fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
+        self.place_by_fault(fault, floor)
+    }
+
+    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+        let (from, to) = (from.waste(), to.waste_mut());
+        match device {
+            "waste" => to.waste.clone_from(&from.waste),
+            "spill-zone" => to.zone = from.zone,
+            "report-site" => to.report_site = from.report_site,
+            "gripper" => to.holding = from.holding,
+            _ => {}
+        }
+    }
+
+    /// Waste stays sorted by its distance. The other devices tell no lengths.
+    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+        if device == "waste"
+            && let WasteSensed {
+                waste: Some(items), ..
+            } = sensed.waste_mut()
+        {
+            for item in items.iter_mut() {
+                item.x += error_m();
+                item.y += error_m();
+            }
+            items.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        }
+    }
+
+    fn disable(&self, actuator: &str, deed: &mut Deed) {
+        if actuator == "gripper" {
+            let gripper = Gripper::Keep;
+            *deed = WasteDeed {
+                gripper,
+                ..deed.waste()
+            }
+            .into();
+        }
+    }
+
+    fn end(&self, _now: SimTime) -> Option<Outcome> {
+        self.floor.is_complete().then_some(Outcome::Complete)
+    }
+
+    fn load(&self, robot: RobotId) -> Option<ItemId> {
+        self.robots[robot.index()].carrying
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        self.write_row(row);
+    }
+
+    fn state(&self) -> u64 {
+        let report = self.reports.last().map_or(u64::MAX, |time| time.0);
+        // Whatever spreads one over the other.
+        self.floor.hash() ^ report.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+    }
+
+    fn figures(&self, figures: &mut TeamFigures) {
+        self.write_figures(figures);
+    }
+
+    fn show(&self, floor: &Floor, view: &mut View) {
+        self.write_view(floor.now(), view);
+    }
+
+    fn holds(&self, _floor: &Floor) -> Result<(), String> {
+        for (id, item) in self.floor.items().iter().enumerate() {
+            let item_id = Some(ItemId(id as u32));
+            if let Some(robot) = item.carrier
+                && self.load(robot) != item_id
+            {
+                return Err(format!(
+                    "item-{id} is with {robot}, which does not carry it"
+                ));
+            }
+        }
+        let carried = self
+            .robots
+            .iter()
+            .filter(|it| it.carrying.is_some())
+            .count();
+        let counts = self.floor.counts();
+        if carried != counts.carried as usize {
+            return Err(format!("{carried} robots carry {} items", counts.carried));
+        }
+        if counts.total() as usize != self.floor.items().len() {
+            return Err(format!(
+                "{} of {} items are somewhere",
+                counts.total(),
+                self.floor.items().len()
+            ));
+        }
+        Ok(())
+    }
+
+    fn boxed(&self) -> Box<dyn WorldMission> {
+        Box::new(self.clone())
+    }
+}

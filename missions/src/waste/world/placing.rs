@@ -1,0 +1,116 @@
+//! What faults do to items: they are neither lost nor doubled.
+
+use alliance_proto::fault::Fault;
+use alliance_proto::ids::ItemId;
+use glam::Vec2;
+
+use super::Waste;
+use world_server::world::{ChangeError, Floor, ROUNDING_M};
+
+/// Why items cannot be placed like that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlaceError {
+    /// No item has that number.
+    #[error("there is no {0}")]
+    NoItem(ItemId),
+    /// A robot carries the item.
+    #[error("{0} is being carried")]
+    Carried(ItemId),
+    /// The deposit keeps what it gets.
+    #[error("{0} is in the deposit")]
+    Delivered(ItemId),
+    /// An item could lie nowhere.
+    #[error("no place is left where a robot could grip an item")]
+    NoPlace,
+}
+
+impl From<PlaceError> for ChangeError {
+    fn from(error: PlaceError) -> Self {
+        Self::Mission(error.to_string())
+    }
+}
+
+impl Waste {
+    pub(super) fn place_by_fault(
+        &mut self,
+        fault: &Fault,
+        floor: &Floor,
+    ) -> Option<Result<String, ChangeError>> {
+        let told = match fault {
+            Fault::Waste(waste) => {
+                let near = Vec2::new(waste.x_m, waste.y_m);
+                // One that has a place leaves as many places as there were: items may lie on each other at worst.
+                let added = (0..waste.items).map(|_| {
+                    let item = self.add_item(near, floor)?;
+                    Ok(item_at(item, self.floor.items()[item.0 as usize].position))
+                });
+                added
+                    .collect::<Result<Vec<_>, _>>()
+                    .map(|items| items.join(", "))
+            }
+            Fault::MoveWaste(moved) => {
+                let item = ItemId(moved.item);
+                let at = self.move_item(item, Vec2::new(moved.x_m, moved.y_m), floor);
+                at.map(|at| item_at(item, at))
+            }
+            _ => return None,
+        };
+        Some(told.map_err(PlaceError::into))
+    }
+
+    /// Puts a new item on the floor, at the nearest place to that one at which a robot can grip it and, if there is room, no
+    /// other item lies. The mission is complete only when it has been delivered too.
+    pub(crate) fn add_item(&mut self, near: Vec2, floor: &Floor) -> Result<ItemId, PlaceError> {
+        let place = self.place_for_item(near, None, floor)?;
+        let item = self.floor.add(place);
+        self.laid(place, floor);
+        Ok(item)
+    }
+
+    /// Puts an item that lies on the floor elsewhere, placed like a new one. Tells where it lies now, m.
+    pub(crate) fn move_item(
+        &mut self,
+        item: ItemId,
+        near: Vec2,
+        floor: &Floor,
+    ) -> Result<Vec2, PlaceError> {
+        let found = self.floor.items().get(item.0 as usize).copied();
+        let found = found.ok_or(PlaceError::NoItem(item))?;
+        if found.carrier.is_some() {
+            return Err(PlaceError::Carried(item));
+        }
+        let from = found.position;
+        if self.floor.is_deposit(from) {
+            return Err(PlaceError::Delivered(item));
+        }
+        let place = self.place_for_item(near, Some(item), floor)?;
+        self.taken(from, floor);
+        self.floor.relocate(item, place);
+        self.laid(place, floor);
+        Ok(place)
+    }
+
+    fn place_for_item(
+        &self,
+        near: Vec2,
+        moved: Option<ItemId>,
+        floor: &Floor,
+    ) -> Result<Vec2, PlaceError> {
+        let radius_m = self.floor.item_radius_m;
+        let will_do = |place| floor.can_be_gripped(place, radius_m, |_| true);
+        let least_m = 2.0 * radius_m - ROUNDING_M;
+        let is_apart = |place: Vec2| {
+            let items = self.floor.near(place, least_m);
+            let mut others = items.filter(|(item, _)| Some(*item) != moved);
+            others.all(|(_, at)| at.distance(place) >= least_m)
+        };
+        floor
+            .nearest_place(near, |place| is_apart(place) && will_do(place))
+            .or_else(|| floor.nearest_place(near, will_do))
+            .ok_or(PlaceError::NoPlace)
+    }
+}
+
+fn item_at(item: ItemId, at: Vec2) -> String {
+    format!("{item} {} {}", at.x, at.y)
+}

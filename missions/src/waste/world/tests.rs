@@ -1,0 +1,454 @@
+//! Spills, gripper, deposit and report site.
+
+use crate::waste::data::{WasteSection, default_setup};
+use std::any::Any;
+
+use alliance_proto::items::ItemCounts;
+use alliance_proto::mission::waste::SensedWaste;
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::Room;
+use glam::Vec2;
+
+use super::*;
+use world_server::recorder::Event;
+use world_server::world::World;
+use world_server::world::tests::{BLUE, assert_at, drive, gripper, position, rectangle, robots, world};
+
+pub(crate) fn waste(world: &World) -> &Waste {
+    let mission: &dyn Any = world.mission();
+    mission.downcast_ref().expect("it is the clean-up")
+}
+
+fn waste_mut(world: &mut World) -> (&mut Waste, &mut Floor) {
+    let (mission, floor) = world.mission_mut();
+    let mission: &mut dyn Any = mission;
+    (mission.downcast_mut().expect("it is the clean-up"), floor)
+}
+
+impl Waste {
+    pub(crate) fn counts(&self) -> ItemCounts {
+        self.floor.counts()
+    }
+
+    pub(crate) fn items(&self) -> &[Item] {
+        self.floor.items()
+    }
+}
+
+/// A world whose mission is the clean-up.
+pub(crate) trait CleanUp {
+    fn item_counts(&self) -> ItemCounts;
+    fn items(&self) -> &[Item];
+    fn carrying(&self, robot: RobotId) -> Option<ItemId>;
+    fn is_complete(&self) -> bool;
+    fn add_item(&mut self, near: Vec2) -> Result<ItemId, PlaceError>;
+    fn move_item(&mut self, item: ItemId, near: Vec2) -> Result<Vec2, PlaceError>;
+}
+
+impl CleanUp for World {
+    fn item_counts(&self) -> ItemCounts {
+        waste(self).counts()
+    }
+
+    fn items(&self) -> &[Item] {
+        waste(self).items()
+    }
+
+    fn carrying(&self, robot: RobotId) -> Option<ItemId> {
+        self.mission().load(robot)
+    }
+
+    fn is_complete(&self) -> bool {
+        self.mission().end(self.now()).is_some()
+    }
+
+    fn add_item(&mut self, near: Vec2) -> Result<ItemId, PlaceError> {
+        let (waste, floor) = waste_mut(self);
+        waste.add_item(near, floor)
+    }
+
+    fn move_item(&mut self, item: ItemId, near: Vec2) -> Result<Vec2, PlaceError> {
+        let (waste, floor) = waste_mut(self);
+        waste.move_item(item, near, floor)
+    }
+}
+
+fn seen(world: &World) -> View {
+    let mut view = View::default();
+    world.mission().show(world, &mut view);
+    view
+}
+
+/// Kind, rank and subject of each event.
+fn told(events: &[Event]) -> Vec<String> {
+    let told = events.iter().map(|event| {
+        let rank = event.robot.map_or(u16::MAX, |robot| robot.0);
+        format!("{} {rank} {}", event.kind, event.subject)
+    });
+    told.collect()
+}
+
+/// Where the only event says that an item fell.
+#[track_caller]
+pub(crate) fn dropped_at(events: &[Event]) -> Vec2 {
+    let [event] = events else {
+        panic!("{events:?}");
+    };
+    assert_eq!(event.kind.to_string(), DROPPED);
+    let numbers = event
+        .detail
+        .split(' ')
+        .map(|number| number.parse().unwrap());
+    Vec2::from_slice(&numbers.collect::<Vec<f32>>())
+}
+
+const REACH_M: f32 = 0.2;
+
+/// One item at the center of the upper spill, (4, 6), and robots where they are told.
+fn one_item(starts: &[(f32, f32, f32)]) -> World {
+    world(|scenario| {
+        robots(starts)(scenario);
+        WasteSection::of_mut(&mut scenario).spills[0].items = 1;
+        WasteSection::of_mut(&mut scenario).spill_radius_m = 1e-5;
+        scenario.body.reach_m = REACH_M;
+    })
+}
+
+#[test]
+fn items_start_in_their_spills() {
+    let world = world(|_| {});
+    assert_eq!(
+        world.item_counts(),
+        ItemCounts {
+            in_spills: 24,
+            ..ItemCounts::default()
+        }
+    );
+    for (index, item) in world.items().iter().enumerate() {
+        let spill = if index < 12 {
+            Vec2::new(4.0, 6.0)
+        } else {
+            Vec2::new(4.0, 3.0)
+        };
+        assert!(item.position.distance(spill) <= 0.8);
+    }
+    assert!(!world.is_complete());
+}
+
+#[test]
+fn the_seed_decides_where_the_items_are() {
+    let places = |seed| {
+        let world = World::new(&default_setup(seed), WASTE);
+        world
+            .items()
+            .iter()
+            .map(|item| item.position)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(places(1), places(1));
+    assert_ne!(places(1), places(2));
+}
+
+#[test]
+fn a_mission_without_items_is_complete_at_once() {
+    assert!(world(robots(&[(1.0, 1.0, 0.0)])).is_complete());
+}
+
+#[test]
+fn carries_an_item_to_the_deposit() {
+    // One item 0.3 m ahead of the robot, which the gripper reaches up to 0.4 m from the center.
+    let mut world = one_item(&[(3.7, 6.0, 0.0)]);
+    let item = ItemId(0);
+    assert_eq!(
+        told(&world.step(&[gripper(Gripper::Pick)])),
+        ["picked 0 item-0"]
+    );
+    assert_eq!(world.carrying(BLUE), Some(item));
+    assert_eq!(
+        world.item_counts(),
+        ItemCounts {
+            carried: 1,
+            ..ItemCounts::default()
+        }
+    );
+    assert_eq!(
+        world.readings(BLUE).mission.waste().waste,
+        Some(SensedWaste::new())
+    );
+    assert_eq!(world.readings(BLUE).mission.waste().holding, Some(true));
+    // A second pick changes nothing.
+    assert_eq!(world.step(&[gripper(Gripper::Pick)]), []);
+
+    let dropped = world.step(&[gripper(Gripper::Drop)]);
+    assert_eq!(told(&dropped), ["dropped 0 item-0"]);
+    let at = dropped_at(&dropped);
+    // In front of the robot: radius, radius of the item and the skin.
+    assert_at(at, 3.7 + 0.251, 6.0);
+    assert_eq!(
+        world.item_counts(),
+        ItemCounts {
+            on_floor: 1,
+            ..ItemCounts::default()
+        }
+    );
+    assert_eq!(world.step(&[gripper(Gripper::Drop)]), []);
+
+    world.step(&[gripper(Gripper::Pick)]);
+    let deposit = Vec2::new(9.6, 4.5);
+    let way = deposit - position(&world, BLUE);
+    world.step(&[drive(0.0, 0.0)]);
+    let angle = libm::atan2f(way.y, way.x).to_degrees();
+    for _ in 0..20 {
+        world.step(&[drive(0.0, angle)]);
+    }
+    while position(&world, BLUE).distance(deposit) > 1.2 {
+        world.step(&[drive(0.5, 0.0)]);
+    }
+    assert_eq!(
+        told(&world.step(&[gripper(Gripper::Drop)])),
+        ["delivered 0 item-0"]
+    );
+    assert_eq!(
+        world.item_counts(),
+        ItemCounts {
+            delivered: 1,
+            ..ItemCounts::default()
+        }
+    );
+    assert!(world.is_complete());
+    // It can be sensed there, but not taken out again.
+    assert_eq!(
+        world
+            .readings(BLUE)
+            .mission
+            .waste()
+            .waste
+            .as_ref()
+            .map(|waste| waste.len()),
+        Some(1)
+    );
+    assert_eq!(
+        told(&world.step(&[gripper(Gripper::Pick)])),
+        ["pick-failed 0 "]
+    );
+}
+
+#[test]
+fn the_gripper_reaches_from_the_edge_of_the_body() {
+    let mut near = one_item(&[(3.6001, 6.0, 180.0)]);
+    assert_eq!(
+        told(&near.step(&[gripper(Gripper::Pick)])),
+        ["picked 0 item-0"]
+    );
+    let mut far = one_item(&[(3.5998, 6.0, 180.0)]);
+    assert_eq!(
+        told(&far.step(&[gripper(Gripper::Pick)])),
+        ["pick-failed 0 "]
+    );
+}
+
+#[test]
+fn of_two_robots_that_pick_the_same_item_the_lower_rank_gets_it() {
+    let mut world = one_item(&[(3.7, 6.0, 0.0), (4.3, 6.0, 180.0)]);
+    let events = world.step(&[gripper(Gripper::Pick), gripper(Gripper::Pick)]);
+    assert_eq!(told(&events), ["picked 0 item-0", "pick-failed 1 "]);
+}
+
+#[test]
+fn the_gripper_works_where_the_robot_has_sensed_and_the_body_moves_after_that() {
+    let mut world = one_item(&[(3.61, 6.0, 180.0)]);
+    let command = Actuation {
+        speed_m_s: 0.5,
+        deed: Gripper::Pick.into(),
+        ..Actuation::default()
+    };
+    assert_eq!(told(&world.step(&[Some(command)])), ["picked 0 item-0"]);
+    assert_at(position(&world, BLUE), 3.585, 6.0);
+}
+
+#[test]
+fn what_a_robot_at_a_wall_lets_go_falls_beside_it() {
+    let mut world = world(|scenario| {
+        robots(&[(3.7, 6.0, 0.0)])(scenario);
+        WasteSection::of_mut(&mut scenario).spills[0].items = 1;
+        WasteSection::of_mut(&mut scenario).spill_radius_m = 0.05;
+        scenario.body.reach_m = 0.3;
+    });
+    world.step(&[gripper(Gripper::Pick)]);
+    world.add_obstacle(&rectangle(3.95, 4.0, 0.5, 4.0, 0.0));
+    let at = dropped_at(&world.lose(BLUE));
+    // The first direction, in steps of 22.5 degrees, in which the item clears the wall at x = 3.95.
+    let angle = 45.0_f32.to_radians();
+    assert_at(at, 3.7 + 0.251 * angle.cos(), 6.0 + 0.251 * angle.sin());
+    assert_eq!(world.lose(BLUE), []);
+}
+
+#[test]
+fn an_item_let_go_in_a_corner_stays_inside_and_in_reach_of_others() {
+    for (x, y, heading) in [
+        (0.202, 0.202, 225.0),
+        (0.202, 8.798, 135.0),
+        (11.798, 0.202, -45.0),
+    ] {
+        let mut world = world(|scenario| {
+            robots(&[(x, y, heading)])(scenario);
+            WasteSection::of_mut(&mut scenario).spills[0].items = 1;
+            WasteSection::of_mut(&mut scenario).spills[0].x_fraction = x / 12.0;
+            WasteSection::of_mut(&mut scenario).spills[0].y_fraction = y / 9.0;
+            WasteSection::of_mut(&mut scenario).spill_radius_m = 0.05;
+        });
+        world.step(&[gripper(Gripper::Pick)]);
+        let at = dropped_at(&world.lose(BLUE));
+        let from_wall = at.min(Vec2::new(12.0, 9.0) - at).min_element();
+        assert!(from_wall >= 0.05, "{at}");
+        assert_eq!(world.item_counts().total(), 1);
+    }
+}
+
+#[test]
+fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
+    let covered = world(|scenario| {
+        scenario.obstacles = vec![rectangle(3.0, 5.0, 2.0, 2.0, 0.0)];
+    });
+    assert_eq!(
+        covered.item_counts(),
+        ItemCounts {
+            in_spills: 12,
+            on_floor: 12,
+            ..ItemCounts::default()
+        }
+    );
+    for item in &covered.items()[..12] {
+        let outside = (item.position - Vec2::new(4.0, 6.0)).abs().max_element() - 1.0;
+        assert!((0.05..0.2).contains(&outside), "{}", item.position);
+    }
+    // Nowhere at all: still as many items as there should be.
+    let full = world(|scenario| {
+        robots(&[(1.0, 1.0, 0.0)])(scenario);
+        WasteSection::of_mut(&mut scenario).spills[0].items = 3;
+        scenario.room = Room {
+            width_m: 2.0,
+            height_m: 2.0,
+        };
+        scenario.obstacles = vec![
+            rectangle(1.21, 0.0, 1.0, 2.0, 0.0),
+            rectangle(0.0, 1.21, 2.0, 1.0, 0.0),
+        ];
+    });
+    assert_eq!(full.item_counts().total(), 3);
+}
+
+#[test]
+fn no_item_starts_where_it_fits_but_no_robot_can_grip_it() {
+    // The spill lies in a slot of 0.3 m, 1 m from both of its ends; bodies are 0.4 m wide.
+    let world = world(|scenario| {
+        WasteSection::of_mut(&mut scenario).spill_radius_m = 0.1;
+        scenario.obstacles = vec![
+            rectangle(3.0, 5.0, 0.85, 2.0, 0.0),
+            rectangle(4.15, 5.0, 0.85, 2.0, 0.0),
+        ];
+    });
+    let reach = 0.45;
+    for item in &world.items()[..12] {
+        let Vec2 { x, y } = item.position;
+        let deep = (3.0..5.0).contains(&x) && (5.0 + reach..7.0 - reach).contains(&y);
+        assert!(!deep, "({x}, {y})");
+    }
+}
+
+#[test]
+fn items_that_begin_in_the_deposit_are_delivered() {
+    let world = world(|scenario| {
+        for spill in &mut WasteSection::of_mut(&mut scenario).spills {
+            (spill.x_fraction, spill.y_fraction) = (0.8, 0.5);
+        }
+    });
+    assert_eq!(
+        world.item_counts(),
+        ItemCounts {
+            delivered: 24,
+            ..ItemCounts::default()
+        }
+    );
+    assert!(world.is_complete());
+}
+
+#[test]
+fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
+    let report = Some(Actuation {
+        deed: WasteDeed {
+            report_progress: true,
+            ..WasteDeed::default()
+        }
+        .into(),
+        ..Actuation::default()
+    });
+    let mut away = world(robots(&[(3.0, 4.5, 0.0)]));
+    assert_eq!(away.step(&[report]), []);
+    assert_eq!(
+        (seen(&away).last_report, seen(&away).site_colored),
+        (None, false)
+    );
+
+    let mut world = world(robots(&[(0.3, 4.5, 0.0)]));
+    world.step(&[None]);
+    assert_eq!(told(&world.step(&[report])), ["reported 0 "]);
+    assert_eq!(seen(&world).last_report.map(|time| time.0), Some(50));
+    // For 5 s.
+    while world.now().0 < 5050 {
+        assert!(seen(&world).site_colored);
+        world.step(&[None]);
+    }
+    assert!(!seen(&world).site_colored);
+}
+
+#[test]
+fn with_the_default_reach_a_dead_body_keeps_no_item_from_its_teammates() {
+    // The body stands right on the item; a teammate comes as near as it can and reaches below it.
+    let mut world = world(|scenario| {
+        robots(&[(4.0, 6.0, 0.0), (3.5, 6.0, 0.0)])(scenario);
+        WasteSection::of_mut(&mut scenario).spills[0].items = 1;
+        WasteSection::of_mut(&mut scenario).spill_radius_m = 1e-5;
+    });
+    for _ in 0..20 {
+        world.step(&[None, drive(0.5, 0.0)]);
+    }
+    let events = world.step(&[None, gripper(Gripper::Pick)]);
+    assert_eq!(told(&events), ["picked 1 item-0"]);
+}
+
+#[test]
+fn whatever_the_steps_to_come_depend_on_is_in_the_state() {
+    let mut world = one_item(&[(3.7, 6.0, 0.0)]);
+    let mut states = vec![world.mission().state()];
+    let mut then = |world: &World| {
+        let state = world.mission().state();
+        assert!(!states.contains(&state));
+        states.push(state);
+    };
+    world.step(&[gripper(Gripper::Pick)]);
+    then(&world);
+    world.lose(BLUE);
+    then(&world);
+    world.move_item(ItemId(0), Vec2::new(2.0, 2.0)).unwrap();
+    then(&world);
+    world.add_item(Vec2::new(2.0, 2.0)).unwrap();
+    then(&world);
+    let (waste, floor) = waste_mut(&mut world);
+    waste.reports.add(floor.now());
+    then(&world);
+}
+
+#[test]
+fn eyes_see_zones_and_items_on_the_floor() {
+    let world = one_item(&[(3.7, 6.0, 0.0)]);
+    let view = seen(&world);
+    let marks = view.marks.iter().map(|mark| mark.id.as_str());
+    let marks: Vec<&str> = marks.collect();
+    assert_eq!(
+        marks,
+        ["zone-0", "zone-1", "zone-2", "report-site", "item-0"]
+    );
+    assert_eq!(view.waste.len(), 1);
+    assert_eq!(world.mission().holds(&world), Ok(()));
+}

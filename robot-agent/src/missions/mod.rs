@@ -1,3 +1,0 @@
-//! Missions: behavior sets and what a robot knows.
-
-pub mod waste;

@@ -1,3 +1,0 @@
-//! The missions that there are.
-
-pub mod waste;
