@@ -1,7 +1,8 @@
 //! What holds for any text as the setup of a run.json, or as a scenario file; part of the fuzz target and of proto's test over
 //! the corpus.
 
-use alliance_proto::scenario::{Scenario, Setup, SetupFile, Vocabulary};
+use alliance_proto::scenario::{Scenario, Setup, SetupFile};
+use alliance_proto::testkit;
 
 /// What the text is of, as the corpus's files begin; `None` if it is neither. What is refused is refused in one line, and what is
 /// not can be resolved.
@@ -10,7 +11,7 @@ use alliance_proto::scenario::{Scenario, Setup, SetupFile, Vocabulary};
 /// When that is not so.
 #[must_use]
 pub fn kind_of(text: &[u8]) -> Option<&'static str> {
-    let vocabulary = Vocabulary::default();
+    let vocabulary = testkit::vocabulary();
     if let Ok(setup) = serde_json::from_slice::<SetupFile>(text) {
         let checked = setup
             .read(&vocabulary)
@@ -27,7 +28,7 @@ pub fn kind_of(text: &[u8]) -> Option<&'static str> {
         };
     }
     let text = str::from_utf8(text).ok()?;
-    match Scenario::parse("a.toml", text, &Registry::built_in().vocabulary()) {
+    match Scenario::parse("a.toml", text, &vocabulary) {
         Ok(scenario) => {
             assert!(Setup::resolve(scenario, 1, None).is_ok());
             Some("scenario")

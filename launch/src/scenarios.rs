@@ -58,8 +58,9 @@ pub fn text_of(name: &str) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use missions::waste::data::default_scenario;
     use alliance_proto::scenario::{Scenario, Setup};
+    use missions::Registry;
+    use missions::waste::data::default_scenario;
 
     use super::*;
 
@@ -68,7 +69,12 @@ mod tests {
         for each in builtins() {
             assert_eq!(builtin(each.name), Some(each));
             assert_eq!(text_of(each.name), Some(each.text));
-            let scenario = Scenario::parse(&each.file_name(), each.text, &Registry::built_in().vocabulary()).unwrap();
+            let scenario = Scenario::parse(
+                &each.file_name(),
+                each.text,
+                &Registry::built_in().vocabulary(),
+            )
+            .unwrap();
             assert!(!scenario.description.is_empty(), "{}", each.name);
             Setup::resolve(scenario, 1, None).unwrap();
         }
@@ -78,7 +84,12 @@ mod tests {
     #[test]
     fn the_default_mission_differs_from_the_default_in_nothing_but_its_description() {
         let mission = builtin("waste-cleanup").unwrap();
-        let scenario = Scenario::parse(&mission.file_name(), mission.text, &Registry::built_in().vocabulary()).unwrap();
+        let scenario = Scenario::parse(
+            &mission.file_name(),
+            mission.text,
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap();
         let description = scenario.description.clone();
         let default = default_scenario();
         assert_eq!(

@@ -42,8 +42,12 @@ impl ScenariosCommand {
     fn list_or_print(&self) -> ExitCode {
         let Some(name) = &self.name else {
             let lines = builtins().iter().map(|scenario| {
-                let description = Scenario::parse(&scenario.file_name(), scenario.text, &Registry::built_in().vocabulary())
-                    .map_or_else(|error| error.to_string(), |parsed| parsed.description);
+                let description = Scenario::parse(
+                    &scenario.file_name(),
+                    scenario.text,
+                    &Registry::built_in().vocabulary(),
+                )
+                .map_or_else(|error| error.to_string(), |parsed| parsed.description);
                 format!("{:<24} {description}\n", scenario.name)
             });
             return say(lines.collect::<String>());

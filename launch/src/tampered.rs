@@ -1,5 +1,6 @@
 //! A run.json that somebody has touched: what is made of it is the same as before, or one line that says what is wrong.
 
+use missions::Registry;
 use std::fs;
 use std::path::Path;
 

@@ -12,6 +12,7 @@
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`terminal`]: what a command says to whoever started it.
+//! - [`testkit`]: a mission for tests of what knows none.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
 pub mod allocation;
@@ -38,6 +39,7 @@ pub mod session;
 pub mod team;
 pub mod telemetry;
 pub mod terminal;
+pub mod testkit;
 pub mod tick;
 pub mod time;
 pub mod view;

@@ -331,6 +331,3 @@ impl TentativeAgent {
         self.since.push(Taken { tick, arrived });
     }
 }
-
-#[cfg(test)]
-mod tests;

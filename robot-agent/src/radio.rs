@@ -94,8 +94,8 @@ fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
-    use alliance_proto::team::Content;
+    use alliance_proto::mission::Payload;
+    use alliance_proto::team::{Bulletin, BulletinKind, Content};
     use alliance_proto::time::SimTime;
 
     fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
@@ -106,13 +106,11 @@ mod tests {
             index,
             seq,
             sent: SimTime(tick * 50),
-            body: Content::Bulletin(
-                WasteBulletin::Withdrawal(Withdrawal {
-                    finder: RobotId(sender),
-                    seen: SimTime(seq),
-                })
-                .about(None),
-            ),
+            body: Content::Bulletin(Bulletin {
+                kind: BulletinKind::Second,
+                about: None,
+                payload: Payload::Open(vec![7; 4]),
+            }),
         }
     }
 

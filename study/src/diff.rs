@@ -410,8 +410,8 @@ fn first_field(
 mod tests {
     use alliance_proto::fault::{Fault, Order};
     use alliance_proto::log::Memory;
+    use alliance_proto::scenario::{Scenario, Setup};
     use missions::waste::data::{WasteSection, default_scenario};
-        use alliance_proto::scenario::{Scenario, Setup};
 
     use super::*;
     use crate::in_process::Team;
@@ -455,7 +455,7 @@ mod tests {
         );
         let other = run(
             1,
-            |scenario| WasteSection::of_mut(&mut scenario).report_period_s = 60.0,
+            |scenario| WasteSection::of_mut(scenario).report_period_s = 60.0,
             None,
         );
         check(

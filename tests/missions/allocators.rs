@@ -5,6 +5,7 @@ use alliance_proto::log::{AllocationRow, EventRow, LogLevel, Memory, MotivationR
 use alliance_proto::mission::Value;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
+use missions::Registry;
 use study::in_process::Team;
 
 use crate::harness::Lab;

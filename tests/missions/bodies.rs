@@ -1,5 +1,6 @@
 //! Robots whose bodies differ.
 
+use missions::Registry;
 use missions::waste::data::default_scenario;
 use std::collections::BTreeMap;
 
@@ -17,7 +18,8 @@ fn poses(change: impl FnOnce(&mut Scenario)) -> Vec<PoseRow> {
     change(&mut scenario);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let (_, recorder) = run(setup, LogLevel::Full);
-    let log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let log =
+        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
     log.rows().unwrap()
 }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use alliance_proto::log::{
     EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow,
 };
-use missions::waste::data::WasteRow;
 use alliance_proto::tick::Outcome;
+use missions::waste::data::WasteRow;
 use nix::sys::signal::Signal;
 use serde_json::Value;
 

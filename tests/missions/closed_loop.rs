@@ -1,10 +1,10 @@
 //! Whole missions in one process, in rooms that are easy, hard, tiny and large. More rooms by hand: `examples/rooms.rs`.
 
-use missions::waste::data::{WasteSection, default_scenario};
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, TaskSection};
 use alliance_proto::tick::Outcome;
 use alliance_tests::closed_loop::{Mission, run};
 use alliance_tests::rooms::random_room;
+use missions::waste::data::{WasteSection, default_scenario};
 
 fn mission(scenario: Scenario, seed: u64) -> Mission {
     run(scenario, seed, |_, _, _| ())

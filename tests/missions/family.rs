@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::fault::{Fault, Order};
 use alliance_proto::log::{EventRow, LogLevel, MessageRow, PoseRow};
-use missions::waste::data::WasteRow;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
+use missions::waste::data::WasteRow;
 use study::in_process::Team;
 use study::invariants::Invariants;
 

@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods)] // Waiting for real processes takes the real clock; nothing is asserted of it.
 
+use missions::Registry;
 use missions::waste::data::{WasteSection, default_scenario};
 use std::fs::File;
 use std::io::Read;

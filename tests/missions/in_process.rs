@@ -1,9 +1,9 @@
 //! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
 
 use alliance_proto::log::{Document, LogLevel, Memory, Table};
-use missions::waste::data::default_scenario;
 use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
+use missions::waste::data::default_scenario;
 use study::in_process::Team;
 use world_server::recorder::Recorder;
 

@@ -1,8 +1,9 @@
 //! The default mission's parameters: progress reports on time, and the mission not the longer for it.
 
 use alliance_proto::log::{Document, Figures, LogLevel, RunFile};
-use missions::waste::data::WasteFigures;
 use alliance_proto::tick::Outcome;
+use missions::Registry;
+use missions::waste::data::WasteFigures;
 
 use crate::harness::Lab;
 use crate::in_process::run;

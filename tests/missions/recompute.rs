@@ -2,6 +2,7 @@
 //! of `alliance_tests::recompute` against the robots' own.
 
 use alliance_proto::log::RunFile;
+use missions::Registry;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -27,7 +28,12 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
     for builtin in builtins() {
         for preset in PRESETS {
             for order in ORDERS {
-                let mut scenario = Scenario::parse(&builtin.file_name(), builtin.text, &Registry::built_in().vocabulary()).unwrap();
+                let mut scenario = Scenario::parse(
+                    &builtin.file_name(),
+                    builtin.text,
+                    &Registry::built_in().vocabulary(),
+                )
+                .unwrap();
                 scenario.limit_s = limit_s;
                 scenario.alliance.preset = preset;
                 scenario.step_order = Some(order);

@@ -1,9 +1,9 @@
 //! Hard rooms, by real processes (issue "It holds", item 6). The survey of 200 random ones is `--example rooms`; here a fixed
 //! few of them, and the rooms that are extreme in one way.
 
-use missions::waste::data::{WasteSection, default_scenario};
 use alliance_proto::scenario::{Obstacle, Robot, Room, Scenario};
 use alliance_tests::rooms::random_room;
+use missions::waste::data::{WasteSection, default_scenario};
 
 use crate::harness::Lab;
 

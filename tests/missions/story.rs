@@ -1,6 +1,7 @@
 //! What a log tells about a mission: who did what, in which order and why. For the tests of scenarios, which assert orders and
 //! causes, not times.
 
+use missions::Registry;
 use missions::waste::data::WasteSection;
 use std::path::Path;
 
@@ -43,7 +44,12 @@ pub struct Report<'a> {
 /// The run of a built-in scenario.
 pub fn setup(name: &str, seed: u64) -> Setup {
     let file = builtin(name).unwrap();
-    let scenario = Scenario::parse(&file.file_name(), file.text, &Registry::built_in().vocabulary()).unwrap();
+    let scenario = Scenario::parse(
+        &file.file_name(),
+        file.text,
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     Setup::resolve(scenario, seed, None).unwrap().setup
 }
 

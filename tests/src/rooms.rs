@@ -1,7 +1,7 @@
 //! Random rooms for closed-loop tests.
 
-use missions::waste::data::default_scenario;
 use alliance_proto::scenario::Scenario;
+use missions::waste::data::default_scenario;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -478,7 +478,8 @@ mod tests {
         let asked = path.to_str().unwrap();
         let known = Known {
             builtin: |_| None,
-            vocabulary: Vocabulary::default(),
+            vocabulary: alliance_proto::testkit::vocabulary(),
+            worlds: Worlds::default(),
         };
         let error = read_scenario(asked, &known).unwrap_err();
         assert_eq!(

@@ -16,6 +16,8 @@
 
 pub mod args;
 pub mod barrier;
+#[cfg(test)]
+mod drill;
 pub mod faults;
 pub mod interruption;
 pub mod latest;

@@ -215,10 +215,10 @@ fn line(row: EventRow) -> EventLine {
 #[cfg(test)]
 mod tests {
     use missions::waste::data::default_scenario;
-        use std::process::Command;
+    use std::process::Command;
 
     use alliance_proto::log::MotivationRow;
-    use alliance_proto::scenario::{Scenario, Setup};
+    use alliance_proto::scenario::Setup;
     use serde_json::{Value, json};
     use study::in_process::Team;
     use tempfile::TempDir;

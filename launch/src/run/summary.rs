@@ -2,10 +2,10 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{LogLevel, RunFile, RunOutcome};
-use missions::waste::data::{WasteFigures, WasteRobotFigures};
 use alliance_proto::time::SimTime;
 use alliance_proto::{tell, terminal};
 use comfy_table::{CellAlignment, Table};
+use missions::waste::data::{WasteFigures, WasteRobotFigures};
 use serde_json::json;
 use study::table;
 

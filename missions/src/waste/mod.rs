@@ -7,6 +7,9 @@ pub mod data;
 pub mod mind;
 pub mod world;
 
+#[cfg(test)]
+mod rollback;
+
 use crate::MissionParts;
 
 /// Both sides of it.

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use super::*;
 use crate::fault::{Fault, OrderError};
-use crate::rendezvous::Rendezvous;
 use crate::scenario::{Catalog, Scenario};
 
 const PAGE: &str = include_str!("../../../docs/CONTROL.md");
@@ -17,14 +16,6 @@ fn vocabulary() -> BTreeSet<String> {
     names.map(|name| name.unwrap().to_owned()).collect()
 }
 
-/// The page's blocks of JSON.
-fn blocks() -> Vec<&'static str> {
-    let parts = PAGE.split("```json\n").skip(1);
-    parts
-        .map(|part| part.split("```").next().unwrap())
-        .collect()
-}
-
 /// What the page's tables set in code, such as ``| `{"kill": "gold"}` | … |``.
 fn cells() -> impl Iterator<Item = &'static str> {
     let rows = PAGE.lines().filter_map(|line| line.strip_prefix("| `"));
@@ -35,7 +26,7 @@ fn cells() -> impl Iterator<Item = &'static str> {
 /// Anybody's scenario in which each example of the page makes sense.
 fn scenario() -> Scenario {
     let text = "[[robots]]\nname = \"blue\"\n[[robots]]\nname = \"gold\"\n[[robots]]\nname = \"green\"\n[[robots]]\nname = \"red\"\nabsent = true\n";
-    Scenario::parse("team", text, &Registry::built_in().vocabulary()).unwrap()
+    Scenario::parse("team", text, &crate::testkit::vocabulary()).unwrap()
 }
 
 fn check(order: &Order) -> Result<(), OrderError> {
@@ -53,23 +44,6 @@ fn the_schema_tells_of_requests_and_replies() {
     assert_eq!(nonce["type"], "string");
     assert_eq!(vocabulary().len(), 25);
     assert!(vocabulary().contains("move-waste"));
-}
-
-#[test]
-fn every_block_of_the_page_is_what_it_shows() {
-    let mut requests = 0;
-    for block in blocks() {
-        if let Ok(request) = serde_json::from_str::<Request>(block) {
-            requests += 1;
-            if let ControlCommand::Fault(order) = request.command {
-                assert_eq!(check(&order), Ok(()), "{block}");
-            }
-        } else if serde_json::from_str::<Rendezvous>(block).is_err() {
-            let reply = serde_json::from_str::<Reply>(block);
-            assert!(reply.is_ok(), "{reply:?}: {block}");
-        }
-    }
-    assert!(requests > 0);
 }
 
 /// Commands or faults; the examples of faults can all be ordered.

@@ -261,8 +261,8 @@ mod tests {
 
     use super::*;
     use crate::control::{Armed, ClockCommand, ControlCommand};
-    use crate::fault::tests::one_of_each;
     use crate::fault::{Fault, Order};
+    use crate::testkit::one_of_each;
     use crate::time::SimTime;
 
     const FORMS: [Form; 2] = [Form::Bincode, Form::Json];

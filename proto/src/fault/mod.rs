@@ -14,7 +14,7 @@ mod check;
 mod order;
 mod radio;
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 mod text;
 mod when;
 

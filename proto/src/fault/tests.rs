@@ -2,105 +2,8 @@
 
 use super::*;
 use crate::codec::{decode, encode};
-use crate::mission::waste_data::default_scenario;
-use crate::scenario::{Catalog, Scenario};
-
-/// One fault of each kind, with every mode.
-pub(crate) fn one_of_each() -> Vec<Fault> {
-    let robot = || "gold".to_owned();
-    let from = || Who::Robot("green".to_owned());
-    let error = SensorError { m: 0.5, deg: 3.0 };
-    let sensor = |device, mode| {
-        Fault::Sensor(SensorFault {
-            robot: robot(),
-            device,
-            mode,
-        })
-    };
-    let actuator = |mode| {
-        Fault::Actuator(ActuatorFault {
-            robot: robot(),
-            mode,
-        })
-    };
-    vec![
-        Fault::Kill(robot()),
-        Fault::Terminate(robot()),
-        Fault::Pause(robot()),
-        Fault::Continue(robot()),
-        Fault::Restart(robot()),
-        Fault::Remove(robot()),
-        Fault::Drop(Loss {
-            from: from(),
-            to: Who::All,
-            p: 0.3,
-            burst_s: 2.0,
-        }),
-        Fault::Delay(Delay {
-            from: Who::All,
-            to: from(),
-            delay_s: 0.5,
-            jitter_s: 1.5,
-        }),
-        Fault::Duplicate(Chance {
-            from: Who::All,
-            to: Who::All,
-            p: 0.1,
-        }),
-        Fault::Reorder(Chance {
-            from: from(),
-            to: Who::All,
-            p: 0.1,
-        }),
-        Fault::Hold(Link::default()),
-        Fault::Partition(Partition {
-            groups: vec![vec!["blue".to_owned(), robot()], vec!["green".to_owned()]],
-            one_way: true,
-        }),
-        Fault::Mute(robot()),
-        Fault::Deaf(robot()),
-        Fault::Range(RangeFault { range_m: 3.5 }),
-        Fault::Radio(RadioQuality::SevereRadio),
-        sensor(Device::SideBorder, SensorMode::Dead),
-        sensor(Device::Gripper, SensorMode::Stuck),
-        sensor(Device::Position, SensorMode::Noise(error)),
-        sensor(
-            Device::Waste,
-            SensorMode::Bias(SensorError { m: -0.5, deg: 0.0 }),
-        ),
-        sensor(Device::Ground, SensorMode::Dropout(0.25)),
-        actuator(ActuatorMode::Dead),
-        actuator(ActuatorMode::Slowed(0.2)),
-        actuator(ActuatorMode::TurnBias(-10.0)),
-        actuator(ActuatorMode::OneWheel(Side::Left)),
-        actuator(ActuatorMode::Gripper),
-        Fault::Power(robot()),
-        Fault::Babble(robot()),
-        Fault::Obstacle(Obstacle {
-            x_m: 2.0,
-            y_m: 1.0,
-            width_m: 0.5,
-            height_m: 0.5,
-            penetrability: 0.5,
-        }),
-        Fault::Waste(WasteFault {
-            x_m: 3.0,
-            y_m: 4.0,
-            items: 2,
-        }),
-        Fault::MoveWaste(MoveWaste {
-            item: 7,
-            x_m: 3.0,
-            y_m: 4.0,
-        }),
-        Fault::MoveRobot(MoveRobot {
-            robot: robot(),
-            x_m: 3.0,
-            y_m: 4.0,
-            heading_deg: Some(-90.0),
-        }),
-    ]
-}
+use crate::scenario::Catalog;
+use crate::testkit::{default_scenario, one_of_each};
 
 #[test]
 fn every_fault_survives_bincode_and_json() {
@@ -182,9 +85,9 @@ fn mistakes_say_where_what_and_what_would_be_right() {
         "for_s: 3 s is no shorter than every 3 s; let it heal before it comes again",
     );
     refused(
-        r#"{"fault":{"mute":"blue"},"when":"gold activates report-progres"}"#,
-        "when: there is no behavior set 'report-progres'; did you mean 'report-progress'? (there are \
-         find-locations-methodical, find-locations-wander, move-spill(top), move-spill(bottom), report-progress)",
+        r#"{"fault":{"mute":"blue"},"when":"gold activates repor"}"#,
+        "when: there is no behavior set 'repor'; did you mean 'report'? (there are \
+         find-methodical, find-wander, move(top), move(bottom), report)",
     );
     refused(
         r#"{"fault":{"mute":"blue"},"when":"gold dies","at_s":3}"#,
@@ -198,14 +101,14 @@ fn mistakes_say_where_what_and_what_would_be_right() {
 
 #[test]
 fn events_are_read_as_people_write_them() {
-    let when: When = "blue activates move-spill(top)".parse().unwrap();
+    let when: When = "blue activates move(top)".parse().unwrap();
     let expected = When {
         robot: Some("blue".to_owned()),
         what: Happening::Activates,
-        subject: Some("move-spill(top)".to_owned()),
+        subject: Some("move(top)".to_owned()),
     };
     assert_eq!(when, expected);
-    assert_eq!(when.to_string(), "blue activates move-spill(top)");
+    assert_eq!(when.to_string(), "blue activates move(top)");
     let any = When {
         robot: None,
         what: Happening::Delivers,

@@ -42,6 +42,13 @@ impl Clone for Box<dyn Section> {
 }
 
 impl MissionSection {
+    /// A section of that mission, whose type it is.
+    #[must_use]
+    pub fn new(mission: Mission, values: impl Section) -> Self {
+        let values = Box::new(values);
+        Self { mission, values }
+    }
+
     /// The section as it stands in a file.
     ///
     /// # Errors

@@ -196,7 +196,8 @@ pub struct SwitchSection {
 
 impl SwitchSection {
     /// A section that states all of them.
-    pub(super) fn stating(switches: Switches, step_order: StepOrder) -> Self {
+    #[must_use]
+    pub fn stating(switches: Switches, step_order: StepOrder) -> Self {
         Self {
             waiting: Some(switches.waiting),
             waiting_counts: Some(switches.waiting_counts),

@@ -99,14 +99,6 @@ impl Problem {
         }
     }
 
-    /// Where it is in the scenario, if it is there.
-    pub(super) fn path(&self) -> Option<&[Step]> {
-        match &self.place {
-            Place::Scenario(path) => Some(&path.0),
-            Place::Parameters { .. } => None,
-        }
-    }
-
     /// The same where the scenario is part of something else, under that key.
     pub(super) fn below(mut self, key: &str) -> Self {
         if let Place::Scenario(path) = &mut self.place {

@@ -1,6 +1,8 @@
 //! Scenario files, and other files in TOML whose mistakes are answered like theirs.
 
 use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use super::document::Document;
 use super::error::{Problem, ScenarioError};
@@ -29,10 +31,7 @@ impl Scenario {
     ///
     /// # Errors
     /// Those of [`Scenario::parse`].
-    pub fn from_table(
-        table: &toml::Table,
-        vocabulary: &Vocabulary,
-    ) -> Result<Self, ScenarioError> {
+    pub fn from_table(table: &toml::Table, vocabulary: &Vocabulary) -> Result<Self, ScenarioError> {
         let text = table.to_string();
         let document = Document::parse("scenario", &text)?;
         Self::from_toml(document.table(), vocabulary)
@@ -72,6 +71,23 @@ impl<'t> TomlFile<'t> {
         self.document
             .to()
             .map_err(|problem| problem.located(Some((self.name, &self.document))))
+    }
+
+    /// The scenario that is its table of that key. It has not been checked.
+    ///
+    /// # Errors
+    /// The first key or value that does not fit, with its line.
+    pub fn scenario(&self, key: &str, vocabulary: &Vocabulary) -> Result<Scenario, ScenarioError> {
+        let empty = DeTable::new();
+        let table = match self.document.table().get(key).map(Spanned::get_ref) {
+            Some(DeValue::Table(table)) => table,
+            _ => &empty,
+        };
+        Scenario::from_toml(table, vocabulary).map_err(|problem| {
+            problem
+                .below(key)
+                .located(Some((self.name, &self.document)))
+        })
     }
 
     /// What is wrong with a value of it, and what would be right.

@@ -20,15 +20,13 @@ mod resolve;
 mod roster;
 mod setup;
 mod statement;
-#[cfg(test)]
-mod tests;
 mod toml_value;
 mod unread;
 mod validate;
 mod values;
 mod vocabulary;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 use crate::fault::Faults;
@@ -55,9 +53,10 @@ pub use unread::Unread;
 pub use validate::MAX_ROBOTS;
 pub use vocabulary::Vocabulary;
 
-/// A scenario file. As a value that is read by itself it is of no mission: whoever reads a file says which missions there are.
+/// A scenario file. It is read with a [`Vocabulary`]: whoever reads it says which missions there are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+// By itself it cannot be read: that would leave its mission out.
+#[serde(default, deny_unknown_fields, remote = "Self")]
 pub struct Scenario {
     /// Name, one word.
     pub name: String,
@@ -126,6 +125,13 @@ impl Default for Scenario {
             alliance: AllianceSection::default(),
             allocators: Allocators::new(),
         }
+    }
+}
+
+impl Serialize for Scenario {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        // The derived one.
+        Self::serialize(self, serializer)
     }
 }
 

@@ -1,11 +1,10 @@
 //! Which mission a scenario is of: the section that it has says so.
 
-use serde::Deserialize;
 use serde_json::Map;
 use toml::de::DeTable;
 
-use super::error::{Problem, instead};
-use super::path::{Path, Step};
+use super::error::Problem;
+use super::path::Path;
 use super::toml_value::Without;
 use super::unread::Unread;
 use super::{Scenario, Vocabulary};
@@ -25,9 +24,9 @@ impl Scenario {
     pub(super) fn from_toml(file: &DeTable<'_>, vocabulary: &Vocabulary) -> Result<Self, Problem> {
         let mission = mission_of(|key| file.contains_key(key), vocabulary)?;
         let name = mission.name();
+        let missions = vocabulary.missions.iter().map(|it| it.name());
         let frame = Self::deserialize(Without(file, Some(name)))
-            .map_err(Problem::from)
-            .map_err(|problem| with_missions(problem, vocabulary))?;
+            .map_err(|mistake| mistake.or_one_of(missions))?;
         let section = match file.get(name) {
             Some(section) => Unread::toml(name, section.get_ref()),
             None => Unread::absent(name),
@@ -44,7 +43,7 @@ impl Scenario {
         let name = mission.name();
         let stated: Vec<String> = file.keys().cloned().collect();
         let section = file.remove(name);
-        let frame: Self = serde_json::from_value(file.into()).map_err(|error| {
+        let frame = Self::deserialize(serde_json::Value::Object(file)).map_err(|error| {
             Problem::at(
                 Path::default(),
                 error.to_string(),
@@ -94,15 +93,4 @@ fn mission_of(has: impl Fn(&str) -> bool, vocabulary: &Vocabulary) -> Result<Mis
     }
     let mission = first.or(vocabulary.missions.first());
     Ok(mission.copied().unwrap_or(NO_MISSION))
-}
-
-/// A key that nobody knows may be a mission's name with a mistake in it.
-fn with_missions(mut problem: Problem, vocabulary: &Vocabulary) -> Problem {
-    if let Some([Step::Key(key)]) = problem.path() {
-        let meant = instead(key, vocabulary.missions.iter().map(|it| it.name()));
-        if meant.starts_with("did you mean") {
-            problem.remedy = meant;
-        }
-    }
-    problem
 }

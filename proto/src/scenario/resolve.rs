@@ -155,13 +155,14 @@ impl<'a> Toward<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testkit::{default_scenario, default_setup};
 
     #[test]
     fn default_scenario_resolves() {
         let alliance = default_setup(1).alliance;
         assert_eq!(alliance.threshold, 100.0);
         let blue = &alliance.robots["blue"];
-        assert_eq!(blue.sets["move-spill(top)"].slow_impatience["gold"], 0.5);
+        assert_eq!(blue.sets["move(top)"].slow_impatience["gold"], 0.5);
     }
 
     /// Toward 100 others each has a value for each; toward more, for those that are named and for all others.
@@ -174,23 +175,23 @@ mod tests {
                     ..crate::scenario::Robot::default()
                 })
                 .collect(),
-            ..Scenario::default()
+            ..default_scenario()
         };
         let toward = BTreeMap::from([("r7".to_owned(), 0.25)]);
         scenario.alliance.defaults.slow_impatience_toward = toward;
         let resolved = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
-        let report = &resolved.alliance.robots["r0"].sets["report-progress"];
+        let report = &resolved.alliance.robots["r0"].sets["report"];
         let listed: Vec<&String> = report.slow_impatience.keys().collect();
         assert_eq!(listed, [BehaviorParams::OTHERS, "r7"]);
         assert_eq!(report.slow_toward("r7"), 0.25);
         assert_eq!(report.slow_toward("r8"), 1.0);
         // It is no teammate of its own.
-        let own = &resolved.alliance.robots["r7"].sets["report-progress"];
+        let own = &resolved.alliance.robots["r7"].sets["report"];
         assert_eq!(own.slow_impatience.len(), 1);
 
         scenario.robots.pop();
         let resolved = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let report = &resolved.alliance.robots["r0"].sets["report-progress"];
+        let report = &resolved.alliance.robots["r0"].sets["report"];
         assert_eq!(report.slow_impatience.len(), Toward::MOST_LISTED - 1);
         assert!(!report.slow_impatience.contains_key(BehaviorParams::OTHERS));
     }

@@ -19,6 +19,8 @@ pub(super) struct Mistake {
     steps: Vec<Step>,
     what: String,
     remedy: String,
+    /// The keys that there are, where an unknown one is the mistake.
+    known: &'static [&'static str],
 }
 
 impl Mistake {
@@ -27,7 +29,16 @@ impl Mistake {
             steps: Vec::new(),
             what: what.into(),
             remedy: remedy.into(),
+            known: &[],
         }
+    }
+
+    /// The same where the table may have these keys too.
+    pub fn or_one_of(mut self, more: impl Iterator<Item = &'static str>) -> Self {
+        if let ([Step::Key(key)], [_, ..]) = (self.steps.as_slice(), self.known) {
+            self.remedy = instead(key, self.known.iter().copied().chain(more));
+        }
+        self
     }
 
     fn below(mut self, step: Step) -> Self {
@@ -83,7 +94,10 @@ impl Error for Mistake {
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        Self::new("unknown key", instead(name, known.iter().copied()))
+        Self {
+            known,
+            ..Self::new("unknown key", instead(name, known.iter().copied()))
+        }
     }
 
     fn missing_field(name: &'static str) -> Self {

@@ -1,12 +1,10 @@
 //! The laws for all, and those of the baselines (ALLOCATORS.md §7).
 
-use crate::missions::waste::MIND;
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::Lore;
-use alliance_proto::scenario::Setup;
 use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::Reason;
 use alliance_proto::time::SimTime;
@@ -335,7 +333,7 @@ proptest! {
 fn an_unknown_allocator_and_a_wrong_key_are_one_line() {
     let mut setup = default_setup(1);
     setup.scenario.allocator = Some("telepathy".to_owned());
-    let error = TeamConfig::of(&setup, &AgentRegistry::built_in().mission(MIND)).unwrap_err();
+    let error = TeamConfig::of(&setup, &AgentRegistry::built_in()).unwrap_err();
     assert_eq!(
         error.to_string(),
         "allocators.telepathy: there is no such allocator; there are alliance, nearest, first-come, random, static"

@@ -1,10 +1,9 @@
 //! Body control against made-up surroundings. Whole ways round real obstacles are driven in the closed-loop tests.
 
-use alliance_proto::mission::waste_data::default_scenario;
+use alliance_proto::testkit::default_scenario;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use alliance_proto::readings::{Actuation, Hit, Pose, Proximity};
-use alliance_proto::scenario::Scenario;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;

@@ -1,11 +1,12 @@
 //! Deliveries of messages, one link state at a time and in any mixture.
 
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use std::collections::{BTreeMap, BTreeSet};
 
 use alliance_proto::link::Probability;
-use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
+use alliance_proto::mission::Payload;
 use alliance_proto::readings::Readings;
+use alliance_proto::team::{Bulletin, BulletinKind};
 use alliance_proto::tick::ManifestEntry;
 use proptest::prelude::*;
 
@@ -30,13 +31,11 @@ fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
         index,
         seq: tick * 10 + u64::from(index),
         sent: SimTime(tick * STEP.0),
-        body: Content::Bulletin(
-            WasteBulletin::Withdrawal(Withdrawal {
-                finder: ME,
-                seen: SimTime::ZERO,
-            })
-            .about(None),
-        ),
+        body: Content::Bulletin(Bulletin {
+            kind: BulletinKind::Second,
+            about: None,
+            payload: Payload::Open(vec![7; 4]),
+        }),
     }
 }
 

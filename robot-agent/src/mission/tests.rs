@@ -1,10 +1,10 @@
 //! A mission of somebody else: places to be touched once, each a task. It shows what the robots' side of one takes.
 
 use alliance_proto::codec;
-use alliance_proto::mission::waste_data::WASTE;
-use alliance_proto::mission::waste_data::default_setup;
 use alliance_proto::mission::{Bytes, Deed, Payload, Sensed};
 use alliance_proto::team::{About, BulletinKind, Content};
+use alliance_proto::testkit::DRILL;
+use alliance_proto::testkit::default_setup;
 use alliance_proto::tick::{ManifestEntry, TickMessage};
 use serde::{Deserialize, Serialize};
 
@@ -17,9 +17,9 @@ const GOLD: RobotId = RobotId(1);
 /// Task of the behavior that grows impatient first.
 const FASTEST: u16 = 3;
 
-/// Under the clean-up's name: its tasks and behaviors do.
+/// With the drill's tasks and behaviors.
 const VISIT: MissionMind = MissionMind {
-    data: WASTE,
+    data: DRILL,
     shared: |_| Arc::new(Places),
 };
 

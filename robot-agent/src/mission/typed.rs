@@ -98,11 +98,11 @@ impl<'a, M: TypedMind> Heard<'a, M> {
         let (lore, bulletin) = match &broadcast.body {
             Content::Heartbeat(heartbeat) => match &heartbeat.lore {
                 Lore::Open(bytes) => (codec::decode(bytes).ok(), None),
-                Lore::Nothing | Lore::Waste(_) => (None, None),
+                _ => (None, None),
             },
             Content::Bulletin(bulletin) => match &bulletin.payload {
                 Payload::Open(bytes) => (None, codec::decode(bytes).ok()),
-                Payload::Waste(_) => (None, None),
+                _ => (None, None),
             },
             Content::Allocation(_) => (None, None),
         };
@@ -181,7 +181,7 @@ impl<M: TypedMind> AgentMission for Typed<M> {
     ) {
         self.sensed = match &moment.readings.mission {
             Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
-            Sensed::Nothing | Sensed::Waste(_) => M::Sensed::default(),
+            _ => M::Sensed::default(),
         };
         let heard: Vec<Heard<'_, M>> = heard.iter().map(|it| Heard::of(it)).collect();
         let moment = TypedMoment::of(moment, &self.sensed);
@@ -208,7 +208,7 @@ impl<M: TypedMind> AgentMission for Typed<M> {
     fn lore(&self, lore: &mut Lore) {
         let mut bytes = match std::mem::take(lore) {
             Lore::Open(bytes) => bytes,
-            Lore::Nothing | Lore::Waste(_) => Vec::new(),
+            _ => Vec::new(),
         };
         encode("what a robot knows", &self.mind.lore(), &mut bytes);
         *lore = Lore::Open(bytes);

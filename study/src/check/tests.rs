@@ -1,7 +1,8 @@
 //! Against values worked out by hand.
 
-use missions::waste::data::{BehaviorKind, default_setup};
 use alliance_proto::scenario::{Scenario, Setup};
+use missions::Registry;
+use missions::waste::data::{BehaviorKind, default_setup};
 
 use super::forecast::{Forecast, rise_s};
 use super::warnings::Kind;

@@ -2,9 +2,9 @@
 
 use alliance_proto::control::Phase;
 use alliance_proto::fault::{ActuatorMode, Fault};
-use missions::waste::data::WasteSection;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use missions::waste::data::WasteSection;
 
 use super::solids::distance;
 use super::{RobotState, WorldState};

@@ -2,8 +2,8 @@
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
-use missions::waste::data::WasteSection;
 use alliance_proto::scenario::Scenario;
+use missions::waste::data::WasteSection;
 
 use super::{Item, WorldState};
 

@@ -3,9 +3,9 @@
 //! move-spill takes what lies in a spill or is seen on the way between it and the deposit, and what some robot has carried
 //! before. Waste that is strewn elsewhere is no task of anybody's, unless somebody happens to come by.
 
-use missions::waste::data::WasteSection;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use missions::waste::data::WasteSection;
 
 use super::{Item, WorldState};
 

@@ -4,11 +4,12 @@ use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::fault::Order;
 use alliance_proto::ids::{BehaviorId, ItemId, RobotId};
 use alliance_proto::log::{LogLevel, Memory, RunLog};
-use missions::waste::data::{default_scenario, default_setup};
 use alliance_proto::scenario::{Preset, Scenario, Setup};
 use alliance_proto::telemetry::{BehaviorState, Motivation};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
+use missions::Registry;
+use missions::waste::data::{default_scenario, default_setup};
 use world_server::world::{ComponentId, ObstacleId};
 
 use super::*;
@@ -93,7 +94,8 @@ fn a_whole_mission_is_well() {
         }
     };
     let (_, recorder) = team.end(outcome).unwrap();
-    let mut log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let mut log =
+        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
     replayed::check(&log).unwrap();
 
     log.run.hash = Some("0".repeat(16));
@@ -108,7 +110,8 @@ fn figures_that_a_replay_does_not_give() {
     let (_, recorder) = team
         .run_for(20, alliance_proto::tick::Outcome::Interrupted, |_| ())
         .unwrap();
-    let mut log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let mut log =
+        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
     replayed::check(&log).unwrap();
     log.run.result.mission.add("reports_made", 9_u32);
     assert!(replayed::check(&log).is_err());
@@ -126,12 +129,14 @@ fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
         fault.continue = 'gold'
         at_s = 2.0
     ";
-    let scenario = Scenario::parse("mission.toml", text, &Registry::built_in().vocabulary()).unwrap();
+    let scenario =
+        Scenario::parse("mission.toml", text, &Registry::built_in().vocabulary()).unwrap();
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
     let (outcome, recorder) = team.run().unwrap();
     assert_eq!(outcome, alliance_proto::tick::Outcome::NoRobotLeft);
-    let log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let log =
+        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
     assert!(
         log.run
             .faults
@@ -157,11 +162,13 @@ fn a_robot_that_is_restarted_and_killed_in_one_tick_is_so_again() {
             at_s = 1.0
         "
         );
-        let scenario = Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap();
+        let scenario =
+            Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap();
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
         let (_, recorder) = team.run().unwrap();
-        let log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+        let log =
+            RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
         assert!(!log.run.unscripted, "{first}, {then}");
         assert!(log.run.faults.iter().all(|fault| fault.hits == 1));
         replayed::check(&log).unwrap();

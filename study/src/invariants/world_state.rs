@@ -2,13 +2,13 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{ItemId, RobotId, Tick};
-use missions::waste::data::WasteSection;
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::Scenario;
 use alliance_proto::telemetry::Motivation;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::View;
 use glam::Vec2;
+use missions::waste::data::WasteSection;
 use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 use world_server::world::{Component, ComponentId, Shape};

@@ -4,8 +4,8 @@ use alliance_proto::fault::{
     Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, MoveWaste, Order, Partition,
     RadioQuality, RangeFault, WasteFault, When, Who,
 };
-use missions::waste::data::WasteSection;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario};
+use missions::waste::data::WasteSection;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -282,7 +282,6 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     use super::*;
-    use alliance_proto::scenario::Setup;
 
     fn orders(until_s: f64) -> Vec<Order> {
         let faults = RandomFaults {

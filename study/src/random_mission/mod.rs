@@ -119,11 +119,11 @@ impl RandomMission {
 
 #[cfg(test)]
 mod tests {
+    use missions::Registry;
     use missions::waste::data::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::Setup;
-    use world_server::world::start_poses;
 
     use super::*;
 
@@ -147,7 +147,8 @@ mod tests {
         for seed in 0..500 {
             let scenario = mission().draw(default_scenario(), seed);
             assert_eq!(scenario, mission().draw(default_scenario(), seed));
-            worlds
+            Registry::built_in()
+                .worlds()
                 .of(&scenario)
                 .unwrap()
                 .start_poses(&scenario)
@@ -160,7 +161,10 @@ mod tests {
             }
             // Also by its text, which is what a failed run leaves.
             let text = toml::to_string(&scenario).unwrap();
-            assert_eq!(Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap(), scenario);
+            assert_eq!(
+                Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap(),
+                scenario
+            );
             Setup::resolve(scenario, seed, None).unwrap();
         }
         assert_eq!(obstacles, (1..=8).collect());

@@ -1,7 +1,7 @@
 //! Random rooms: disjoint obstacles with corridors that a robot can pass.
 
-use missions::waste::data::WasteSection;
 use alliance_proto::scenario::{Obstacle, Scenario};
+use missions::waste::data::WasteSection;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -107,8 +107,8 @@ fn gap(a: &Rectangle, b: &Rectangle) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use missions::waste::data::default_scenario;
     use alliance_proto::scenario::Room;
+    use missions::waste::data::default_scenario;
     use rand_chacha::rand_core::SeedableRng;
 
     use super::*;

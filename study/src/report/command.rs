@@ -86,8 +86,8 @@ pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::scenario::{Scenario, Setup};
     use missions::waste::data::default_scenario;
-        use alliance_proto::scenario::{Scenario, Setup};
     use tempfile::TempDir;
     use world_server::recorder::Folder;
 

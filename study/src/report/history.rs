@@ -5,9 +5,9 @@ use std::sync::Arc;
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, ReadError, RunLog};
-use missions::waste::data::WasteRow;
 use alliance_proto::scenario::{BehaviorParams, Catalog, Obstacle, Setup};
 use alliance_proto::time::SimTime;
+use missions::waste::data::WasteRow;
 
 use super::spans::{Span, Spans};
 

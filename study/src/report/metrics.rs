@@ -2,9 +2,9 @@
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{RobotFigures, RunFile, RunOutcome};
-use missions::waste::data::WasteSection;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+use missions::waste::data::WasteSection;
 
 use super::failures::{Failure, Takeover, failures, takeovers};
 use super::history::History;

@@ -1,9 +1,9 @@
 //! The page of a report: one file that needs no other.
 
 use alliance_proto::log::{RunFile, RunOutcome};
-use missions::waste::data::WasteSection;
 use alliance_proto::time::SimTime;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use missions::waste::data::WasteSection;
 
 use super::failures::{Aftermath, Cause, Loss, Sign};
 use super::faults::{Fault, Phase, faults};

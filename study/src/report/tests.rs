@@ -5,10 +5,11 @@ use alliance_proto::log::{
     EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, RobotFigures, RunFile, RunLog,
     RunOutcome,
 };
-use missions::waste::data::default_scenario;
 use alliance_proto::scenario::{Robot, Scenario, Setup, TaskSection};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+use missions::Registry;
+use missions::waste::data::default_scenario;
 
 use super::failures::{Aftermath, Cause, Detection, Failure, Loss, Orphan, Sign, Takeover};
 use super::history::History;
@@ -528,7 +529,8 @@ fn resets_are_those_that_took_something_away() {
 pub fn run_of(setup: Setup) -> (History, RunFile) {
     let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
     let (_, recorder) = team.run().unwrap();
-    let log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let log =
+        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
     (History::read(&log).unwrap(), log.run)
 }
 
@@ -540,7 +542,12 @@ pub fn history_of(setup: Setup) -> History {
 #[test]
 fn whoever_resets_a_motivation_is_told() {
     let text = include_str!("../../../launch/scenarios/thesis-no-interruption.toml");
-    let scenario = Scenario::parse("thesis-no-interruption", text, &Registry::built_in().vocabulary()).unwrap();
+    let scenario = Scenario::parse(
+        "thesis-no-interruption",
+        text,
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     let history = history_of(Setup::resolve(scenario, 1, None).unwrap().setup);
     let mut told = 0;
     for (rank, robot) in history.robots.iter().enumerate() {

@@ -498,7 +498,8 @@ fn jobs(text: &str) -> Result<NonZeroUsize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    
+    use missions::Registry;
+
     #[test]
     fn paths_for_a_shell() {
         assert_eq!(quoted(Path::new("sweeps/a-1.toml")), "sweeps/a-1.toml");

@@ -231,8 +231,8 @@ fn whole_lines(bytes: &[u8]) -> &[u8] {
 
 #[cfg(test)]
 mod tests {
+
     use missions::waste::data::default_scenario;
-    use alliance_proto::scenario::Scenario;
     use tempfile::TempDir;
 
     use super::super::plan::Plan;

@@ -181,9 +181,9 @@ pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use missions::waste::data::default_scenario;
-    use alliance_proto::scenario::Scenario;
+
     use alliance_proto::tick::Outcome;
+    use missions::waste::data::default_scenario;
 
     use super::super::plan::Plan;
     use super::super::run::{Failure, FaultCount};

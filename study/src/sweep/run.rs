@@ -7,8 +7,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use alliance_proto::control::FaultStatus;
 use alliance_proto::fault::Fault;
 use alliance_proto::log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
-use missions::waste::data::WasteFigures;
 use alliance_proto::tick::Outcome;
+use missions::waste::data::WasteFigures;
 use serde::{Deserialize, Serialize};
 
 use super::plan::{Plan, setup};
@@ -224,8 +224,8 @@ fn kind(fault: &Fault) -> String {
 
 #[cfg(test)]
 mod tests {
+
     use missions::waste::data::default_scenario;
-    use alliance_proto::scenario::Scenario;
 
     use super::*;
 

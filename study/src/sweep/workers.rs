@@ -52,8 +52,6 @@ mod tests {
     use missions::waste::data::default_scenario;
     use std::collections::BTreeSet;
 
-    use alliance_proto::scenario::Scenario;
-
     use super::*;
 
     fn plan() -> Plan {

@@ -1,5 +1,6 @@
 //! `alliance run`, started in a folder of its own and looked at from outside.
 
+use missions::Registry;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -111,7 +112,11 @@ impl Run {
             start_s: number("started_unix_ms") / 1000.0 + number("start_to_first_tick_s") - began,
             world_start_s: number("start_to_first_tick_s"),
             running_s: number("running_s"),
-            run: RunFile::parse(document("run.json").as_bytes(), &Registry::built_in().vocabulary()).unwrap(),
+            run: RunFile::parse(
+                document("run.json").as_bytes(),
+                &Registry::built_in().vocabulary(),
+            )
+            .unwrap(),
             agent,
             world,
         }

@@ -1,6 +1,7 @@
 //! Scenarios of teams of any size.
 
 use alliance_proto::scenario::{Scenario, Setup};
+use missions::Registry;
 
 /// A scenario file and what it resolves to.
 pub struct Team {
@@ -34,7 +35,8 @@ impl Team {
     }
 
     fn of(text: String, size: usize) -> Self {
-        let scenario = Scenario::parse("team.toml", &text, &Registry::built_in().vocabulary()).unwrap();
+        let scenario =
+            Scenario::parse("team.toml", &text, &Registry::built_in().vocabulary()).unwrap();
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         Self { size, text, setup }
     }

@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{EventRow, MotivationRow, RunLog};
-use missions::waste::data::WasteRow;
 use alliance_proto::time::SimTime;
+use missions::waste::data::WasteRow;
 
 use crate::harness::Lab;
 

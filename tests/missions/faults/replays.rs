@@ -1,6 +1,7 @@
 //! A run in which somebody killed, stopped and continued processes by hand, at any wall-clock moment, and sent commands while
 //! it ran at full speed, is repeated from its log alone.
 
+use missions::Registry;
 use missions::waste::data::default_scenario;
 use std::time::Duration;
 
@@ -148,7 +149,8 @@ fn whatever_happens_in_one_process_is_repeated() {
             order: 0.002,
         };
         let recorder = mishaps::run(&setup, rates, seed).unwrap();
-        let logged = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+        let logged =
+            RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
         let inputs = logged.inputs().unwrap();
         let orders = inputs
             .iter()

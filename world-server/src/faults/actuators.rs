@@ -144,16 +144,14 @@ fn one_wheel(body: &Body, told: Actuation, dead: Side) -> Actuation {
 #[cfg(test)]
 mod tests {
     use alliance_proto::fault::ActuatorFault;
-    use alliance_proto::mission::waste::{Gripper, WasteDeed};
-    use alliance_proto::mission::waste_data::default_setup;
-    use alliance_proto::scenario::Setup;
+
+    use alliance_proto::testkit::default_setup;
 
     use super::*;
-    use crate::missions::waste::WASTE;
+    use crate::drill::DRILL;
     use crate::world::World;
 
     const BLUE: RobotId = RobotId(0);
-    const GOLD: RobotId = RobotId(1);
 
     /// What becomes of a speed and a turn rate in degrees/s, and which faults did it. Limits: 0.5 m/s and 90 degrees/s;
     /// radius 0.2 m.
@@ -180,7 +178,7 @@ mod tests {
         let faults = faults.iter().enumerate();
         actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
         let mut command = Some(told);
-        let world = World::new(&default_setup(1), WASTE);
+        let world = World::new(&default_setup(1), DRILL);
         let hits = actuators.disobey(world.mission(), robot, &mut command);
         let hits = hits.into_iter().map(|fault| fault.0).collect();
         (command.unwrap(), hits)
@@ -237,58 +235,6 @@ mod tests {
         // The wheel that is left would go backwards: the body only turns.
         assert_drive(drive(&right, 0.0, 45.0), 0.0, 22.5, true);
         assert_drive(drive(&left, 0.0, 0.0), 0.0, 0.0, false);
-    }
-
-    #[test]
-    fn a_failed_gripper_keeps_and_the_drive_goes_on() {
-        let told = Actuation {
-            speed_m_s: 0.3,
-            deed: Gripper::Pick.into(),
-            ..Actuation::default()
-        };
-        let faults = [actuator(ActuatorMode::Gripper)];
-        let (done, hits) = obeyed(&faults, BLUE, told);
-        assert_eq!(
-            (done.speed_m_s, done.deed.waste().gripper),
-            (0.3, Gripper::Keep)
-        );
-        assert_eq!(hits, [0]);
-        assert_eq!(obeyed(&faults, GOLD, told), (told, vec![]));
-        let keeps = Actuation {
-            deed: Gripper::Keep.into(),
-            ..told
-        };
-        assert_eq!(obeyed(&faults, BLUE, keeps), (keeps, vec![]));
-    }
-
-    #[test]
-    fn without_power_and_while_it_babbles_nothing_is_obeyed() {
-        let told = Actuation {
-            deed: WasteDeed {
-                report_progress: true,
-                ..WasteDeed::default()
-            }
-            .into(),
-            ..Actuation::default()
-        };
-        for fault in [Fault::Power as fn(String) -> Fault, Fault::Babble] {
-            let fault = fault("blue".to_owned());
-            let (done, hits) = obeyed(std::slice::from_ref(&fault), BLUE, told);
-            assert_eq!((done, hits), (Actuation::default(), vec![0]));
-            let (_, hits) = obeyed(&[fault], BLUE, Actuation::default());
-            assert!(hits.is_empty());
-        }
-        let mut none = None;
-        let mut actuators = Actuators::new(&default_setup(1));
-        let fault = Fault::Babble("blue".to_owned());
-        actuators.begin([(FaultIndex(0), &fault)].into_iter());
-        let world = World::new(&default_setup(1), WASTE);
-        assert!(
-            actuators
-                .disobey(world.mission(), BLUE, &mut none)
-                .is_empty()
-        );
-        assert_eq!(none, None);
     }
 
     #[test]

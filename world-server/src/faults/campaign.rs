@@ -215,7 +215,7 @@ fn either_sign(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use alliance_proto::testkit::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::fault::Mix;

@@ -4,9 +4,6 @@
 //! first has left. An error or a dropout depends on the seed, the robot, the tick, the device and how many faults of the same
 //! kind act on that device before it, and on nothing else.
 
-#[cfg(test)]
-mod tests;
-
 use std::sync::Arc;
 
 use alliance_proto::fault::{Device, Fault, SensorError, SensorMode};

@@ -76,12 +76,11 @@ impl Interruption {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_setup;
-    use alliance_proto::scenario::Setup;
+
+    use alliance_proto::testkit::default_setup;
 
     use super::*;
-    use crate::missions::waste::WASTE;
-    use crate::missions::waste::tests as cleanup;
+    use crate::drill::DRILL;
 
     fn interruption(json: &str) -> Interruption {
         let fault = serde_json::from_str(json).unwrap();
@@ -89,7 +88,7 @@ mod tests {
     }
 
     fn world() -> World {
-        World::new(&default_setup(1), WASTE)
+        World::new(&default_setup(1), DRILL)
     }
 
     #[test]
@@ -106,28 +105,6 @@ mod tests {
         assert_eq!(world.obstacles()[0].penetrability.0, 0.5);
         assert_eq!(world.obstacles()[0].pose.position, Vec2::new(5.5, 5.0));
         assert_eq!(one.begin(&mut world).unwrap().unwrap(), "obstacle-2");
-    }
-
-    #[test]
-    fn waste_is_added_moved_and_stays() {
-        let mut world = world();
-        let mut waste = interruption(r#"{"waste":{"x_m":6,"y_m":7,"items":2}}"#);
-        assert_eq!(
-            waste.begin(&mut world).unwrap().unwrap(),
-            "item-24 6 7, item-25 6.1 7"
-        );
-        waste.end(&mut world);
-        assert_eq!(cleanup::waste(&world).counts().total(), 26);
-        let mut moved = interruption(r#"{"move-waste":{"item":25,"x_m":2,"y_m":1}}"#);
-        assert_eq!(moved.begin(&mut world).unwrap().unwrap(), "item-25 2 1");
-        moved.end(&mut world);
-        assert_eq!(
-            cleanup::waste(&world).items()[25].position,
-            Vec2::new(2.0, 1.0)
-        );
-        let mut none = interruption(r#"{"move-waste":{"item":26,"x_m":2,"y_m":1}}"#);
-        let error = none.begin(&mut world).unwrap().unwrap_err();
-        assert_eq!(error.to_string(), "there is no item-26");
     }
 
     #[test]

@@ -95,14 +95,14 @@ impl InterruptionHandler for ObstacleHandler {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_setup;
-    use alliance_proto::scenario::Setup;
+
+    use alliance_proto::testkit::default_setup;
 
     use super::*;
-    use crate::missions::waste::WASTE;
+    use crate::drill::DRILL;
 
     fn world() -> World {
-        World::new(&default_setup(1), WASTE)
+        World::new(&default_setup(1), DRILL)
     }
 
     const SQUARE: Obstacle = Obstacle {

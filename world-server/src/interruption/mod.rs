@@ -1,6 +1,6 @@
 //! Interruption handlers: what changes the world from outside (thesis §3.2.2.2 and §4.2.2). Pure.
 //!
-//! - [`InterruptionHandler`]: the trait for handlers of one's own; `examples/own_interruption.rs` has one.
+//! - [`InterruptionHandler`]: the trait for handlers of one's own; `missions/examples/own_interruption.rs` has one.
 //! - `handlers`: triggered by time, once or periodically ([`Timed`]), and by a user ([`ObstacleHandler`]).
 //! - `change`: the world's own faults as changes that begin and end ([`Interruption`]); when they do is the
 //!   [schedule's](crate::faults::schedule) business.

@@ -1,9 +1,9 @@
 //! A mission of somebody else: places to be touched once. It shows what the world's side of one takes.
 
 use alliance_proto::mission::Bytes;
-use alliance_proto::mission::waste_data::default_setup;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Robot, Start};
+use alliance_proto::testkit::{DRILL, default_setup};
 use alliance_proto::view::{Mark, MarkOutline, MarkRole};
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +14,9 @@ const BLUE: RobotId = RobotId(0);
 
 const REACH_M: f32 = 0.3;
 
-static VISIT: MissionWorld = MissionWorld {
-    name: "visit",
-    columns: &["visited", "left"],
-    verbs: &[("visits", "visited")],
+/// With the drill's tasks and words.
+const VISIT: MissionWorld = MissionWorld {
+    data: DRILL,
     start_area: |scenario| [Vec2::ZERO, Vec2::new(0.6, scenario.room.height_m)],
     new: |_, floor| {
         Box::new(Typed(Visit {
@@ -125,7 +124,7 @@ fn world() -> World {
         }),
         ..Robot::default()
     }];
-    World::new(&setup, &VISIT)
+    World::new(&setup, VISIT)
 }
 
 fn sensed(world: &World) -> Near {
@@ -173,8 +172,7 @@ fn both_places_are_visited_and_the_mission_ends() {
 #[test]
 fn what_is_no_deed_of_it_does_nothing() {
     let mut world = world();
-    let foreign = Deed::Waste(Default::default());
-    for deed in [Deed::Open(Bytes::encode(&9_u32).unwrap()), foreign] {
+    for deed in [Deed::Open(Bytes::encode(&9_u32).unwrap()), Deed::Nothing] {
         let actuation = Actuation {
             deed,
             ..Actuation::default()

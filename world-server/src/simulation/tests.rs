@@ -1,11 +1,11 @@
 //! What robots are told, in runs driven by hand.
 
 use alliance_proto::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use glam::Vec2;
 
 use super::*;
-use crate::missions::waste::WASTE;
+use crate::drill::DRILL;
 
 const BLUE: RobotId = RobotId(0);
 
@@ -59,7 +59,7 @@ fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_agai
         .map(|robot| robot.name.clone())
         .collect();
     let second = 1000 / setup.scenario.step_ms as usize;
-    let mut simulation = Simulation::new(setup, WASTE, true);
+    let mut simulation = Simulation::new(setup, DRILL, true);
     for name in &names {
         let (robot, incarnation, _) = simulation.invite(name).unwrap();
         simulation.arrive(robot, incarnation);

@@ -10,7 +10,7 @@ use super::grid::Grid;
 use super::radio::RadioRange;
 use super::space::{Space, nearest_place};
 use super::vicinity::{Drift, Vicinity};
-use super::{Aspect, Battery, Component, ComponentId, Penetrability, Shape, start_poses};
+use super::{Aspect, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses};
 use crate::mission::Happened;
 use crate::recorder::{Event, EventKind};
 
@@ -224,6 +224,21 @@ impl Floor {
     #[must_use]
     pub fn size(&self) -> Vec2 {
         self.space.size
+    }
+
+    /// Everything solid but the bodies: the walls and the solid rectangles.
+    pub fn solids(&self) -> impl Iterator<Item = Outline> + '_ {
+        self.space.solids()
+    }
+
+    /// Drops what is remembered of each robot's surroundings, so that it is looked at anew. It changes no step: it is for tests
+    /// of what is remembered.
+    pub fn forget_surroundings(&mut self) {
+        for robot in &mut self.robots {
+            robot.vicinity = Vicinity::default();
+            // The mission, too, looks anew.
+            robot.jumps += 1;
+        }
     }
 
     /// Unit vector of a robot's heading.

@@ -41,9 +41,6 @@ mod space;
 mod start;
 mod vicinity;
 
-#[cfg(test)]
-pub(crate) mod tests;
-
 use std::ops::{Deref, DerefMut};
 
 use alliance_proto::fault::Fault;
@@ -60,8 +57,7 @@ pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::Floor;
 pub use grid::Grid;
-pub use motion::limited;
-pub(crate) use motion::wrapped;
+pub use motion::{limited, wrapped};
 pub use outline::{Outline, SKIN_M};
 pub use space::around;
 pub use start::{ROUNDING_M, StartError, start_poses};

@@ -115,7 +115,8 @@ fn finite(value: f32) -> f32 {
 }
 
 /// An angle as one in (-π, π].
-pub(crate) fn wrapped(angle_rad: f32) -> f32 {
+#[must_use]
+pub fn wrapped(angle_rad: f32) -> f32 {
     // The remainder of such an angle is the angle itself.
     let angle_rad = if angle_rad.abs() <= PI {
         angle_rad

@@ -62,14 +62,14 @@ impl Air for Floor {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste_data::default_scenario;
+    use alliance_proto::testkit::default_scenario;
     use std::collections::BTreeSet;
 
     use alliance_proto::scenario::{Radio, Robot, Scenario, Setup, Start};
     use proptest::prelude::*;
 
     use super::*;
-    use crate::missions::waste::WASTE;
+    use crate::drill::DRILL;
     use crate::world::World;
 
     fn world(range_m: Option<f32>, places: &[(f32, f32)]) -> World {
@@ -89,7 +89,7 @@ mod tests {
         };
         // They may stand in each other.
         scenario.body.robot_penetrability = 1.0;
-        World::new(&Setup::resolve(scenario, 1, None).unwrap().setup, WASTE)
+        World::new(&Setup::resolve(scenario, 1, None).unwrap().setup, DRILL)
     }
 
     fn hearers(world: &World, sender: u16) -> BTreeSet<RobotId> {

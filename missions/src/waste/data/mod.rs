@@ -6,19 +6,24 @@ mod figures;
 mod kinds;
 mod parameters;
 mod section;
+#[cfg(test)]
+mod tests;
 mod work;
 
 pub use check::MAX_SPILLS;
 pub use family::family;
 pub use figures::{
-    ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures, WasteRobotFigures, WasteRow,
+    ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures,
+    WasteRobotFigures, WasteRow,
 };
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 
 use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use alliance_proto::mission::section::{Section, section};
-use alliance_proto::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread};
+use alliance_proto::scenario::{
+    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread,
+};
 
 /// The default mission.
 #[must_use]

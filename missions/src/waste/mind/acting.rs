@@ -1,8 +1,8 @@
 //! Second half of a step: what the active behavior set wants becomes what the body does.
 
+use crate::waste::data::BehaviorKind;
 use alliance_proto::ids::{BehaviorId, TaskId};
 use alliance_proto::mission::waste::{Gripper, WasteBulletin, WasteDeed, Zone};
-use crate::waste::data::BehaviorKind;
 use alliance_proto::readings::Readings;
 
 use alliance_proto::team::About;

@@ -40,23 +40,23 @@ mod tests;
 
 use std::sync::Arc;
 
+use crate::waste::data::WASTE;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::Lore;
-use crate::waste::data::WASTE;
 use alliance_proto::scenario::Setup;
 use alliance_proto::team::Broadcast;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
-use robot_agent::allocator::Choice;
-use robot_agent::body::{Navigator, Status};
-use robot_agent::mission::{Action, AgentMission, MissionMind, Moment, Perception, SharedMission};
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
 use map::{Map, Places, Realms};
 use memory::Memory;
 use report::Ways;
+use robot_agent::allocator::Choice;
+use robot_agent::body::{Navigator, Status};
+use robot_agent::mission::{Action, AgentMission, MissionMind, Moment, Perception, SharedMission};
 use sight::Sight;
 use spill::SpillWork;
 use teammates::Teammates;

@@ -1,9 +1,9 @@
 //! What lies on the floor: spills, deposit, items and report site (thesis §4.1.1).
 
+use crate::waste::data::{Spill, WasteSection};
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::items::ItemCounts;
 use alliance_proto::mission::waste::Zone;
-use crate::waste::data::{Spill, WasteSection};
 use alliance_proto::rng::{self, Purpose};
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;

@@ -1,8 +1,8 @@
 //! What is told of the clean-up: mission.csv, run.json, and what there is to see.
 
-use alliance_proto::mission::waste::{Zone};
-use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
 use crate::waste::data::WasteSection;
+use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
+use alliance_proto::mission::waste::Zone;
 
 use alliance_proto::time::SimTime;
 use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, TableRow};
-use missions::waste::data::WasteRow;
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use anyhow::Context;
 use foxglove::Encode;
 use foxglove::messages::{Log, log::Level};
+use missions::waste::data::WasteRow;
 use world_server::recorder::{EventKind, FaultEvent};
 
 use super::merge::Stream;

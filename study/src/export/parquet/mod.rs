@@ -19,8 +19,8 @@ use ::parquet::schema::types::Type;
 use alliance_proto::log::{
     EventRow, MessageRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
 };
-use missions::waste::data::WasteRow;
 use anyhow::{Context, anyhow, bail};
+use missions::waste::data::WasteRow;
 
 use super::facts;
 use super::new_file::NewFile;

@@ -166,6 +166,7 @@ fn names(
 #[cfg(test)]
 mod tests {
     use alliance_proto::scenario::{Scenario, Setup};
+    use missions::Registry;
 
     use crate::palette;
     use crate::report::figures::figures;
@@ -225,7 +226,12 @@ mod tests {
     #[test]
     fn effects_do_not_hide_the_bars_on_which_they_are_marked() {
         let text = include_str!("../../../../launch/scenarios/thesis-trapped-robot.toml");
-        let scenario = Scenario::parse("thesis-trapped-robot", text, &Registry::built_in().vocabulary()).unwrap();
+        let scenario = Scenario::parse(
+            "thesis-trapped-robot",
+            text,
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap();
         let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
         let metrics = Metrics::of(&history, &run);
         let figures = figures(&history, &metrics).unwrap();

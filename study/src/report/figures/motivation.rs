@@ -219,8 +219,8 @@ fn lines(
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::scenario::Setup;
     use missions::waste::data::default_scenario;
-    use alliance_proto::scenario::{Scenario, Setup};
 
     use super::*;
     use crate::report::tests::history_of;

@@ -1,8 +1,8 @@
 //! How the mission went on: items over time, and the time between progress reports.
 
+use alliance_proto::time::SimTime;
 use missions::waste::data::WasteRow;
 use missions::waste::data::WasteSection;
-use alliance_proto::time::SimTime;
 use plotters::element::Polygon;
 use plotters::prelude::DashedLineSeries;
 use plotters::style::text_anchor::{HPos, VPos};

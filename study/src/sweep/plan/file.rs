@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use alliance_proto::fault::Faults;
-use alliance_proto::scenario::{Preset, Scenario};
+use alliance_proto::scenario::Preset;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::MAX_RUNS;
@@ -28,10 +28,10 @@ pub(super) struct File {
     pub(super) check: bool,
 }
 
-/// The scenario, by name or file, or in place.
+/// The scenario, by name or file, or in place: the table `scenario` of the file.
 pub(super) enum Source {
     Named(String),
-    Here(Box<Scenario>),
+    Here,
 }
 
 /// The seeds.
@@ -57,8 +57,8 @@ impl<'de> Deserialize<'de> for Source {
                 Ok(Source::Named(name.to_owned()))
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Source, A::Error> {
-                let scenario = Scenario::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Source::Here(Box::new(scenario)))
+                IgnoredAny::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Source::Here)
             }
         }
         deserializer.deserialize_any(Form)

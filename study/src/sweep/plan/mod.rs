@@ -7,7 +7,6 @@ mod file;
 #[cfg(test)]
 mod tests;
 
-use missions::waste::data::default_scenario;
 use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
 use anyhow::{Context, bail};
 use missions::Registry;
@@ -52,11 +51,11 @@ impl Plan {
         let place = |at: &[Step]| format!("{file_name}:{}", file.line_of(at));
 
         let mut base = match contents.scenario {
-            None => default_scenario(),
+            None => vocabulary().default_scenario()?,
             Some(Source::Named(name)) => {
                 scenario(&name).with_context(|| place(&[key("scenario")]))?
             }
-            Some(Source::Here(scenario)) => *scenario,
+            Some(Source::Here) => file.scenario("scenario", &vocabulary())?,
         };
         if let Some(limit_s) = contents.limit_s {
             base.limit_s = limit_s;

@@ -1,5 +1,5 @@
-use missions::waste::data::{WasteSection, default_scenario};
 use alliance_proto::scenario::Preset;
+use missions::waste::data::{WasteSection, default_scenario};
 
 use super::*;
 use crate::sweep::design::Cell;
@@ -10,7 +10,12 @@ fn parse(text: &str) -> anyhow::Result<Plan> {
             name == "mine",
             "'{name}' is neither a built-in scenario nor a file"
         );
-        Ok(Scenario::parse("mine.toml", "name = 'mine'\nlimit_s = 9.0", &Registry::built_in().vocabulary()).unwrap())
+        Ok(Scenario::parse(
+            "mine.toml",
+            "name = 'mine'\nlimit_s = 9.0",
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap())
     })
 }
 
@@ -35,7 +40,11 @@ fn refused(text: &str, expected: &str) {
 fn nothing_varied_is_one_run_of_the_default_mission() {
     let plan = parse("").unwrap();
     assert_eq!(runs(&plan), ["1"]);
-    let scenario = Scenario::from_table(&plan.scenario(0).unwrap(), &Registry::built_in().vocabulary()).unwrap();
+    let scenario = Scenario::from_table(
+        &plan.scenario(0).unwrap(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     assert_eq!(scenario, default_scenario());
 }
 
@@ -66,7 +75,11 @@ fn grid_list_presets_faults_and_seeds_in_every_combination() {
     assert_eq!(runs.len(), 2 * 2 * 2 * 2 * 2);
     assert_eq!(runs[0], "12 2 0.5 90 team kill 3");
     assert_eq!(runs[31], "20 2 0.25 45 par98 none 4");
-    let scenario = Scenario::from_table(&plan.scenario(29).unwrap(), &Registry::built_in().vocabulary()).unwrap();
+    let scenario = Scenario::from_table(
+        &plan.scenario(29).unwrap(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     assert_eq!(runs[29], "20 2 0.25 45 par98 kill 4");
     assert_eq!(plan.design.seed(29), 4);
     assert_eq!(scenario.name, "mine");
@@ -97,7 +110,11 @@ fn points_at_random_and_a_scenario_in_place() {
     .unwrap();
     assert_eq!(plan.design.runs(), Some(50));
     for run in 0..50 {
-        let scenario = Scenario::from_table(&plan.scenario(run).unwrap(), &Registry::built_in().vocabulary()).unwrap();
+        let scenario = Scenario::from_table(
+            &plan.scenario(run).unwrap(),
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap();
         assert_eq!(scenario.robots.len(), 1);
         assert!((0.2..=0.8).contains(&scenario.body.speed_m_s));
         assert!((20..=40).contains(&scenario.step_ms));
@@ -115,7 +132,13 @@ fn a_random_mission_for_each_seed_and_the_same_in_every_condition() {
     )
     .unwrap();
     assert!(plan.check);
-    let scenario = |run: usize| Scenario::from_table(&plan.scenario(run).unwrap(), &Registry::built_in().vocabulary()).unwrap();
+    let scenario = |run: usize| {
+        Scenario::from_table(
+            &plan.scenario(run).unwrap(),
+            &Registry::built_in().vocabulary(),
+        )
+        .unwrap()
+    };
     assert_eq!(scenario(0).faults.timeline.len(), 5);
     assert_eq!(scenario(0).obstacles.len(), 3);
     assert_ne!(scenario(0).obstacles, scenario(1).obstacles);

@@ -1,7 +1,7 @@
 //! Every link fault, alone and together, and what is put down to it.
 
 use alliance_proto::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, RangeFault};
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use proptest::prelude::*;
 
 use super::*;

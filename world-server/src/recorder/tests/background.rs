@@ -1,6 +1,6 @@
 //! The log that is made on another thread is the same log.
 
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use proptest::prelude::*;
 
 use super::torn::{Dying, run_of};

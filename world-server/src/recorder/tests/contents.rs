@@ -1,6 +1,6 @@
 //! What stands in the files, byte by byte, and that a reader gets it back.
 
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use proptest::prelude::*;
 
 use super::*;
@@ -18,12 +18,12 @@ fn every_file_of_a_full_log() {
     };
     assert_eq!(
         rows(Table::Motivations),
-        "50,blue,find-locations-methodical,find-locations,100,0.1,1,1,1,1,active\n\
-         50,blue,find-locations-wander,find-locations,0,0.1,1,0,1,1,hibernating\n"
+        "50,blue,find-methodical,find,100,0.1,1,1,1,1,active\n\
+         50,blue,find-wander,find,0,0.1,1,0,1,1,hibernating\n"
     );
     assert_eq!(
         rows(Table::Messages),
-        "50,blue,gold,1,0,heartbeat,executing,0,move-spill(bottom),move-spill(bottom),4,0,heard\n\
+        "50,blue,gold,1,0,heartbeat,executing,0,move(bottom),move(bottom),4,0,heard\n\
          50,blue,gold,1,,,,,,,,0,lost\n"
     );
     assert_eq!(
@@ -32,18 +32,18 @@ fn every_file_of_a_full_log() {
          0,joined,gold,,,incarnation 1\n\
          0,joined,green,,,incarnation 1\n\
          50,stalled,green,,,\n\
-         50,hibernated,blue,move-spill(top),reset-by gold,move-spill(top)\n\
-         50,activated,blue,find-locations-methodical,threshold,find-locations\n\
+         50,hibernated,blue,move(top),reset-by gold,move(top)\n\
+         50,activated,blue,find-methodical,threshold,find\n\
          50,detour,blue,,,\"left, \"\"0.4 m\"\"\"\n\
-         50,delivered,blue,item-3,,\n\
-         50,reported,gold,,,\n"
+         50,done,blue,task-3,,\n\
+         50,told,gold,,,\n"
     );
     assert_eq!(
         rows(Table::Poses),
         "0,blue,0.3,4.5,-2.5,0,0,,\n\
          0,gold,0.3,4,-2.5,0,0,,\n\
          0,green,0.3,3.5,-2.5,0,0,,\n\
-         50,blue,0.325,4.5,-2.5,0.5,1,find-locations-methodical,49999.75\n\
+         50,blue,0.325,4.5,-2.5,0.5,1,find-methodical,49999.75\n\
          50,gold,0.3,4,-2.5,0,0,,\n\
          50,green,0.3,3.5,-2.5,0,0,,\n\
          100,blue,0.3,4.5,-2.5,0,0,,\n\
@@ -169,7 +169,7 @@ fn run_file_reads_back() {
         let (run, memory) = log(level, &sample());
         let text = &memory.documents[&Document::Run];
         assert_eq!(
-            RunFile::parse(text.as_bytes(), &Vocabulary::default()).unwrap(),
+            RunFile::parse(text.as_bytes(), &alliance_proto::testkit::vocabulary()).unwrap(),
             run
         );
         let json: serde_json::Value = serde_json::from_str(text).unwrap();

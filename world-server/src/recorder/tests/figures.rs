@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::mission::TeamFigures;
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 
 #[test]
 fn figures_of_the_sample() {
@@ -52,7 +52,7 @@ fn figures_of_the_mission_are_among_the_others_and_come_back() {
     assert!(result["report_lateness_mean_ms"].is_null());
     assert_eq!(result["robots"]["gold"]["reports_made"], 1);
     assert_eq!(
-        RunFile::parse(text.as_bytes(), &Vocabulary::default()).unwrap(),
+        RunFile::parse(text.as_bytes(), &alliance_proto::testkit::vocabulary()).unwrap(),
         run
     );
 }

@@ -1,9 +1,9 @@
 //! Hashes: the same at every level, and each section's own.
 
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use std::collections::BTreeMap;
 
-use alliance_proto::mission::waste::Gripper;
+use alliance_proto::mission::Deed;
 
 use super::*;
 
@@ -89,10 +89,12 @@ fn every_bit_of_a_float_counts() {
             changed(|tick| flip(&mut tick.blue().1.actuation.turn_rad_s)),
             ["blue commands"]
         );
-        let waste = |tick: &mut OwnedTick| {
-            flip(&mut tick.blue().0.mission.waste_mut().waste.as_mut().unwrap()[0].y)
+        let sensed = |tick: &mut OwnedTick| {
+            let mut at = Vec2::new(0.5, -0.25);
+            flip(&mut at.y);
+            tick.blue().0.mission = Sensed::Open(Bytes::encode(&at).unwrap());
         };
-        assert_eq!(changed(waste), ["blue readings"]);
+        assert_eq!(changed(sensed), ["blue readings"]);
     }
     for bit in 0..64 {
         let flip = |value: &mut f64| *value = f64::from_bits(value.to_bits() ^ (1 << bit));
@@ -107,7 +109,7 @@ fn every_bit_of_a_float_counts() {
 fn every_part_counts_in_its_section() {
     let readings = ["blue readings"];
     assert_eq!(
-        changed(|tick| tick.blue().0.mission.waste_mut().holding = Some(false)),
+        changed(|tick| tick.blue().0.mission = Sensed::Nothing),
         readings
     );
     assert_eq!(
@@ -117,7 +119,7 @@ fn every_part_counts_in_its_section() {
 
     let commands = ["blue commands"];
     assert_eq!(
-        changed(|tick| tick.blue().1.actuation.deed = Gripper::Pick.into()),
+        changed(|tick| tick.blue().1.actuation.deed = Deed::Open(Bytes::default())),
         commands
     );
 

@@ -13,20 +13,18 @@ use alliance_proto::log::{
     EventRow, Input, Memory, MessageRow, MotivationRow, PoseRow, RUN_SECTION, RobotFigures, RunLog,
     TickRow,
 };
-use alliance_proto::mission::waste::WasteRow;
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::mission::{Bytes, Sensed};
 use alliance_proto::readings::{Actuation, Pose, Readings};
-use alliance_proto::scenario::Setup;
 use alliance_proto::team::{BroadcastKind, TaskState};
 use alliance_proto::telemetry::{
     BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said, StateChange,
 };
+use alliance_proto::testkit::default_setup;
 use alliance_proto::tick::{Outcome, Report};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use super::*;
-use crate::missions::waste::WASTE;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -72,8 +70,7 @@ impl OwnedTick {
 
 /// The header line of a table.
 fn header(table: Table) -> &'static str {
-    let of_mission =
-        "t_ms,items_in_spills,items_carried,items_on_floor,items_delivered,last_report_ms\n";
+    let of_mission = "t_ms,left,held,lost,done,last_ms\n";
     table.header().unwrap_or(of_mission)
 }
 
@@ -130,9 +127,9 @@ fn body(x: f32, y: f32) -> BodyRecord {
     }
 }
 
-fn row(items: [u32; 4], last_report_ms: Option<u64>) -> Vec<Value> {
-    let items = items.into_iter().map(Value::from);
-    items.chain([last_report_ms.into()]).collect()
+fn row(counts: [u32; 4], last_ms: Option<u64>) -> Vec<Value> {
+    let counts = counts.into_iter().map(Value::from);
+    counts.chain([last_ms.into()]).collect()
 }
 
 /// Tick 0: all join. Tick 1: blue activates, hears gold, misses gold's second broadcast, delivers an item and reports;
@@ -183,7 +180,7 @@ fn sample() -> Vec<OwnedTick> {
     gold.broadcasts = 2;
     gold.broadcast_bytes = 250;
     let (readings, blue) = second.blue();
-    readings.mission.waste_mut().waste = Some([Vec2::new(0.5, -0.25)].into_iter().collect());
+    readings.mission = Sensed::Open(Bytes::encode(&Vec2::new(0.5, -0.25)).unwrap());
     blue.actuation.speed_m_s = 0.5;
     blue.motivations = vec![
         Motivation {
@@ -239,10 +236,10 @@ fn sample() -> Vec<OwnedTick> {
     ];
     second.events = vec![
         Event {
-            subject: "item-3".to_owned(),
-            ..Event::new(EventKind::Mission("delivered"), Some(BLUE))
+            subject: "task-3".to_owned(),
+            ..Event::new(EventKind::Mission("done"), Some(BLUE))
         },
-        Event::new(EventKind::Mission("reported"), Some(GOLD)),
+        Event::new(EventKind::Mission("told"), Some(GOLD)),
     ];
     second.mission = row([23, 0, 0, 1], Some(50));
     second.mission_state = 1;

@@ -1,19 +1,35 @@
 //! Logs of killed processes, full disks and damaged files: whole up to a tick, and readable.
 
-use alliance_proto::mission::waste_data::default_setup;
+use alliance_proto::testkit::default_setup;
 use std::collections::BTreeMap;
 
-use alliance_proto::log::InputLine;
+use alliance_proto::log::{InputLine, TableRow};
 use proptest::prelude::*;
+use serde::Deserialize;
 
 use super::*;
+
+/// A row of mission.csv.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+struct DrillRow {
+    t_ms: SimTime,
+    left: u32,
+    held: u32,
+    lost: u32,
+    done: u32,
+    last_ms: Option<SimTime>,
+}
+
+impl TableRow for DrillRow {
+    const TABLE: Table = Table::Mission;
+}
 
 type Rows = (
     Vec<MotivationRow>,
     Vec<MessageRow>,
     Vec<EventRow>,
     Vec<PoseRow>,
-    Vec<WasteRow>,
+    Vec<DrillRow>,
     Vec<TickRow>,
     Vec<InputLine>,
 );
@@ -199,7 +215,7 @@ fn a_folder_reads_like_memory() {
             bytes
         );
     }
-    let read = RunLog::open(path.path(), &Vocabulary::default()).unwrap();
+    let read = RunLog::open(path.path(), &alliance_proto::testkit::vocabulary()).unwrap();
     assert_eq!(read.run, expected);
     assert_eq!(
         everything(&read),
@@ -254,7 +270,7 @@ fn a_log_that_is_off_keeps_whole_inputs() {
 fn what_is_no_run_is_named() {
     let path = tempfile::tempdir().unwrap();
     let run_json = path.path().join("run.json");
-    let error = RunLog::open(path.path(), &Vocabulary::default())
+    let error = RunLog::open(path.path(), &alliance_proto::testkit::vocabulary())
         .unwrap_err()
         .to_string();
     assert!(
@@ -262,7 +278,7 @@ fn what_is_no_run_is_named() {
         "{error}"
     );
     std::fs::write(&run_json, "{\"version\"").unwrap();
-    let error = RunLog::open(path.path(), &Vocabulary::default())
+    let error = RunLog::open(path.path(), &alliance_proto::testkit::vocabulary())
         .unwrap_err()
         .to_string();
     assert!(

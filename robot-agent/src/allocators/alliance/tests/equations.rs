@@ -21,7 +21,7 @@ fn params() -> Params {
     }
 }
 
-/// The history after heartbeats (time in ms, sender, state) about move-spill(top).
+/// The history after heartbeats (time in ms, sender, state) about move(top).
 fn heard(messages: &[(u64, RobotId, TaskState)], switches: &Switches) -> History {
     let mut history = History::new(ALL.len());
     for (seq, &(at, sender, state)) in (1..).zip(messages) {

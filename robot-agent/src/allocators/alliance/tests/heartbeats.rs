@@ -12,7 +12,7 @@ fn said(at: SimTime, output: &Outcome) -> Vec<(u64, TaskState, u64, Option<TaskI
         .collect()
 }
 
-/// What gold says while move-spill(top) is applicable from the start to `until_ms`.
+/// What gold says while move(top) is applicable from the start to `until_ms`.
 fn run(setup: &Setup, until_ms: u64, end_ms: u64) -> Vec<(u64, TaskState, u64, Option<TaskId>)> {
     let mut gold = Solo::new(GOLD, setup);
     let mut all = Vec::new();
@@ -74,10 +74,7 @@ fn silent_about_releases_and_idleness_by_the_switches() {
 fn idle_heartbeats_come_at_the_longest_period() {
     let mut setup = setup(Preset::Team, 2, 200);
     let gold = setup.alliance.robots.get_mut("gold").unwrap();
-    gold.sets
-        .get_mut("report-progress")
-        .unwrap()
-        .broadcast_rate_hz = 0.25;
+    gold.sets.get_mut("report").unwrap().broadcast_rate_hz = 0.25;
     let times: Vec<u64> = run(&setup, 0, 9000).into_iter().map(|it| it.0).collect();
     assert_eq!(times, [0, 4000, 8000]);
 }
@@ -155,13 +152,12 @@ fn a_waiting_set_says_so_every_period_and_releases_when_it_gives_in() {
 
 #[test]
 fn no_release_while_another_set_goes_on_with_the_task() {
-    // Blue waits with both of its sets for find-locations until gold leaves it.
+    // Blue waits with both of its sets for find until gold leaves it.
     let mut setup = setup(Preset::Team, 2, 200);
     setup.scenario.robots[0].side_sensor = true;
     let blue = setup.alliance.robots.get_mut("blue").unwrap();
-    let wander = blue.sets["find-locations-wander"].clone();
-    blue.sets
-        .insert("find-locations-methodical".to_owned(), wander);
+    let wander = blue.sets["find-wander"].clone();
+    blue.sets.insert("find-methodical".to_owned(), wander);
     let mut blue = engine(BLUE, &setup);
     let mut step = |seq: u64, state| {
         let now = ms(200 * seq);

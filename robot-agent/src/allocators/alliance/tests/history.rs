@@ -1,14 +1,15 @@
 //! comm_received, its origin, releases, and the memory it takes.
 
-use alliance_proto::mission::waste::{Fact, Locations, WasteBulletin};
+use alliance_proto::mission::Payload;
 use alliance_proto::team::About;
+use alliance_proto::team::{Bulletin, BulletinKind};
 
 use super::*;
 use crate::allocators::alliance::history::{History, Record};
 
 use TaskState::{Executing, Released, Waiting};
 
-/// Messages of gold about move-spill(top), with everything that the history looks at.
+/// Messages of gold about move(top), with everything that the history looks at.
 fn gold(history: &History) -> &Record {
     let mut about = history.about(task(TOP).index()).iter();
     let (_, record) = about.find(|(teammate, _)| *teammate == GOLD).unwrap();
@@ -177,21 +178,16 @@ fn a_position_update_counts_for_its_task_and_carries_progress() {
 }
 
 fn position_update(progress: u32) -> Content {
-    let locations = Locations {
-        min: Default::default(),
-        max: Default::default(),
-    };
     let about = About {
         task: task(TOP),
         set: set(TOP),
         progress,
     };
-    let update = WasteBulletin::PositionUpdate(Fact {
-        value: locations,
-        seen_by: GOLD,
-        seen: ms(0),
-    });
-    Content::Bulletin(update.about(Some(about)))
+    Content::Bulletin(Bulletin {
+        kind: BulletinKind::First,
+        about: Some(about),
+        payload: Payload::Open(Vec::new()),
+    })
 }
 
 #[test]

@@ -11,7 +11,7 @@ mod takeover;
 mod teammates;
 mod waiting;
 
-use alliance_proto::mission::waste_data::default_scenario;
+use alliance_proto::testkit::default_scenario;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
@@ -33,7 +33,7 @@ const TOP: usize = 1;
 const BOTTOM: usize = 2;
 const REPORT: usize = 3;
 const ALL: [bool; 4] = [true; 4];
-/// Only move-spill(top) is applicable.
+/// Only move(top) is applicable.
 const ONLY_TOP: [bool; 4] = [false, true, false, false];
 
 const BLUE: RobotId = RobotId(0);
@@ -189,7 +189,7 @@ impl Solo {
         output
     }
 
-    /// The next message of a teammate about move-spill(top), sent now.
+    /// The next message of a teammate about move(top), sent now.
     fn says(&mut self, sender: RobotId, state: TaskState, since: SimTime) -> Broadcast {
         self.seq += 1;
         heartbeat(sender, self.seq, self.now, state, since, TOP)

@@ -111,7 +111,7 @@ prop_compose! {
 /// So many silent steps, and then what a teammate does about a task.
 type Talk = (usize, RobotId, TaskState, usize);
 
-/// Mostly that it executes move-spill(top), often enough to be waited for.
+/// Mostly that it executes move(top), often enough to be waited for.
 fn talk() -> impl Strategy<Value = Talk> {
     let state = prop_oneof![
         12 => Just(TaskState::Executing),
@@ -128,7 +128,7 @@ fn talk() -> impl Strategy<Value = Talk> {
     )
 }
 
-/// The steps of a robot that could do nothing but move-spill(top), and hears that.
+/// The steps of a robot that could do nothing but move(top), and hears that.
 fn steps_of(talk: &[Talk]) -> Vec<Step> {
     let mut steps = Vec::new();
     for (seq, &(silent, sender, state, task)) in (0..).zip(talk) {
@@ -271,7 +271,7 @@ proptest! {
     #[test]
     fn whatever_is_lost_a_claim_that_is_heard_decides(losses in losses()) {
         let mut team = Team::new(&brisk(Preset::Team, 3));
-        // Since when each robot executes move-spill(top), and whether it had waited its bound for it.
+        // Since when each robot executes move(top), and whether it had waited its bound for it.
         let mut claims = [None; 3];
         for (links, progress) in losses {
             let heard = team.inboxes.clone();

@@ -6,11 +6,7 @@ use super::*;
 fn staggered(step_ms: u64) -> Setup {
     let mut setup = setup(Preset::Team, 2, step_ms);
     for robot in setup.alliance.robots.values_mut() {
-        robot
-            .sets
-            .get_mut("move-spill(bottom)")
-            .unwrap()
-            .fast_impatience = 4.0;
+        robot.sets.get_mut("move(bottom)").unwrap().fast_impatience = 4.0;
     }
     setup
 }
@@ -84,7 +80,7 @@ fn of_several_at_threshold_the_first_in_the_catalog_activates() {
 
 #[test]
 fn of_several_at_threshold_the_highest_priority_activates() {
-    let setup = with_task(setup(Preset::Team, 2, 200), "move-spill(bottom)", |task| {
+    let setup = with_task(setup(Preset::Team, 2, 200), "move(bottom)", |task| {
         task.priority = 1;
     });
     let mut gold = Solo::new(GOLD, &setup);
@@ -97,7 +93,7 @@ fn of_several_at_threshold_the_longest_there_activates() {
     // Top and bottom both end up waiting for blue and green, bottom first; then both become free in the same step.
     let mut setup = setup(Preset::Team, 3, 200);
     let gold = setup.alliance.robots.get_mut("gold").unwrap();
-    let bottom = gold.sets.get_mut("move-spill(bottom)").unwrap();
+    let bottom = gold.sets.get_mut("move(bottom)").unwrap();
     bottom.fast_impatience = 6.0;
     let both = [false, true, true, false];
     let mut gold = Solo::new(GOLD, &setup);

@@ -16,7 +16,7 @@ fn pair(count: usize, change: fn(&mut Switches)) -> [Setup; 2] {
     [team, changed]
 }
 
-/// Gold's step at 10 s, in which it hears blue say that about move-spill(top) for the first time, and the step after it.
+/// Gold's step at 10 s, in which it hears blue say that about move(top) for the first time, and the step after it.
 fn hears_at_10_s(setup: &Setup, state: TaskState) -> [f64; 2] {
     let mut gold = Solo::new(GOLD, setup);
     gold.quiet_until(ms(10_000), ONLY_TOP);

@@ -10,7 +10,7 @@ const TAU: SimTime = SimTime(5000);
 /// A message of gold: (incarnation, sequence number, state, task).
 type Message = (u32, u64, TaskState, usize);
 
-/// What gold does about move-spill(top) after these messages: (executes, waits).
+/// What gold does about move(top) after these messages: (executes, waits).
 fn after(messages: &[Message], now: u64) -> (bool, bool) {
     let mut teammates = Teammates::default();
     for &(incarnation, seq, state, index) in messages {

@@ -270,7 +270,7 @@ fn a_later_word_about_another_task_ends_the_claim_but_not_the_release_of_another
 
 #[test]
 fn a_task_for_two_is_occupied_by_two() {
-    let setup = with_task(setup(Preset::Team, 4, 200), "move-spill(top)", |task| {
+    let setup = with_task(setup(Preset::Team, 4, 200), "move(top)", |task| {
         task.max_robots = 2;
     });
     let mut team = Team::new(&setup);
@@ -287,7 +287,7 @@ fn a_task_for_two_is_occupied_by_two() {
     }
 }
 
-/// The curiosity of thesis §4.3.1: gold executes move-spill(top); green comes to θ on it and on report-progress at once.
+/// The curiosity of thesis §4.3.1: gold executes move(top); green comes to θ on it and on report at once.
 fn curiosity(wish_when_suppressed: bool) -> Team {
     let mut setup = setup(Preset::Thesis, 3, 200);
     setup.alliance.switches.wish_when_suppressed = wish_when_suppressed;

@@ -1,21 +1,23 @@
 //! `reference.toml` is the manual of scenario files; this keeps it true.
 
-use crate::mission::waste_data::{
-    Deposit, ReportSite, Spill, Spot, WasteSection, default_scenario, default_setup,
+use crate::Registry;
+use crate::waste::data::{
+    Deposit, ReportSite, Spill, Spot, WASTE, WasteSection, default_scenario, default_setup,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-use crate::fault::tests::one_of_each;
-use crate::fault::{Campaign, Fault, Faults, Mix, Order};
-use crate::scenario::{
+use alliance_proto::fault::{Campaign, Fault, Faults, Mix, Order};
+use alliance_proto::mission::section::MissionSection;
+use alliance_proto::scenario::{
     AllianceSection, Allocators, BehaviorSection, Body, Energy, HistoryOrigin, Obstacle, Preset,
-    Radio, Robot, RobotSection, Room, Scenario, Sensors, Setup, Start, StepOrder, SwitchSection,
+    Radio, Robot, RobotSection, Room, Scenario, Sensors, Start, StepOrder, SwitchSection,
     TaskSection,
 };
+use alliance_proto::testkit::one_of_each;
 
-const REFERENCE: &str = include_str!("../../../../launch/scenarios/reference.toml");
+const REFERENCE: &str = include_str!("../../../../../launch/scenarios/reference.toml");
 
 /// The file with its optional keys: comments begin with `# `, keys that are absent by default with `#` alone.
 fn with_optional_keys() -> String {
@@ -28,7 +30,12 @@ fn with_optional_keys() -> String {
 
 #[test]
 fn it_is_the_default_scenario_but_for_the_description() {
-    let reference = Scenario::parse("reference.toml", REFERENCE, &Registry::built_in().vocabulary()).unwrap();
+    let reference = Scenario::parse(
+        "reference.toml",
+        REFERENCE,
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     let description = reference.description.clone();
     let default = default_scenario();
     assert_eq!(
@@ -42,12 +49,22 @@ fn it_is_the_default_scenario_but_for_the_description() {
 
 #[test]
 fn its_optional_keys_can_be_used_as_shown() {
-    Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
+    Scenario::parse(
+        "reference.toml",
+        &with_optional_keys(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
 }
 
 #[test]
 fn its_switches_are_those_of_the_default_preset() {
-    let all = Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
+    let all = Scenario::parse(
+        "reference.toml",
+        &with_optional_keys(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     let preset = Preset::default();
     assert_eq!(all.step_order, Some(preset.step_order()));
     let switches = SwitchSection {
@@ -77,7 +94,12 @@ fn kind(fault: &Fault) -> String {
 
 #[test]
 fn it_has_an_example_of_every_fault() {
-    let shown = Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
+    let shown = Scenario::parse(
+        "reference.toml",
+        &with_optional_keys(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     let shown = shown.faults.timeline.iter().map(|order| kind(&order.fault));
     let shown: BTreeSet<String> = shown.collect();
     let known: BTreeSet<String> = every_fault().map(|fault| kind(&fault)).collect();
@@ -86,7 +108,12 @@ fn it_has_an_example_of_every_fault() {
 
 #[test]
 fn its_random_faults_have_the_built_in_values() {
-    let all = Scenario::parse("reference.toml", &with_optional_keys(), &Registry::built_in().vocabulary()).unwrap();
+    let all = Scenario::parse(
+        "reference.toml",
+        &with_optional_keys(),
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
     assert_eq!(all.faults.random, Some(Campaign::default()));
 }
 
@@ -154,32 +181,35 @@ fn populated() -> Scenario {
             idle_w: 1.0,
             drive_w: 1.0,
         }),
-        waste: WasteSection {
-            spills: vec![Spill {
-                name: String::new(),
-                items: 1,
-                x_fraction: 0.5,
-                y_fraction: 0.5,
-            }],
-            spill_radius_m: 1.0,
-            item_radius_m: 1.0,
-            deposit: Deposit {
-                radius_m: 1.0,
-                x_fraction: 0.5,
-                y_fraction: 0.5,
+        mission: MissionSection::new(
+            WASTE,
+            WasteSection {
+                spills: vec![Spill {
+                    name: String::new(),
+                    items: 1,
+                    x_fraction: 0.5,
+                    y_fraction: 0.5,
+                }],
+                spill_radius_m: 1.0,
+                item_radius_m: 1.0,
+                deposit: Deposit {
+                    radius_m: 1.0,
+                    x_fraction: 0.5,
+                    y_fraction: 0.5,
+                },
+                report_site: ReportSite {
+                    width_m: 1.0,
+                    height_m: 1.0,
+                    color_s: 1.0,
+                },
+                report_period_s: 1.0,
+                further_deposits: vec![Spot {
+                    x_fraction: 0.5,
+                    y_fraction: 0.5,
+                }],
+                border_known: true,
             },
-            report_site: ReportSite {
-                width_m: 1.0,
-                height_m: 1.0,
-                color_s: 1.0,
-            },
-            report_period_s: 1.0,
-            further_deposits: vec![Spot {
-                x_fraction: 0.5,
-                y_fraction: 0.5,
-            }],
-            border_known: true,
-        },
+        ),
         robots: vec![Robot {
             name: String::new(),
             side_sensor: true,

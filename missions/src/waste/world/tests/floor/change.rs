@@ -1,15 +1,15 @@
 //! Changes between steps, one by one and in any order.
 
+use crate::waste::data::WasteSection;
 use alliance_proto::ids::ItemId;
-use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::Energy;
 use proptest::prelude::*;
 
 use super::random::{LEAST_GAP_M, RandomActuation, actuations, commands, setups, solids};
 use super::*;
-use crate::missions::waste::PlaceError;
-use crate::missions::waste::tests::dropped_at;
-use crate::world::{ChangeError, ComponentId, ObstacleId, Outline};
+use crate::waste::world::PlaceError;
+use crate::waste::world::tests::dropped_at;
+use world_server::world::{ChangeError, ComponentId, ObstacleId, Outline};
 
 fn ids(world: &World) -> Vec<u32> {
     let ids = world.obstacles().iter().map(|obstacle| obstacle.id);
@@ -268,7 +268,7 @@ fn gaps(world: &World, count: usize) -> Vec<(usize, String, f32)> {
             gaps.push((
                 rank,
                 format!("{solid:?}"),
-                solid.surface(at).0 - world.body.radius_m,
+                solid.surface(at).0 - world.body().radius_m,
             ));
         }
         for other in present().filter(|other| *other != rank) {
@@ -276,7 +276,7 @@ fn gaps(world: &World, count: usize) -> Vec<(usize, String, f32)> {
             gaps.push((
                 rank,
                 format!("robot {other}"),
-                apart - 2.0 * world.body.radius_m,
+                apart - 2.0 * world.body().radius_m,
             ));
         }
     }
@@ -347,7 +347,7 @@ proptest! {
             prop_assert_eq!(&carried, &carriers.collect::<Vec<_>>());
             prop_assert!(carried.iter().all(|(_, robot)| world.is_present(*robot)));
             for item in world.items() {
-                let inside = item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(world.space.size).all();
+                let inside = item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(world.size()).all();
                 prop_assert!(inside, "{item:?}");
             }
             let ids = ids(&world);

@@ -1,16 +1,19 @@
 //! A setup crosses the bus and is kept in run.json as JSON: not a bit may change on the way.
 
-use crate::mission::waste_data::{WasteSection, default_scenario, default_setup};
+use crate::Registry;
+use crate::waste::data::{WasteSection, default_scenario, default_setup};
 use proptest::prelude::*;
 
-use crate::scenario::{Energy, Scenario, Setup};
+use alliance_proto::scenario::{Energy, Scenario, Setup, SetupFile};
 
 fn through_json(setup: &Setup) -> Setup {
-    serde_json::from_str(&serde_json::to_string(setup).unwrap()).unwrap()
+    let json = serde_json::to_string(setup).unwrap();
+    let file: SetupFile = serde_json::from_str(&json).unwrap();
+    file.read(&Registry::built_in().vocabulary()).unwrap()
 }
 
 #[test]
-fn default_setup() {
+fn the_default() {
     let setup = default_setup(u64::MAX);
     assert_eq!(through_json(&setup), setup);
 }

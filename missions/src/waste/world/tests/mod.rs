@@ -1,5 +1,10 @@
 //! Spills, gripper, deposit and report site.
 
+mod actuators;
+mod changes;
+mod floor;
+mod sensors;
+
 use crate::waste::data::{WasteSection, default_setup};
 use std::any::Any;
 
@@ -10,9 +15,11 @@ use alliance_proto::scenario::Room;
 use glam::Vec2;
 
 use super::*;
+use crate::waste::world::tests::floor::{
+    BLUE, assert_at, drive, gripper, position, rectangle, robots, world,
+};
 use world_server::recorder::Event;
 use world_server::world::World;
-use world_server::world::tests::{BLUE, assert_at, drive, gripper, position, rectangle, robots, world};
 
 pub(crate) fn waste(world: &World) -> &Waste {
     let mission: &dyn Any = world.mission();
@@ -108,8 +115,8 @@ const REACH_M: f32 = 0.2;
 fn one_item(starts: &[(f32, f32, f32)]) -> World {
     world(|scenario| {
         robots(starts)(scenario);
-        WasteSection::of_mut(&mut scenario).spills[0].items = 1;
-        WasteSection::of_mut(&mut scenario).spill_radius_m = 1e-5;
+        WasteSection::of_mut(scenario).spills[0].items = 1;
+        WasteSection::of_mut(scenario).spill_radius_m = 1e-5;
         scenario.body.reach_m = REACH_M;
     })
 }
@@ -270,8 +277,8 @@ fn the_gripper_works_where_the_robot_has_sensed_and_the_body_moves_after_that() 
 fn what_a_robot_at_a_wall_lets_go_falls_beside_it() {
     let mut world = world(|scenario| {
         robots(&[(3.7, 6.0, 0.0)])(scenario);
-        WasteSection::of_mut(&mut scenario).spills[0].items = 1;
-        WasteSection::of_mut(&mut scenario).spill_radius_m = 0.05;
+        WasteSection::of_mut(scenario).spills[0].items = 1;
+        WasteSection::of_mut(scenario).spill_radius_m = 0.05;
         scenario.body.reach_m = 0.3;
     });
     world.step(&[gripper(Gripper::Pick)]);
@@ -292,10 +299,10 @@ fn an_item_let_go_in_a_corner_stays_inside_and_in_reach_of_others() {
     ] {
         let mut world = world(|scenario| {
             robots(&[(x, y, heading)])(scenario);
-            WasteSection::of_mut(&mut scenario).spills[0].items = 1;
-            WasteSection::of_mut(&mut scenario).spills[0].x_fraction = x / 12.0;
-            WasteSection::of_mut(&mut scenario).spills[0].y_fraction = y / 9.0;
-            WasteSection::of_mut(&mut scenario).spill_radius_m = 0.05;
+            WasteSection::of_mut(scenario).spills[0].items = 1;
+            WasteSection::of_mut(scenario).spills[0].x_fraction = x / 12.0;
+            WasteSection::of_mut(scenario).spills[0].y_fraction = y / 9.0;
+            WasteSection::of_mut(scenario).spill_radius_m = 0.05;
         });
         world.step(&[gripper(Gripper::Pick)]);
         let at = dropped_at(&world.lose(BLUE));
@@ -325,7 +332,7 @@ fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
     // Nowhere at all: still as many items as there should be.
     let full = world(|scenario| {
         robots(&[(1.0, 1.0, 0.0)])(scenario);
-        WasteSection::of_mut(&mut scenario).spills[0].items = 3;
+        WasteSection::of_mut(scenario).spills[0].items = 3;
         scenario.room = Room {
             width_m: 2.0,
             height_m: 2.0,
@@ -342,7 +349,7 @@ fn a_spill_under_obstacles_moves_to_where_robots_can_get() {
 fn no_item_starts_where_it_fits_but_no_robot_can_grip_it() {
     // The spill lies in a slot of 0.3 m, 1 m from both of its ends; bodies are 0.4 m wide.
     let world = world(|scenario| {
-        WasteSection::of_mut(&mut scenario).spill_radius_m = 0.1;
+        WasteSection::of_mut(scenario).spill_radius_m = 0.1;
         scenario.obstacles = vec![
             rectangle(3.0, 5.0, 0.85, 2.0, 0.0),
             rectangle(4.15, 5.0, 0.85, 2.0, 0.0),
@@ -359,7 +366,7 @@ fn no_item_starts_where_it_fits_but_no_robot_can_grip_it() {
 #[test]
 fn items_that_begin_in_the_deposit_are_delivered() {
     let world = world(|scenario| {
-        for spill in &mut WasteSection::of_mut(&mut scenario).spills {
+        for spill in &mut WasteSection::of_mut(scenario).spills {
             (spill.x_fraction, spill.y_fraction) = (0.8, 0.5);
         }
     });
@@ -407,8 +414,8 @@ fn with_the_default_reach_a_dead_body_keeps_no_item_from_its_teammates() {
     // The body stands right on the item; a teammate comes as near as it can and reaches below it.
     let mut world = world(|scenario| {
         robots(&[(4.0, 6.0, 0.0), (3.5, 6.0, 0.0)])(scenario);
-        WasteSection::of_mut(&mut scenario).spills[0].items = 1;
-        WasteSection::of_mut(&mut scenario).spill_radius_m = 1e-5;
+        WasteSection::of_mut(scenario).spills[0].items = 1;
+        WasteSection::of_mut(scenario).spill_radius_m = 1e-5;
     });
     for _ in 0..20 {
         world.step(&[None, drive(0.5, 0.0)]);

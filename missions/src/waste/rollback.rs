@@ -1,7 +1,5 @@
 //! Roll-back: a step that did not count leaves no trace.
 
-use crate::missions::waste::MIND;
-use alliance_proto::mission::waste_data::default_scenario;
 use std::sync::Arc;
 
 use alliance_proto::codec::encode;
@@ -17,7 +15,13 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 use proptest::prelude::*;
 
-use super::*;
+use alliance_proto::ids::RobotId;
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::TickMessage;
+use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
+
+use super::data::default_scenario;
+use crate::Registry;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -37,7 +41,7 @@ struct Moment {
 }
 
 fn agent(robot: RobotId, setup: &Setup) -> Agent {
-    let team = TeamConfig::of(setup, &AgentRegistry::built_in().mission(MIND)).unwrap();
+    let team = TeamConfig::of(setup, Registry::built_in().agents()).unwrap();
     Agent::new(robot, 1, setup, &team)
 }
 
@@ -145,7 +149,8 @@ proptest! {
             tentative.step(Box::new(message.clone()), &mut step);
             if moment.counted {
                 // In memory of its own: what a workspace was used for before changes nothing.
-                let mut expected = Workspace { arrived, ..Workspace::default() };
+                let mut expected = Workspace::default();
+                expected.arrived = arrived;
                 undisturbed.step(&message, &mut expected);
                 prop_assert_eq!(&step.broadcasts, &expected.broadcasts, "in tick {}", tick);
                 prop_assert_eq!(&step.report, &expected.report, "in tick {}", tick);

@@ -1,15 +1,15 @@
-//! Draws a run from above: `cargo run -p world-server --example draw_run -- runs/latest > run.svg`.
+//! Draws a run from above: `cargo run -p missions --example draw_run -- runs/latest > run.svg`.
 //!
 //! Also an example of how to read a run's folder.
 
-use alliance_proto::mission::waste_data::WasteSection;
+use missions::waste::data::WasteSection;
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use alliance_proto::log::{EventRow, PoseRow, RunLog};
-use alliance_proto::mission::waste::WasteRobotFigures;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
+use missions::waste::data::WasteRobotFigures;
 
 /// Pixels per meter.
 const SCALE: f32 = 80.0;
@@ -40,7 +40,7 @@ fn main() -> anyhow::Result<()> {
     let folder = std::env::args_os()
         .nth(1)
         .map_or_else(|| PathBuf::from("runs/latest"), PathBuf::from);
-    let log = RunLog::open(&folder, &Vocabulary::default())?;
+    let log = RunLog::open(&folder, &missions::Registry::built_in().vocabulary())?;
     print!("{}", draw(&log)?);
     Ok(())
 }

@@ -8,16 +8,16 @@ mod random;
 mod sensing;
 mod start;
 
+use crate::waste::data::{WasteSection, default_setup};
 use alliance_proto::ids::RobotId;
 use alliance_proto::mission::waste::Gripper;
-use alliance_proto::mission::waste_data::{WasteSection, default_setup};
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use glam::Vec2;
 
-use super::World;
-use crate::missions::waste::WASTE;
-use crate::missions::waste::tests::CleanUp;
+use super::CleanUp;
+use crate::waste::world::WASTE;
+use world_server::world::World;
 
 pub(crate) const BLUE: RobotId = RobotId(0);
 pub(crate) const GOLD: RobotId = RobotId(1);
@@ -48,7 +48,7 @@ pub(crate) fn robots(starts: &[(f32, f32, f32)]) -> impl FnOnce(&mut Scenario) {
     let team = team.collect();
     |scenario| {
         scenario.robots = team;
-        for spill in &mut WasteSection::of_mut(&mut scenario).spills {
+        for spill in &mut WasteSection::of_mut(scenario).spills {
             spill.items = 0;
         }
     }

@@ -1,9 +1,10 @@
 //! Every kind of mistake in a scenario file, with the exact line that answers it.
 
-use crate::mission::waste_data::default_scenario;
+use crate::Registry;
+use crate::waste::data::default_scenario;
 use proptest::prelude::*;
 
-use crate::scenario::{Scenario, Setup};
+use alliance_proto::scenario::{Scenario, Setup};
 
 fn refusal(text: &str) -> String {
     match Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()) {
@@ -44,7 +45,7 @@ fn unknown_keys() {
     check(&[
         (
             "nam = 'a'",
-            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance, allocators)",
+            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste)",
         ),
         (
             "\n\n[room]\nwidht_m = 3",
@@ -52,11 +53,11 @@ fn unknown_keys() {
         ),
         (
             "a.b.c = 1",
-            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance, allocators",
+            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste",
         ),
         (
             "\"a\\nb\" = 1",
-            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, waste, robots, obstacles, faults, tasks, alliance, allocators",
+            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste",
         ),
         (
             "[[obstacles]]\nx_m = 1\ny_m = 1\nwidth_m = 1\nheight_m = 1\ncolor = 'red'",
@@ -531,7 +532,12 @@ fn faults() {
             "s.toml:2: faults.random.mtbf_s: about 360000 faults are to be expected until limit_s; make it longer, or limit_s shorter, for at most 100000",
         ),
     ]);
-    Scenario::parse("s.toml", "[faults.random]", &Registry::built_in().vocabulary()).unwrap();
+    Scenario::parse(
+        "s.toml",
+        "[faults.random]",
+        &Registry::built_in().vocabulary(),
+    )
+    .unwrap();
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Where robots begin.
 
-use alliance_proto::mission::waste_data::default_scenario;
+use crate::waste::data::default_scenario;
 use std::f32::consts::PI;
 
 use alliance_proto::scenario::Room;
@@ -8,10 +8,10 @@ use alliance_proto::scenario::Room;
 use super::*;
 use alliance_proto::readings::Pose;
 
-use crate::world::StartError;
+use world_server::world::StartError;
 
 fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
-    crate::world::start_poses(scenario, (WASTE.start_area)(scenario))
+    world_server::world::start_poses(scenario, (WASTE.start_area)(scenario))
 }
 
 fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {

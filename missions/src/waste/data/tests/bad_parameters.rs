@@ -1,9 +1,9 @@
 //! Every kind of mistake in a parameter file, with the exact line that answers it.
 
-use crate::mission::waste_data::default_scenario;
+use crate::waste::data::default_scenario;
 use proptest::prelude::*;
 
-use crate::scenario::{ParameterFile, Scenario, Setup};
+use alliance_proto::scenario::{ParameterFile, Setup};
 
 fn refusal(text: &str) -> String {
     let file = ParameterFile::parse("p.properties", text.as_bytes());

@@ -1,13 +1,13 @@
 //! Each sensor against values computed by hand.
 
-use alliance_proto::mission::waste_data::WasteSection;
+use crate::waste::data::WasteSection;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use alliance_proto::mission::waste::Zone;
 use alliance_proto::readings::{Hit, Proximity};
 
 use super::*;
-use crate::world::SKIN_M;
+use world_server::world::SKIN_M;
 
 fn proximity(world: &World) -> Proximity {
     world
@@ -175,8 +175,8 @@ fn teammates_are_solid_discs_unless_they_are_penetrable() {
 fn waste_is_told_in_the_robots_frame_nearest_first_at_most_eight() {
     let world = world(|scenario| {
         robots(&[(4.0, 6.0, 90.0)])(scenario);
-        WasteSection::of_mut(&mut scenario).spills[0].items = 12;
-        WasteSection::of_mut(&mut scenario).spill_radius_m = 0.3;
+        WasteSection::of_mut(scenario).spills[0].items = 12;
+        WasteSection::of_mut(scenario).spill_radius_m = 0.3;
     });
     let waste = world
         .readings(BLUE)
@@ -211,8 +211,8 @@ fn the_waste_sensor_counts_its_range_from_the_edge() {
     for (x, seen) in [(5.199, 1), (5.201, 0)] {
         let world = world(|scenario| {
             robots(&[(x, 6.0, 0.0)])(scenario);
-            WasteSection::of_mut(&mut scenario).spills[0].items = 1;
-            WasteSection::of_mut(&mut scenario).spill_radius_m = 0.000_01;
+            WasteSection::of_mut(scenario).spills[0].items = 1;
+            WasteSection::of_mut(scenario).spill_radius_m = 0.000_01;
         });
         let waste = world
             .readings(BLUE)

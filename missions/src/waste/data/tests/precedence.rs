@@ -1,7 +1,8 @@
 //! Which of several statements about the same parameter is in force.
 
-use crate::mission::waste_data::default_scenario;
-use crate::scenario::{
+use crate::Registry;
+use crate::waste::data::default_scenario;
+use alliance_proto::scenario::{
     Alliance, BehaviorParams, HistoryOrigin, ParameterFile, Scenario, Setup, StepOrder,
 };
 
@@ -172,7 +173,8 @@ fn the_step_order_is_the_scenarios_then_that_of_the_switches_then_the_presets() 
     let own = "step_order = 'simultaneous'\nalliance.preset = 'thesis'";
     assert_eq!(order(own), StepOrder::Simultaneous);
 
-    let mut scenario = Scenario::parse("s.toml", switch, &Registry::built_in().vocabulary()).unwrap();
+    let mut scenario =
+        Scenario::parse("s.toml", switch, &Registry::built_in().vocabulary()).unwrap();
     scenario.set_step_order(StepOrder::Simultaneous);
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     assert_eq!(setup.step_order, StepOrder::Simultaneous);
@@ -199,7 +201,8 @@ fn presets_are_what_their_sources_say() {
     ];
     let columns = ["thesis", "par98", "team"].map(|name| {
         let text = format!("[alliance]\npreset = '{name}'");
-        let scenario = Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap();
+        let scenario =
+            Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap();
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         serde_json::to_value(&setup).unwrap()["alliance"]["switches"].clone()
     });

@@ -3,6 +3,7 @@
 mod allocators;
 mod bad_parameters;
 mod bad_scenarios;
+mod control_page;
 mod precedence;
 mod reference;
 mod round_trip;

@@ -1,14 +1,21 @@
 //! Each way to break, and what chance may depend on.
 
+use crate::waste::data::default_setup;
 use alliance_proto::fault::SensorFault;
 use alliance_proto::mission::Sensed;
 use alliance_proto::mission::waste::{WasteSensed, Zone};
-use alliance_proto::mission::waste_data::default_setup;
 use alliance_proto::readings::{Ground, Hit, Pose, Proximity};
 
-use super::*;
-use crate::missions::waste::WASTE;
-use crate::world::World;
+use crate::waste::world::WASTE;
+use alliance_proto::fault::{Device, Fault, SensorError, SensorMode};
+use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::readings::Readings;
+use alliance_proto::tick::TickMessage;
+use glam::Vec2;
+use world_server::faults::schedule::FaultIndex;
+use world_server::faults::sensors::Sensors;
+use world_server::world::World;
+use world_server::world::wrapped;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);

@@ -1,11 +1,11 @@
 //! Energy, and the aspects' place in a step.
 
+use crate::waste::data::WasteSection;
 use alliance_proto::mission::waste::WasteDeed;
-use alliance_proto::mission::waste_data::WasteSection;
 use alliance_proto::scenario::Energy;
 
 use super::*;
-use crate::recorder::{Event, EventKind};
+use world_server::recorder::{Event, EventKind};
 
 fn battery(capacity_j: f32) -> impl FnOnce(&mut Scenario) {
     move |scenario| {
@@ -47,10 +47,10 @@ fn a_long_mission_of_short_steps_loses_nothing_to_rounding() {
 fn a_robot_without_energy_does_nothing_and_says_so_once() {
     let mut world = world(|scenario| {
         battery(1.2)(scenario);
-        WasteSection::of_mut(&mut scenario).spills[0].items = 1;
-        WasteSection::of_mut(&mut scenario).spills[0].x_fraction = 0.5;
-        WasteSection::of_mut(&mut scenario).spills[0].y_fraction = 0.5;
-        WasteSection::of_mut(&mut scenario).spill_radius_m = 0.1;
+        WasteSection::of_mut(scenario).spills[0].items = 1;
+        WasteSection::of_mut(scenario).spills[0].x_fraction = 0.5;
+        WasteSection::of_mut(scenario).spills[0].y_fraction = 0.5;
+        WasteSection::of_mut(scenario).spill_radius_m = 0.1;
     });
     let command = Actuation {
         speed_m_s: 0.05,

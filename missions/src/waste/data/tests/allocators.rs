@@ -1,10 +1,11 @@
 //! The choice of allocators, and what is stated of them.
 
-use crate::mission::waste_data::default_scenario;
+use crate::waste::data::default_scenario;
 use serde_json::json;
 
-use crate::scenario::{
-    AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, Scenario, Setup, Vocabulary,
+use alliance_proto::scenario::{
+    AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, Scenario, Setup, SetupFile,
+    Vocabulary,
 };
 
 fn parameter(key: &'static str, range: ParameterRange) -> ParameterSpec {
@@ -18,7 +19,10 @@ fn parameter(key: &'static str, range: ParameterRange) -> ParameterSpec {
 }
 
 fn vocabulary() -> Vocabulary {
-    let mut vocabulary = Vocabulary::default();
+    let mut vocabulary = Vocabulary {
+        missions: vec![crate::waste::data::WASTE],
+        allocators: vec![AllocatorSpec::alliance()],
+    };
     vocabulary.allocators.push(AllocatorSpec {
         name: "nearest",
         about: "the nearest task",
@@ -63,7 +67,8 @@ fn what_is_stated_of_an_allocator_is_kept_as_it_is() {
     assert_eq!(scenario.allocator_values("market"), json!({}));
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let json = serde_json::to_string(&setup).unwrap();
-    assert_eq!(serde_json::from_str::<Setup>(&json).unwrap(), setup);
+    let file: SetupFile = serde_json::from_str(&json).unwrap();
+    assert_eq!(file.read(&vocabulary()).unwrap(), setup);
 }
 
 #[test]

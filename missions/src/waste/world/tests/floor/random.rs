@@ -1,16 +1,15 @@
 //! Random rooms and commands at every length of step: nothing overlaps or tunnels, nothing is lost, and the same again.
 
+use crate::waste::data::{WasteSection, default_setup};
 use alliance_proto::ids::ItemId;
 use alliance_proto::mission::waste::WasteDeed;
-use alliance_proto::mission::waste_data::{WasteSection, default_setup};
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Room;
 use proptest::prelude::*;
 
 use super::*;
-use crate::recorder::EventKind;
-use crate::world::vicinity::Vicinity;
-use crate::world::{ObstacleId, Outline, SKIN_M, start_poses};
+use world_server::recorder::EventKind;
+use world_server::world::{ObstacleId, Outline, SKIN_M, start_poses};
 
 const STEPS: usize = 40;
 /// What rounding may take from half of the skin, the least that a body keeps from a solid.
@@ -84,7 +83,7 @@ pub(super) fn actuations(commands: &[RandomActuation]) -> Vec<Option<Actuation>>
 }
 
 pub(super) fn solids(world: &World) -> Vec<Outline> {
-    world.space.solids().collect()
+    world.solids().collect()
 }
 
 /// Smallest distance between a segment and a point, minus the radii.
@@ -101,7 +100,7 @@ proptest! {
     fn nothing_overlaps_or_tunnels(setup in setups(), commands in commands()) {
         let mut world = World::new(&setup, WASTE);
         let solids = solids(&world);
-        let radius_m = world.body.radius_m;
+        let radius_m = world.body().radius_m;
         let count = setup.scenario.robots.len();
         let robots = || (0..count).map(|rank| RobotId(rank as u16));
         for step in &commands {
@@ -182,7 +181,7 @@ proptest! {
             prop_assert_eq!(counts.delivered, delivered);
             prop_assert_eq!(world.is_complete(), delivered == 24);
             for (id, item) in world.items().iter().enumerate() {
-                let size = world.space.size;
+                let size = world.size();
                 prop_assert!(item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(size).all());
                 // An item falls on no solid, unless there was no other place at the start.
                 if events.iter().any(|event| event.kind == EventKind::Mission("dropped") && event.subject == format!("item-{id}")) {
@@ -210,11 +209,7 @@ proptest! {
         let robots = setup.scenario.robots.len() as u16;
         let anew = |world: &World| {
             let mut anew = world.clone();
-            anew.robots.iter_mut().for_each(|robot| {
-                robot.vicinity = Vicinity::default();
-                // The mission, too, looks anew.
-                robot.jumps += 1;
-            });
+            anew.forget_surroundings();
             anew
         };
         let mut told = vec![Readings::default(); usize::from(robots)];
@@ -224,7 +219,7 @@ proptest! {
             for (rank, actuation) in (0..).zip(&mut actuations) {
                 *actuation = actuation.filter(|_| (rank + whom) % 4 == 0);
             }
-            let (robot, at) = (RobotId(whom % robots), Vec2::new(x, y) * world.space.size);
+            let (robot, at) = (RobotId(whom % robots), Vec2::new(x, y) * world.size());
             match change {
                 0 => { let _ = world.move_robot(robot, at, None); }
                 1 => { world.remove_robot(robot); }

@@ -1,14 +1,13 @@
 //! An interruption handler of one's own, without agents: a door that is open and closed by turns.
 //!
-//! `cargo run -p world-server --example own_interruption`
+//! `cargo run -p missions --example own_interruption`
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::mission::waste_data::default_scenario;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use alliance_proto::time::SimTime;
+use missions::waste::data::default_scenario;
 use world_server::interruption::InterruptionHandler;
-use world_server::missions;
 use world_server::recorder::{Event, EventKind, FaultEvent};
 use world_server::world::{ObstacleId, World};
 
@@ -61,7 +60,7 @@ fn main() {
         Ok(resolved) => resolved.setup,
         Err(error) => panic!("{error}"),
     };
-    let mut world = World::new(&setup, missions::waste::WASTE);
+    let mut world = World::new(&setup, missions::waste::world::WASTE);
     let mut door = Door {
         period: SimTime(5000),
         leaf: Obstacle {

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use super::*;
-use crate::world::SKIN_M;
+use world_server::world::SKIN_M;
 
 #[test]
 fn turns_first_and_then_moves_within_the_limits() {

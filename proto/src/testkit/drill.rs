@@ -1,0 +1,132 @@
+//! A mission for tests of what knows no mission: tasks that any robot can have, in a world in which nothing comes of them.
+
+use crate::ids::TaskId;
+use crate::mission::data::{BuiltIn, Mission, MissionData, Terms};
+use crate::mission::section::{Section, section};
+use crate::scenario::{
+    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread, Vocabulary,
+};
+
+/// The drill: tasks `find`, `move(top)`, `move(bottom)` and `report`; two behaviors for the first, of which one takes a device
+/// that not all robots have.
+pub const DRILL: Mission = Mission(&Drill);
+
+/// Missions and allocators of tests: the drill, and ALLIANCE.
+#[must_use]
+pub fn vocabulary() -> Vocabulary {
+    Vocabulary {
+        missions: vec![DRILL],
+        allocators: vec![crate::scenario::AllocatorSpec::alliance()],
+    }
+}
+
+/// The drill for blue, which has the device, gold and green.
+#[must_use]
+pub fn default_scenario() -> Scenario {
+    // Cannot fail: no key of its section must be stated.
+    #[allow(clippy::expect_used)]
+    Scenario::of(DRILL).expect("a scenario of the drill")
+}
+
+/// The same, resolved.
+#[must_use]
+pub fn default_setup(seed: u64) -> Setup {
+    // Cannot fail: nothing in it depends on anything.
+    #[allow(clippy::expect_used)]
+    let resolved = Setup::resolve(default_scenario(), seed, None).expect("it is valid");
+    resolved.setup
+}
+
+#[derive(Debug)]
+struct Drill;
+
+impl MissionData for Drill {
+    fn name(&self) -> &'static str {
+        "drill"
+    }
+
+    fn about(&self) -> &'static str {
+        "tasks for tests"
+    }
+
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        section::<std::collections::BTreeMap<String, u32>>(text)
+    }
+
+    fn team(&self) -> Vec<Robot> {
+        let robot = |(name, side_sensor): (&str, bool)| Robot {
+            name: name.to_owned(),
+            side_sensor,
+            ..Robot::default()
+        };
+        [("blue", true), ("gold", false), ("green", false)]
+            .map(robot)
+            .to_vec()
+    }
+
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        Vec::new()
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            devices: &[],
+            optional_devices: &[Robot::SIDE_BORDER],
+            faults: &[],
+            events: &["done"],
+            verbs: &[("does", "done")],
+            bulletins: ["first", "second"],
+            columns: &["left", "held", "lost", "done", "last_ms"],
+        }
+    }
+
+    fn catalog(&self, _scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        let tasks = ["find", "move(top)", "move(bottom)", "report"];
+        let behaviors = [
+            ("find-methodical", 0),
+            ("find-wander", 0),
+            ("move(top)", 1),
+            ("move(bottom)", 2),
+            ("report", 3),
+        ];
+        let behavior = |(kind, (name, task)): (usize, (&str, u16))| BehaviorSpec {
+            name: name.to_owned(),
+            task: TaskId(task),
+            kind: kind as u32,
+        };
+        (
+            tasks.map(str::to_owned).to_vec(),
+            behaviors.into_iter().enumerate().map(behavior).collect(),
+        )
+    }
+
+    fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
+        behavior.kind != 0 || robot.has_device(Robot::SIDE_BORDER)
+    }
+
+    fn built_in(&self, _scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
+        let (fast, slow, phi, psi, lambda) = match behavior.kind {
+            0 => (20.0, 1.0, 60.0, 120.0, 300.0),
+            1 => (5.0, 0.5, 60.0, 120.0, 300.0),
+            2 | 3 => (10.0, 0.5, 120.0, 240.0, 480.0),
+            _ => (25.0, 1.0, 60.0, 60.0, 120.0),
+        };
+        BuiltIn {
+            broadcast_rate_hz: 1.0,
+            ceased_after_s: 5.0,
+            fast_impatience: fast,
+            slow_impatience: slow,
+            willing_to_affect_s: phi,
+            before_yielding_s: psi,
+            before_giving_up_s: lambda,
+        }
+    }
+
+    fn unit_s(&self, _scenario: &Scenario, _body: &Body, _behavior: &BehaviorSpec) -> f64 {
+        30.0
+    }
+
+    fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
+        Ok(())
+    }
+}

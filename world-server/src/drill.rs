@@ -1,0 +1,57 @@
+//! The world of the drill: the mission of tests in which nothing happens.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::mission::{Deed, Sensed};
+use alliance_proto::testkit;
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
+use glam::Vec2;
+
+use crate::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
+use crate::world::Floor;
+
+/// The drill: robots begin in the middle of the left wall.
+pub(crate) const DRILL: MissionWorld = MissionWorld {
+    data: testkit::DRILL,
+    start_area: |scenario| {
+        let middle = scenario.room.height_m / 2.0;
+        [Vec2::new(0.0, middle - 1.5), Vec2::new(0.6, middle + 1.5)]
+    },
+    new: |_, _| Box::new(Drill),
+};
+
+#[derive(Clone, Debug)]
+struct Drill;
+
+impl WorldMission for Drill {
+    fn act(&mut self, _: RobotId, _: &Deed, _: &mut Floor, _: &mut Happened) {}
+
+    fn sense(&self, _: RobotId, _: &Floor, sensed: &mut Sensed) -> Validity {
+        *sensed = Sensed::Nothing;
+        Validity::UntilChange
+    }
+
+    fn lose(&mut self, _: RobotId, _: &mut Floor, _: &mut Happened) {}
+
+    fn end(&self, _: SimTime) -> Option<Outcome> {
+        None
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        row.extend([1, 0, 0, 0].map(Value::Count));
+        row.push(Value::None);
+    }
+
+    fn state(&self) -> u64 {
+        0
+    }
+
+    fn figures(&self, _: &mut TeamFigures) {}
+
+    fn show(&self, _: &Floor, _: &mut View) {}
+
+    fn boxed(&self) -> Box<dyn WorldMission> {
+        Box::new(self.clone())
+    }
+}
