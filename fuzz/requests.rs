@@ -6,7 +6,7 @@ use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::keys::Keys;
 use alliance_proto::scenario::Catalog;
 use alliance_proto::secret::Secret;
-use alliance_proto::testkit::default_scenario;
+use missions::waste::data::default_scenario;
 
 /// Name of the request's command, as the corpus's files begin; `None` if the text is no request. What is read comes back from
 /// either form, what is not is refused in one line, and without its seal nothing is read.

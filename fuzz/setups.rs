@@ -2,7 +2,7 @@
 //! the corpus.
 
 use alliance_proto::scenario::{Scenario, Setup, SetupFile};
-use alliance_proto::testkit;
+use missions::Registry;
 
 /// What the text is of, as the corpus's files begin; `None` if it is neither. What is refused is refused in one line, and what is
 /// not can be resolved.
@@ -11,7 +11,7 @@ use alliance_proto::testkit;
 /// When that is not so.
 #[must_use]
 pub fn kind_of(text: &[u8]) -> Option<&'static str> {
-    let vocabulary = testkit::vocabulary();
+    let vocabulary = Registry::built_in().vocabulary();
     if let Ok(setup) = serde_json::from_slice::<SetupFile>(text) {
         let checked = setup
             .read(&vocabulary)

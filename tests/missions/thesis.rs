@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use alliance_proto::log::MotivationRow;
-use alliance_proto::scenario::Switches;
+use alliance_proto::scenario::{SwitchSection, Switches};
 
 use crate::harness::Lab;
 use crate::story::{BOTTOM, Change, METHODICAL, REPORT, ROBOTS, Story, TOP, WANDER, change, setup};
@@ -163,6 +163,8 @@ fn the_curiosity_is_gone_without_any_one_of_its_switches() {
     let curious = |turn_off: fn(&mut Switches)| {
         let mut setup = setup(NAME, 1);
         turn_off(&mut setup.alliance.switches);
+        let stated = SwitchSection::stating(setup.alliance.switches, setup.step_order);
+        setup.scenario.alliance.switches = stated;
         let story = Story::play(setup);
         let changes = story.changes(TOP);
         changes.iter().take(4).map(|row| change(row)).eq(CURIOSITY)
