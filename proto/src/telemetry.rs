@@ -1,8 +1,6 @@
 //! What an agent tells the world for the log: its motivations with their factors, why its states changed, and the delivery of
 //! every message.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
 
 use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId};
@@ -214,34 +212,54 @@ pub struct Note {
 
 /// Kinds of [`Note`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "u32", into = "u32")]
 pub enum NoteKind {
-    /// Broadcast a PositionUpdate.
-    PositionUpdate,
-    /// Took locations over from a teammate.
-    LocationsLearned,
-    /// Found the locations to be wrong and withdrew them.
-    LocationsWithdrawn,
-    /// Believes a spill to be empty.
-    SpillEmpty,
-    /// Put down what it carried because its behavior set hibernated.
-    PutDown,
     /// An effect on the world (ALLIANCE.md §3 "Progress").
     Progress,
     /// Goes round an obstacle (memory of the detour in the detail).
     Detour,
+    /// One of the mission's own, by its place among those that the mission declares.
+    Mission(u8),
 }
 
-impl fmt::Display for NoteKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PositionUpdate => "position-update",
-            Self::LocationsLearned => "locations-learned",
-            Self::LocationsWithdrawn => "locations-withdrawn",
-            Self::SpillEmpty => "spill-empty",
-            Self::PutDown => "put-down",
+impl NoteKind {
+    /// The numbers of the common ones on the bus; the mission's have those below and above.
+    const PROGRESS: u32 = 5;
+    const DETOUR: u32 = 6;
+
+    /// The `kind` column of events.csv; `own` are those that the mission declares.
+    #[must_use]
+    pub fn as_str(self, own: &'static [&'static str]) -> &'static str {
+        match self {
             Self::Progress => "progress",
             Self::Detour => "detour",
-        })
+            Self::Mission(index) => own.get(usize::from(index)).copied().unwrap_or("?"),
+        }
+    }
+}
+
+impl From<NoteKind> for u32 {
+    fn from(kind: NoteKind) -> Self {
+        match kind {
+            NoteKind::Progress => NoteKind::PROGRESS,
+            NoteKind::Detour => NoteKind::DETOUR,
+            NoteKind::Mission(index) => match Self::from(index) {
+                low if low < NoteKind::PROGRESS => low,
+                high => high + 2,
+            },
+        }
+    }
+}
+
+/// A number that is none of a note's is that of one that no mission declares.
+impl From<u32> for NoteKind {
+    fn from(number: u32) -> Self {
+        match number {
+            Self::PROGRESS => Self::Progress,
+            Self::DETOUR => Self::Detour,
+            low if low < Self::PROGRESS => Self::Mission(low as u8),
+            high => Self::Mission(u8::try_from(high - 2).unwrap_or(u8::MAX)),
+        }
     }
 }
 

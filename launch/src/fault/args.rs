@@ -3,14 +3,16 @@
 use std::convert::Infallible;
 
 use alliance_proto::fault::{
-    ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, MoveWaste, Order,
-    Partition, RadioQuality, RangeFault, SensorFault, WasteFault, When, Who,
+    ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, Order, Partition,
+    RadioQuality, RangeFault, SensorFault, When, Who,
 };
 use alliance_proto::scenario::Obstacle;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
+use missions::Registry;
 
 use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
+use super::own::OwnFault;
 
 /// A fault with its trigger and duration.
 #[derive(Subcommand, Clone, Debug)]
@@ -65,12 +67,11 @@ pub enum OrderArgs {
     Babble(Timed<OneRobot>),
     /// Put an obstacle, or a patch of slow or fast ground, on the floor
     Obstacle(Timed<ObstacleArgs>),
-    /// Put new waste on the floor
-    Waste(Timed<WasteArgs>),
-    /// Put an item that lies on the floor elsewhere
-    MoveWaste(Timed<MoveWasteArgs>),
     /// Put a robot elsewhere
     MoveRobot(Timed<MoveRobotArgs>),
+    /// A fault that only a mission knows.
+    #[command(flatten)]
+    Own(OwnFault),
 }
 
 /// A fault's own arguments, with trigger and duration.
@@ -84,7 +85,7 @@ pub struct Timed<F: Args> {
 
 /// When a fault happens and how long it lasts. Without any of it: at once, until it is cleared.
 #[derive(Args, Clone, Debug)]
-struct Timing {
+pub struct Timing {
     /// At this simulated time, such as 60s, 1.5s or 2min; one that has passed is now
     #[arg(long = "at", value_name = "TIME", value_parser = seconds)]
     at_s: Option<f64>,
@@ -193,7 +194,7 @@ pub struct SensorArgs {
     /// Name of the robot
     robot: String,
     /// Which sensor
-    #[arg(value_parser = with_shared(Device::ALL, Device::as_str))]
+    #[arg(value_parser = device())]
     device: Device,
     /// How it fails
     #[arg(value_parser = SENSOR_MODES)]
@@ -239,33 +240,6 @@ pub struct ObstacleArgs {
     penetrability: f32,
 }
 
-/// New waste.
-#[derive(Args, Clone, Copy, Debug)]
-pub struct WasteArgs {
-    /// Where, m
-    #[arg(value_name = "X", allow_negative_numbers = true)]
-    x_m: f32,
-    /// Where, m
-    #[arg(value_name = "Y", allow_negative_numbers = true)]
-    y_m: f32,
-    /// How many items
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    items: u32,
-}
-
-/// An item elsewhere.
-#[derive(Args, Clone, Copy, Debug)]
-pub struct MoveWasteArgs {
-    /// Number of the item: 7 for the item-7 of events.csv
-    item: u32,
-    /// Where to, m
-    #[arg(value_name = "X", allow_negative_numbers = true)]
-    x_m: f32,
-    /// Where to, m
-    #[arg(value_name = "Y", allow_negative_numbers = true)]
-    y_m: f32,
-}
-
 /// A robot elsewhere.
 #[derive(Args, Clone, Debug)]
 pub struct MoveRobotArgs {
@@ -286,16 +260,22 @@ pub struct MoveRobotArgs {
     heading_deg: Option<f32>,
 }
 
+impl Timing {
+    fn order(self, fault: Fault) -> Order {
+        Order {
+            fault,
+            id: self.id,
+            at_s: self.at_s,
+            every_s: self.every_s,
+            when: self.when,
+            for_s: self.for_s,
+        }
+    }
+}
+
 impl<F: Args> Timed<F> {
     fn order(self, fault: impl FnOnce(F) -> Fault) -> Order {
-        Order {
-            fault: fault(self.fault),
-            id: self.timing.id,
-            at_s: self.timing.at_s,
-            every_s: self.timing.every_s,
-            when: self.timing.when,
-            for_s: self.timing.for_s,
-        }
+        self.timing.order(fault(self.fault))
     }
 
     fn try_order(self, fault: impl FnOnce(&F) -> Result<Fault, String>) -> Result<Order, String> {
@@ -388,20 +368,6 @@ impl OrderArgs {
                     penetrability: rectangle.penetrability,
                 })
             }),
-            Self::Waste(timed) => timed.order(|waste| {
-                Fault::Waste(WasteFault {
-                    x_m: waste.x_m,
-                    y_m: waste.y_m,
-                    items: waste.items,
-                })
-            }),
-            Self::MoveWaste(timed) => timed.order(|moved| {
-                Fault::MoveWaste(MoveWaste {
-                    item: moved.item,
-                    x_m: moved.x_m,
-                    y_m: moved.y_m,
-                })
-            }),
             Self::MoveRobot(timed) => timed.order(|moved| {
                 Fault::MoveRobot(MoveRobot {
                     robot: moved.robot,
@@ -410,6 +376,7 @@ impl OrderArgs {
                     heading_deg: moved.heading_deg,
                 })
             }),
+            Self::Own(own) => own.timing.order(Fault::Mission(own.fault)),
         })
     }
 }
@@ -439,6 +406,18 @@ fn groups(arguments: &[String]) -> Vec<Vec<String>> {
         names.map(str::to_owned).collect()
     };
     text.split('/').map(names).collect()
+}
+
+/// A device of robots of any mission of this program.
+fn device() -> impl TypedValueParser<Value = Device> {
+    let missions = Registry::of_this_program().vocabulary().missions;
+    let mut names: Vec<&str> = Vec::new();
+    for name in missions.into_iter().flat_map(Device::of) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    PossibleValuesParser::new(names).map(|name| Device::named(&name))
 }
 
 /// One of these, by its name.

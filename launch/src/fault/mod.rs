@@ -2,6 +2,7 @@
 
 mod args;
 mod modes;
+mod own;
 #[cfg(test)]
 mod tests;
 

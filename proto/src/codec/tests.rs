@@ -324,15 +324,8 @@ fn change() -> impl Strategy<Value = StateChange> {
 }
 
 fn note() -> impl Strategy<Value = Note> {
-    let kind = prop::sample::select(vec![
-        NoteKind::PositionUpdate,
-        NoteKind::LocationsLearned,
-        NoteKind::LocationsWithdrawn,
-        NoteKind::SpillEmpty,
-        NoteKind::PutDown,
-        NoteKind::Progress,
-        NoteKind::Detour,
-    ]);
+    let own = any::<u8>().prop_map(NoteKind::Mission);
+    let kind = prop_oneof![Just(NoteKind::Progress), Just(NoteKind::Detour), own];
     (kind, any::<String>()).prop_map(|(kind, detail)| Note { kind, detail })
 }
 

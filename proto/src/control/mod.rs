@@ -13,7 +13,9 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::fault::Order;
+use serde_json::{Value, json};
+
+use crate::fault::{Fault, Order};
 use crate::ids::{Incarnation, Tick};
 use crate::items::ItemCounts;
 use crate::time::SimTime;
@@ -25,7 +27,21 @@ pub fn schema() -> serde_json::Value {
     let reply = generator.subschema_for::<Reply>();
     let mut schema = generator.into_root_schema_for::<Request>();
     schema.insert("reply".to_owned(), reply.to_value());
-    schema.to_value()
+    let mut schema = schema.to_value();
+    if let Some(Value::Array(faults)) = schema.pointer_mut("/$defs/Fault/oneOf") {
+        faults.push(json!({
+            "description": "What only the mission knows.",
+            "type": "object",
+            "minProperties": 1,
+            "maxProperties": 1,
+            "propertyNames": { "not": { "enum": Fault::COMMON } },
+            "additionalProperties": {
+                "type": "object",
+                "additionalProperties": { "type": "number" },
+            },
+        }));
+    }
+    schema
 }
 
 /// Somebody → world.

@@ -406,10 +406,11 @@ mod tests {
             "malformed JSON: unknown field `x`, expected `nonce` or `command` at line 1 column 33",
         );
         refused(
-            read_text(br#"{"nonce":"n","command":{"fault":{"fault":{"kill":"gold"},"when":"blue naps"}}}"#),
-            "malformed JSON: 'blue naps' names no event; write ROBOT or any, then one of activates, hibernates, waits, picks, \
-             drops, delivers, reports, finds, joins, dies, then a behavior set or item if need be, as in \"blue activates \
-             report-progress\" at line 1 column 76",
+            read_text(
+                br#"{"nonce":"n","command":{"fault":{"fault":{"kill":"gold"},"when":"blue"}}}"#,
+            ),
+            "malformed JSON: 'blue' names no event; write ROBOT or any, then a verb, then a behavior set or a thing if need be, \
+             as in \"blue activates report-progress\" at line 1 column 71",
         );
         refused(
             read_text(br#"{"nonce":"n","command":"\n\u001b[2J"}"#),

@@ -1,6 +1,8 @@
 //! What is wrong with an order, whatever form it came in.
 
-use super::{ActuatorMode, Fault, Order, SensorMode, Who};
+use super::{
+    ActuatorMode, Device, Fault, FaultRange, Happening, MissionFault, Order, SensorMode, Who,
+};
 use crate::keys::is_name;
 use crate::scenario::{Catalog, Scenario, instead};
 
@@ -10,18 +12,12 @@ const LONGEST_S: f64 = 1e9;
 /// Farthest places and largest sizes, m; as in scenario files.
 const FARTHEST_M: f64 = 1e3;
 
-/// Most items that an order adds in the course of a run.
-const MAX_ITEMS_IN_ALL: u32 = 200_000;
-
-/// Most items that one order adds.
-const MAX_ITEMS: u32 = 1000;
-
 /// An order that cannot be obeyed. It displays as one line: where, what is wrong; what would be right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {what}; {remedy}", field.join("."))]
 pub struct OrderError {
     /// Way to the value, from the order down.
-    pub field: Vec<&'static str>,
+    pub field: Vec<String>,
     /// What is wrong.
     pub what: String,
     /// What would be right.
@@ -71,7 +67,10 @@ impl Order {
             let what = "it comes again but never heals".to_owned();
             return Err(wrong(&["every_s"], what, "give it a duration as well"));
         }
-        self.check_waste(checker.scenario.limit_s)?;
+        checker
+            .catalog
+            .mission
+            .check_order(checker.scenario, self)?;
         let Some(when) = &self.when else {
             return Ok(());
         };
@@ -82,8 +81,13 @@ impl Order {
         if let Some(robot) = &when.robot {
             checker.robot(&["when"], robot)?;
         }
+        let mut verbs = Happening::verbs(checker.catalog.mission);
+        if !verbs.clone().any(|verb| verb == when.what) {
+            let what = format!("nothing of that name happens: '{}'", when.what);
+            return Err(wrong(&["when"], what, &instead(&when.what, &mut verbs)));
+        }
         if let Some(set) = &when.subject
-            && when.what.is_about_a_set()
+            && when.is_about_a_set()
         {
             let mut known = checker.catalog.sets.iter().map(|set| set.name.as_str());
             if !known.clone().any(|name| name == set) {
@@ -92,28 +96,6 @@ impl Order {
             }
         }
         Ok(())
-    }
-}
-
-impl Order {
-    /// What is strewn again and again would be more and more until the run ends.
-    fn check_waste(&self, limit_s: f64) -> Checked {
-        let (Fault::Waste(waste), Some(every_s)) = (&self.fault, self.every_s) else {
-            return Ok(());
-        };
-        let first_s = self.at_s.unwrap_or_default();
-        let times = ((limit_s - first_s) / every_s).max(0.0).floor() + 1.0;
-        let items = times * f64::from(waste.items);
-        if items <= f64::from(MAX_ITEMS_IN_ALL) {
-            return Ok(());
-        }
-        let what = format!(
-            "{} items every {every_s} s are {items:.0} until limit_s, {limit_s} s",
-            waste.items
-        );
-        let remedy =
-            format!("let it be at most {MAX_ITEMS_IN_ALL} in all: strew fewer, or more rarely");
-        Err(wrong(&["every_s"], what, &remedy))
     }
 }
 
@@ -150,10 +132,20 @@ impl Checker<'_> {
             Fault::Range(range) => above_zero(&at("range_m"), range.range_m, FARTHEST_M, "m"),
             Fault::Sensor(fault) => {
                 let field = at("mode");
+                let mission = self.catalog.mission;
+                if !Device::of(mission).any(|name| fault.device == *name) {
+                    let what = format!("there is no choice '{}'", fault.device);
+                    let known = &mut Device::of(mission);
+                    return Err(wrong(
+                        &at("device"),
+                        what,
+                        &instead(fault.device.as_str(), known),
+                    ));
+                }
                 match fault.mode {
                     SensorMode::Dropout(p) => share(&field, p),
                     SensorMode::Noise(error) | SensorMode::Bias(error) => {
-                        if !fault.device.tells_lengths() {
+                        if !fault.device.tells_lengths(mission) {
                             let what = format!("'{}' tells no lengths", fault.device.as_str());
                             return Err(wrong(&field, what, "use dead, stuck or dropout"));
                         }
@@ -182,11 +174,7 @@ impl Checker<'_> {
                     "",
                 )
             }
-            Fault::Waste(waste) => {
-                within(&at("items"), waste.items, 1.0, f64::from(MAX_ITEMS), "")?;
-                self.inside(name, waste.x_m, waste.y_m)
-            }
-            Fault::MoveWaste(moved) => self.inside(name, moved.x_m, moved.y_m),
+            Fault::Mission(fault) => self.mission(fault),
             Fault::MoveRobot(moved) => {
                 if let Some(heading_deg) = moved.heading_deg {
                     within(&at("heading_deg"), heading_deg, -360.0, 360.0, "degrees")?;
@@ -197,7 +185,52 @@ impl Checker<'_> {
         }
     }
 
-    fn robot(&self, field: &[&'static str], robot: &str) -> Checked {
+    fn mission(&self, fault: &MissionFault) -> Checked {
+        let MissionFault { name, values } = fault;
+        let own = self.catalog.mission.faults();
+        let Some(spec) = own.iter().find(|spec| spec.name == name) else {
+            let what = format!("there is no choice '{name}'");
+            let known = &mut Fault::COMMON
+                .into_iter()
+                .chain(own.iter().map(|spec| spec.name));
+            return Err(wrong(&["fault"], what, &instead(name, known)));
+        };
+        for key in values.keys() {
+            let mut keys = spec.arguments.iter().map(|argument| argument.key);
+            if !keys.clone().any(|known| known == key) {
+                let remedy = instead(key, &mut keys);
+                let at = ["fault", name, key];
+                return Err(wrong(&at, "unknown key".to_owned(), &remedy));
+            }
+        }
+        for argument in spec.arguments {
+            let at = ["fault", name, argument.key];
+            let Some(value) = fault.get(argument.key).or(argument.default) else {
+                return Err(wrong(
+                    &at,
+                    "the key is missing".to_owned(),
+                    "give it a value",
+                ));
+            };
+            let room = self.scenario.room;
+            match argument.range {
+                FaultRange::X => within(&at, value, 0.0, room.width_m.into(), "m")?,
+                FaultRange::Y => within(&at, value, 0.0, room.height_m.into(), "m")?,
+                FaultRange::Within(from, to) => within(&at, value, from, to, "")?,
+                FaultRange::Whole(from, to) => {
+                    if value.fract() != 0.0 {
+                        let what = format!("{value} is no whole number");
+                        let remedy = format!("write one from {from} to {to}");
+                        return Err(wrong(&at, what, &remedy));
+                    }
+                    within(&at, value, from.into(), to.into(), "")?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn robot(&self, field: &[&str], robot: &str) -> Checked {
         let mut known = self.scenario.robots.iter().map(|robot| robot.name.as_str());
         if known.clone().any(|name| name == robot) {
             return Ok(());
@@ -206,7 +239,7 @@ impl Checker<'_> {
         Err(wrong(field, what, &instead(robot, &mut known)))
     }
 
-    fn absent(&self, field: &[&'static str], robot: &str) -> Checked {
+    fn absent(&self, field: &[&str], robot: &str) -> Checked {
         let mut absent = self.scenario.robots.iter().filter(|robot| robot.absent);
         if absent.clone().any(|absent| absent.name == robot) {
             return Ok(());
@@ -220,7 +253,7 @@ impl Checker<'_> {
         Err(wrong(field, what, &remedy))
     }
 
-    fn ends(&self, name: &'static str, from: &Who, to: &Who) -> Checked {
+    fn ends(&self, name: &str, from: &Who, to: &Who) -> Checked {
         for (key, who) in [("from", from), ("to", to)] {
             if let Who::Robot(robot) = who {
                 self.robot(&["fault", name, key], robot)?;
@@ -229,7 +262,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn partition(&self, field: &[&'static str], groups: &[Vec<String>]) -> Checked {
+    fn partition(&self, field: &[&str], groups: &[Vec<String>]) -> Checked {
         if groups.len() < 2 || groups.iter().any(Vec::is_empty) {
             let what = "a partition has at least two groups, none of them empty".to_owned();
             return Err(wrong(field, what, "write them as in \"blue,gold / green\""));
@@ -247,7 +280,7 @@ impl Checker<'_> {
     }
 
     /// What lies on the floor lies inside the border.
-    fn inside(&self, name: &'static str, x_m: f32, y_m: f32) -> Checked {
+    fn inside(&self, name: &str, x_m: f32, y_m: f32) -> Checked {
         let room = self.scenario.room;
         within(
             &["fault", name, "x_m"],
@@ -266,16 +299,16 @@ impl Checker<'_> {
     }
 }
 
-fn anywhere(name: &'static str, x_m: f32, y_m: f32) -> Checked {
+fn anywhere(name: &str, x_m: f32, y_m: f32) -> Checked {
     within(&["fault", name, "x_m"], x_m, -FARTHEST_M, FARTHEST_M, "m")?;
     within(&["fault", name, "y_m"], y_m, -FARTHEST_M, FARTHEST_M, "m")
 }
 
-fn share(field: &[&'static str], value: impl Into<f64>) -> Checked {
+fn share(field: &[&str], value: impl Into<f64>) -> Checked {
     within(field, value, 0.0, 1.0, "")
 }
 
-fn above_zero(field: &[&'static str], value: impl Into<f64>, to: f64, unit: &str) -> Checked {
+fn above_zero(field: &[&str], value: impl Into<f64>, to: f64, unit: &str) -> Checked {
     let value = value.into();
     if value > 0.0 && value <= to {
         return Ok(());
@@ -288,13 +321,7 @@ fn above_zero(field: &[&'static str], value: impl Into<f64>, to: f64, unit: &str
     ))
 }
 
-fn within(
-    field: &[&'static str],
-    value: impl Into<f64>,
-    from: f64,
-    to: f64,
-    unit: &str,
-) -> Checked {
+fn within(field: &[&str], value: impl Into<f64>, from: f64, to: f64, unit: &str) -> Checked {
     let value = value.into();
     if (from..=to).contains(&value) {
         return Ok(());
@@ -307,10 +334,18 @@ fn within(
     ))
 }
 
-fn wrong(field: &[&'static str], what: String, remedy: &str) -> OrderError {
-    OrderError {
-        field: field.to_vec(),
-        what,
-        remedy: remedy.to_owned(),
+fn wrong(field: &[&str], what: String, remedy: &str) -> OrderError {
+    OrderError::at(field, what, remedy)
+}
+
+impl OrderError {
+    /// A mistake at that place of the order.
+    #[must_use]
+    pub fn at(field: &[&str], what: String, remedy: &str) -> Self {
+        Self {
+            field: field.iter().map(|key| (*key).to_owned()).collect(),
+            what,
+            remedy: remedy.to_owned(),
+        }
     }
 }

@@ -11,6 +11,9 @@
 
 mod campaign;
 mod check;
+mod device;
+mod form;
+mod mission;
 mod order;
 mod radio;
 #[cfg(test)]
@@ -25,13 +28,16 @@ use crate::obstacle::Obstacle;
 
 pub use campaign::{Campaign, Mix};
 pub use check::OrderError;
+pub use device::Device;
+pub use mission::{FaultArgument, FaultRange, FaultSpec, MissionFault};
 pub use order::{Faults, Order};
 pub use radio::{LinkTerms, RadioQuality};
 pub use when::{Happening, When, WhenError};
 
 /// What goes wrong. Robots go by their names.
+// `form` reads and writes it in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "kebab-case", remote = "Self")]
 pub enum Fault {
     /// SIGKILL to the robot's process; healed by a restart in a new incarnation.
     Kill(String),
@@ -80,12 +86,12 @@ pub enum Fault {
 
     /// A rectangle on the floor: an obstacle, or with a penetrability above 0.1 a patch; healed by taking it away.
     Obstacle(Obstacle),
-    /// New waste on the floor.
-    Waste(WasteFault),
-    /// An item that lies on the floor is put elsewhere.
-    MoveWaste(MoveWaste),
     /// A robot's body is put elsewhere.
     MoveRobot(MoveRobot),
+
+    /// What only the mission knows.
+    #[schemars(skip)]
+    Mission(MissionFault),
 }
 
 /// One end of a link: a robot by its name, or `all`.
@@ -213,32 +219,6 @@ pub struct RangeFault {
     pub range_m: f32,
 }
 
-/// A robot's sensing devices that can break.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Device {
-    /// Position and heading.
-    Position,
-    /// Distance to the border ahead.
-    FrontBorder,
-    /// Distance to the border at the left side.
-    SideBorder,
-    /// Collision avoidance.
-    Avoidance,
-    /// Waste on the floor.
-    Waste,
-    /// Spill and deposit under the robot.
-    SpillZone,
-    /// Report site under the robot.
-    ReportSite,
-    /// What the gripper holds.
-    Gripper,
-    /// Penetrability of the ground.
-    Ground,
-}
-
 /// How a sensor fails.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -312,35 +292,6 @@ pub struct ActuatorFault {
     pub robot: String,
     /// How.
     pub mode: ActuatorMode,
-}
-
-/// New waste on the floor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WasteFault {
-    /// Where, m.
-    pub x_m: f32,
-    /// Where, m.
-    pub y_m: f32,
-    /// How many items.
-    #[serde(default = "one")]
-    pub items: u32,
-}
-
-fn one() -> u32 {
-    1
-}
-
-/// An item elsewhere.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MoveWaste {
-    /// Number of the item, as events.csv has it in `item-7`.
-    pub item: u32,
-    /// Where to, m.
-    pub x_m: f32,
-    /// Where to, m.
-    pub y_m: f32,
 }
 
 /// A robot elsewhere.

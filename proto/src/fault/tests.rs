@@ -65,16 +65,16 @@ fn mistakes_say_where_what_and_what_would_be_right() {
         "fault.drop.to: the scenario has no robot 'red'; there are blue, gold, green",
     );
     refused(
-        r#"{"fault":{"sensor":{"robot":"blue","device":"gripper","mode":{"noise":{"m":1}}}}}"#,
-        "fault.sensor.mode: 'gripper' tells no lengths; use dead, stuck or dropout",
+        r#"{"fault":{"sensor":{"robot":"blue","device":"hand","mode":{"noise":{"m":1}}}}}"#,
+        "fault.sensor.mode: 'hand' tells no lengths; use dead, stuck or dropout",
     );
     refused(
-        r#"{"fault":{"waste":{"x_m":13,"y_m":1}}}"#,
-        "fault.waste.x_m: 13 is out of range; it must be at least 0 and at most 12 m",
+        r#"{"fault":{"shake":{"x_m":13,"y_m":1}}}"#,
+        "fault.shake.x_m: 13 is out of range; it must be at least 0 and at most 12 m",
     );
     refused(
-        r#"{"fault":{"waste":{"x_m":1,"y_m":1}},"for_s":3}"#,
-        "for_s: 'waste' happens in a moment; leave the duration out",
+        r#"{"fault":{"shake":{"x_m":1,"y_m":1}},"for_s":3}"#,
+        "for_s: 'shake' happens in a moment; leave the duration out",
     );
     refused(
         r#"{"fault":{"mute":"blue"},"every_s":3}"#,
@@ -104,18 +104,22 @@ fn events_are_read_as_people_write_them() {
     let when: When = "blue activates move(top)".parse().unwrap();
     let expected = When {
         robot: Some("blue".to_owned()),
-        what: Happening::Activates,
+        what: Happening::Activates.as_str().to_owned(),
         subject: Some("move(top)".to_owned()),
     };
     assert_eq!(when, expected);
     assert_eq!(when.to_string(), "blue activates move(top)");
+    refused(
+        r#"{"fault":{"mute":"blue"},"when":"gold naps"}"#,
+        "when: nothing of that name happens: 'naps'; there are activates, hibernates, waits, does, joins, dies",
+    );
     let any = When {
         robot: None,
-        what: Happening::Delivers,
+        what: "delivers".to_owned(),
         subject: None,
     };
     assert_eq!("any  delivers".parse(), Ok(any));
-    for wrong in ["", "blue", "blue naps", "blue dies twice", "blue picks a b"] {
+    for wrong in ["", "blue", "blue dies twice", "blue picks a b"] {
         assert!(wrong.parse::<When>().is_err(), "{wrong}");
     }
 }

@@ -2,12 +2,39 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{ActuatorMode, Chance, Device, Fault, Link, Order, SensorError, SensorMode, Side, Who};
+use super::{ActuatorMode, Chance, Fault, Link, Order, SensorError, SensorMode, Side, Who};
 
 impl Fault {
+    /// Names of those of every mission.
+    pub const COMMON: [&str; 23] = [
+        "kill",
+        "terminate",
+        "pause",
+        "continue",
+        "restart",
+        "add",
+        "remove",
+        "drop",
+        "delay",
+        "duplicate",
+        "reorder",
+        "hold",
+        "partition",
+        "mute",
+        "deaf",
+        "range",
+        "radio",
+        "sensor",
+        "actuator",
+        "power",
+        "babble",
+        "obstacle",
+        "move-robot",
+    ];
+
     /// Its name: the command, and the key in JSON and TOML.
     #[must_use]
-    pub fn name(&self) -> &'static str {
+    pub fn name(&self) -> &str {
         match self {
             Self::Kill(_) => "kill",
             Self::Terminate(_) => "terminate",
@@ -31,9 +58,8 @@ impl Fault {
             Self::Power(_) => "power",
             Self::Babble(_) => "babble",
             Self::Obstacle(_) => "obstacle",
-            Self::Waste(_) => "waste",
-            Self::MoveWaste(_) => "move-waste",
             Self::MoveRobot(_) => "move-robot",
+            Self::Mission(fault) => &fault.name,
         }
     }
 
@@ -64,11 +90,7 @@ impl Fault {
     pub fn is_momentary(&self) -> bool {
         matches!(
             self,
-            Self::Continue(_)
-                | Self::Restart(_)
-                | Self::Waste(_)
-                | Self::MoveWaste(_)
-                | Self::MoveRobot(_)
+            Self::Continue(_) | Self::Restart(_) | Self::MoveRobot(_) | Self::Mission(_)
         )
     }
 
@@ -131,8 +153,7 @@ impl Display for Fault {
                 write!(f, " {x} {y} {w} {h}")?;
                 option(f, "penetrability", rectangle.penetrability, "")
             }
-            Self::Waste(waste) => write!(f, " {} {} --items {}", waste.x_m, waste.y_m, waste.items),
-            Self::MoveWaste(moved) => write!(f, " {} {} {}", moved.item, moved.x_m, moved.y_m),
+            Self::Mission(fault) => write!(f, "{fault}"),
             Self::MoveRobot(moved) => {
                 write!(f, " {} {}", moved.x_m, moved.y_m)?;
                 match moved.heading_deg {
@@ -181,46 +202,6 @@ fn option<T: Display + Default + PartialEq>(
         return Ok(());
     }
     write!(f, " --{name} {value}{unit}")
-}
-
-impl Device {
-    /// All, in the order of their declaration.
-    pub const ALL: [Self; 9] = [
-        Self::Position,
-        Self::FrontBorder,
-        Self::SideBorder,
-        Self::Avoidance,
-        Self::Waste,
-        Self::SpillZone,
-        Self::ReportSite,
-        Self::Gripper,
-        Self::Ground,
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Position => "position",
-            Self::FrontBorder => "front-border",
-            Self::SideBorder => "side-border",
-            Self::Avoidance => "avoidance",
-            Self::Waste => "waste",
-            Self::SpillZone => "spill-zone",
-            Self::ReportSite => "report-site",
-            Self::Gripper => "gripper",
-            Self::Ground => "ground",
-        }
-    }
-
-    /// Whether it tells lengths, so that it can be noisy or biased.
-    #[must_use]
-    pub fn tells_lengths(self) -> bool {
-        matches!(
-            self,
-            Self::Position | Self::FrontBorder | Self::SideBorder | Self::Avoidance | Self::Waste
-        )
-    }
 }
 
 impl Display for SensorMode {

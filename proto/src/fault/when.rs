@@ -6,6 +6,8 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::mission::data::Mission;
+
 /// The next event that fits triggers: `ROBOT|any VERB [SUBJECT]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
@@ -13,13 +15,13 @@ use serde::{Deserialize, Serialize};
 pub struct When {
     /// Who does it; `None` is `any`.
     pub robot: Option<String>,
-    /// What it does.
-    pub what: Happening,
-    /// With what: a behavior set or an item; `None`: with whatever it may be.
+    /// What it does: the verb of a [`Happening`], or one of the mission's own.
+    pub what: String,
+    /// With what: a behavior set or a thing of the mission; `None`: with whatever it may be.
     pub subject: Option<String>,
 }
 
-/// What a robot can do to trigger a fault, with the `kind` that it has in events.csv.
+/// What a robot can do in any mission to trigger a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happening {
     /// A behavior set becomes active.
@@ -28,16 +30,6 @@ pub enum Happening {
     Hibernates,
     /// A behavior set begins to wait.
     Waits,
-    /// It picks up an item.
-    Picks,
-    /// It lets an item fall to the floor.
-    Drops,
-    /// It delivers an item.
-    Delivers,
-    /// It reports the progress.
-    Reports,
-    /// It broadcasts the locations that it has found.
-    Finds,
     /// It takes part in a new incarnation.
     Joins,
     /// It dies.
@@ -46,15 +38,10 @@ pub enum Happening {
 
 impl Happening {
     /// All, in the order of their declaration.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 5] = [
         Self::Activates,
         Self::Hibernates,
         Self::Waits,
-        Self::Picks,
-        Self::Drops,
-        Self::Delivers,
-        Self::Reports,
-        Self::Finds,
         Self::Joins,
         Self::Dies,
     ];
@@ -66,32 +53,39 @@ impl Happening {
             Self::Activates => "activates",
             Self::Hibernates => "hibernates",
             Self::Waits => "waits",
-            Self::Picks => "picks",
-            Self::Drops => "drops",
-            Self::Delivers => "delivers",
-            Self::Reports => "reports",
-            Self::Finds => "finds",
             Self::Joins => "joins",
             Self::Dies => "dies",
         }
     }
 
+    /// All verbs of a mission, in the order in which they are listed to people.
+    pub fn verbs(mission: Mission) -> impl Iterator<Item = &'static str> + Clone {
+        let [first @ .., joins, dies] = Self::ALL.map(Self::as_str);
+        let own = mission.terms().verbs.iter().map(|(verb, _)| *verb);
+        first.into_iter().chain(own).chain([joins, dies])
+    }
+}
+
+impl When {
     /// Whether its subject is a behavior set.
     #[must_use]
-    pub fn is_about_a_set(self) -> bool {
-        matches!(self, Self::Activates | Self::Hibernates | Self::Waits)
+    pub fn is_about_a_set(&self) -> bool {
+        let [sets @ .., _, _] = Happening::ALL.map(Happening::as_str);
+        sets.contains(&self.what.as_str())
     }
 
-    /// Whether its subject is an item.
-    #[must_use]
-    pub fn is_about_an_item(self) -> bool {
-        matches!(self, Self::Picks | Self::Drops | Self::Delivers)
+    /// Whether there can be no subject.
+    fn has_no_subject(&self) -> bool {
+        let [.., joins, dies] = Happening::ALL.map(Happening::as_str);
+        [joins, dies].contains(&self.what.as_str())
     }
 }
 
 /// Words that name no event.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' names no event; write ROBOT or any, then one of {verbs}, then a behavior set or item if need be, as in \"blue activates report-progress\"", verbs = Happening::ALL.map(Happening::as_str).join(", "))]
+#[error(
+    "'{0}' names no event; write ROBOT or any, then a verb, then a behavior set or a thing if need be, as in \"blue activates report-progress\""
+)]
 pub struct WhenError(String);
 
 impl FromStr for When {
@@ -102,27 +96,22 @@ impl FromStr for When {
         let mut words = text.split_whitespace();
         let robot = words.next().ok_or_else(wrong)?;
         let verb = words.next().ok_or_else(wrong)?;
-        let what = Happening::ALL
-            .into_iter()
-            .find(|what| what.as_str() == verb)
-            .ok_or_else(wrong)?;
-        let subject = words.next().map(str::to_owned);
-        let has_subjects = what.is_about_a_set() || what.is_about_an_item();
-        if words.next().is_some() || (subject.is_some() && !has_subjects) {
+        let when = Self {
+            robot: (robot != "any").then(|| robot.to_owned()),
+            what: verb.to_owned(),
+            subject: words.next().map(str::to_owned),
+        };
+        if words.next().is_some() || (when.subject.is_some() && when.has_no_subject()) {
             return Err(wrong());
         }
-        Ok(Self {
-            robot: (robot != "any").then(|| robot.to_owned()),
-            what,
-            subject,
-        })
+        Ok(when)
     }
 }
 
 impl fmt::Display for When {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let robot = self.robot.as_deref().unwrap_or("any");
-        write!(f, "{robot} {}", self.what.as_str())?;
+        write!(f, "{robot} {}", self.what)?;
         match &self.subject {
             Some(subject) => write!(f, " {subject}"),
             None => Ok(()),

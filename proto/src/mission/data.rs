@@ -5,6 +5,7 @@ use std::fmt::{self, Debug};
 use std::ops::Deref;
 
 use super::section::Section;
+use crate::fault::{FaultSpec, Order, OrderError};
 use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
 /// A mission's data. A scenario whose file has the section `[NAME]` is one of this mission.
@@ -63,6 +64,19 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Longest unit of work of a behavior for a robot of that body, from one sign of progress to the next, s: an estimate.
     fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64;
 
+    /// Faults of its own.
+    fn faults(&self) -> &'static [FaultSpec] {
+        &[]
+    }
+
+    /// Checks of an order what only the mission knows, beyond what its [`faults`](MissionData::faults) say.
+    ///
+    /// # Errors
+    /// The first mistake.
+    fn check_order(&self, _scenario: &Scenario, _order: &Order) -> Result<(), OrderError> {
+        Ok(())
+    }
+
     /// Checks what the scenario says of this mission. Names and ranges of everything else have not been checked yet.
     ///
     /// # Errors
@@ -92,12 +106,14 @@ pub struct BuiltIn {
 /// The words of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
-    /// Devices that sense or do something for this mission alone, and can break.
+    /// Sensing devices of this mission alone, which can break.
     pub devices: &'static [&'static str],
+    /// Those of them that tell lengths, so that they can be noisy or biased.
+    pub measuring_devices: &'static [&'static str],
+    /// Kinds of notes in events.csv that its robots write.
+    pub notes: &'static [&'static str],
     /// Devices that a robot may have or lack (`[[robots]] devices`).
     pub optional_devices: &'static [&'static str],
-    /// Faults that only this mission knows.
-    pub faults: &'static [&'static str],
     /// Kinds of events in events.csv that only this mission knows.
     pub events: &'static [&'static str],
     /// Verbs that faults can wait for, each with the kind of the event that it stands for.
@@ -160,8 +176,9 @@ impl MissionData for Nothing {
     fn terms(&self) -> Terms {
         Terms {
             devices: &[],
+            measuring_devices: &[],
+            notes: &[],
             optional_devices: &[],
-            faults: &[],
             events: &[],
             verbs: &[],
             bulletins: ["first", "second"],

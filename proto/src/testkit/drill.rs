@@ -1,5 +1,6 @@
 //! A mission for tests of what knows no mission: tasks that any robot can have, in a world in which nothing comes of them.
 
+use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 use crate::ids::TaskId;
 use crate::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use crate::mission::section::{Section, section};
@@ -70,9 +71,10 @@ impl MissionData for Drill {
 
     fn terms(&self) -> Terms {
         Terms {
-            devices: &[],
+            devices: &["eye", "hand"],
             optional_devices: &[Robot::SIDE_BORDER],
-            faults: &[],
+            measuring_devices: &["eye"],
+            notes: &["noticed"],
             events: &["done"],
             verbs: &[("does", "done")],
             bulletins: ["first", "second"],
@@ -124,6 +126,33 @@ impl MissionData for Drill {
 
     fn unit_s(&self, _scenario: &Scenario, _body: &Body, _behavior: &BehaviorSpec) -> f64 {
         30.0
+    }
+
+    fn faults(&self) -> &'static [FaultSpec] {
+        const ARGUMENT: FaultArgument = FaultArgument {
+            key: "x_m",
+            about: "where, m",
+            range: FaultRange::X,
+            default: None,
+        };
+        &[FaultSpec {
+            name: "shake",
+            about: "shakes the floor",
+            arguments: &[
+                ARGUMENT,
+                FaultArgument {
+                    key: "y_m",
+                    range: FaultRange::Y,
+                    ..ARGUMENT
+                },
+                FaultArgument {
+                    key: "times",
+                    about: "how often",
+                    range: FaultRange::Whole(1, 9),
+                    default: Some(1.0),
+                },
+            ],
+        }]
     }
 
     fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {

@@ -12,7 +12,7 @@ pub fn one_of_each() -> Vec<Fault> {
     let sensor = |device, mode| {
         Fault::Sensor(SensorFault {
             robot: robot(),
-            device,
+            device: Device::named(device),
             mode,
         })
     };
@@ -60,14 +60,11 @@ pub fn one_of_each() -> Vec<Fault> {
         Fault::Deaf(robot()),
         Fault::Range(RangeFault { range_m: 3.5 }),
         Fault::Radio(RadioQuality::SevereRadio),
-        sensor(Device::SideBorder, SensorMode::Dead),
-        sensor(Device::Gripper, SensorMode::Stuck),
-        sensor(Device::Position, SensorMode::Noise(error)),
-        sensor(
-            Device::Waste,
-            SensorMode::Bias(SensorError { m: -0.5, deg: 0.0 }),
-        ),
-        sensor(Device::Ground, SensorMode::Dropout(0.25)),
+        sensor(Device::SIDE_BORDER, SensorMode::Dead),
+        sensor(Device::FRONT_BORDER, SensorMode::Stuck),
+        sensor(Device::POSITION, SensorMode::Noise(error)),
+        sensor("eye", SensorMode::Bias(SensorError { m: -0.5, deg: 0.0 })),
+        sensor(Device::GROUND, SensorMode::Dropout(0.25)),
         actuator(ActuatorMode::Dead),
         actuator(ActuatorMode::Slowed(0.2)),
         actuator(ActuatorMode::TurnBias(-10.0)),
@@ -82,16 +79,10 @@ pub fn one_of_each() -> Vec<Fault> {
             height_m: 0.5,
             penetrability: 0.5,
         }),
-        Fault::Waste(WasteFault {
-            x_m: 3.0,
-            y_m: 4.0,
-            items: 2,
-        }),
-        Fault::MoveWaste(MoveWaste {
-            item: 7,
-            x_m: 3.0,
-            y_m: 4.0,
-        }),
+        Fault::Mission(MissionFault::new(
+            "shake",
+            &[("x_m", 3.0), ("y_m", 4.5), ("times", 2.0)],
+        )),
         Fault::MoveRobot(MoveRobot {
             robot: robot(),
             x_m: 3.0,

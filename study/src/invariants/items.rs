@@ -3,6 +3,7 @@
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::scenario::Scenario;
+use missions::waste::data::WASTE_FAULT;
 use missions::waste::data::WasteSection;
 
 use super::{Item, WorldState};
@@ -78,7 +79,9 @@ fn added(state: &WorldState) -> usize {
         .iter()
         .filter(|fault| fault.applied_ms == Some(state.now));
     now.map(|fault| match &fault.order.fault {
-        Fault::Waste(waste) => waste.items as usize,
+        Fault::Mission(fault) if fault.name == WASTE_FAULT => {
+            fault.get("items").unwrap_or(1.0) as usize
+        }
         _ => 0,
     })
     .sum()

@@ -1,11 +1,11 @@
 //! Random fault plans: orders of every kind of fault, for a scenario's timeline.
 
 use alliance_proto::fault::{
-    Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, MoveWaste, Order, Partition,
-    RadioQuality, RangeFault, WasteFault, When, Who,
+    Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, Order, Partition, RadioQuality,
+    RangeFault, When, Who,
 };
 use alliance_proto::scenario::{Obstacle, Robot, Scenario};
-use missions::waste::data::WasteSection;
+use missions::waste::data::{WasteSection, move_waste, strew};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -88,7 +88,11 @@ const DRAWS: [Draw; 25] = [
     |dice| Some(Fault::Radio(dice.any(&RadioQuality::ALL))),
     |dice| {
         let robot = dice.robot();
-        Some(random_sensor_fault(dice.rng, &robot))
+        Some(random_sensor_fault(
+            dice.rng,
+            &robot,
+            dice.scenario.mission(),
+        ))
     },
     |dice| {
         let robot = dice.robot();
@@ -109,12 +113,12 @@ const DRAWS: [Draw; 25] = [
     |dice| {
         let (x_m, y_m) = dice.place_for_waste();
         let items = dice.rng.random_range(1..=3);
-        Some(Fault::Waste(WasteFault { x_m, y_m, items }))
+        Some(strew(written(x_m), written(y_m), items))
     },
     |dice| {
         let (x_m, y_m) = dice.place_for_waste();
         let item = dice.item();
-        Some(Fault::MoveWaste(MoveWaste { item, x_m, y_m }))
+        Some(move_waste(item, written(x_m), written(y_m)))
     },
     |dice| {
         let (x_m, y_m) = dice.place();
@@ -126,6 +130,11 @@ const DRAWS: [Draw; 25] = [
         }))
     },
 ];
+
+/// The number that a place reads as, to two decimals.
+fn written(place_m: f32) -> f64 {
+    (f64::from(place_m) * 100.0).round() / 100.0
+}
 
 /// A random timeline for that scenario, by time; what waits for an event comes last.
 #[must_use]
@@ -174,9 +183,10 @@ impl Dice<'_> {
     /// Something that happens sooner or later.
     fn event(&mut self) -> When {
         let robot = self.robot().name;
+        let verbs: Vec<&str> = Happening::verbs(self.scenario.mission()).collect();
         When {
             robot: self.rng.random_bool(0.5).then_some(robot),
-            what: self.any(&Happening::ALL),
+            what: self.any(&verbs).to_owned(),
             subject: None,
         }
     }

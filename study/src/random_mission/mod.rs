@@ -157,7 +157,7 @@ mod tests {
             robots.insert(scenario.robots.len());
             faults.insert(scenario.faults.timeline.len());
             for order in &scenario.faults.timeline {
-                kinds.insert(order.fault.name());
+                kinds.insert(order.fault.name().to_owned());
             }
             // Also by its text, which is what a failed run leaves.
             let text = toml::to_string(&scenario).unwrap();

@@ -8,6 +8,7 @@ use alliance_proto::fault::{
     SensorFault, SensorMode, Side, Who,
 };
 use alliance_proto::ids::RobotId;
+use alliance_proto::mission::data::Mission;
 use alliance_proto::rng::{Purpose, robot_stream};
 use alliance_proto::scenario::{Robot, Scenario};
 use alliance_proto::time::SimTime;
@@ -19,7 +20,7 @@ use super::draws::{WORDS, exponential, uniform};
 const DRAWS: u64 = 16;
 
 /// What can be wrong with a robot, drawn at random. A kind of failure gives one fault, or two that go together.
-type Draw = fn(&mut ChaCha8Rng, &Robot) -> Vec<Fault>;
+type Draw = fn(&mut ChaCha8Rng, &Robot, Mission) -> Vec<Fault>;
 
 /// The random faults of a mission up to its limit, by time, with ids `random-1`, `random-2`, …. Each robot that is there from
 /// the start works for an exponentially distributed time, is out of order for another, and so on.
@@ -50,7 +51,7 @@ pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order>
             let out = SimTime::from_secs_f64(exponential(&mut rng, campaign.mttr_s));
             // An order lasts for 1 ms at least, and not beyond the range of its numbers.
             let out = out.clamp(SimTime(1), limit.max(SimTime(1)));
-            for fault in weighted(&mut rng, &kinds)(&mut rng, robot) {
+            for fault in weighted(&mut rng, &kinds)(&mut rng, robot, scenario.mission()) {
                 orders.push(Order {
                     at_s: Some(at.as_secs_f64()),
                     for_s: Some(out.as_secs_f64()),
@@ -83,24 +84,24 @@ fn weighted(rng: &mut ChaCha8Rng, kinds: &[(f64, Draw)]) -> Draw {
     chosen
 }
 
-fn kill(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+fn kill(_: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     vec![Fault::Kill(robot.name.clone())]
 }
 
-fn pause(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+fn pause(_: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     vec![Fault::Pause(robot.name.clone())]
 }
 
-fn power(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+fn power(_: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     vec![Fault::Power(robot.name.clone())]
 }
 
-fn babble(_: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+fn babble(_: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     vec![Fault::Babble(robot.name.clone())]
 }
 
 /// Both directions of a radio at once.
-fn link(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+fn link(rng: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     let own = || Who::Robot(robot.name.clone());
     let directions = [(own(), Who::All), (Who::All, own())];
     match choice(rng, 3) {
@@ -137,23 +138,24 @@ fn link(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
     }
 }
 
-fn sensor(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
-    vec![random_sensor_fault(rng, robot)]
+fn sensor(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission) -> Vec<Fault> {
+    vec![random_sensor_fault(rng, robot, mission)]
 }
 
-fn actuator(rng: &mut ChaCha8Rng, robot: &Robot) -> Vec<Fault> {
+fn actuator(rng: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     vec![random_actuator_fault(rng, robot)]
 }
 
 /// Any device that the robot has, in any way in which it can fail.
 #[must_use]
-pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
+pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission) -> Fault {
     let side_sensor = robot.has_device(Robot::SIDE_BORDER);
-    let has = |device: &Device| *device != Device::SideBorder || side_sensor;
-    let devices: Vec<Device> = Device::ALL.into_iter().filter(has).collect();
-    let device = devices[choice(rng, devices.len())];
-    let turns = device == Device::Position;
-    let mode = match choice(rng, if device.tells_lengths() { 5 } else { 3 }) {
+    let has = |device: &&str| *device != Device::SIDE_BORDER || side_sensor;
+    let devices: Vec<&str> = Device::of(mission).filter(has).collect();
+    let device = Device::named(devices[choice(rng, devices.len())]);
+    let turns = device == *Device::POSITION;
+    let ways = if device.tells_lengths(mission) { 5 } else { 3 };
+    let mode = match choice(rng, ways) {
         0 => SensorMode::Dead,
         1 => SensorMode::Stuck,
         2 => SensorMode::Dropout(between(rng, 0.2, 0.9)),
@@ -311,20 +313,23 @@ mod tests {
         for order in &orders {
             match &order.fault {
                 Fault::Sensor(fault) => {
-                    assert!(fault.device != Device::SideBorder || fault.robot == "blue");
+                    assert!(fault.device != *Device::SIDE_BORDER || fault.robot == "blue");
                     let mode = fault.mode.to_string();
                     let mode = mode.split(' ').next().unwrap().to_owned();
-                    seen.insert((fault.device.as_str(), mode));
+                    seen.insert((fault.device.to_string(), mode));
                 }
                 Fault::Actuator(fault) => {
                     let mode = fault.mode.to_string();
-                    seen.insert(("actuator", mode.split(' ').next().unwrap().to_owned()));
+                    seen.insert((
+                        "actuator".to_owned(),
+                        mode.split(' ').next().unwrap().to_owned(),
+                    ));
                 }
                 _ => {}
             }
         }
-        // Five devices that tell lengths in five ways, four others in three; five actuator modes.
-        assert_eq!(seen.len(), 5 * 5 + 4 * 3 + 5);
+        // Five devices that tell lengths in five ways, two others in three; five actuator modes.
+        assert_eq!(seen.len(), 5 * 5 + 2 * 3 + 5);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use alliance_proto::fault::{Device, Fault, SensorError, SensorMode};
 use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::mission::data::Mission;
 use alliance_proto::readings::Readings;
 use alliance_proto::rng::{Purpose, robot_stream};
 use alliance_proto::scenario::{Roster, Setup};
@@ -20,13 +21,17 @@ use super::schedule::FaultIndex;
 use crate::mission::WorldMission;
 use crate::world::wrapped;
 
-/// Most numbers that a device tells in one tick: eight items of waste, x and y.
+/// Devices of a robot that have draws of their own.
+const DEVICES: u64 = 16;
+
+/// Most numbers that a device tells in one tick: eight places, x and y.
 const MOST_NUMBERS: u64 = 16;
 
 /// The broken sensors of all robots.
 #[derive(Clone, Debug)]
 pub struct Sensors {
     roster: Arc<Roster>,
+    mission: Mission,
     /// By rank: the stream that its errors and dropouts are drawn from.
     draws: Vec<ChaCha8Rng>,
     /// In the order of arming.
@@ -48,6 +53,8 @@ struct Broken {
 enum Defect {
     Device {
         device: Device,
+        /// Its place among the places that are drawn for.
+        number: u64,
         mode: SensorMode,
         /// How many faults of the same kind act on the device before.
         before: u64,
@@ -64,6 +71,7 @@ impl Sensors {
         let draws = robots.map(|robot| robot_stream(setup.seed, Purpose::Sensor, robot));
         Self {
             roster: Arc::clone(&setup.roster),
+            mission: setup.catalog.mission,
             draws: draws.collect(),
             broken: Vec::new(),
             ever_broken: false,
@@ -92,6 +100,7 @@ impl Sensors {
             let defect = match what {
                 Fault::Sensor(fault) => Defect::Device {
                     device: fault.device,
+                    number: self.number_of(fault.device),
                     mode: fault.mode,
                     before: self.same_before(robot, fault.device, fault.mode),
                 },
@@ -154,6 +163,22 @@ impl Sensors {
         self.roster.robot_named(fault.robot()?)
     }
 
+    /// Four common ones, up to four of the mission's, the ground, and further ones of the mission's.
+    fn number_of(&self, device: Device) -> u64 {
+        const GROUND: usize = 8;
+        let common = &Device::COMMON[..4];
+        let own = self.mission.terms().devices;
+        let number = match common.iter().position(|name| device == **name) {
+            Some(number) => number,
+            None => match own.iter().position(|name| device == **name) {
+                Some(index) if common.len() + index < GROUND => common.len() + index,
+                Some(index) => common.len() + index + 1,
+                None => GROUND,
+            },
+        };
+        number as u64 % DEVICES
+    }
+
     fn same_before(&self, robot: RobotId, device: Device, mode: SensorMode) -> u64 {
         let same = self.broken.iter().filter(|broken| {
             let Defect::Device {
@@ -185,12 +210,13 @@ impl Broken {
         draws: &mut ChaCha8Rng,
         readings: &mut Readings,
     ) {
-        let (device, mode, before) = match self.defect {
+        let (device, number, mode, before) = match self.defect {
             Defect::Device {
                 device,
+                number,
                 mode,
                 before,
-            } => (device, mode, before),
+            } => (device, number, mode, before),
             Defect::NoPower => {
                 readings.energy_j = readings.energy_j.map(|_| 0.0);
                 return;
@@ -203,12 +229,12 @@ impl Broken {
                 copy(mission, device, stuck_at, readings);
             }
             SensorMode::Noise(size) => {
-                seek(draws, tick, device, before, 0);
+                seek(draws, tick, number, before, 0);
                 mislead(mission, device, readings, size, || normal(draws) as f32);
             }
             SensorMode::Bias(size) => mislead(mission, device, readings, size, || 1.0),
             SensorMode::Dropout(share) => {
-                seek(draws, tick, device, before, 1);
+                seek(draws, tick, number, before, 1);
                 if uniform(draws) < share {
                     copy(mission, device, &Readings::default(), readings);
                 }
@@ -218,24 +244,23 @@ impl Broken {
 }
 
 /// Goes to the place in a robot's stream that belongs to one fault of a device in one tick.
-fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: Device, before: u64, kind: u64) {
-    const DEVICES: u64 = 16;
+fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: u64, before: u64, kind: u64) {
     const FAULTS: u64 = 8;
     const KINDS: u64 = 2;
-    let in_tick = ((device as u64) * FAULTS + before % FAULTS) * KINDS + kind;
+    let in_tick = (device * FAULTS + before % FAULTS) * KINDS + kind;
     let place = u128::from(tick) * u128::from(DEVICES * FAULTS * KINDS) + u128::from(in_tick);
     draws.set_word_pos(place * u128::from(MOST_NUMBERS * WORDS));
 }
 
 /// Makes a device tell what it tells in other readings.
 fn copy(mission: &dyn WorldMission, device: Device, from: &Readings, to: &mut Readings) {
-    match device {
-        Device::Position => to.pose = from.pose,
-        Device::FrontBorder => to.front_border = from.front_border,
-        Device::SideBorder => to.side_border = from.side_border,
-        Device::Avoidance => to.proximity = from.proximity,
-        Device::Ground => to.ground = from.ground,
-        other => mission.copy_device(other.as_str(), &from.mission, &mut to.mission),
+    match device.as_str() {
+        Device::POSITION => to.pose = from.pose,
+        Device::FRONT_BORDER => to.front_border = from.front_border,
+        Device::SIDE_BORDER => to.side_border = from.side_border,
+        Device::AVOIDANCE => to.proximity = from.proximity,
+        Device::GROUND => to.ground = from.ground,
+        own => mission.copy_device(own, &from.mission, &mut to.mission),
     }
 }
 
@@ -249,15 +274,15 @@ fn mislead(
     mut error: impl FnMut() -> f32,
 ) {
     let farther = |distance_m: f32, error: f32| (distance_m + size.m * error).max(0.0);
-    match device {
-        Device::Position => {
+    match device.as_str() {
+        Device::POSITION => {
             if let Some(pose) = &mut readings.pose {
                 pose.position += size.m * Vec2::new(error(), error());
                 pose.heading_rad = wrapped(pose.heading_rad + size.deg.to_radians() * error());
             }
         }
-        Device::FrontBorder | Device::SideBorder => {
-            let beam = if device == Device::FrontBorder {
+        name @ (Device::FRONT_BORDER | Device::SIDE_BORDER) => {
+            let beam = if name == Device::FRONT_BORDER {
                 &mut readings.front_border
             } else {
                 &mut readings.side_border
@@ -266,7 +291,7 @@ fn mislead(
                 *distance_m = farther(*distance_m, error());
             }
         }
-        Device::Avoidance => {
+        Device::AVOIDANCE => {
             let Some(proximity) = &mut readings.proximity else {
                 return;
             };
@@ -284,10 +309,10 @@ fn mislead(
             }
         }
         // It tells no lengths: an order that wants it is refused.
-        Device::Ground => {}
-        other => {
+        Device::GROUND => {}
+        own => {
             let sensed = &mut readings.mission;
-            mission.mislead(other.as_str(), sensed, &mut || size.m * error());
+            mission.mislead(own, sensed, &mut || size.m * error());
         }
     }
 }

@@ -165,7 +165,10 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
             line(EventKind::State(change.to), [robot, set, &reason, task]);
         }
         for note in &report.notes {
-            line(EventKind::Note(note.kind), [robot, "", "", &note.detail]);
+            line(
+                EventKind::Note(names.note(note.kind)),
+                [robot, "", "", &note.detail],
+            );
         }
     }
     for event in record.events {

@@ -3,15 +3,17 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::mission::data::Terms;
 use alliance_proto::scenario::{Catalog, Roster, Setup};
 use alliance_proto::team::BroadcastKind;
+use alliance_proto::telemetry::NoteKind;
 
 /// The names that stand in the tables for the ids of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     pub roster: Arc<Roster>,
     catalog: Arc<Catalog>,
-    bulletins: [&'static str; 2],
+    terms: Terms,
 }
 
 impl Names {
@@ -19,7 +21,7 @@ impl Names {
         Self {
             roster: Arc::clone(&setup.roster),
             catalog: Arc::clone(&setup.catalog),
-            bulletins: setup.catalog.mission.terms().bulletins,
+            terms: setup.catalog.mission.terms(),
         }
     }
 
@@ -34,7 +36,11 @@ impl Names {
     }
 
     pub fn broadcast(&self, kind: BroadcastKind) -> &'static str {
-        kind.name(self.bulletins)
+        kind.name(self.terms.bulletins)
+    }
+
+    pub fn note(&self, kind: NoteKind) -> &'static str {
+        kind.as_str(self.terms.notes)
     }
 
     pub fn set(&self, set: Option<BehaviorId>) -> &str {

@@ -5,7 +5,7 @@ use std::fmt;
 use alliance_proto::ids::{BehaviorId, RobotId, Tick};
 use alliance_proto::log::Input;
 use alliance_proto::readings::Pose;
-use alliance_proto::telemetry::{BehaviorState, NoteKind};
+use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
 use serde::{Serialize, Serializer};
 
@@ -93,8 +93,8 @@ impl Event {
 pub enum EventKind {
     /// A behavior set changed into this state.
     State(BehaviorState),
-    /// An agent noted something.
-    Note(NoteKind),
+    /// An agent noted something that has this name.
+    Note(&'static str),
     /// Something of the mission, which gives it its name.
     Mission(&'static str),
     /// A robot's energy ran out.
@@ -136,7 +136,7 @@ impl fmt::Display for EventKind {
             Self::State(BehaviorState::Hibernating) => "hibernated",
             Self::State(BehaviorState::Waiting) => "waiting",
             Self::State(BehaviorState::Active) => "activated",
-            Self::Note(kind) => return kind.fmt(f),
+            Self::Note(name) => name,
             Self::Mission(kind) => kind,
             Self::EnergyOut => "energy-out",
             Self::Joined => "joined",

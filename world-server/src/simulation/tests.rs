@@ -44,7 +44,7 @@ fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_agai
     let mut setup = default_setup(1);
     let fault = Fault::Sensor(SensorFault {
         robot: "blue".to_owned(),
-        device: Device::Position,
+        device: Device::named(Device::POSITION),
         mode: SensorMode::Noise(SensorError { m: 0.1, deg: 0.0 }),
     });
     setup.scenario.faults.timeline = vec![Order {

@@ -3,7 +3,7 @@
 use alliance_proto::fault::{Fault, Happening, When};
 use alliance_proto::ids::RobotId;
 use alliance_proto::log::Input;
-use alliance_proto::telemetry::{BehaviorState, NoteKind};
+use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
 
@@ -36,16 +36,18 @@ impl Simulation {
             .as_str(),
             subject: Some(self.setup.catalog.behavior_name(change.set).to_owned()),
         });
-        let finds = report
-            .notes
-            .iter()
-            .filter(|note| note.kind == NoteKind::PositionUpdate)
-            .map(|_| Happened {
+        let terms = self.setup.catalog.mission.terms();
+        let noted = report.notes.iter().filter_map(|note| {
+            let kind = note.kind.as_str(terms.notes);
+            let mut verbs = terms.verbs.iter();
+            let (verb, _) = verbs.find(|(_, stands_for)| *stands_for == kind)?;
+            Some(Happened {
                 robot: report.robot,
-                what: Happening::Finds.as_str(),
+                what: verb,
                 subject: None,
-            });
-        let happened: Vec<Happened> = changes.chain(finds).collect();
+            })
+        });
+        let happened: Vec<Happened> = changes.chain(noted).collect();
         for fault in self.waiting_for(&happened) {
             let now = self.world.now();
             if let Fault::Kill(_) | Fault::Terminate(_) = self.schedule.status(fault).order.fault {

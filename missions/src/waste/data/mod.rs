@@ -2,8 +2,10 @@
 
 mod check;
 mod family;
+mod faults;
 mod figures;
 mod kinds;
+pub mod notes;
 mod parameters;
 mod section;
 #[cfg(test)]
@@ -12,6 +14,7 @@ mod work;
 
 pub use check::MAX_SPILLS;
 pub use family::family;
+pub use faults::{MOVE_WASTE, WASTE as WASTE_FAULT, move_waste, strew};
 pub use figures::{
     ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures,
     WasteRobotFigures, WasteRow,
@@ -19,6 +22,7 @@ pub use figures::{
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 
+use alliance_proto::fault::{FaultSpec, Order, OrderError};
 use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use alliance_proto::mission::section::{Section, section};
 use alliance_proto::scenario::{
@@ -87,8 +91,9 @@ impl MissionData for WasteData {
     fn terms(&self) -> Terms {
         Terms {
             devices: &["waste", "spill-zone", "report-site", "gripper"],
+            measuring_devices: &["waste"],
+            notes: &notes::NAMES,
             optional_devices: &[Robot::SIDE_BORDER],
-            faults: &["waste", "move-waste"],
             events: &[
                 "picked",
                 "pick-failed",
@@ -106,6 +111,7 @@ impl MissionData for WasteData {
                 ("drops", "dropped"),
                 ("delivers", "delivered"),
                 ("reports", "reported"),
+                ("finds", "position-update"),
             ],
             bulletins: ["position", "withdrawal"],
             columns: &[
@@ -134,6 +140,14 @@ impl MissionData for WasteData {
 
     fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64 {
         work::unit_s(scenario, body, BehaviorKind::of(behavior))
+    }
+
+    fn faults(&self) -> &'static [FaultSpec] {
+        faults::ALL
+    }
+
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
+        faults::check(scenario.limit_s, order)
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {

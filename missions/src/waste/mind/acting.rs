@@ -1,6 +1,7 @@
 //! Second half of a step: what the active behavior set wants becomes what the body does.
 
 use crate::waste::data::BehaviorKind;
+use crate::waste::data::notes;
 use alliance_proto::ids::{BehaviorId, TaskId};
 use alliance_proto::mission::waste::{Gripper, WasteBulletin, WasteDeed, Zone};
 use alliance_proto::readings::Readings;
@@ -74,7 +75,7 @@ impl WasteMission {
         let ahead = self.facing.ahead(pose.heading_rad);
         let at = pose.position + ahead * self.briefing.chassis.radius_m;
         action.notes.push(Note {
-            kind: NoteKind::PutDown,
+            kind: notes::PUT_DOWN,
             detail: format!("at {:.2} {:.2}", at.x, at.y),
         });
         if readings.mission.waste().zone == Some(Zone::None) {
@@ -120,7 +121,7 @@ impl WasteMission {
                     self.extremes = Extremes::default();
                     let locations = self.memory.find(border, now);
                     action.notes.push(Note {
-                        kind: NoteKind::PositionUpdate,
+                        kind: notes::POSITION_UPDATE,
                         detail: format!("{} to {}", border.min, border.max),
                     });
                     let about = About {
@@ -176,7 +177,7 @@ impl WasteMission {
             Work::Empty => {
                 self.memory.see_spill(spill, true, now);
                 action.notes.push(Note {
-                    kind: NoteKind::SpillEmpty,
+                    kind: notes::SPILL_EMPTY,
                     detail: self.briefing.catalog.task_name(task).to_owned(),
                 });
             }
@@ -231,7 +232,7 @@ impl WasteMission {
             self.stands_back_since = Some(now);
         }
         action.notes.push(Note {
-            kind: NoteKind::LocationsWithdrawn,
+            kind: notes::LOCATIONS_WITHDRAWN,
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
         let told = WasteBulletin::Withdrawal(withdrawal);

@@ -1,6 +1,7 @@
 //! First half of a step: what the robot senses and hears becomes what it knows, and what it could do.
 
 use crate::waste::data::BehaviorKind;
+use crate::waste::data::notes;
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
@@ -139,7 +140,7 @@ impl WasteMission {
         self.methodical = Methodical::default();
         self.extremes = Extremes::default();
         notes.push(Note {
-            kind: NoteKind::LocationsLearned,
+            kind: notes::LOCATIONS_LEARNED,
             detail: format!("from {from}"),
         });
     }

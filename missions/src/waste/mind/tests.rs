@@ -1,5 +1,6 @@
 //! The mission's step, with readings and messages made by hand. Whole missions are driven in the closed-loop tests.
 
+use crate::waste::data::notes;
 use crate::waste::data::{BehaviorKind, default_setup};
 use std::f32::consts::PI;
 
@@ -11,7 +12,6 @@ use alliance_proto::mission::waste::{
 use alliance_proto::readings::{Pose, Readings};
 
 use alliance_proto::team::{About, Broadcast, BulletinKind, Content, Heartbeat, TaskState};
-use alliance_proto::telemetry::NoteKind;
 
 use super::*;
 use robot_agent::body::goal::length;
@@ -373,12 +373,7 @@ fn when_its_set_hibernates_it_puts_its_load_down_and_says_where() {
         robot.step(Some("move-spill(top)"), &holding(place));
         let (_, action) = robot.step(active, &holding(place));
         assert_eq!(action.actuation.deed.waste().gripper, Gripper::Drop);
-        assert!(
-            action
-                .notes
-                .iter()
-                .any(|note| note.kind == NoteKind::PutDown)
-        );
+        assert!(action.notes.iter().any(|note| note.kind == notes::PUT_DOWN));
         let loose = &robot.mission.memory.knowledge().loose;
         assert_eq!(loose.len(), 1);
         assert!(loose[0].value.present && length(loose[0].value.at - place) < 0.3);
@@ -404,7 +399,7 @@ fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
     let (_, action) = robot.step(Some("move-spill(top)"), &seen);
     assert!(action.notes.is_empty());
     let (_, action) = robot.step(Some("move-spill(top)"), &at(DEPOSIT - Vec2::new(0.8, 0.0)));
-    assert_eq!(action.notes[0].kind, NoteKind::SpillEmpty);
+    assert_eq!(action.notes[0].kind, notes::SPILL_EMPTY);
     assert_eq!(robot.applicable(&at(DEPOSIT)), ["move-spill(bottom)"]);
     // Something loose nearer to it makes it work again.
     robot

@@ -5,6 +5,7 @@ use alliance_proto::ids::ItemId;
 use glam::Vec2;
 
 use super::Waste;
+use crate::waste::data::{MOVE_WASTE, WASTE_FAULT};
 use world_server::world::{ChangeError, Floor, ROUNDING_M};
 
 /// Why items cannot be placed like that.
@@ -36,11 +37,16 @@ impl Waste {
         fault: &Fault,
         floor: &Floor,
     ) -> Option<Result<String, ChangeError>> {
-        let told = match fault {
-            Fault::Waste(waste) => {
-                let near = Vec2::new(waste.x_m, waste.y_m);
+        let Fault::Mission(fault) = fault else {
+            return None;
+        };
+        // Checked when it was ordered: what can be left out has this default, all else is there.
+        let number = |key| fault.get(key).unwrap_or(1.0);
+        let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
+        let told = match fault.name.as_str() {
+            WASTE_FAULT => {
                 // One that has a place leaves as many places as there were: items may lie on each other at worst.
-                let added = (0..waste.items).map(|_| {
+                let added = (0..number("items") as u32).map(|_| {
                     let item = self.add_item(near, floor)?;
                     Ok(item_at(item, self.floor.items()[item.0 as usize].position))
                 });
@@ -48,9 +54,9 @@ impl Waste {
                     .collect::<Result<Vec<_>, _>>()
                     .map(|items| items.join(", "))
             }
-            Fault::MoveWaste(moved) => {
-                let item = ItemId(moved.item);
-                let at = self.move_item(item, Vec2::new(moved.x_m, moved.y_m), floor);
+            MOVE_WASTE => {
+                let item = ItemId(number("item") as u32);
+                let at = self.move_item(item, near, floor);
                 at.map(|at| item_at(item, at))
             }
             _ => return None,

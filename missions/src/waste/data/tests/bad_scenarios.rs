@@ -472,7 +472,7 @@ fn faults() {
         ),
         (
             "fault.kil = 'blue'",
-            "s.toml:2: faults.timeline[0].fault.kil: there is no choice 'kil'; did you mean 'kill'? (there are 25, from kill to move-robot)",
+            "s.toml:2: faults.timeline[0].fault: there is no choice 'kil'; did you mean 'kill'? (there are 23, from kill to move-robot)",
         ),
         (
             "at_s = -1\nfault.kill = 'blue'",
@@ -480,7 +480,7 @@ fn faults() {
         ),
         (
             "when = 'blue naps'\nfault.kill = 'blue'",
-            "s.toml:2: faults.timeline[0].when: 'blue naps' names no event; write ROBOT or any, then one of activates, hibernates, waits, picks, drops, delivers, reports, finds, joins, dies, then a behavior set or item if need be, as in \"blue activates report-progress\"; see the reference scenario",
+            "s.toml:2: faults.timeline[0].when: nothing of that name happens: 'naps'; there are activates, hibernates, waits, picks, drops, delivers, reports, finds, joins, dies",
         ),
         (
             "fault.add = 'blue'",

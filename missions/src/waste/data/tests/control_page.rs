@@ -1,10 +1,14 @@
 //! The page that tells people of the control topic speaks of the default mission.
 
+use std::collections::BTreeSet;
+
 use alliance_proto::control::{ControlCommand, Reply, Request};
+use alliance_proto::fault::{Fault, Order, OrderError};
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::{Catalog, Scenario};
 
 use crate::Registry;
+use crate::waste::data::WASTE;
 
 const PAGE: &str = include_str!("../../../../../docs/CONTROL.md");
 
@@ -16,18 +20,28 @@ fn blocks() -> Vec<&'static str> {
         .collect()
 }
 
-#[test]
-fn every_block_of_the_page_is_what_it_shows() {
-    // Anybody's scenario in which each example of the page makes sense.
+/// What the page's tables set in code, such as ``| `{"kill": "gold"}` | … |``.
+fn cells() -> impl Iterator<Item = &'static str> {
+    let rows = PAGE.lines().filter_map(|line| line.strip_prefix("| `"));
+    rows.filter_map(|row| row.split('`').next())
+        .filter(|cell| cell.starts_with('{') || cell.starts_with('"'))
+}
+
+/// Anybody's scenario in which each example of the page makes sense.
+fn check(order: &Order) -> Result<(), OrderError> {
     let text = "[[robots]]\nname = \"blue\"\nside_sensor = true\n[[robots]]\nname = \"gold\"\n[[robots]]\nname = \"green\"\n[[robots]]\nname = \"red\"\nabsent = true\n";
     let scenario = Scenario::parse("team", text, &Registry::built_in().vocabulary()).unwrap();
-    let catalog = Catalog::of(&scenario);
+    order.check(&scenario, &Catalog::of(&scenario))
+}
+
+#[test]
+fn every_block_of_the_page_is_what_it_shows() {
     let mut requests = 0;
     for block in blocks() {
         if let Ok(request) = serde_json::from_str::<Request>(block) {
             requests += 1;
             if let ControlCommand::Fault(order) = request.command {
-                assert_eq!(order.check(&scenario, &catalog), Ok(()), "{block}");
+                assert_eq!(check(&order), Ok(()), "{block}");
             }
         } else if serde_json::from_str::<Rendezvous>(block).is_err() {
             let reply = serde_json::from_str::<Reply>(block);
@@ -35,4 +49,23 @@ fn every_block_of_the_page_is_what_it_shows() {
         }
     }
     assert!(requests > 0);
+}
+
+/// Commands or faults; the examples of faults can all be ordered.
+#[test]
+fn the_page_has_an_example_of_every_fault() {
+    let mut shown = BTreeSet::new();
+    for cell in cells() {
+        if serde_json::from_str::<ControlCommand>(cell).is_ok()
+            || serde_json::from_str::<Reply>(cell).is_ok()
+        {
+            continue;
+        }
+        let fault: Fault = serde_json::from_str(cell).unwrap();
+        shown.insert(fault.name().to_owned());
+        assert_eq!(check(&Order::now(fault)), Ok(()), "{cell}");
+    }
+    let own = WASTE.faults().iter().map(|spec| spec.name);
+    let all = Fault::COMMON.into_iter().chain(own);
+    assert_eq!(shown, all.map(str::to_owned).collect());
 }

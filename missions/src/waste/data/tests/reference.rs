@@ -3,6 +3,7 @@
 use crate::Registry;
 use crate::waste::data::{
     Deposit, ReportSite, Spill, Spot, WASTE, WasteSection, default_scenario, default_setup,
+    move_waste, strew,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -78,7 +79,10 @@ fn its_switches_are_those_of_the_default_preset() {
 /// A fault of each kind, with every mode.
 fn every_fault() -> impl Iterator<Item = Fault> {
     let add = Fault::Add("red".to_owned());
-    one_of_each().into_iter().chain([add])
+    let common = one_of_each()
+        .into_iter()
+        .filter(|fault| !matches!(fault, Fault::Mission(_)));
+    common.chain([add, strew(3.0, 4.0, 2), move_waste(7, 3.0, 4.0)])
 }
 
 /// Name and mode of a fault: what `reference.toml` has one example of.

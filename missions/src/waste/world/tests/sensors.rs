@@ -1,5 +1,6 @@
 //! Each way to break, and what chance may depend on.
 
+use crate::waste::data;
 use crate::waste::data::default_setup;
 use alliance_proto::fault::SensorFault;
 use alliance_proto::mission::Sensed;
@@ -20,14 +21,14 @@ use world_server::world::wrapped;
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
 
-fn sensor(device: Device, mode: SensorMode) -> Fault {
+fn sensor(device: &str, mode: SensorMode) -> Fault {
     sensor_of("blue", device, mode)
 }
 
-fn sensor_of(robot: &str, device: Device, mode: SensorMode) -> Fault {
+fn sensor_of(robot: &str, device: &str, mode: SensorMode) -> Fault {
     Fault::Sensor(SensorFault {
         robot: robot.to_owned(),
-        device,
+        device: Device::named(device),
         mode,
     })
 }
@@ -123,21 +124,22 @@ impl Bench {
 
 #[test]
 fn each_dead_device_is_silent_and_all_others_go_on() {
-    for device in Device::ALL {
+    for device in Device::of(data::WASTE) {
         let mut bench = Bench::new([sensor(device, SensorMode::Dead)]);
         let (told, hits) = bench.tick(0);
         assert_eq!(hits, [0], "{device:?}");
         let mut expected = sensed(0);
         match device {
-            Device::Position => expected.pose = None,
-            Device::FrontBorder => expected.front_border = None,
-            Device::SideBorder => expected.side_border = None,
-            Device::Avoidance => expected.proximity = None,
-            Device::Waste => expected.mission.waste_mut().waste = None,
-            Device::SpillZone => expected.mission.waste_mut().zone = None,
-            Device::ReportSite => expected.mission.waste_mut().report_site = None,
-            Device::Gripper => expected.mission.waste_mut().holding = None,
-            Device::Ground => expected.ground = None,
+            Device::POSITION => expected.pose = None,
+            Device::FRONT_BORDER => expected.front_border = None,
+            Device::SIDE_BORDER => expected.side_border = None,
+            Device::AVOIDANCE => expected.proximity = None,
+            "waste" => expected.mission.waste_mut().waste = None,
+            "spill-zone" => expected.mission.waste_mut().zone = None,
+            "report-site" => expected.mission.waste_mut().report_site = None,
+            "gripper" => expected.mission.waste_mut().holding = None,
+            Device::GROUND => expected.ground = None,
+            other => panic!("{other}"),
         }
         assert_eq!(told, expected, "{device:?}");
         // A teammate's is intact.
@@ -150,7 +152,7 @@ fn a_stuck_one_goes_on_telling_what_it_told_in_the_tick_before() {
     let mut bench = Bench::new([]);
     bench.tick(3);
     bench.tick(4);
-    bench.faults = vec![(FaultIndex(0), sensor(Device::Position, SensorMode::Stuck))];
+    bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
     for tick in 5..8 {
         let (told, hits) = bench.tick(tick);
         assert_eq!(told.pose, sensed(4).pose);
@@ -160,7 +162,7 @@ fn a_stuck_one_goes_on_telling_what_it_told_in_the_tick_before() {
     bench.faults.clear();
     assert_eq!(bench.tick(8), (sensed(8), vec![]));
     // Again in force, it is stuck at what it told before that.
-    bench.faults = vec![(FaultIndex(0), sensor(Device::Position, SensorMode::Stuck))];
+    bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
     assert_eq!(bench.tick(9).0.pose, sensed(8).pose);
 }
 
@@ -168,7 +170,7 @@ fn a_stuck_one_goes_on_telling_what_it_told_in_the_tick_before() {
 fn a_stuck_one_of_a_robot_that_was_told_nothing_before_keeps_what_it_tells_first() {
     let mut bench = Bench::new([]);
     bench.tick(3);
-    bench.faults = vec![(FaultIndex(0), sensor(Device::Position, SensorMode::Stuck))];
+    bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
     // The robot was not asked in tick 4.
     let (told, hits) = bench.tick(5);
     assert_eq!((told, hits), (sensed(5), vec![]));
@@ -179,11 +181,11 @@ fn a_stuck_one_of_a_robot_that_was_told_nothing_before_keeps_what_it_tells_first
 #[test]
 fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
     let (told, hits) = Bench::new([
-        sensor(Device::Position, SensorMode::Bias(error(-0.5, 20.0))),
-        sensor(Device::FrontBorder, SensorMode::Bias(error(-0.5, 0.0))),
-        sensor(Device::SideBorder, SensorMode::Bias(error(-0.5, 0.0))),
-        sensor(Device::Avoidance, SensorMode::Bias(error(-0.2, 0.0))),
-        sensor(Device::Waste, SensorMode::Bias(error(0.5, 0.0))),
+        sensor(Device::POSITION, SensorMode::Bias(error(-0.5, 20.0))),
+        sensor(Device::FRONT_BORDER, SensorMode::Bias(error(-0.5, 0.0))),
+        sensor(Device::SIDE_BORDER, SensorMode::Bias(error(-0.5, 0.0))),
+        sensor(Device::AVOIDANCE, SensorMode::Bias(error(-0.2, 0.0))),
+        sensor("waste", SensorMode::Bias(error(0.5, 0.0))),
     ])
     .tick(4);
     // The side is free, so there is no number to be wrong.
@@ -210,7 +212,7 @@ fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
 #[test]
 fn noise_has_its_size_and_is_new_in_every_tick_and_number() {
     const TICKS: u64 = 10_000;
-    let mut bench = Bench::new([sensor(Device::Position, SensorMode::Noise(error(0.5, 2.0)))]);
+    let mut bench = Bench::new([sensor(Device::POSITION, SensorMode::Noise(error(0.5, 2.0)))]);
     let mut sums = [0.0_f64; 5];
     for tick in 0..TICKS {
         let (told, hits) = bench.tick(tick);
@@ -239,7 +241,7 @@ fn noise_has_its_size_and_is_new_in_every_tick_and_number() {
 
 #[test]
 fn a_dropout_takes_its_share_of_the_ticks() {
-    let mut bench = Bench::new([sensor(Device::Waste, SensorMode::Dropout(0.25))]);
+    let mut bench = Bench::new([sensor("waste", SensorMode::Dropout(0.25))]);
     let silent = (0..4000).filter(|tick| {
         let (told, hits) = bench.tick(*tick);
         assert_eq!(told.mission.waste().waste.is_none(), hits == [0]);
@@ -248,7 +250,7 @@ fn a_dropout_takes_its_share_of_the_ticks() {
     let silent = silent.count();
     assert!((900..1100).contains(&silent), "{silent}");
     for (share, expected) in [(0.0, 0), (1.0, 100)] {
-        let mut bench = Bench::new([sensor(Device::Waste, SensorMode::Dropout(share))]);
+        let mut bench = Bench::new([sensor("waste", SensorMode::Dropout(share))]);
         let hits = (0..100).filter(|tick| !bench.tick(*tick).1.is_empty());
         assert_eq!(hits.count(), expected);
     }
@@ -256,7 +258,7 @@ fn a_dropout_takes_its_share_of_the_ticks() {
 
 #[test]
 fn no_fault_shifts_the_luck_of_another() {
-    let noise = || sensor(Device::Position, SensorMode::Noise(error(0.5, 2.0)));
+    let noise = || sensor(Device::POSITION, SensorMode::Noise(error(0.5, 2.0)));
     let told = |faults: Vec<Fault>, from: Tick| {
         let mut bench = Bench::new(faults);
         (from..10)
@@ -265,9 +267,9 @@ fn no_fault_shifts_the_luck_of_another() {
     };
     let alone = told(vec![noise()], 0);
     let others = vec![
-        sensor(Device::Waste, SensorMode::Noise(error(0.1, 0.0))),
-        sensor(Device::Position, SensorMode::Dropout(0.0)),
-        sensor_of("gold", Device::Position, SensorMode::Noise(error(0.5, 2.0))),
+        sensor("waste", SensorMode::Noise(error(0.1, 0.0))),
+        sensor(Device::POSITION, SensorMode::Dropout(0.0)),
+        sensor_of("gold", Device::POSITION, SensorMode::Noise(error(0.5, 2.0))),
         noise(),
     ];
     assert_eq!(told(others, 0), alone);
@@ -276,15 +278,15 @@ fn no_fault_shifts_the_luck_of_another() {
 
 #[test]
 fn faults_of_one_device_act_in_the_order_of_arming() {
-    let bias = || sensor(Device::Position, SensorMode::Bias(error(1.0, 0.0)));
-    let dead = || sensor(Device::Position, SensorMode::Dead);
+    let bias = || sensor(Device::POSITION, SensorMode::Bias(error(1.0, 0.0)));
+    let dead = || sensor(Device::POSITION, SensorMode::Dead);
     let (told, hits) = Bench::new([bias(), bias()]).tick(0);
     assert_eq!(told.pose.unwrap().position, Vec2::new(2.0, 4.0));
     assert_eq!(hits, [0, 1]);
     assert_eq!(Bench::new([dead(), bias()]).tick(0).1, [0]);
     assert_eq!(Bench::new([bias(), dead()]).tick(0).1, [0, 1]);
     // Two noises are not the same noise twice.
-    let noise = || sensor(Device::Position, SensorMode::Noise(error(1.0, 0.0)));
+    let noise = || sensor(Device::POSITION, SensorMode::Noise(error(1.0, 0.0)));
     let one = Bench::new([noise()]).tick(0).0.pose.unwrap().position;
     let two = Bench::new([noise(), noise()]).tick(0).0.pose.unwrap();
     let origin = sensed(0).pose.unwrap().position;
@@ -294,7 +296,7 @@ fn faults_of_one_device_act_in_the_order_of_arming() {
 #[test]
 fn a_device_that_a_robot_lacks_cannot_be_hit() {
     let modes = [SensorMode::Dead, SensorMode::Stuck];
-    let faults = modes.map(|mode| sensor(Device::SideBorder, mode));
+    let faults = modes.map(|mode| sensor(Device::SIDE_BORDER, mode));
     let mut bench = Bench::new(faults);
     let mut readings = Readings {
         side_border: None,

@@ -1,0 +1,123 @@
+//! Faults that only a mission knows, as commands: made from what the missions of this program declare.
+
+use alliance_proto::fault::{FaultArgument, FaultSpec, MissionFault};
+use clap::error::ErrorKind;
+use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
+use missions::Registry;
+
+use super::args::Timing;
+
+/// A fault of a mission, with its trigger and duration.
+#[derive(Clone, Debug)]
+pub struct OwnFault {
+    /// The fault.
+    pub fault: MissionFault,
+    /// When.
+    pub timing: Timing,
+}
+
+/// Those of all missions; of two of the same name, which the world tells apart, the first is listed.
+fn specs() -> Vec<FaultSpec> {
+    let missions = Registry::of_this_program().vocabulary().missions;
+    let mut specs: Vec<FaultSpec> = Vec::new();
+    for spec in missions.iter().flat_map(|mission| mission.faults()) {
+        if specs.iter().all(|known| known.name != spec.name) {
+            specs.push(*spec);
+        }
+    }
+    specs
+}
+
+impl Subcommand for OwnFault {
+    fn augment_subcommands(command: Command) -> Command {
+        specs().iter().fold(command, |command, spec| {
+            let one = Command::new(spec.name).about(sentence(spec.about));
+            let one = spec.arguments.iter().fold(one, with_argument);
+            command.subcommand(Timing::augment_args(one))
+        })
+    }
+
+    fn augment_subcommands_for_update(command: Command) -> Command {
+        Self::augment_subcommands(command)
+    }
+
+    fn has_subcommand(name: &str) -> bool {
+        specs().iter().any(|spec| spec.name == name)
+    }
+}
+
+impl FromArgMatches for OwnFault {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let missing = || Error::new(ErrorKind::MissingSubcommand);
+        let (name, matches) = matches.subcommand().ok_or_else(missing)?;
+        let specs = specs();
+        let spec = specs.iter().find(|spec| spec.name == name);
+        let spec = spec.ok_or_else(missing)?;
+        let stated = spec.arguments.iter().filter_map(|argument| {
+            let by_place = matches.get_one::<f64>(argument.key);
+            let by_name = || matches.try_get_one::<f64>(&named(argument)).ok().flatten();
+            let value = by_place.or_else(by_name).copied();
+            Some((argument.key.to_owned(), value.or(argument.default)?))
+        });
+        Ok(Self {
+            fault: MissionFault {
+                name: name.to_owned(),
+                values: stated.collect(),
+            },
+            timing: Timing::from_arg_matches(matches)?,
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// What must be stated has its place, and a name as faults are printed; what may be left out has a name alone.
+fn with_argument(command: Command, argument: &FaultArgument) -> Command {
+    let stem = argument
+        .key
+        .rsplit_once('_')
+        .map_or(argument.key, |it| it.0);
+    let number = |id: String| {
+        Arg::new(id)
+            .value_name(stem.to_uppercase())
+            .value_parser(clap::value_parser!(f64))
+            .allow_negative_numbers(true)
+    };
+    let help = sentence(argument.about);
+    match argument.default {
+        Some(default) => {
+            let help = format!("{help} [default: {default}]");
+            command.arg(
+                number(argument.key.to_owned())
+                    .long(long(argument))
+                    .help(help),
+            )
+        }
+        None => {
+            let by_name = named(argument);
+            let by_place = number(argument.key.to_owned());
+            command
+                .arg(by_place.required_unless_present(&by_name).help(help))
+                .arg(number(by_name).long(long(argument)).hide(true))
+        }
+    }
+}
+
+fn named(argument: &FaultArgument) -> String {
+    format!("{} by name", argument.key)
+}
+
+fn long(argument: &FaultArgument) -> String {
+    argument.key.replace('_', "-")
+}
+
+/// A line of a mission's, as help begins its lines.
+fn sentence(about: &str) -> String {
+    let mut letters = about.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}

@@ -1,0 +1,179 @@
+//! A fault in files: a table with the fault's name as its only key. A name that is none of the common ones is a mission's.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::de::value::StrDeserializer;
+use serde::de::{
+    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess,
+    Visitor,
+};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::{Fault, MissionFault};
+
+impl Serialize for Fault {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Mission(fault) if serializer.is_human_readable() => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry(&fault.name, &Values(&fault.values))?;
+                map.end()
+            }
+            // The derived one.
+            _ => Self::serialize(self, serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Fault {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            deserializer.deserialize_map(Table)
+        } else {
+            // The derived one.
+            Self::deserialize(deserializer)
+        }
+    }
+}
+
+/// The numbers of a mission's fault.
+struct Values<'a>(&'a BTreeMap<String, f64>);
+
+impl Serialize for Values<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (key, value) in self.0 {
+            // Counts and numbers of things are written as such.
+            if value.fract() == 0.0 && value.abs() < 1e9 {
+                map.serialize_entry(key, &(*value as i64))?;
+            } else {
+                map.serialize_entry(key, value)?;
+            }
+        }
+        map.end()
+    }
+}
+
+/// What is said of a fault that is none of the common ones; nothing if that is a word, as common ones have.
+struct Numbers(Option<BTreeMap<String, f64>>);
+
+impl<'de> Deserialize<'de> for Numbers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Said;
+
+        impl<'de> Visitor<'de> for Said {
+            type Value = Numbers;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table of numbers")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Numbers, A::Error> {
+                let mut numbers = BTreeMap::new();
+                while let Some((key, number)) = map.next_entry()? {
+                    numbers.insert(key, number);
+                }
+                Ok(Numbers(Some(numbers)))
+            }
+
+            fn visit_str<E: Error>(self, _: &str) -> Result<Numbers, E> {
+                Ok(Numbers(None))
+            }
+        }
+
+        deserializer.deserialize_any(Said)
+    }
+}
+
+/// The table of a fault.
+struct Table;
+
+impl<'de> Visitor<'de> for Table {
+    type Value = Fault;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a fault by its name")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fault, A::Error> {
+        let one = || A::Error::custom("a fault is one name and what there is to say of it");
+        let name: String = map.next_key()?.ok_or_else(one)?;
+        let fault = if Fault::COMMON.contains(&name.as_str()) {
+            // The derived one.
+            let variant = Variant {
+                name,
+                map: &mut map,
+            };
+            Fault::deserialize(variant)?
+        } else {
+            let Numbers(values) = map.next_value()?;
+            let unknown = || A::Error::unknown_variant(&name, &Fault::COMMON);
+            let values = values.ok_or_else(unknown)?;
+            Fault::Mission(MissionFault { name, values })
+        };
+        match map.next_key::<String>()? {
+            None => Ok(fault),
+            Some(_) => Err(one()),
+        }
+    }
+}
+
+/// A variant whose name has been read, and whose value is the next one of the map.
+struct Variant<'m, A> {
+    name: String,
+    map: &'m mut A,
+}
+
+impl<'de, A: MapAccess<'de>> Deserializer<'de> for Variant<'_, A> {
+    type Error = A::Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, A::Error> {
+        visitor.visit_enum(self)
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct newtype_struct seq
+        tuple tuple_struct map struct enum identifier ignored_any
+    }
+}
+
+impl<'de, 'm, A: MapAccess<'de>> EnumAccess<'de> for Variant<'m, A> {
+    type Error = A::Error;
+    type Variant = Content<'m, A>;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(
+        self,
+        seed: V,
+    ) -> Result<(V::Value, Self::Variant), A::Error> {
+        let name: StrDeserializer<'_, A::Error> = self.name.as_str().into_deserializer();
+        Ok((seed.deserialize(name)?, Content(self.map)))
+    }
+}
+
+struct Content<'m, A>(&'m mut A);
+
+impl<'de, A: MapAccess<'de>> VariantAccess<'de> for Content<'_, A> {
+    type Error = A::Error;
+
+    fn unit_variant(self) -> Result<(), A::Error> {
+        self.0.next_value()
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, A::Error> {
+        self.0.next_value_seed(seed)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, A::Error> {
+        Err(A::Error::custom("no fault is a list"))
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        _: &'static [&'static str],
+        _: V,
+    ) -> Result<V::Value, A::Error> {
+        Err(A::Error::custom("no fault has fields of its own"))
+    }
+}
