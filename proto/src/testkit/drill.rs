@@ -1,6 +1,7 @@
 //! A mission for tests of what knows no mission: tasks that any robot can have, in a world in which nothing comes of them.
 
 use crate::ids::TaskId;
+use crate::mission::columns::Column;
 use crate::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use crate::mission::section::{Section, section};
 use crate::scenario::{
@@ -76,7 +77,15 @@ impl MissionData for Drill {
             events: &["done"],
             verbs: &[("does", "done")],
             bulletins: ["first", "second"],
-            columns: &["left", "held", "lost", "done", "last_ms"],
+            columns: const {
+                &[
+                    Column::left("left"),
+                    Column::left("held"),
+                    Column::left("lost"),
+                    Column::done("done", "done"),
+                    Column::time("last_ms", "done"),
+                ]
+            },
         }
     }
 
