@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use alliance_proto::control::{ControlCommand, Reply, RobotStatus, Status};
+use alliance_proto::mission::columns::in_full;
 use clap::Args;
 use comfy_table::{CellAlignment, Table};
 use study::table;
@@ -31,11 +32,10 @@ impl StatusArgs {
 }
 
 fn text(status: &Status) -> String {
-    let items = status.items;
     let mut text = format!(
         "run    {} ({}, seed {})\n\
          clock  tick {}, {} simulated, {}\n\
-         items  {} of {} delivered, {} carried, {} in spills, {} on the floor\n\
+         so far {}\n\
          {}",
         status.run,
         status.scenario,
@@ -43,11 +43,7 @@ fn text(status: &Status) -> String {
         status.tick,
         status.t_ms,
         describe(&status.clock),
-        items.delivered,
-        items.total(),
-        items.carried,
-        items.in_spills,
-        items.on_floor,
+        in_full(&status.mission),
         robots(&status.robots),
     );
     if !status.faults.is_empty() {
@@ -79,7 +75,7 @@ fn robots(robots: &[RobotStatus]) -> Table {
             number(robot.incarnation),
             robot.state.as_str().to_owned(),
             robot.task.clone().unwrap_or_else(|| "–".to_owned()),
-            if robot.carrying { "waste" } else { "–" }.to_owned(),
+            if robot.carrying { "an item" } else { "–" }.to_owned(),
             lines(|(name, _)| name),
             lines(|(_, motivation)| motivation),
         ]);
@@ -114,7 +110,10 @@ mod tests {
     const STATUS: &str = r#"{
         "run": "waste-cleanup-10929", "scenario": "waste-cleanup", "seed": 1, "tick": 1310, "t_ms": 65500,
         "clock": {"paused": false, "speed": 5.0, "steps_left": 0, "tick": 1310},
-        "items": {"in_spills": 20, "carried": 1, "on_floor": 0, "delivered": 3},
+        "mission": [
+            {"name": "items_in_spills", "kind": "left", "value": 21},
+            {"name": "items_delivered", "kind": "done", "value": 3},
+            {"name": "last_report_ms", "kind": "time", "value": null}],
         "robots": [
             {"robot": "blue", "pid": 10932, "incarnation": 1, "state": "present", "x_m": 4.1, "y_m": 5.9,
              "heading_rad": 1.57, "carrying": true, "task": "move-spill(top)", "sets": [
@@ -136,9 +135,9 @@ mod tests {
         let words: Vec<&str> = text.split_whitespace().collect();
         let words = words.join(" ");
         for part in [
-            "run waste-cleanup-10929 (waste-cleanup, seed 1) clock tick 1310, 65.500 s simulated, at 5x items 3 of 24 delivered, \
-             1 carried, 20 in spills, 0 on the floor",
-            "│ blue ┆ 10932 ┆ 1 ┆ present ┆ move-spill(top) ┆ waste ┆ move-spill(top) (active) ┆ 100.0 │",
+            "run waste-cleanup-10929 (waste-cleanup, seed 1) clock tick 1310, 65.500 s simulated, at 5x so far \
+             3 of 24 items delivered, items in spills 21, last report –",
+            "│ blue ┆ 10932 ┆ 1 ┆ present ┆ move-spill(top) ┆ an item ┆ move-spill(top) (active) ┆ 100.0 │",
             "│ ┆ ┆ ┆ ┆ ┆ ┆ report-progress ┆ 3.3 │",
             "│ gold ┆ – ┆ – ┆ dead ┆ – ┆ – ┆ ┆ │",
             "│ f1 ┆ kill gold ┆ in force ┆ 60.000 s ┆ – ┆ 1 │",

@@ -2,14 +2,17 @@
 //!
 //! Also an example of how to read a run's folder.
 
-use missions::waste::data::WasteSection;
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use alliance_proto::log::{EventRow, PoseRow, RunLog};
+use alliance_proto::mission::Value;
+use alliance_proto::mission::columns::label as in_words;
 use alliance_proto::scenario::Scenario;
+use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
 use glam::Vec2;
-use missions::waste::data::WasteRobotFigures;
+use missions::Registry;
+use world_server::simulation::Simulation;
 
 /// Pixels per meter.
 const SCALE: f32 = 80.0;
@@ -69,7 +72,10 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
         "<rect width=\"{full_width}\" height=\"{full_height}\" rx=\"12\" fill=\"#eceae4\"/>"
     )?;
     writeln!(svg, "<g transform=\"translate({MARGIN} {MARGIN})\">")?;
-    room(&mut svg, scenario)?;
+    let mission = Registry::of_this_program().worlds().of(scenario)?;
+    let start = Simulation::new(log.run.setup.clone(), mission, false).view();
+    room(&mut svg, scenario, &start)?;
+    let columns = log.run.setup.catalog.mission.terms().columns;
     let robots = scenario.robots.iter().zip(COLORS.iter().cycle());
     for (robot, color) in robots.clone() {
         let own: Vec<&PoseRow> = poses
@@ -92,18 +98,16 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
             .filter(|pose| pose.robot == robot.name)
             .collect();
         for event in events.iter().filter(|event| event.robot == robot.name) {
-            let fill = match event.kind.as_str() {
-                "picked" => "#fffdf8",
-                "delivered" => color,
-                _ => continue,
-            };
+            if !columns.iter().any(|it| it.event == Some(&event.kind)) {
+                continue;
+            }
             if let Some(pose) = own.iter().find(|pose| pose.t_ms >= event.t_ms) {
-                let reach = scenario.body.radius_m + WasteSection::of(&scenario).item_radius_m;
-                let at = position(pose) + Vec2::from_angle(pose.heading_rad) * reach;
+                let front = Vec2::from_angle(pose.heading_rad) * scenario.body.radius_m;
+                let at = position(pose) + front;
                 let at = pixels(scenario, at);
                 writeln!(
                     svg,
-                    "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"1.5\"/>",
+                    "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{color}\" stroke=\"#fffdf8\" stroke-width=\"1\"/>",
                     at.x, at.y
                 )?;
             }
@@ -119,7 +123,7 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
 }
 
 /// What is in the room before the robots are.
-fn room(svg: &mut String, scenario: &Scenario) -> fmt::Result {
+fn room(svg: &mut String, scenario: &Scenario, start: &View) -> fmt::Result {
     let (width, height) = (
         scenario.room.width_m * SCALE,
         scenario.room.height_m * SCALE,
@@ -128,39 +132,17 @@ fn room(svg: &mut String, scenario: &Scenario) -> fmt::Result {
         svg,
         "<rect width=\"{width}\" height=\"{height}\" fill=\"#fffdf8\" stroke=\"#4a4842\" stroke-width=\"5\"/>"
     )?;
-    let site = &WasteSection::of(&scenario).report_site;
-    let top = pixels(
-        scenario,
-        Vec2::new(0.0, (scenario.room.height_m + site.height_m) / 2.0),
-    )
-    .y;
-    let (site_width, site_height) = (site.width_m * SCALE, site.height_m * SCALE);
-    writeln!(
-        svg,
-        "<rect x=\"2.5\" y=\"{top}\" width=\"{site_width}\" height=\"{site_height}\" fill=\"#e3dff0\"/>"
-    )?;
-    label(
-        svg,
-        Vec2::new(8.0, top + site_height + 20.0),
-        "start",
-        "report site",
-    )?;
-    for spill in &WasteSection::of(&scenario).spills {
-        let place = Vec2::new(spill.x_fraction, spill.y_fraction);
-        let name = format!("spill {}", spill.name);
-        disc(
-            svg,
-            scenario,
-            place,
-            WasteSection::of(&scenario).spill_radius_m,
-            "#f6dcd2",
-            &name,
-        )?;
+    for shown in &start.marks {
+        mark(svg, scenario, shown)?;
     }
-    let radius_m = WasteSection::of(&scenario).deposit.radius_m;
-    for deposit in WasteSection::of(&scenario).deposits() {
-        let place = Vec2::new(deposit.x_fraction, deposit.y_fraction);
-        disc(svg, scenario, place, radius_m, "#dcebdc", "deposit")?;
+    for item in &start.items {
+        let at = pixels(scenario, item.position);
+        let radius = item.radius_m * SCALE;
+        writeln!(
+            svg,
+            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"#8d897f\"/>",
+            at.x, at.y
+        )?;
     }
     for obstacle in &scenario.obstacles {
         let corner = Vec2::new(obstacle.x_m, obstacle.y_m + obstacle.height_m);
@@ -177,22 +159,53 @@ fn room(svg: &mut String, scenario: &Scenario) -> fmt::Result {
     Ok(())
 }
 
-fn disc(
-    svg: &mut String,
-    scenario: &Scenario,
-    place: Vec2,
-    radius_m: f32,
-    fill: &str,
-    name: &str,
-) -> fmt::Result {
-    let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
-    let (at, radius) = (pixels(scenario, place * room), radius_m * SCALE);
-    writeln!(
-        svg,
-        "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"{fill}\"/>",
-        at.x, at.y
-    )?;
-    label(svg, at - Vec2::new(0.0, radius + 8.0), "middle", name)
+/// What the mission shows, in the color of its role, with its label above it.
+fn mark(svg: &mut String, scenario: &Scenario, mark: &Mark) -> fmt::Result {
+    let fill = match mark.role {
+        MarkRole::Item => "#8d897f",
+        MarkRole::Target => "#e3dff0",
+        MarkRole::Zone => "#f6dcd2",
+        MarkRole::Goal => "#dcebdc",
+        MarkRole::Range => "#e6e9ec",
+        MarkRole::Link => "#4a4842",
+    };
+    let bar = |svg: &mut String, from: Vec2, to: Vec2, width: f32| {
+        let [from, to] = [from, to].map(|end| pixels(scenario, end));
+        writeln!(
+            svg,
+            "<line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"{fill}\" stroke-width=\"{width:.1}\" stroke-linecap=\"round\"/>",
+            from.x, from.y, to.x, to.y
+        )?;
+        Ok((from + to) / 2.0)
+    };
+    let (above, anchor) = match mark.outline {
+        MarkOutline::Disc { center, radius_m } => {
+            let (at, radius) = (pixels(scenario, center), radius_m * SCALE);
+            writeln!(
+                svg,
+                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"{fill}\"/>",
+                at.x, at.y
+            )?;
+            (at - Vec2::new(0.0, radius), "middle")
+        }
+        MarkOutline::Rectangle { min, max } => {
+            let corner = pixels(scenario, Vec2::new(min.x, max.y));
+            let size = (max - min) * SCALE;
+            writeln!(
+                svg,
+                "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\"/>",
+                corner.x, corner.y, size.x, size.y
+            )?;
+            (corner + Vec2::new(8.0, 0.0), "start")
+        }
+        MarkOutline::Bar {
+            from,
+            to,
+            half_width_m,
+        } => (bar(svg, from, to, 2.0 * half_width_m * SCALE)?, "middle"),
+        MarkOutline::Line { from, to } => (bar(svg, from, to, 1.5)?, "middle"),
+    };
+    label(svg, above - Vec2::new(0.0, 8.0), anchor, &mark.label)
 }
 
 /// Splits a robot's way where it begins to do another kind of thing.
@@ -236,8 +249,6 @@ fn distance_to_line(point: Vec2, from: Vec2, to: Vec2) -> f32 {
 fn style(pose: &PoseRow) -> &'static str {
     if pose.carrying {
         "stroke-width=\"2.4\" stroke-opacity=\"0.75\""
-    } else if pose.behavior_set.starts_with("find-locations") {
-        "stroke-width=\"2.4\" stroke-opacity=\"0.9\" stroke-dasharray=\"2 7\" stroke-linecap=\"round\""
     } else {
         "stroke-width=\"1.1\" stroke-opacity=\"0.45\""
     }
@@ -259,27 +270,24 @@ fn legend(svg: &mut String, log: &RunLog, corner: Vec2) -> fmt::Result {
     let scenario = &log.run.setup.scenario;
     let mut x = corner.x + 12.0;
     for (robot, color) in scenario.robots.iter().zip(COLORS.iter().cycle()) {
-        let figures = log
-            .run
-            .result
-            .robots
-            .get(&robot.name)
-            .map(|figures| WasteRobotFigures::of(&figures.mission))
-            .unwrap_or_default();
-        let text = format!("{}: {} items", robot.name, figures.items_delivered);
+        // The first thing that the mission tells of a robot.
+        let figures = log.run.result.robots.get(&robot.name);
+        let first = figures.and_then(|figures| figures.mission.iter().next());
+        let text = match first {
+            Some((name, Value::Count(count))) => {
+                format!("{}: {count} {}", robot.name, in_words(name))
+            }
+            _ => robot.name.clone(),
+        };
         writeln!(
             svg,
             "<circle cx=\"{x}\" cy=\"{}\" r=\"9\" fill=\"{color}\"/>",
             corner.y
         )?;
         label(svg, Vec2::new(x + 16.0, corner.y + 5.0), "start", &text)?;
-        x += 150.0;
+        x += 220.0;
     }
     let kinds = [
-        (
-            "exploring",
-            "stroke-width=\"2.4\" stroke-dasharray=\"2 7\" stroke-linecap=\"round\"",
-        ),
         ("with an item", "stroke-width=\"2.4\""),
         ("without", "stroke-width=\"1.1\" stroke-opacity=\"0.6\""),
     ];

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::control::{AgentState, ClockStatus, FaultStatus};
 use crate::ids::{BehaviorId, Incarnation, ItemId, RobotId, Tick};
-use crate::items::ItemCounts;
 use crate::readings::{Pose, Readings};
 use crate::scenario::Obstacle;
 use crate::telemetry::{BehaviorState, Motivation, Reception};
@@ -20,7 +19,7 @@ use crate::time::SimTime;
 pub const MESSAGES_MAX: usize = 256;
 
 /// Marks that a view has at most: it has to fit into a message.
-pub const MARKS_MAX: usize = 300;
+pub const MARKS_MAX: usize = 600;
 
 /// What an observer sees.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -31,17 +30,13 @@ pub struct View {
     pub now: SimTime,
     /// The step clock; `None` of a run that is shown from its log.
     pub clock: Option<ClockStatus>,
-    /// How many items are where.
-    pub items: ItemCounts,
-    /// All items, by id.
-    pub waste: Vec<ItemView>,
+    /// The values of mission.csv now, in the order of its columns.
+    pub mission: Vec<Option<f64>>,
+    /// All items that robots can carry, by id.
+    pub items: Vec<ItemView>,
     /// All rectangles on the floor, solid and not, in the order in which they were put there.
     pub obstacles: Vec<Obstacle>,
-    /// Whether the report site shows its changed color.
-    pub site_colored: bool,
-    /// When the last progress report was made.
-    pub last_report: Option<SimTime>,
-    /// What there is to see of the mission, [`MARKS_MAX`] at most.
+    /// What else there is to see of the mission, [`MARKS_MAX`] at most.
     pub marks: Vec<Mark>,
     /// One entry per robot, by rank.
     pub robots: Vec<RobotView>,
@@ -142,6 +137,8 @@ pub struct ItemView {
     pub position: Vec2,
     /// Who carries it.
     pub carrier: Option<RobotId>,
+    /// Half its size, m.
+    pub radius_m: f32,
 }
 
 /// One robot.
@@ -163,16 +160,32 @@ pub struct RobotView {
     pub energy_j: Option<f32>,
     /// What its sensors told it last, broken ones as they are.
     pub readings: Readings,
+    /// Where devices of the mission's own tell that something is, in the robot's frame, m.
+    pub sensed: Vec<Vec2>,
     /// Active behavior set.
     pub active: Option<BehaviorId>,
+    /// What the levels of its behavior sets are.
+    pub measure: Measure,
     /// Its behavior sets as last reported, in the order of the catalog.
     pub sets: Vec<BehaviorView>,
+}
+
+/// What an allocator computes for each behavior set, and what is drawn as its curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Motivations, which become active at the threshold.
+    #[default]
+    Motivation,
+    /// Utilities of tasks, in a measure of the allocator's own.
+    Utility,
 }
 
 /// A behavior set of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BehaviorView {
-    /// Its motivation, with its factors and its state.
+    /// Its motivation, with its factors and its state; the utility of its task in its place where there are no motivations, 0
+    /// while that is not applicable.
     pub motivation: Motivation,
     /// Since when it is in that state.
     pub since: SimTime,
@@ -187,7 +200,7 @@ pub struct MessageView {
     pub reception: Reception,
 }
 
-/// A corner of the curve of a motivation. Between two corners the curve is a straight line, but for a reset, which is a step.
+/// A corner of the curve of a motivation or a utility. Between two corners the curve is a straight line, but for a reset, which is a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
     /// Whose.
@@ -196,7 +209,7 @@ pub struct Bend {
     pub set: BehaviorId,
     /// Time of the step, as in motivations.csv.
     pub at: SimTime,
-    /// The motivation at its end.
+    /// The motivation or utility at its end.
     pub level: f64,
     /// The state at its end, until the next corner.
     pub state: BehaviorState,

@@ -22,3 +22,5 @@ pub mod report;
 pub mod retrace;
 pub mod sweep;
 pub mod table;
+#[cfg(test)]
+mod visit;

@@ -1,5 +1,6 @@
 //! Each robot in a color of its own, and whatever else is to be told apart in a figure.
 
+use alliance_proto::view::{Mark, MarkRole};
 use plotters::style::RGBColor;
 
 /// Robots that are called by a color have it, dark enough for a thin line on white. They differ in lightness, too, so that
@@ -32,6 +33,32 @@ const OTHERS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(0, 0, 0),
 ];
+
+/// An item.
+pub const ITEM: RGBColor = RGBColor(196, 60, 40);
+
+/// A mark: a light color for its role, the fuller the more of it is done.
+#[must_use]
+pub fn of_mark(mark: &Mark) -> RGBColor {
+    let (light, full) = match mark.role {
+        MarkRole::Item => (ITEM, ITEM),
+        MarkRole::Target => (RGBColor(206, 200, 230), RGBColor(122, 62, 160)),
+        MarkRole::Zone => (RGBColor(236, 190, 170), RGBColor(205, 120, 84)),
+        MarkRole::Goal => (RGBColor(190, 220, 190), RGBColor(104, 168, 116)),
+        MarkRole::Range => (RGBColor(214, 220, 226), RGBColor(150, 164, 178)),
+        MarkRole::Link => (RGBColor(110, 110, 110), RGBColor(60, 60, 60)),
+    };
+    let share = mark.share.unwrap_or(0.0).clamp(0.0, 1.0);
+    let between = |from: u8, to: u8| {
+        let (from, to) = (f32::from(from), f32::from(to));
+        (from + share * (to - from)).round() as u8
+    };
+    RGBColor(
+        between(light.0, full.0),
+        between(light.1, full.1),
+        between(light.2, full.2),
+    )
+}
 
 /// A color for each name.
 #[must_use]

@@ -77,7 +77,7 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
     }
     for part in [
         " s simulated",
-        ", 0/24 delivered; ",
+        ", 0 of 24 items delivered; ",
         "blue: ",
         "; gold: ",
         "; green: ",
@@ -91,7 +91,7 @@ fn a_run_shows_its_processes_its_progress_and_a_summary() {
     for column in ["activations", "delivered", "messages"] {
         line(column);
     }
-    line("time-limit: 0 of 24 items delivered, 0 progress reports");
+    line("time-limit: 0 of 24 items delivered, reports made 0");
     assert_eq!(line("folder"), "folder  run");
     assert_eq!(line("seed"), "seed    7");
     let hash = lab.log("run").run.hash.unwrap();

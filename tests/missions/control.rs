@@ -67,7 +67,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     let status = alliance("status").expect(0).stderr;
     let pid = team.pid("blue").to_string();
     for part in [
-        " of 24 delivered",
+        " of 24 items delivered, items in spills ",
         "paused",
         "│ blue ",
         &pid,

@@ -8,6 +8,7 @@ import math
 import struct
 import sys
 from collections import Counter, defaultdict
+from itertools import groupby
 from pathlib import Path
 
 from google.protobuf.descriptor import FieldDescriptor
@@ -229,6 +230,12 @@ def compare_log(folder, topics):
     return warnings
 
 
+def site(marks):
+    """The color of the only rectangle among the marks: [ms, red] whenever it changes."""
+    colors = ([time, round(entity.cubes[0].color.r, 2)] for time, entity in marks)
+    return [next(same) for _, same in groupby(colors, key=lambda color: color[1])]
+
+
 def main(folder, path):
     run = json.loads((folder / "run.json").read_text())
     scenario = run["scenario"]
@@ -257,7 +264,8 @@ def main(folder, path):
                 "warnings": warnings,
                 "labels": labels,
                 "obstacles": [[time, len(entity.cubes)] for time, entity in states["obstacles"]],
-                "site": [[time, round(entity.cubes[0].color.r, 2)] for time, entity in states["site"]],
+                "marks": [text.text for text in states["marks"][0][1].texts],
+                "site": site(states["marks"]),
                 "threshold": [[time // 1_000_000, message.motivation] for time, message in topics["/threshold"]],
             }
         )

@@ -3,11 +3,11 @@
 use alliance_proto::ids::RobotId;
 use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{LogLevel, Memory};
+use alliance_proto::mission::Value;
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
 use study::in_process::Team;
 
 /// What came of a mission.
@@ -46,15 +46,25 @@ pub fn run(
         };
         let world = team.simulation().world();
         let poses: Vec<Pose> = (0..robots).map(|rank| world.pose(RobotId(rank))).collect();
-        let mut seen = View::default();
-        world.mission().show(world, &mut seen);
-        watch(world.now(), &poses, seen.items);
+        let items = counts(&team.simulation().mission_row());
+        watch(world.now(), &poses, items);
         if let Some(outcome) = outcome {
             return Mission {
                 outcome,
                 took: world.now(),
-                items: seen.items,
+                items,
             };
         }
+    }
+}
+
+/// Those of a row of mission.csv.
+fn counts(row: &[Value]) -> ItemCounts {
+    let count = |place: usize| row[place].count() as u32;
+    ItemCounts {
+        in_spills: count(0),
+        carried: count(1),
+        on_floor: count(2),
+        delivered: count(3),
     }
 }

@@ -3,6 +3,7 @@
 import { robotColors, setStyles } from "../ui/colors.js";
 import { inThesisWords } from "../ui/words.js";
 import { Curves } from "./curves.js";
+import { groupOf } from "./events.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
 
@@ -21,7 +22,7 @@ export class Model {
   tasks;
   /** The newest view, or null. */
   view = null;
-  /** Events by time, each with a running number `index`. */
+  /** Events by time, each with its group and a running number `index`. */
   events = [];
   /** Events that did not reach this page, and those forgotten. */
   missed = 0;
@@ -109,7 +110,10 @@ export class Model {
   }
 
   addEvents(events) {
-    for (const event of events) this.events.push({ ...event, index: this.#nextEvent++ });
+    for (const event of events) {
+      const group = groupOf(event.kind, this.run.mission.events);
+      this.events.push({ ...event, group, index: this.#nextEvent++ });
+    }
     const surplus = this.events.length - EVENTS;
     if (this.isLive && surplus > 0) {
       this.events.splice(0, surplus);

@@ -1,5 +1,5 @@
 // The motivations of the robots as running charts: one chart per robot, one line per behavior set, the threshold, and the states
-// as bands. Drawn by uPlot, which index.html loads.
+// as bands; utilities, which have no threshold, where an allocator has these. Drawn by uPlot, which index.html loads.
 
 import { ACTIVE, WAITING } from "../model/curves.js";
 import { levels } from "../model/levels.js";
@@ -126,6 +126,8 @@ export class Charts {
       plot.destroy();
       this.#charts.delete(rank);
     }
+    const hasMotivations = ranks.some((rank) => this.#model.view.robots[rank].measure === "motivation");
+    text(byId("chart-title"), hasMotivations || ranks.length === 0 ? "Motivations" : "Utilities");
     text(byId("chart-count"), `${ranks.length} of ${this.#model.names.length}`);
     const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
     const size = { width: list.clientWidth - 4, height: Math.max(HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
@@ -155,11 +157,11 @@ export class Charts {
     const place = el("div", { class: "plot" });
     const element = el(
       "section",
-      { class: "chart", "data-chart": names[rank], "aria-label": `Motivations of ${names[rank]}` },
+      { class: "chart", "data-chart": names[rank] },
       title,
       place,
     );
-    const chart = { element, place, readout, values, bands: [], columns: [[]], size: null };
+    const chart = { rank, element, place, readout, values, bands: [], columns: [[]], size: null };
     this.#charts.set(rank, chart);
     chart.addValue = (set) => {
       const number = el("span", { "data-motivation": sets[set].name });
@@ -172,8 +174,7 @@ export class Charts {
   }
 
   #options(chart) {
-    const { sets, run } = this.#model;
-    const { threshold } = run.alliance;
+    const { sets } = this.#model;
     const axis = {
       stroke: themeColor("--ink-2"),
       font: "10px system-ui, sans-serif",
@@ -188,7 +189,7 @@ export class Charts {
       cursor: { sync: { key: "motivations" }, drag: { x: false, y: false }, y: false },
       scales: {
         x: { time: false, auto: false, range: () => this.#range().map((ms) => ms / 1000) },
-        y: { range: [0, 1.12 * threshold] },
+        y: { range: () => [0, 1.12 * this.#top(chart)] },
       },
       axes: [
         { ...axis, size: 18, gap: 2, space: 60, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
@@ -196,8 +197,8 @@ export class Charts {
           ...axis,
           size: 38,
           gap: 3,
-          splits: [0, threshold / 2, threshold],
-          values: (_, ticks) => ticks.map((tick) => (tick === threshold ? `θ ${tick}` : tick)),
+          splits: () => [0, 0.5, 1].map((share) => share * this.#top(chart)),
+          values: (_, ticks) => ticks.map((tick) => this.#tick(chart, tick)),
         },
       ],
       series: [
@@ -212,11 +213,28 @@ export class Charts {
       ],
       hooks: {
         drawClear: [(plot) => this.#paintBands(plot, chart)],
-        draw: [(plot) => this.#paintLines(plot)],
+        draw: [(plot) => this.#paintLines(plot, chart)],
         setCursor: [() => this.#tell(chart)],
         ready: [(plot) => this.#seekOnClick(plot)],
       },
     };
+  }
+
+  /** Whether a robot has utilities, and no threshold. */
+  #hasUtilities({ rank }) {
+    return this.#model.view.robots[rank].measure === "utility";
+  }
+
+  /** The level that is drawn as the highest: the threshold, or of utilities the highest in the picture. */
+  #top(chart) {
+    if (!this.#hasUtilities(chart)) return this.#model.run.alliance.threshold;
+    const levels = chart.columns.slice(1).flat();
+    return levels.reduce((top, level) => Math.max(top, level), 0) || 1;
+  }
+
+  #tick(chart, level) {
+    if (this.#hasUtilities(chart)) return level.toFixed(2);
+    return level === this.#model.run.alliance.threshold ? `θ ${level}` : level;
   }
 
   #seekOnClick(plot) {
@@ -240,6 +258,9 @@ export class Charts {
       if (!chart.values.has(motivation.set)) chart.addValue(motivation.set);
     }
     chart.plot.setData(columns);
+    const what = this.#hasUtilities(chart) ? "Utilities" : "Motivations";
+    attribute(chart.element, "aria-label", `${what} of ${this.#model.names[rank]}`);
+    attribute(chart.element, "data-measure", this.#model.view.robots[rank].measure);
     attribute(chart.element, "data-state", this.#model.view.robots[rank].state);
     this.#tell(chart, rank);
   }
@@ -249,21 +270,23 @@ export class Charts {
     const { idx } = chart.plot?.cursor ?? {};
     const { columns } = chart;
     const at = idx ?? this.#indexOfNow(columns[0]);
+    const digits = this.#hasUtilities(chart) ? 2 : 0;
     for (const [set, number] of chart.values) {
       const level = columns[set + 1]?.[at];
-      text(number, level === null || level === undefined ? "–" : level.toFixed(0));
+      text(number, level === null || level === undefined ? "–" : level.toFixed(digits));
     }
     attribute(chart.readout, "data-at", idx === null || idx === undefined ? "now" : "pointer");
   }
 
+  /** A view stands between two steps: the latest levels are those of the step before it. */
   #indexOfNow(times) {
-    const now = this.#model.now / 1000;
+    const now = (this.#model.now - this.#model.run.scenario.step_ms) / 1000;
     let at = times.length - 1;
     while (at > 0 && times[at] > now) at -= 1;
     return at;
   }
 
-  #paintBands(plot, { bands }) {
+  #paintBands(plot, chart) {
     const { ctx: c, bbox } = plot;
     const ratio = devicePixelRatio;
     c.save();
@@ -271,7 +294,8 @@ export class Charts {
     c.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     c.clip();
     const lines = [];
-    for (const { set, state, from, to } of bands) {
+    const bandTop = plot.valToPos(this.#top(chart), "y", true) + 3 * ratio;
+    for (const { set, state, from, to } of chart.bands) {
       if (set !== null && this.#hidden.has(set)) continue;
       const left = plot.valToPos(from, "x", true);
       const right = Math.max(left + ratio, plot.valToPos(to, "x", true));
@@ -288,14 +312,13 @@ export class Charts {
       c.globalAlpha = 1;
       const words = this.#model.sets[set]?.words;
       const label = set === null ? state : state === ACTIVE ? words : `waits: ${words}`;
-      const top = plot.valToPos(this.#model.run.alliance.threshold, "y", true) + 3 * ratio;
-      paintBandLabel(c, label, Math.max(left, bbox.left), Math.min(right, bbox.left + bbox.width), top, ratio, lines);
+      paintBandLabel(c, label, Math.max(left, bbox.left), Math.min(right, bbox.left + bbox.width), bandTop, ratio, lines);
     }
     c.restore();
   }
 
   /** The threshold; and in a log the present. */
-  #paintLines(plot) {
+  #paintLines(plot, chart) {
     const { ctx: c, bbox } = plot;
     const line = (x1, y1, x2, y2, color, dash) => {
       c.strokeStyle = color;
@@ -307,9 +330,11 @@ export class Charts {
       c.stroke();
       c.setLineDash([]);
     };
-    const y = plot.valToPos(this.#model.run.alliance.threshold, "y", true);
     c.save();
-    line(bbox.left, y, bbox.left + bbox.width, y, themeColor("--ink"), [8, 4]);
+    if (!this.#hasUtilities(chart)) {
+      const y = plot.valToPos(this.#model.run.alliance.threshold, "y", true);
+      line(bbox.left, y, bbox.left + bbox.width, y, themeColor("--ink"), [8, 4]);
+    }
     const x = plot.valToPos(this.#model.now / 1000, "x", true);
     if (!this.#model.isLive) line(x, bbox.top, x, bbox.top + bbox.height, themeColor("--select"), []);
     c.restore();

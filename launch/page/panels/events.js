@@ -1,6 +1,6 @@
 // The list of events, newest first, filtered by groups. In a log a click on one goes there.
 
-import { GROUPS, groupOf } from "../model/events.js";
+import { GROUPS } from "../model/events.js";
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { eventInWords, seconds } from "../ui/words.js";
@@ -52,7 +52,7 @@ export class Events {
 
   /** Whether the filter lets an event through. */
   isWanted(event) {
-    return this.#groups.has(groupOf(event));
+    return this.#groups.has(event.group);
   }
 
   draw() {
@@ -79,11 +79,11 @@ export class Events {
     const time = seconds(event.t_ms, 2);
     return el(
       "li",
-      { "data-event": event.kind, "data-group": groupOf(event), "data-robot": event.robot || null, "data-t": event.t_ms },
+      { "data-event": event.kind, "data-group": event.group, "data-robot": event.robot || null, "data-t": event.t_ms },
       this.#seek
         ? el("button", { type: "button", class: "time link", onclick: () => this.#seek(event.t_ms) }, time)
         : el("span", { class: "time" }, time),
-      el("span", { class: "sign", "aria-hidden": "true" }, GROUPS[groupOf(event)].sign),
+      el("span", { class: "sign", "aria-hidden": "true" }, GROUPS[event.group].sign),
       el(
         "span",
         {},

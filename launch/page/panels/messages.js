@@ -1,13 +1,16 @@
-// The stream of heartbeats and PositionUpdates, newest first, with what became of each at every receiver.
+// The stream of heartbeats and bulletins, newest first, with what became of each at every receiver.
 
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
-import { DELIVERIES, messageKind, seconds } from "../ui/words.js";
+import { DELIVERIES, seconds } from "../ui/words.js";
 
 /** Rows at most. */
 const ROWS = 120;
 /** Receivers are named one by one up to so many. */
 const NAMED = 6;
+
+/** Kinds of bulletins; the mission names them. */
+const BULLETINS = ["FirstBulletin", "SecondBulletin"];
 
 const isGood = (delivery) => delivery === "Heard" || delivery === "Delayed";
 
@@ -17,8 +20,13 @@ export class Messages {
   constructor(model) {
     this.#model = model;
     const { names } = model;
+    byId("message-kind").append(...BULLETINS.map((kind) => el("option", { value: kind }, this.#kind(kind))));
     byId("message-robot").append(...names.map((name, rank) => el("option", { value: rank }, name)));
     for (const id of ["message-kind", "message-robot", "message-delivery"]) byId(id).addEventListener("change", () => this.draw());
+  }
+
+  #kind(kind) {
+    return this.#model.run.mission.bulletins[BULLETINS.indexOf(kind)] ?? kind;
   }
 
   draw() {
@@ -63,7 +71,7 @@ export class Messages {
         "span",
         {},
         el("strong", {}, `${names[sender]} `),
-        said ? messageKind(said.kind) : "message",
+        said ? this.#kind(said.kind) : "message",
         el("span", { class: "dim" }, ` ${details.filter(Boolean).join(", ")}`),
       ),
       el("span", { class: "deliveries" }),

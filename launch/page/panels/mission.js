@@ -1,18 +1,20 @@
-// How the mission goes: items, the latest report, and what the page and the run are up to.
+// How the mission goes, in its own words, and what the page and the run are up to.
 
+import { details, progress } from "../model/mission.js";
 import { attribute, byId, text } from "../ui/dom.js";
-import { seconds } from "../ui/words.js";
 
 /** Shows the figures of the newest view. */
 export function drawMission(model) {
-  const { view, now } = model;
+  const { view, now, run } = model;
   if (!view) return;
-  const { delivered, carried, in_spills, on_floor } = view.items;
-  const total = delivered + carried + in_spills + on_floor;
-  text(byId("delivered"), `${delivered} of ${total}`);
-  text(byId("items-rest"), `${in_spills} in spills, ${carried} carried, ${on_floor} on the floor`);
-  text(byId("last-report"), view.last_report === null ? "none yet" : `${seconds(now - view.last_report, 0)} ago`);
-  attribute(byId("mission"), "data-delivered", delivered);
+  const { columns } = run.mission;
+  const so_far = progress(columns, view.mission);
+  text(byId("progress-count"), so_far ? `${so_far.done} of ${so_far.total}` : "");
+  text(byId("progress-what"), so_far ? so_far.what : "");
+  const rest = details(columns, view.mission, now);
+  text(byId("mission-details"), rest.join(", "));
+  byId("mission-details").title = rest.join("\n");
+  attribute(byId("mission"), "data-done", so_far ? so_far.done : null);
 }
 
 /** Keeps the document's mode, state and tick. `state`: connecting, waiting, running, paused or ended. */

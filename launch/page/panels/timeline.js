@@ -1,6 +1,6 @@
 // The time slider of a log, with marks of the events that the list shows.
 
-import { GROUPS, groupOf } from "../model/events.js";
+import { GROUPS } from "../model/events.js";
 import { themeColor } from "../ui/colors.js";
 import { byId, text } from "../ui/dom.js";
 import { eventInWords, seconds } from "../ui/words.js";
@@ -83,7 +83,7 @@ export class Timeline {
       ]),
     );
     for (const event of events.filter((each) => this.#events.isWanted(each))) {
-      const group = groupOf(event);
+      const { group } = event;
       const x = THUMB_PX + (event.t_ms / this.#model.run.log.duration_ms) * (width - 2 * THUMB_PX);
       c.fillStyle = colors[group];
       c.fillText(GROUPS[group].sign, x, height / 2);

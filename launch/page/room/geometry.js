@@ -1,27 +1,11 @@
 // Where things are: in the room, m, and on the canvas, CSS pixels.
 
-/** The fixed places of a scenario, m. */
-export function places(scenario) {
-  const { width_m: width, height_m: height } = scenario.room;
-  const { spills, spill_radius_m, deposit, further_deposits, report_site } = scenario.waste;
-  const disc = (it, radius) => ({ name: it.name, x: it.x_fraction * width, y: it.y_fraction * height, radius });
-  // Cut off at the border.
-  const siteHeight = Math.min(height, report_site.height_m);
-  return {
-    width,
-    height,
-    spills: spills.map((spill) => disc(spill, spill_radius_m)),
-    deposits: [deposit, ...(further_deposits ?? [])].map((it) => disc(it, deposit.radius_m)),
-    site: { x: 0, y: (height - siteHeight) / 2, width: Math.min(width, report_site.width_m), height: siteHeight },
-  };
-}
-
-/** A projection of the room onto a canvas of that size, to scale, with a margin around it. */
+/** A projection of a scenario's room onto a canvas of that size, to scale, with a margin around it. */
 export class Projection {
   constructor(room, width_px, height_px, margin_px) {
-    this.scale = Math.max(1, Math.min((width_px - 2 * margin_px) / room.width, (height_px - 2 * margin_px) / room.height));
-    this.left = (width_px - this.scale * room.width) / 2;
-    this.bottom = (height_px + this.scale * room.height) / 2;
+    this.scale = Math.max(1, Math.min((width_px - 2 * margin_px) / room.width_m, (height_px - 2 * margin_px) / room.height_m));
+    this.left = (width_px - this.scale * room.width_m) / 2;
+    this.bottom = (height_px + this.scale * room.height_m) / 2;
   }
 
   x(m) {

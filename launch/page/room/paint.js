@@ -17,14 +17,20 @@ export function readPalette() {
     "ink-2",
     "line",
     "label",
-    "spill",
-    "deposit",
-    "site",
-    "site-lit",
+    "item",
+    "target",
+    "target-full",
+    "zone",
+    "zone-full",
+    "goal",
+    "goal-full",
+    "range",
+    "range-full",
+    "link",
+    "link-full",
     "solid",
     "slow",
     "fast",
-    "waste",
     "ray",
     "hit",
     "warn",
@@ -36,48 +42,89 @@ export function readPalette() {
 
 export function paintFloor(c, p, room, palette) {
   c.fillStyle = palette.floor;
-  c.fillRect(p.x(0), p.y(room.height), p.scale * room.width, p.scale * room.height);
+  c.fillRect(p.x(0), p.y(room.height_m), p.scale * room.width_m, p.scale * room.height_m);
 }
 
-export function paintPlaces(c, p, room, isLit, palette) {
-  const { site } = room;
-  c.fillStyle = isLit ? palette["site-lit"] : palette.site;
-  c.fillRect(p.x(site.x), p.y(site.y + site.height), p.scale * site.width, p.scale * site.height);
-  c.strokeStyle = isLit ? palette.ink : palette["ink-2"];
-  c.lineWidth = isLit ? 2 : 1;
-  c.strokeRect(p.x(site.x), p.y(site.y + site.height), p.scale * site.width, p.scale * site.height);
-  const label = isLit ? "★ reported" : "report site";
-  words(c, label, p.x(site.x) + 5, p.y(site.y + site.height) - 8, {
-    color: isLit ? palette.ink : palette["ink-2"],
-    bold: isLit,
-    align: "left",
-  });
-  for (const spill of room.spills) disc(c, p, spill, palette.spill, `spill (${spill.name})`, palette, [4, 4]);
-  for (const deposit of room.deposits) disc(c, p, deposit, palette.deposit, "deposit", palette, []);
+/** What the mission shows: each mark in the color of its role, filled from below as far as it is done, with its label. */
+export function paintMarks(c, p, marks, palette) {
+  for (const { outline, role, share } of marks) {
+    const box = outlined(c, p, outline);
+    const isOpen = role === "range" || box === null;
+    const [light, full] = [palette[role], palette[`${role}-full`] ?? palette[role]];
+    if (!isOpen) {
+      c.fillStyle = light;
+      c.fill();
+      if (share > 0) {
+        c.save();
+        c.clip();
+        c.fillStyle = full;
+        c.fillRect(box.left, box.bottom - share * box.height, box.width, share * box.height);
+        c.restore();
+        outlined(c, p, outline);
+      }
+    }
+    c.strokeStyle = isOpen ? full : palette["ink-2"];
+    c.lineWidth = share === 1 ? 2 : 1;
+    c.setLineDash(role === "zone" || role === "range" ? [4, 4] : []);
+    c.stroke();
+    c.setLineDash([]);
+  }
+  for (const { outline, share, label } of marks) {
+    const isDone = share === 1;
+    const look = { color: isDone ? palette.ink : palette["ink-2"], bold: isDone };
+    const { x, y, align } = labelPlace(p, outline);
+    if (label) words(c, isDone ? `✓ ${label}` : label, x, y - 8, { ...look, align });
+  }
 }
 
-function disc(c, p, { x, y, radius }, fill, label, palette, dash) {
+/** Begins the path of an outline. Gives the box that it fills, in pixels; null of a line. */
+function outlined(c, p, outline) {
+  const [[kind, it]] = Object.entries(outline);
   c.beginPath();
-  c.arc(p.x(x), p.y(y), p.scale * radius, 0, FULL_TURN);
-  c.fillStyle = fill;
-  c.fill();
-  c.strokeStyle = palette["ink-2"];
-  c.lineWidth = 1;
-  c.setLineDash(dash);
-  c.stroke();
-  c.setLineDash([]);
-  words(c, label, p.x(x), p.y(y) - p.scale * radius - 8, { color: palette["ink-2"] });
+  if (kind === "disc") {
+    const [x, y, radius] = [p.x(it.center[0]), p.y(it.center[1]), p.scale * it.radius_m];
+    c.arc(x, y, radius, 0, FULL_TURN);
+    return { left: x - radius, bottom: y + radius, width: 2 * radius, height: 2 * radius };
+  }
+  if (kind === "rectangle") {
+    const [left, bottom, right, top] = [p.x(it.min[0]), p.y(it.min[1]), p.x(it.max[0]), p.y(it.max[1])];
+    c.rect(left, top, right - left, bottom - top);
+    return { left, bottom, width: right - left, height: bottom - top };
+  }
+  const [from, to] = [it.from, it.to].map(([x, y]) => ({ x: p.x(x), y: p.y(y) }));
+  if (kind === "line") {
+    c.moveTo(from.x, from.y);
+    c.lineTo(to.x, to.y);
+    return null;
+  }
+  // A bar: half a circle at each end.
+  const radius = p.scale * it.half_width_m;
+  const angle = Math.atan2(to.y - from.y, to.x - from.x);
+  c.arc(to.x, to.y, radius, angle - FULL_TURN / 4, angle + FULL_TURN / 4);
+  c.arc(from.x, from.y, radius, angle + FULL_TURN / 4, angle - FULL_TURN / 4);
+  c.closePath();
+  const [left, right] = [Math.min(from.x, to.x), Math.max(from.x, to.x)];
+  const [top, bottom] = [Math.min(from.y, to.y), Math.max(from.y, to.y)];
+  return { left: left - radius, bottom: bottom + radius, width: right - left + 2 * radius, height: bottom - top + 2 * radius };
+}
+
+/** Where the label of an outline stands: above it; what lies along a wall has room inside only. */
+function labelPlace(p, outline) {
+  const [[kind, it]] = Object.entries(outline);
+  if (kind === "disc") return { x: p.x(it.center[0]), y: p.y(it.center[1] + it.radius_m), align: "center" };
+  if (kind === "rectangle") return { x: p.x(it.min[0]) + 5, y: p.y(it.max[1]), align: "left" };
+  return { x: p.x((it.from[0] + it.to[0]) / 2), y: p.y((it.from[1] + it.to[1]) / 2), align: "center" };
 }
 
 export function paintBorder(c, p, room, palette) {
   c.strokeStyle = palette.ink;
   c.lineWidth = 3;
-  c.strokeRect(p.x(0) - 1.5, p.y(room.height) - 1.5, p.scale * room.width + 3, p.scale * room.height + 3);
+  c.strokeRect(p.x(0) - 1.5, p.y(room.height_m) - 1.5, p.scale * room.width_m + 3, p.scale * room.height_m + 3);
 }
 
 /** A bar of one meter, so that the scale can be read. */
 export function paintScale(c, p, room, palette) {
-  const [x, y] = [p.x(room.width) - p.scale - 8, p.y(0) - 8];
+  const [x, y] = [p.x(room.width_m) - p.scale - 8, p.y(0) - 8];
   c.strokeStyle = palette["ink-2"];
   c.lineWidth = 1.5;
   c.beginPath();
@@ -146,14 +193,14 @@ function hatch(c, [x, y, width, height], kind, color) {
 }
 
 /** Items that lie on the floor, and those that are carried, at the front of their carriers. */
-export function paintWaste(c, p, view, scenario, palette) {
-  const size = Math.max(2.5, p.scale * scenario.waste.item_radius_m);
-  const front_m = scenario.body.radius_m + scenario.waste.item_radius_m;
-  c.fillStyle = palette.waste;
+export function paintItems(c, p, view, body_m, palette) {
+  c.fillStyle = palette.item;
   c.strokeStyle = palette.ink;
   c.lineWidth = 0.8;
   c.beginPath();
-  for (const { position, carrier } of view.waste) {
+  for (const { position, carrier, radius_m } of view.items) {
+    const size = Math.max(2.5, p.scale * radius_m);
+    const front_m = body_m + radius_m;
     const { pose } = carrier === null ? {} : view.robots[carrier];
     const x = p.x(pose ? pose.position[0] + front_m * Math.cos(pose.heading_rad) : position[0]);
     const y = p.y(pose ? pose.position[1] + front_m * Math.sin(pose.heading_rad) : position[1]);
@@ -192,7 +239,7 @@ export function paintRays(c, p, robot, scenario, palette) {
   const heading = robot.pose.heading_rad;
   const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
   const { radius_m: radius } = scenario.body;
-  const { avoidance_range_m, border_range_m, waste_range_m } = scenario.sensors;
+  const { avoidance_range_m, border_range_m } = scenario.sensors;
   // From the robot's frame (x ahead, y to the left) to the canvas.
   const at = (ahead, left) => [p.x(x + ahead * cos - left * sin), p.y(y + ahead * sin + left * cos)];
   const beam = (ahead, left, dx, dy, range, distance) => {
@@ -222,23 +269,14 @@ export function paintRays(c, p, robot, scenario, palette) {
   c.setLineDash([6, 3]);
   if (readings.front_border !== null) beam(radius, 0, 1, 0, border_range_m, readings.front_border);
   if (readings.side_border !== null) beam(0, radius, 0, 1, border_range_m, readings.side_border);
-  const waste = readings.mission.waste?.waste;
-  if (waste) {
-    c.strokeStyle = palette.ray;
-    c.lineWidth = 1;
-    c.setLineDash([2, 4]);
-    c.beginPath();
-    c.arc(p.x(x), p.y(y), p.scale * (radius + waste_range_m), 0, FULL_TURN);
-    c.stroke();
-    c.setLineDash([]);
-    c.strokeStyle = palette.hit;
-    for (const [ahead, left] of waste) {
-      c.beginPath();
-      c.arc(...at(ahead, left), 6, 0, FULL_TURN);
-      c.stroke();
-    }
-  }
   c.setLineDash([]);
+  c.strokeStyle = palette.hit;
+  c.lineWidth = 1;
+  for (const [ahead, left] of robot.sensed) {
+    c.beginPath();
+    c.arc(...at(ahead, left), 6, 0, FULL_TURN);
+    c.stroke();
+  }
 }
 
 /** A radio line. `link` is `{count, lost}`; `isDisturbed`: a fault in force may change it. */

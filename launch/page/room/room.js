@@ -1,8 +1,9 @@
 // The room seen from above: draws it to scale, and finds what lies under the pointer.
 
 import { touchesLink } from "../model/faults.js";
+import { progress } from "../model/mission.js";
 import { attribute, text } from "../ui/dom.js";
-import { Projection, distanceToLine, isInside, places, radioLines, sameRectangle } from "./geometry.js";
+import { Projection, distanceToLine, isInside, radioLines, sameRectangle } from "./geometry.js";
 import * as paint from "./paint.js";
 
 const MARGIN_PX = 10;
@@ -22,7 +23,6 @@ export class Room {
   #canvas;
   #model;
   #choices;
-  #places;
   #palette = paint.readPalette();
   #projection;
   #sides = new Map();
@@ -33,7 +33,6 @@ export class Room {
     this.#canvas = canvas;
     this.#model = model;
     this.#choices = choices;
-    this.#places = places(model.run.scenario);
     this.#signs = signs(model.names);
     this.#fit();
   }
@@ -98,7 +97,7 @@ export class Room {
     this.#canvas.style.height = `${height}px`;
     this.#canvas.width = Math.round(width * devicePixelRatio);
     this.#canvas.height = Math.round(height * devicePixelRatio);
-    this.#projection = new Projection(this.#places, width, height, MARGIN_PX);
+    this.#projection = new Projection(this.#model.run.scenario.room, width, height, MARGIN_PX);
   }
 
   draw() {
@@ -110,16 +109,16 @@ export class Room {
     c.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     c.fillStyle = palette.outside;
     c.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
-    paint.paintFloor(c, p, this.#places, palette);
-    paint.paintPlaces(c, p, this.#places, view?.site_colored ?? false, palette);
+    paint.paintFloor(c, p, scenario.room, palette);
     if (view) {
+      paint.paintMarks(c, p, view.marks, palette);
       for (const obstacle of view.obstacles) paint.paintObstacle(c, p, obstacle, this.faultBehind(obstacle)?.id ?? "", palette);
     }
-    paint.paintBorder(c, p, this.#places, palette);
-    paint.paintScale(c, p, this.#places, palette);
+    paint.paintBorder(c, p, scenario.room, palette);
+    paint.paintScale(c, p, scenario.room, palette);
     if (!view) return;
     if (choices.trails) paint.paintTrails(c, p, this.#model, TRAIL_MS);
-    paint.paintWaste(c, p, view, scenario, palette);
+    paint.paintItems(c, p, view, scenario.body.radius_m, palette);
     if (choices.rays) {
       view.robots.forEach((robot, rank) => {
         const isAsked = choices.selected === null || choices.selected === rank;
@@ -173,15 +172,13 @@ export class Room {
 
   /** Says in words what the picture shows. */
   #tell() {
-    const { names, view } = this.#model;
+    const { names, view, run } = this.#model;
+    const so_far = progress(run.mission.columns, view.mission);
     const robots = view.robots.map((robot, rank) => {
       return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
     });
-    attribute(
-      this.#canvas,
-      "aria-label",
-      `The room seen from above: ${robots.join(", ")}; ${view.items.delivered} items delivered`,
-    );
+    const goes = so_far ? `; ${so_far.done} of ${so_far.total} ${so_far.what}` : "";
+    attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}${goes}`);
   }
 }
 

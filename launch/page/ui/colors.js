@@ -34,7 +34,7 @@ const DASHES = [[], [6, 3], [2, 2], [9, 3, 2, 3]];
 
 /**
  * Color and dash of each behavior set, by id: one color per task, `null` for the last one's, which is the ink of the page;
- * the sets of a task, and spills, differ in their dashes.
+ * the sets of a task, and tasks of like colors, differ in their dashes.
  */
 export function setStyles(catalog) {
   const last = catalog.tasks.length - 1;

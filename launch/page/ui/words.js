@@ -1,6 +1,6 @@
 // How things are said: behavior sets in the thesis' words, times, faults as the command line takes them, events.
 
-/** `move-spill(top)` → `Move-Spill(top)`: behavior sets and tasks as the thesis writes them. */
+/** `visit-place(left)` → `Visit-Place(left)`: behavior sets and tasks as the thesis writes them. */
 export function inThesisWords(name) {
   const [stem, ...rest] = name.split("(");
   const capitals = stem.replace(/(^|-)([a-z])/g, (_, dash, letter) => dash + letter.toUpperCase());
@@ -100,22 +100,12 @@ const SENTENCES = {
   activated: (it) => `activates ${inThesisWords(it.subject)}`,
   waiting: (it) => `waits for ${inThesisWords(it.subject)}`,
   hibernated: (it) => `hibernates ${inThesisWords(it.subject)}`,
-  picked: (it) => `picks up ${it.subject}`,
-  "pick-failed": () => "closes its gripper on nothing",
-  dropped: (it) => `drops ${it.subject}`,
-  delivered: (it) => `delivers ${it.subject}`,
-  reported: () => "reports the progress",
   "energy-out": () => "has no energy left",
   joined: () => "joins",
   gone: () => "is dead",
   stalled: () => "falls silent",
   back: () => "is back",
   lost: () => "did not get a message",
-  "position-update": () => "broadcasts a PositionUpdate",
-  "locations-learned": () => "learns the locations",
-  "locations-withdrawn": () => "withdraws the locations",
-  "spill-empty": () => "believes a spill to be empty",
-  "put-down": () => "puts down what it carries",
   progress: (it) => `makes progress in ${inThesisWords(it.detail)}`,
   detour: () => "goes round an obstacle",
   armed: (it) => `${it.subject} is armed`,
@@ -136,17 +126,10 @@ function tidy(detail, names) {
 
 /** What an event says, without its robot, as `{what, why}`; `why` may be empty. `names` are those of the robots, by rank. */
 export function eventInWords(event, names) {
-  const what = SENTENCES[event.kind]?.(event) ?? [event.kind, event.subject].filter(Boolean).join(" ");
+  const what = SENTENCES[event.kind]?.(event) ?? [event.kind.replaceAll("-", " "), event.subject].filter(Boolean).join(" ");
   if (STATE_KINDS.has(event.kind)) return { what, why: reasonInWords(event.reason) };
   if (event.kind === "progress") return { what, why: "" };
   return { what, why: tidy([event.reason, event.detail].filter(Boolean).join("; "), names) };
-}
-
-const SAYINGS = { Heartbeat: "Heartbeat", FirstBulletin: "PositionUpdate", SecondBulletin: "Withdrawal" };
-
-/** The name of a kind of message, in the thesis' words. */
-export function messageKind(kind) {
-  return SAYINGS[kind] ?? kind;
 }
 
 /** What became of a message at a receiver: a sign that needs no color, and the word. */

@@ -19,6 +19,13 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .iter()
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
+    let terms = catalog.mission.terms();
+    let mission = json!({
+        "name": catalog.mission.name(),
+        "columns": terms.columns,
+        "events": terms.events,
+        "bulletins": terms.bulletins,
+    });
     let setup = json!(setup);
     json!({
         "mode": mode,
@@ -28,6 +35,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         "scenario": setup["scenario"],
         "alliance": setup["alliance"],
         "catalog": {"tasks": tasks, "sets": sets},
+        "mission": mission,
         "log": log,
     })
 }

@@ -25,6 +25,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/faults.js"
     "model/history.js"
     "model/levels.js"
+    "model/mission.js"
     "model/model.js"
     "model/traffic.js"
     "model/trail.js"

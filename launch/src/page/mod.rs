@@ -62,4 +62,9 @@ mod tests {
     fn the_page_draws_what_happened() {
         super::node(&mut Command::new("node"), "curves.test.js");
     }
+
+    #[test]
+    fn the_page_tells_of_a_mission_what_that_declares() {
+        super::node(&mut Command::new("node"), "mission.test.js");
+    }
 }

@@ -1,7 +1,6 @@
 //! The progress of a run on the terminal: one line for the mission, one for each robot. Where stderr is no terminal, a line
 //! every few seconds.
 
-use missions::waste::data::WasteSection;
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,6 +8,9 @@ use std::time::Duration;
 use alliance_proto::control::AgentState;
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
+use alliance_proto::mission::columns::{
+    Column, ColumnValue, Progress as MissionProgress, in_short,
+};
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::tell;
 use alliance_proto::view::{RobotView, View};
@@ -72,6 +74,7 @@ impl Standstill {
 pub struct Progress {
     names: Vec<String>,
     catalog: Arc<Catalog>,
+    columns: &'static [Column],
     started: Option<(Instant, f64)>,
     standstill: Standstill,
     style: Style,
@@ -97,15 +100,10 @@ impl Progress {
             .iter()
             .map(|r| r.name.clone())
             .collect();
-        let items: u32 = WasteSection::of(&setup.scenario)
-            .spills
-            .iter()
-            .map(|spill| spill.items)
-            .sum();
         let style = if std::io::stderr().is_terminal() {
             let bars = MultiProgress::new();
-            let mission = bars.add(ProgressBar::new(u64::from(items)));
-            mission.set_style(template("{bar:24} {pos}/{len} delivered  {msg}"));
+            let mission = bars.add(ProgressBar::no_length());
+            mission.set_style(template("{msg}"));
             let robots = names
                 .iter()
                 .map(|_| {
@@ -125,6 +123,7 @@ impl Progress {
         Self {
             names,
             catalog: Arc::clone(&setup.catalog),
+            columns: setup.catalog.mission.terms().columns,
             started: None,
             standstill: Standstill::default(),
             style,
@@ -152,12 +151,20 @@ impl Progress {
             .zip(&view.robots)
             .map(|(name, robot)| self.describe(name, robot))
             .collect();
+        let columns = self.columns.iter().zip(&view.mission);
+        let row: Vec<ColumnValue> = columns
+            .map(|(column, number)| column.seen(*number))
+            .collect();
         match &mut self.style {
             Style::Terminal {
                 mission, robots, ..
             } => {
-                mission.set_position(u64::from(view.items.delivered));
-                mission.set_message(clock);
+                if let Some(MissionProgress { done, total, .. }) = MissionProgress::of(&row) {
+                    mission.set_style(template("{bar:24} {msg}"));
+                    mission.set_length(total);
+                    mission.set_position(done);
+                }
+                mission.set_message(format!("{}  {clock}", in_short(&row)));
                 for (line, doing) in robots.iter().zip(doing) {
                     line.set_message(doing);
                 }
@@ -165,11 +172,7 @@ impl Progress {
             Style::Lines { last } => {
                 if last.is_none_or(|last| now.duration_since(last) >= LINE_INTERVAL) {
                     *last = Some(now);
-                    let (delivered, total) = (view.items.delivered, view.items.total());
-                    tell!(
-                        "{clock}, {delivered}/{total} delivered; {}",
-                        doing.join("; ")
-                    );
+                    tell!("{clock}, {}; {}", in_short(&row), doing.join("; "));
                 }
             }
         }
@@ -215,11 +218,9 @@ impl Progress {
             (AgentState::Present, None) => "idle",
             (AgentState::Present, Some(set)) => self.catalog.behavior_name(set),
         };
-        let load = if robot.carrying.is_some() {
-            ", carries waste"
-        } else {
-            ""
-        };
+        let load = robot
+            .carrying
+            .map_or_else(String::new, |item| format!(", carries {item}"));
         format!("{name}: {doing}{load}")
     }
 }

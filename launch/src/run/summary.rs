@@ -2,10 +2,10 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{LogLevel, RunFile, RunOutcome};
-use alliance_proto::time::SimTime;
+use alliance_proto::mission::Value;
+use alliance_proto::mission::columns::{ColumnValue, Progress, label, told};
 use alliance_proto::{tell, terminal};
 use comfy_table::{CellAlignment, Table};
-use missions::waste::data::{WasteFigures, WasteRobotFigures};
 use serde_json::json;
 use study::table;
 
@@ -37,19 +37,9 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     }
     tell!("{}", robots(plan, run));
     let result = &run.result;
-    let waste = WasteFigures::of(&result.mission);
     let real_s = host["running_s"].as_f64().unwrap_or_default();
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
-    let late = waste.report_lateness_max_ms.map_or_else(String::new, |ms| {
-        format!(", the latest {} late", SimTime(ms))
-    });
-    tell!(
-        "{}: {} of {} items delivered, {} progress reports{late}",
-        outcome(run),
-        waste.items.delivered,
-        waste.items.total(),
-        waste.reports_made,
-    );
+    tell!("{}: {}", outcome(run), mission(run));
     tell!(
         "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
         result.sim_time_ms,
@@ -78,6 +68,27 @@ fn outcome(run: &RunFile) -> &'static str {
     }
 }
 
+/// How far the mission has come, and what else it tells of the run.
+fn mission(run: &RunFile) -> String {
+    let figures = &run.result.mission;
+    let columns = run.setup.catalog.mission.terms().columns.iter();
+    let row: Vec<ColumnValue> = columns
+        .filter_map(|column| Some(column.with(figures.column(column.name)?)))
+        .collect();
+    let progress = Progress::of(&row);
+    let is_in_row = |name: &str| row.iter().any(|it| it.name == name.replace('.', "_"));
+    let others = figures
+        .iter()
+        .filter(|(name, value)| *value != Value::None && (progress.is_none() || !is_in_row(name)))
+        .map(|(name, value)| told(name, value));
+    let parts: Vec<String> = progress
+        .iter()
+        .map(Progress::to_string)
+        .chain(others)
+        .collect();
+    parts.join(", ")
+}
+
 /// How many faults have hit, which never did, for those have tested nothing, and how many the run was too short for.
 fn faults(faults: &[FaultStatus]) -> Option<String> {
     if faults.is_empty() {
@@ -104,31 +115,33 @@ fn faults(faults: &[FaultStatus]) -> Option<String> {
 }
 
 fn robots(plan: &Plan, run: &RunFile) -> Table {
-    let mut table = table::new([
-        "robot",
-        "lives",
-        "activations",
-        "items\ndelivered",
-        "reports",
-        "messages\nsent",
-        "heard",
-        "lost",
-    ]);
     // By rank, as everywhere; `result.robots` is by name.
-    for robot in &plan.setup.scenario.robots {
-        if let Some(figures) = run.result.robots.get(&robot.name) {
-            let waste = WasteRobotFigures::of(&figures.mission);
-            table.add_row([
-                robot.name.clone(),
-                figures.lives.to_string(),
-                figures.activations.to_string(),
-                waste.items_delivered.to_string(),
-                waste.reports_made.to_string(),
-                figures.messages_sent.to_string(),
-                figures.messages_heard.to_string(),
-                figures.messages_lost.to_string(),
-            ]);
-        }
+    let robots = plan.setup.scenario.robots.iter();
+    let robots: Vec<_> = robots
+        .filter_map(|robot| Some((robot.name.clone(), run.result.robots.get(&robot.name)?)))
+        .collect();
+    // The mission's own figures are the same for all.
+    let own = robots.first().map(|(_, first)| first.mission.iter());
+    let own: Vec<&str> = own.into_iter().flatten().map(|(name, _)| name).collect();
+    let heads = ["robot", "lives", "activations"].map(ToOwned::to_owned);
+    let heads = heads.into_iter();
+    let heads = heads.chain(own.iter().map(|name| label(name).replace(' ', "\n")));
+    let heads = heads.chain(["messages\nsent", "heard", "lost"].map(ToOwned::to_owned));
+    let mut table = table::new(heads);
+    for (name, figures) in robots {
+        let counts = [figures.lives.to_string(), figures.activations.to_string()];
+        let own = own.iter().map(|own| match figures.mission.get(own) {
+            Value::Count(count) => count.to_string(),
+            Value::Real(number) => format!("{number:.2}"),
+            Value::None => "–".to_owned(),
+        });
+        let messages = [
+            figures.messages_sent,
+            figures.messages_heard,
+            figures.messages_lost,
+        ];
+        let messages = messages.map(|count| count.to_string());
+        table.add_row([name].into_iter().chain(counts).chain(own).chain(messages));
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);

@@ -10,7 +10,6 @@ use crate::allocation::{AllocationMessage, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
 use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
-use crate::items::ItemCounts;
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
 use crate::mission::waste::{
@@ -30,7 +29,9 @@ use crate::telemetry::{
 };
 use crate::tick::{ManifestEntry, Outcome, Report, TickMessage, ToAgent};
 use crate::time::SimTime;
-use crate::view::{BehaviorView, ItemView, MessageView, RobotView, View};
+use crate::view::{
+    BehaviorView, ItemView, Mark, MarkOutline, MarkRole, Measure, MessageView, RobotView, View,
+};
 
 fn robot() -> impl Strategy<Value = RobotId> {
     any::<u16>().prop_map(RobotId)
@@ -474,17 +475,23 @@ fn process_news() -> impl Strategy<Value = ProcessNews> {
 }
 
 fn view() -> impl Strategy<Value = View> {
-    let counts = any::<[u32; 4]>().prop_map(|counts| ItemCounts {
-        in_spills: counts[0],
-        carried: counts[1],
-        on_floor: counts[2],
-        delivered: counts[3],
+    let item =
+        (point(), option::of(robot()), real()).prop_map(|(position, carrier, radius_m)| ItemView {
+            position,
+            carrier,
+            radius_m,
+        });
+    let outline = (point(), real());
+    let mark = (any::<String>(), outline, option::of(real())).prop_map(|(id, at, share)| Mark {
+        label: id.clone(),
+        id,
+        outline: MarkOutline::Disc {
+            center: at.0,
+            radius_m: at.1,
+        },
+        role: MarkRole::Zone,
+        share,
     });
-    let item = (point(), option::of(robot()));
-    let waste = vec(
-        item.prop_map(|(position, carrier)| ItemView { position, carrier }),
-        0..4,
-    );
     let obstacle = any::<[i8; 5]>().prop_map(|numbers| {
         let [x_m, y_m, width_m, height_m, penetrability] = numbers.map(f32::from);
         Obstacle {
@@ -509,11 +516,10 @@ fn view() -> impl Strategy<Value = View> {
             }
         });
     let world = (
-        counts,
-        waste,
+        vec(option::of(any::<i32>().prop_map(f64::from)), 0..4),
+        vec(item, 0..4),
         vec(obstacle, 0..3),
-        any::<bool>(),
-        option::of(time()),
+        vec(mark, 0..3),
     );
     let team = (
         vec(robot_view(), 0..3),
@@ -523,19 +529,17 @@ fn view() -> impl Strategy<Value = View> {
     );
     (any::<u64>(), time(), option::of(clock), world, team).prop_map(
         |(tick, now, clock, world, team)| {
-            let (items, waste, obstacles, site_colored, last_report) = world;
+            let (mission, items, obstacles, marks) = world;
             let (robots, faults, messages, (messages_left_out, over)) = team;
             let outcome = over.then_some(Outcome::Complete);
             View {
                 tick,
                 now,
                 clock,
+                mission,
                 items,
-                waste,
                 obstacles,
-                site_colored,
-                last_report,
-                marks: Vec::new(),
+                marks,
                 robots,
                 faults,
                 messages,
@@ -558,13 +562,13 @@ fn robot_view() -> impl Strategy<Value = RobotView> {
         real(),
         option::of(any::<u32>().prop_map(ItemId)),
         option::of(real()),
-        readings(),
+        (readings(), vec(point(), 0..3)),
     );
     let set_view =
         (motivation(), time()).prop_map(|(motivation, since)| BehaviorView { motivation, since });
     let mind = (option::of(set()), vec(set_view, 0..3));
     (agent, body, mind).prop_map(|((state, (incarnation, pid)), body, (active, sets))| {
-        let (pose, speed_m_s, carrying, energy_j, readings) = body;
+        let (pose, speed_m_s, carrying, energy_j, (readings, sensed)) = body;
         RobotView {
             state,
             incarnation,
@@ -574,7 +578,9 @@ fn robot_view() -> impl Strategy<Value = RobotView> {
             carrying,
             energy_j,
             readings,
+            sensed,
             active,
+            measure: Measure::Utility,
             sets,
         }
     })

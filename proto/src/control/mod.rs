@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use crate::fault::{Fault, Order};
 use crate::ids::{Incarnation, Tick};
-use crate::items::ItemCounts;
+use crate::mission::columns::ColumnValue;
 use crate::time::SimTime;
 
 /// JSON Schema (draft 2020-12) of a [`Request`], with that of a [`Reply`] under its key `reply`.
@@ -173,8 +173,8 @@ pub struct Status {
     pub t_ms: SimTime,
     /// The step clock.
     pub clock: ClockStatus,
-    /// Where the items are.
-    pub items: ItemCounts,
+    /// How far the mission has come: its columns of mission.csv.
+    pub mission: Vec<ColumnValue>,
     /// The robots, by rank.
     pub robots: Vec<RobotStatus>,
     /// Faults that are armed or in force.

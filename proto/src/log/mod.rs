@@ -18,7 +18,9 @@ pub use input::{Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, Memory};
 pub use read::{ReadError, RunLog, Seal};
-pub use rows::{AllocationRow, EventRow, MessageRow, MotivationRow, PoseRow, TableRow, TickRow};
+pub use rows::{
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
+};
 pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
 pub use section::{RUN_SECTION, Section, WORLD};
 pub use table::Table;

@@ -1,7 +1,9 @@
 //! The rows of the tables as a reader gets them: one field per column, under the column's name.
 
+use std::fmt;
+
 use crate::time::SimTime;
-use serde::de::{DeserializeOwned, Error};
+use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::table::Table;
@@ -53,6 +55,60 @@ pub struct AllocationRow {
 
 impl TableRow for AllocationRow {
     const TABLE: Table = Table::Allocation;
+}
+
+/// A row of mission.csv, whatever the mission.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MissionRow {
+    /// From when on it holds.
+    pub t_ms: SimTime,
+    /// What its columns after the time say, by their names and in their order.
+    pub values: Vec<(String, Option<f64>)>,
+}
+
+impl MissionRow {
+    /// What the column of that name says; `None` also where there is no such column.
+    #[must_use]
+    pub fn get(&self, column: &str) -> Option<f64> {
+        let mut values = self.values.iter();
+        values.find(|(name, _)| name == column)?.1
+    }
+}
+
+impl TableRow for MissionRow {
+    const TABLE: Table = Table::Mission;
+}
+
+impl<'de> Deserialize<'de> for MissionRow {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        const TIME: &str = "t_ms";
+
+        struct Columns;
+
+        impl<'de> Visitor<'de> for Columns {
+            type Value = MissionRow;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("numbers by the names of their columns")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<MissionRow, A::Error> {
+                let mut time = None;
+                let mut values = Vec::new();
+                while let Some(name) = map.next_key::<String>()? {
+                    if name == TIME {
+                        time = Some(map.next_value()?);
+                    } else {
+                        values.push((name, map.next_value()?));
+                    }
+                }
+                let t_ms = time.ok_or_else(|| A::Error::missing_field(TIME))?;
+                Ok(MissionRow { t_ms, values })
+            }
+        }
+
+        deserializer.deserialize_map(Columns)
+    }
 }
 
 /// A row of messages.csv.

@@ -4,6 +4,7 @@
 use std::fmt::{self, Debug};
 use std::ops::Deref;
 
+use super::columns::Column;
 use super::section::Section;
 use crate::fault::{FaultSpec, Order, OrderError};
 use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
@@ -77,6 +78,11 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         Ok(())
     }
 
+    /// How long the [time](super::columns::ColumnKind::Time) of a column of mission.csv may lie back before the next is late, s.
+    fn period_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
+        None
+    }
+
     /// Checks what the scenario says of this mission. Names and ranges of everything else have not been checked yet.
     ///
     /// # Errors
@@ -121,7 +127,7 @@ pub struct Terms {
     /// Names of its two kinds of bulletins: last chunk of their keys, and `kind` in messages.csv.
     pub bulletins: [&'static str; 2],
     /// Columns of mission.csv after the time.
-    pub columns: &'static [&'static str],
+    pub columns: &'static [Column],
 }
 
 /// A mission that is known; two are the same if their names are.

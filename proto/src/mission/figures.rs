@@ -2,13 +2,14 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A number, or none.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+/// A number, or none: in files just that.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]
+#[schemars(untagged)]
 pub enum Value {
     /// A count, or a time in ms.
     Count(u64),
@@ -16,6 +17,65 @@ pub enum Value {
     Real(f64),
     /// There is none.
     None,
+}
+
+/// On the bus nothing but a tag tells one from the other.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Value")]
+enum Tagged {
+    Count(u64),
+    Real(f64),
+    None,
+}
+
+/// In a file the number does.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Value", untagged)]
+enum Bare {
+    Count(u64),
+    Real(f64),
+    None,
+}
+
+impl Serialize for Value {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            Bare::serialize(self, serializer)
+        } else {
+            Tagged::serialize(self, serializer)
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Value {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            Bare::deserialize(deserializer)
+        } else {
+            Tagged::deserialize(deserializer)
+        }
+    }
+}
+
+impl Value {
+    /// The count; 0 where there is none.
+    #[must_use]
+    pub fn count(self) -> u64 {
+        match self {
+            Self::Count(count) => count,
+            Self::Real(_) | Self::None => 0,
+        }
+    }
+
+    /// The number, whatever it is. Counts are exact up to 2^53.
+    #[must_use]
+    pub fn number(self) -> Option<f64> {
+        match self {
+            Self::Count(count) => Some(count as f64),
+            Self::Real(number) => Some(number),
+            Self::None => None,
+        }
+    }
 }
 
 impl From<u32> for Value {
@@ -60,13 +120,18 @@ impl MissionFigures {
         found.map_or(Value::None, |(_, value)| *value)
     }
 
+    /// The figure of a column of mission.csv: the one of its name, where that of a group joins both by an underscore.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<Value> {
+        let mut figures = self.0.iter();
+        let found = figures.find(|(known, _)| known.replace('.', "_") == name);
+        found.map(|(_, value)| *value)
+    }
+
     /// The count of that name; 0 where there is none.
     #[must_use]
     pub fn count(&self, name: &str) -> u64 {
-        match self.get(name) {
-            Value::Count(count) => count,
-            Value::Real(_) | Value::None => 0,
-        }
+        self.get(name).count()
     }
 
     /// All of them.
@@ -158,6 +223,16 @@ impl<'de> Deserialize<'de> for MissionFigures {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_value_is_a_bare_number_in_files_and_tagged_on_the_bus() {
+        let values = [Value::Count(3), Value::Real(3.0), Value::None];
+        let json = serde_json::to_string(&values).unwrap();
+        assert_eq!(json, "[3,3.0,null]");
+        assert_eq!(serde_json::from_str::<[Value; 3]>(&json).unwrap(), values);
+        let bytes = crate::codec::encode(&values).unwrap();
+        assert_eq!(crate::codec::decode::<[Value; 3]>(&bytes).unwrap(), values);
+    }
 
     #[test]
     fn groups_are_objects_in_a_file_and_come_back() {

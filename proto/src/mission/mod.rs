@@ -1,9 +1,10 @@
 //! What a mission puts on the bus and into the log: [`Sensed`] by devices that only it has, a [`Deed`] that only it knows, the
 //! [`Lore`] that heartbeats repeat, the [`Payload`] of its bulletins, and its [`MissionFigures`]. What it is in scenarios and
-//! files is [`data`]'s.
+//! files is [`data`]'s; what it tells of itself in mission.csv [`columns`]'.
 //!
 //! A mission that is known here has a typed place; any other one encodes its own types into [`Bytes`].
 
+pub mod columns;
 pub mod data;
 mod figures;
 pub mod section;

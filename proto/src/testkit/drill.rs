@@ -2,6 +2,7 @@
 
 use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 use crate::ids::TaskId;
+use crate::mission::columns::Column;
 use crate::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use crate::mission::section::{Section, section};
 use crate::scenario::{
@@ -78,7 +79,15 @@ impl MissionData for Drill {
             events: &["done"],
             verbs: &[("does", "done")],
             bulletins: ["first", "second"],
-            columns: &["left", "held", "lost", "done", "last_ms"],
+            columns: const {
+                &[
+                    Column::left("left"),
+                    Column::left("held"),
+                    Column::left("lost"),
+                    Column::done("done", "done"),
+                    Column::time("last_ms", "done"),
+                ]
+            },
         }
     }
 

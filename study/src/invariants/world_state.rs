@@ -88,7 +88,7 @@ impl WorldState {
             carrying: world.mission().load(robot),
             motivations: simulation.motivations(robot).to_vec(),
         });
-        let items = seen.waste.iter().map(|item| Item {
+        let items = seen.items.iter().map(|item| Item {
             position: item.position,
             carrier: item.carrier,
         });

@@ -95,12 +95,12 @@ mod tests {
     use crate::in_process::Team;
 
     const FILES: [&str; 14] = [
+        "every-reported.svg",
         "gantt.svg",
-        "items.svg",
         "map-by-robot.svg",
         "map.svg",
+        "mission.svg",
         "report.html",
-        "reports.svg",
         "robot-blue.svg",
         "robot-gold.svg",
         "robot-green.svg",

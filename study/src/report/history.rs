@@ -4,10 +4,15 @@ use std::sync::Arc;
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, ReadError, RunLog};
+use alliance_proto::log::{
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunLog,
+};
+use alliance_proto::mission::columns::{Column, ColumnValue};
 use alliance_proto::scenario::{BehaviorParams, Catalog, Obstacle, Setup};
 use alliance_proto::time::SimTime;
-use missions::waste::data::WasteRow;
+use alliance_proto::view::{ItemView, Mark, Measure};
+use missions::Registry;
+use world_server::simulation::Simulation;
 
 use super::spans::{Span, Spans};
 
@@ -27,7 +32,11 @@ pub struct History {
     /// The rows of events.csv.
     pub events: Vec<EventRow>,
     /// The rows of mission.csv.
-    pub mission: Vec<WasteRow>,
+    pub mission: Vec<MissionRow>,
+    /// What there was to see of the mission at the start.
+    pub marks: Vec<Mark>,
+    /// The items as they lay at the start.
+    pub items: Vec<ItemView>,
     /// Rectangles that lay on the floor: the scenario's, and those that faults put there at some time.
     pub obstacles: Vec<Obstacle>,
 }
@@ -41,6 +50,8 @@ pub struct RobotHistory {
     pub present: Spans,
     /// Its behavior sets, in the catalog's order.
     pub sets: Vec<SetHistory>,
+    /// What the levels of its behavior sets are.
+    pub measure: Measure,
     /// Claims of teammates to execute a task, in the order in which it heard them.
     pub heard: Vec<Claim>,
     /// Where it was at the start of each tick.
@@ -58,7 +69,8 @@ pub struct SetHistory {
     pub task: TaskId,
     /// Its parameters.
     pub params: BehaviorParams,
-    /// Motivation at the end of each step in which the robot took part.
+    /// Motivation at the end of each step in which the robot took part; utility of its task at the end of each step in which it was
+    /// applicable.
     pub levels: Vec<(SimTime, f64)>,
     /// sensory_feedback = 1.
     pub applicable: Spans,
@@ -133,6 +145,11 @@ impl History {
         for row in log.each_row::<MotivationRow>() {
             history.add_motivation(&row?)?;
         }
+        history.events = log.rows()?;
+        history.find_other_allocators();
+        for row in log.each_row::<AllocationRow>() {
+            history.add_utility(&row?)?;
+        }
         for row in log.each_row::<MessageRow>() {
             history.add_message(&row?)?;
         }
@@ -142,8 +159,12 @@ impl History {
         for row in log.each_row::<PoseRow>() {
             history.add_pose(&row?)?;
         }
-        history.events = log.rows()?;
         history.mission = log.rows()?;
+        // What a mission is that this program does not know nobody can see.
+        if let Ok(mission) = Registry::of_this_program().worlds().of(&setup.scenario) {
+            let start = Simulation::new(setup.clone(), mission, false).view();
+            (history.marks, history.items) = (start.marks, start.items);
+        }
         let applied = log
             .run
             .faults
@@ -176,6 +197,7 @@ impl History {
                         SetHistory::new(set.name.clone(), set.task, params.clone())
                     })
                     .collect(),
+                measure: Measure::Motivation,
                 heard: Vec::new(),
                 track: Vec::new(),
                 may_reset: Vec::new(),
@@ -188,6 +210,8 @@ impl History {
             robots,
             events: Vec::new(),
             mission: Vec::new(),
+            marks: Vec::new(),
+            items: Vec::new(),
             obstacles: setup.scenario.obstacles.clone(),
             setup,
         }
@@ -212,6 +236,71 @@ impl History {
         Ok(())
     }
 
+    /// Robots without motivations have allocators of another kind: the events tell when they took part.
+    fn find_other_allocators(&mut self) {
+        let others = self.robots.iter_mut();
+        for robot in others.filter(|robot| robot.present.iter().next().is_none()) {
+            robot.measure = Measure::Utility;
+            let mut since = None;
+            for event in self.events.iter().filter(|it| it.robot == robot.name) {
+                match event.kind.as_str() {
+                    "joined" | "back" => since = Some(event.t_ms),
+                    "gone" | "stalled" => {
+                        if let Some(from) = since.take() {
+                            let to = event.t_ms;
+                            robot.present.push(Span { from, to });
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            if let Some(from) = since {
+                robot.present.push(Span { from, to: self.end });
+            }
+        }
+    }
+
+    /// Adds a row of allocation.csv; they come in the order of the file. Where a robot has more than one behavior set for a task,
+    /// each has the utility of the best.
+    ///
+    /// # Errors
+    /// [`HistoryError::Unknown`].
+    pub fn add_utility(&mut self, row: &AllocationRow) -> Result<(), HistoryError> {
+        const TABLE: &str = "allocation.csv";
+        let tick = self.tick(row.t_ms);
+        let rank = self.known_rank(TABLE, &row.robot)?;
+        let task = self
+            .task_named(&row.task)
+            .ok_or_else(|| unknown(TABLE, &row.task))?;
+        let sets = self.robots[rank].sets.iter_mut();
+        for set in sets.filter(|set| set.task == task) {
+            match set.levels.last_mut() {
+                Some((at, level)) if *at == row.t_ms => *level = level.max(row.utility),
+                _ => {
+                    set.levels.push((row.t_ms, row.utility));
+                    set.applicable.push(tick);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The row of mission.csv with its columns; empty before the first.
+    #[must_use]
+    pub fn latest(&self) -> Vec<ColumnValue> {
+        let row = self.mission.last();
+        let columns = self.columns().iter().zip(row.into_iter().cycle());
+        columns
+            .map(|(column, row)| column.seen(row.get(column.name)))
+            .collect()
+    }
+
+    /// The columns of mission.csv.
+    #[must_use]
+    pub fn columns(&self) -> &'static [Column] {
+        self.catalog.mission.terms().columns
+    }
+
     /// Adds a row of messages.csv; they come in the order of the file.
     ///
     /// # Errors
@@ -219,7 +308,10 @@ impl History {
     pub fn add_message(&mut self, row: &MessageRow) -> Result<(), HistoryError> {
         const TABLE: &str = "messages.csv";
         let heard = matches!(row.fate.as_str(), "heard" | "delayed");
-        let claims = row.state == "executing" || row.kind == "position";
+        // A bulletin with a task counts as a message about it.
+        let bulletins = self.catalog.mission.terms().bulletins;
+        let is_told = bulletins.contains(&row.kind.as_str()) && !row.task.is_empty();
+        let claims = row.state == "executing" || is_told;
         if !heard || !(claims || row.state == "waiting") {
             return Ok(());
         }
@@ -247,7 +339,16 @@ impl History {
     /// [`HistoryError::Unknown`].
     pub fn add_pose(&mut self, row: &PoseRow) -> Result<(), HistoryError> {
         let rank = self.known_rank("poses.csv", &row.robot)?;
-        self.robots[rank].track.push(Place {
+        let tick = self.tick(row.t_ms);
+        let robot = &mut self.robots[rank];
+        // Of the others motivations.csv says it.
+        if robot.measure == Measure::Utility {
+            let active = robot.sets.iter_mut();
+            for set in active.filter(|set| set.name == row.behavior_set) {
+                set.active.push(tick);
+            }
+        }
+        robot.track.push(Place {
             position: (row.x_m.into(), row.y_m.into()),
             carrying: row.carrying,
         });

@@ -2,9 +2,9 @@
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{RobotFigures, RunFile, RunOutcome};
+use alliance_proto::mission::columns::ColumnKind;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
-use missions::waste::data::WasteSection;
 
 use super::failures::{Failure, Takeover, failures, takeovers};
 use super::history::History;
@@ -20,10 +20,8 @@ pub struct Metrics {
     pub robots: Vec<RobotMetrics>,
     /// By place in the catalog.
     pub tasks: Vec<TaskMetrics>,
-    /// The progress reports, in order.
-    pub reports: Vec<ReportMade>,
-    /// How much longer than the period the latest report, or the start, lay back when the log ended.
-    pub overdue: SimTime,
+    /// What happens again and again: one for each column with a time.
+    pub recurring: Vec<Recurring>,
     /// Deaths and stops.
     pub failures: Vec<Failure>,
     /// Tasks that went from one robot to another.
@@ -67,14 +65,27 @@ pub struct TaskMetrics {
     pub duplicate: Option<Spans>,
 }
 
-/// A progress report.
+/// An event that recurs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recurring {
+    /// Kind of the events.
+    pub event: &'static str,
+    /// Wanted time from one to the next, if the mission wants one.
+    pub period: Option<SimTime>,
+    /// The events, in order.
+    pub moments: Vec<Moment>,
+    /// How much longer than the period the latest one, or the start, lay back when the log ended.
+    pub overdue: SimTime,
+}
+
+/// One of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReportMade {
+pub struct Moment {
     /// When.
     pub at: SimTime,
     /// Rank of the robot; `None` for a name that run.json does not know.
     pub by: Option<usize>,
-    /// Time since the report before, or since the start.
+    /// Time since the one before, or since the start.
     pub interval: SimTime,
     /// How much of that was more than the wanted period.
     pub late: SimTime,
@@ -119,7 +130,6 @@ impl Metrics {
         let stints = stints(history);
         let failures = failures(history, &stints);
         let takeovers = takeovers(history, &stints, &failures);
-        let (reports, overdue) = reports(history);
         let ended = matches!(run.outcome, RunOutcome::Ended(_));
         let robots = (0..history.robots.len())
             .map(|rank| {
@@ -134,8 +144,7 @@ impl Metrics {
                 .tasks()
                 .map(|id| task(history, id, &stints))
                 .collect(),
-            reports,
-            overdue,
+            recurring: recurring(history),
             failures,
             takeovers,
             stints,
@@ -178,21 +187,36 @@ fn task(history: &History, task: TaskId, stints: &[Stint]) -> TaskMetrics {
     }
 }
 
-fn reports(history: &History) -> (Vec<ReportMade>, SimTime) {
-    let period = SimTime::from_secs_f64(WasteSection::of(&history.setup.scenario).report_period_s);
-    let mut before = SimTime::ZERO;
-    let reports = history
-        .events_of("reported")
-        .map(|event| {
-            let interval = event.t_ms.since(before);
-            before = event.t_ms;
-            ReportMade {
-                at: event.t_ms,
-                by: history.rank(&event.robot),
-                interval,
-                late: interval.since(period),
+fn recurring(history: &History) -> Vec<Recurring> {
+    let (mission, scenario) = (history.catalog.mission, &history.setup.scenario);
+    let times = history.columns().iter();
+    let times = times.filter(|column| column.kind == ColumnKind::Time);
+    let events = times.filter_map(|column| Some((column.event?, column.name)));
+    events
+        .map(|(event, name)| {
+            let period = mission.period_s(scenario, name);
+            let period = period.map(SimTime::from_secs_f64);
+            let late = |interval: SimTime| period.map_or(SimTime::ZERO, |it| interval.since(it));
+            let mut before = SimTime::ZERO;
+            let moments = history
+                .events_of(event)
+                .map(|row| {
+                    let interval = row.t_ms.since(before);
+                    before = row.t_ms;
+                    Moment {
+                        at: row.t_ms,
+                        by: history.rank(&row.robot),
+                        interval,
+                        late: late(interval),
+                    }
+                })
+                .collect();
+            Recurring {
+                event,
+                period,
+                moments,
+                overdue: late(history.end.since(before)),
             }
         })
-        .collect();
-    (reports, history.end.since(before + period))
+        .collect()
 }

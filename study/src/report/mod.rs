@@ -6,7 +6,7 @@
 //!
 //! **What is counted.** A tick counts from its time to that of the next one. A robot is *present* in the ticks in which its
 //! report counted. A *stint* is an unbroken time in which a behavior set for a task is active in a present robot, and its
-//! *effects* are items delivered, reports made, and the progress that the robot notes on the task.
+//! *effects* are the events that change a column of mission.csv, and the progress that the robot notes on the task.
 //!
 //! - *Makespan*: from the start to the end of the last tick of a mission that was completed.
 //! - *Idle share*: part of the time present in which no set of the robot is active.
@@ -24,7 +24,7 @@
 //!   from that robot's death or stop; of a robot that lives, from the last effect of its stint, or its beginning without any.
 //!   A stint that ended because the task was not applicable leaves nothing to take over, and one that gave in to an earlier
 //!   claim took nothing over.
-//! - *Report lateness*: how much longer than the period a report came after the one before it, or after the start.
+//! - *Lateness*: how much longer than the wanted period something that recurs came after the one before it, or after the start.
 
 pub mod command;
 mod failures;

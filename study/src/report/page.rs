@@ -1,15 +1,16 @@
 //! The page of a report: one file that needs no other.
 
 use alliance_proto::log::{RunFile, RunOutcome};
+use alliance_proto::mission::Value;
+use alliance_proto::mission::columns::{in_short, label, told};
 use alliance_proto::time::SimTime;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use missions::waste::data::WasteSection;
 
 use super::failures::{Aftermath, Cause, Loss, Sign};
 use super::faults::{Fault, Phase, faults};
 use super::figures::Figure;
 use super::history::History;
-use super::metrics::Metrics;
+use super::metrics::{Metrics, Recurring};
 
 /// Figures that would make the page larger than this are left to their own files.
 const INLINE_BYTES: usize = 6 * 1024 * 1024;
@@ -34,8 +35,7 @@ figcaption, .note { font-size: .9rem; color: #444 }
 const DEFINITIONS: [(&str, &str); 12] = [
     (
         "makespan",
-        "Simulated time from the start to the end of the tick in which the last item was delivered; none, if the mission was \
-         not completed.",
+        "Simulated time from the start to the end of the tick in which the mission was complete; none, if it was not.",
     ),
     (
         "present",
@@ -61,8 +61,8 @@ const DEFINITIONS: [(&str, &str); 12] = [
     (
         "orphan",
         "Part of the time applicable in which nobody was productive. A robot is productive from its activation for the task to \
-         the last effect of that stint: an item delivered, a report made, a wall or an extreme of the room found. What comes \
-         after the last effect, and a stint without any, is not productive, however busy the robot looked.",
+         the last effect of that stint: an event that changed a column of mission.csv, or progress that the robot noted. What \
+         comes after the last effect, and a stint without any, is not productive, however busy the robot looked.",
     ),
     (
         "unattended",
@@ -86,9 +86,9 @@ const DEFINITIONS: [(&str, &str); 12] = [
          its activation if there was none. Taking up a task that was left as not applicable is no takeover.",
     ),
     (
-        "report lateness",
-        "How much longer than the wanted period a progress report came after the one before it, or after the start; a report \
-         in time counts as 0.",
+        "lateness",
+        "How much longer than the wanted period something that recurs came after the one before it, or after the start; what \
+         came in time counts as 0.",
     ),
 ];
 
@@ -145,8 +145,12 @@ pub fn page(
                 (robots(history, metrics))
                 h2 { "Tasks" }
                 (tasks(history, metrics))
-                h2 { "Progress reports" }
-                (reports(history, metrics))
+                h2 { "Mission" }
+                (mission(run))
+                @for recurring in &metrics.recurring {
+                    h2 { "Events: " (recurring.event) }
+                    (moments(history, recurring))
+                }
                 h2 { "Losses of robots" }
                 (losses(history, metrics))
                 h2 { "Takeovers" }
@@ -176,14 +180,10 @@ fn overview(run: &RunFile, history: &History, metrics: &Metrics) -> Markup {
             seconds(history.end)
         ),
     };
-    let items = history.mission.last().map_or_else(
-        || "none in the log".to_owned(),
-        |row| {
-            let total =
-                row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered;
-            format!("{} of {total} delivered", row.items_delivered)
-        },
-    );
+    let so_far = match history.latest().as_slice() {
+        [] => "none in the log".to_owned(),
+        row => in_short(row),
+    };
     let detection = metrics.failures.iter().filter_map(|failure| {
         let found = failure.orphan.as_ref()?.detection?;
         Some(found.at.since(failure.at))
@@ -195,7 +195,12 @@ fn overview(run: &RunFile, history: &History, metrics: &Metrics) -> Markup {
     let latencies = |takeovers: &[&super::failures::Takeover]| {
         summary(takeovers.iter().map(|takeover| takeover.latency()))
     };
-    let lateness = summary(metrics.reports.iter().map(|report| report.late));
+    let wanted = metrics.recurring.iter().filter(|it| it.period.is_some());
+    let lateness = wanted.map(|recurring| {
+        let late = recurring.moments.iter().map(|moment| moment.late);
+        (recurring.event, summary(late))
+    });
+    let lateness: Vec<_> = lateness.collect();
     html! {
         table {
             tbody {
@@ -203,8 +208,10 @@ fn overview(run: &RunFile, history: &History, metrics: &Metrics) -> Markup {
                 tr { td { "makespan" } td.text {
                     (metrics.makespan.map_or_else(|| format!("none; {} simulated", seconds(history.end)), seconds))
                 } }
-                tr { td { "items" } td.text { (items) } }
-                tr { td { "report lateness" } td.text { (lateness) } }
+                tr { td { "progress" } td.text { (so_far) } }
+                @for (event, summary) in &lateness {
+                    tr { td { "lateness of '" (event) "'" } td.text { (summary) } }
+                }
                 tr { td { "detection latency" } td.text { (summary(detection)) } }
                 tr { td { "takeover latency after a loss" } td.text { (latencies(&lost)) } }
                 tr { td { "takeover latency, other" } td.text { (latencies(&live)) } }
@@ -273,26 +280,68 @@ fn tasks(history: &History, metrics: &Metrics) -> Markup {
     }
 }
 
-fn reports(history: &History, metrics: &Metrics) -> Markup {
-    let period = WasteSection::of(&history.setup.scenario).report_period_s;
+/// What the mission tells of the run and of each robot, as run.json has it.
+fn mission(run: &RunFile) -> Markup {
+    let figures = run.result.mission.iter();
+    let figures: Vec<String> = figures.map(|(name, value)| told(name, value)).collect();
+    let robots = &run.result.robots;
+    let own = robots.values().next().map(|robot| robot.mission.iter());
+    let own: Vec<&str> = own.into_iter().flatten().map(|(name, _)| name).collect();
     html! {
         p.note {
-            "Wanted period: " (format!("{period} s")) ". "
-            @if metrics.overdue > SimTime::ZERO {
-                "When the log ended, the next report was overdue by " (seconds(metrics.overdue)) "."
+            @if figures.is_empty() { "Nothing is told of the run." } @else { (figures.join(", ")) "." }
+        }
+        @if !own.is_empty() {
+            table {
+                thead { tr { th { "robot" } @for name in &own { th { (label(name)) } } } }
+                tbody {
+                    @for (robot, figures) in robots {
+                        tr {
+                            td { (robot) }
+                            @for name in &own { td { (number(figures.mission.get(name))) } }
+                        }
+                    }
+                }
             }
         }
-        @if metrics.reports.is_empty() { p.note { "No report was made." } } @else {
+    }
+}
+
+fn number(value: Value) -> String {
+    match value {
+        Value::Count(count) => count.to_string(),
+        Value::Real(number) => format!("{number:.2}"),
+        Value::None => "–".to_owned(),
+    }
+}
+
+fn moments(history: &History, recurring: &Recurring) -> Markup {
+    let period_s = recurring.period.map(SimTime::as_secs_f64);
+    html! {
+        @if let Some(period_s) = period_s {
+            p.note {
+                "Wanted period: " (format!("{period_s} s")) ". "
+                @if recurring.overdue > SimTime::ZERO {
+                    "When the log ended, the next one was overdue by " (seconds(recurring.overdue)) "."
+                }
+            }
+        }
+        @if recurring.moments.is_empty() { p.note { "There was none." } } @else {
             table {
-                thead { tr { th { "at" } th { "by" } th { "after" } th { "late" } th { "of the period" } } }
+                thead { tr {
+                    th { "at" } th { "by" } th { "after" }
+                    @if period_s.is_some() { th { "late" } th { "of the period" } }
+                } }
                 tbody {
-                    @for report in &metrics.reports {
+                    @for moment in &recurring.moments {
                         tr {
-                            td { (seconds(report.at)) }
-                            td { (report.by.map_or("?", |rank| name(history, rank))) }
-                            td { (seconds(report.interval)) }
-                            td { (seconds(report.late)) }
-                            td { (format!("{:.1} %", 100.0 * report.late.as_secs_f64() / period)) }
+                            td { (seconds(moment.at)) }
+                            td { (moment.by.map_or("?", |rank| name(history, rank))) }
+                            td { (seconds(moment.interval)) }
+                            @if let Some(period_s) = period_s {
+                                td { (seconds(moment.late)) }
+                                td { (format!("{:.1} %", 100.0 * moment.late.as_secs_f64() / period_s)) }
+                            }
                         }
                     }
                 }

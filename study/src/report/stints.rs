@@ -15,8 +15,8 @@ pub struct Stint {
     pub task: TaskId,
     /// From activation to the end.
     pub span: Span,
-    /// Its effects on the world, in order: each end of a step in which an item was delivered or a report made, and each moment
-    /// at which the robot noted progress on the task.
+    /// Its effects on the world, in order: each end of a step with an event that changed a column of mission.csv, and each moment at
+    /// which the robot noted progress on the task.
     pub effects: Vec<SimTime>,
     /// Why it ended.
     pub end: StintEnd,
@@ -77,14 +77,16 @@ pub fn stints(history: &History) -> Vec<Stint> {
 fn effects(history: &History, rank: usize, task: TaskId, span: Span) -> Vec<SimTime> {
     let name = &history.robots[rank].name;
     let task = history.catalog.task_name(task);
+    let columns = history.columns();
+    let is_effect = |kind: &str| columns.iter().any(|column| column.event == Some(kind));
     let effects = history.events.iter().filter_map(|event| {
         if event.robot != *name {
             return None;
         }
         let at = match event.kind.as_str() {
             "progress" if event.detail == task => event.t_ms,
-            // The robot itself finds out one step later, and after the mission's last item never.
-            "delivered" | "reported" => event.t_ms + history.step,
+            // The robot itself finds out one step later, and after the mission's last one never.
+            kind if is_effect(kind) => event.t_ms + history.step,
             _ => return None,
         };
         (span.from < at && at <= span.to).then_some(at)

@@ -1,22 +1,29 @@
 //! Hand-made logs and what is computed from them. Steps take half a second; times here are in seconds.
 
+use std::path::Path;
+use std::sync::Arc;
+
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{
-    EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, RobotFigures, RunFile, RunLog,
-    RunOutcome,
+    EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, PoseRow, RobotFigures, RunFile,
+    RunLog, RunOutcome, Table,
 };
 use alliance_proto::scenario::{Robot, Scenario, Setup, TaskSection};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+use alliance_proto::view::Measure;
 use missions::Registry;
 use missions::waste::data::default_scenario;
 
 use super::failures::{Aftermath, Cause, Detection, Failure, Loss, Orphan, Sign, Takeover};
+use super::figures::figures;
 use super::history::History;
-use super::metrics::{Metrics, ReportMade, Sent};
+use super::metrics::{Metrics, Moment, Sent};
+use super::page::page;
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
 use crate::in_process::Team;
+use crate::visit;
 
 const BLUE: usize = 0;
 const GOLD: usize = 1;
@@ -489,14 +496,17 @@ fn lateness_of_reports() {
         made.event(seconds, "reported", robot, ["", "", ""]);
     }
     let metrics = made.metrics();
-    let made = |seconds, by, interval, late| ReportMade {
+    let [reports] = metrics.recurring.as_slice() else {
+        panic!("{:?}", metrics.recurring)
+    };
+    let made = |seconds, by, interval, late| Moment {
         at: at(seconds),
         by: Some(by),
         interval: at(interval),
         late: at(late),
     };
     assert_eq!(
-        metrics.reports,
+        reports.moments,
         [
             made(130.0, GREEN, 130.0, 10.0),
             made(200.0, GOLD, 70.0, 0.0),
@@ -504,7 +514,7 @@ fn lateness_of_reports() {
         ]
     );
     // The next one was due at 520 s.
-    assert_eq!(metrics.overdue, at(80.0));
+    assert_eq!(reports.overdue, at(80.0));
 }
 
 #[test]
@@ -580,7 +590,8 @@ fn a_robot_alone_and_a_run_without_a_tick() {
     let metrics = Made::with(0.0, alone).metrics();
     assert_eq!(metrics.robots[0].idle_share(), 0.0);
     assert_eq!(metrics.robots[0].activations_per_min(), 0.0);
-    assert_eq!((metrics.stints.len(), metrics.overdue), (0, SimTime::ZERO));
+    assert_eq!(metrics.stints.len(), 0);
+    assert_eq!(metrics.recurring[0].overdue, SimTime::ZERO);
 }
 
 #[test]
@@ -604,4 +615,100 @@ fn rows_of_another_run_are_refused() {
         error.to_string(),
         "motivations.csv has a row about 'red', which run.json does not know"
     );
+}
+
+/// A mission that this program has never heard of has a map, figures and tables.
+#[test]
+fn the_report_of_a_foreign_mission_shows_its_marks_columns_and_events() {
+    let mut run = visit::run_file();
+    run.result.mission.add("places_visited", 3_u32);
+    let tables = [(Table::Mission, visit::TABLE.as_bytes().to_vec())];
+    let log = RunLog::from_tables(Path::new(""), run, tables.into());
+    let mut made = Made::run(60.0);
+    made.history.catalog = Arc::clone(&log.run.setup.catalog);
+    made.history.mission = log.rows().unwrap();
+    made.history.marks = visit::marks().to_vec();
+    for robot in ["blue", "gold", "green"] {
+        made.history.add_pose(&pose(robot)).unwrap();
+    }
+    for (seconds, robot) in [(10.0, "blue"), (20.0, "gold")] {
+        made.event(seconds, "visited", robot, ["", "", ""]);
+    }
+    let metrics = Metrics::of(&made.history, &log.run);
+    let [visits] = metrics.recurring.as_slice() else {
+        panic!("{:?}", metrics.recurring)
+    };
+    assert_eq!((visits.event, visits.moments.len()), ("visited", 2));
+    // After 15 s the next one is due.
+    assert_eq!(visits.overdue, at(25.0));
+
+    let figures = figures(&made.history, &metrics).unwrap();
+    let svg = |name: &str| &figures.iter().find(|it| it.name == name).expect(name).svg;
+    for label in ["place", "home", "box", "rope"] {
+        assert!(svg("map").contains(&format!("{label}\n")), "{label}");
+    }
+    for label in ["places left", "places visited"] {
+        assert!(svg("mission").contains(label), "{label}");
+    }
+    assert!(svg("mission-way-m").contains("way m"));
+    assert!(svg("every-visited").contains("gold: in time"));
+    let (page, _) = page(&log.run, &made.history, &metrics, &figures);
+    for text in [
+        "3 of 5 places visited",
+        "Events: visited",
+        "Wanted period: 15 s",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+}
+
+fn pose(robot: &str) -> PoseRow {
+    PoseRow {
+        t_ms: SimTime::ZERO,
+        robot: robot.to_owned(),
+        x_m: 1.0,
+        y_m: 1.0,
+        heading_rad: 0.0,
+        speed_m_s: 0.0,
+        carrying: false,
+        behavior_set: String::new(),
+        energy: None,
+    }
+}
+
+#[test]
+fn utilities_are_drawn_where_there_are_no_motivations() {
+    let scenario = Scenario {
+        allocator: Some("nearest".to_owned()),
+        limit_s: 60.0,
+        ..default_scenario()
+    };
+    let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
+    let whole = Span {
+        from: SimTime::ZERO,
+        to: history.end,
+    };
+    for robot in &history.robots {
+        assert_eq!(robot.measure, Measure::Utility);
+        assert_eq!(robot.present.iter().collect::<Vec<_>>(), [whole]);
+        assert!(robot.sets.iter().any(|set| !set.levels.is_empty()));
+        let active = robot.active();
+        assert!(active.total() > at(30.0), "{}: {active:?}", robot.name);
+    }
+    // Who is active is told by the events, too.
+    let set = |robot: &str, name: &str| {
+        let robot = &history.robots[history.rank(robot).unwrap()];
+        robot.sets.iter().find(|set| set.name == name).unwrap()
+    };
+    for event in history.events_of("activated") {
+        let begins = set(&event.robot, &event.subject)
+            .active
+            .contains(event.t_ms);
+        assert!(begins, "{event:?}");
+    }
+    let metrics = Metrics::of(&history, &run);
+    let figures = figures(&history, &metrics).unwrap();
+    let blue = figures.iter().find(|it| it.name == "robot-blue").unwrap();
+    assert!(blue.caption.starts_with("Utility of"), "{}", blue.caption);
+    assert!(blue.svg.contains("utility u") && !blue.svg.contains("threshold"));
 }

@@ -101,8 +101,8 @@ impl Page<'_> {
                         dd { "Median simulated time of complete runs in s, with the percentile interval of the bootstrap." }
                         dt { "lateness" }
                         dd {
-                            "Median over the runs of the greatest lateness of a progress report in s, with the same interval; runs "
-                            "without a report are left out."
+                            "Median over the runs of the greatest lateness of what recurs in the mission in s, with the same interval; "
+                            "runs without any are left out."
                         }
                     }
                 }

@@ -1,5 +1,7 @@
 //! The table of a sweep: a row per run, in the order of the runs.
 
+use alliance_proto::mission::{MissionFigures, Value};
+
 use super::design::{Cell, Design};
 use super::run::{End, Figures, Row};
 
@@ -59,30 +61,9 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
             text(|row| figures(row).map(|figures| figures.hash.clone())),
         ),
         column("sim_time_ms", whole(|figures| Some(figures.sim_time_ms))),
-        column(
-            "items_delivered",
-            whole(|figures| Some(figures.items_delivered.into())),
-        ),
-        column(
-            "items_total",
-            whole(|figures| Some(figures.items_total.into())),
-        ),
-        column(
-            "reports_made",
-            whole(|figures| Some(figures.reports_made.into())),
-        ),
-        column(
-            "report_lateness_mean_ms",
-            Numbers(
-                rows.iter()
-                    .map(|row| figures(row)?.report_lateness_mean_ms)
-                    .collect(),
-            ),
-        ),
-        column(
-            "report_lateness_max_ms",
-            whole(|figures| figures.report_lateness_max_ms),
-        ),
+    ]);
+    columns.extend(of_mission(rows));
+    columns.extend([
         column("activations", whole(|figures| Some(figures.activations))),
         column(
             "messages_sent",
@@ -118,6 +99,34 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
         ),
     ]);
     columns
+}
+
+/// What missions tell, in the order in which they tell it: whole numbers where all are.
+fn of_mission(rows: &[Row]) -> impl Iterator<Item = Column> {
+    let told = || rows.iter().filter_map(figures).map(|it| &it.mission);
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in told().flat_map(MissionFigures::iter) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names.into_iter().map(|name| {
+        let values = || rows.iter().map(|row| Some(figures(row)?.mission.get(name)));
+        let has = |wanted: fn(&Value) -> bool| values().flatten().any(|value| wanted(&value));
+        let is_whole = has(|value| matches!(value, Value::Count(_)))
+            && !has(|value| matches!(value, Value::Real(_)));
+        let values = if is_whole {
+            // Signed, as above.
+            let whole = |value: Value| value.number().map(|_| value.count() as i64);
+            Integers(values().map(|value| whole(value?)).collect())
+        } else {
+            Numbers(values().map(|value| value?.number()).collect())
+        };
+        Column {
+            name: name.to_owned(),
+            values,
+        }
+    })
 }
 
 /// Those of a run that did not fail.
@@ -197,15 +206,21 @@ pub(super) mod tests {
 
     /// A complete run that took so long.
     pub fn complete(run: usize, sim_time_ms: u64) -> Row {
+        let mut mission = MissionFigures::default();
+        for (name, count) in [
+            ("items_delivered", 24_u32),
+            ("items_total", 24),
+            ("reports_made", 2),
+        ] {
+            mission.add(name, count);
+        }
+        mission.add("report_lateness_mean_ms", 1.5);
+        mission.add("report_lateness_max_ms", 3_u32);
         let figures = Figures {
             outcome: Outcome::Complete,
             hash: "00ff".to_owned(),
             sim_time_ms,
-            items_delivered: 24,
-            items_total: 24,
-            reports_made: 2,
-            report_lateness_mean_ms: Some(1.5),
-            report_lateness_max_ms: Some(3),
+            mission,
             activations: 8,
             messages_sent: 100,
             bytes_sent: 2000,
@@ -229,10 +244,17 @@ pub(super) mod tests {
         let mut row = complete(run, 9_000);
         if let End::Ended(figures) = &mut row.end {
             figures.outcome = Outcome::TimeLimit;
-            figures.items_delivered = 3;
-            figures.reports_made = 0;
-            figures.report_lateness_mean_ms = None;
-            figures.report_lateness_max_ms = None;
+            let mission = &mut figures.mission;
+            *mission = MissionFigures::default();
+            for (name, count) in [
+                ("items_delivered", 3_u32),
+                ("items_total", 24),
+                ("reports_made", 0),
+            ] {
+                mission.add(name, count);
+            }
+            mission.add("report_lateness_mean_ms", Value::None);
+            mission.add("report_lateness_max_ms", Value::None);
         }
         row
     }

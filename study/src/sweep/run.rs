@@ -7,8 +7,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use alliance_proto::control::FaultStatus;
 use alliance_proto::fault::Fault;
 use alliance_proto::log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
+use alliance_proto::mission::columns::{ColumnKind, ColumnValue, Progress};
+use alliance_proto::mission::{MissionFigures, Value};
 use alliance_proto::tick::Outcome;
-use missions::waste::data::WasteFigures;
 use serde::{Deserialize, Serialize};
 
 use super::plan::{Plan, setup};
@@ -46,16 +47,8 @@ pub struct Figures {
     pub hash: String,
     /// Simulated time, ms.
     pub sim_time_ms: u64,
-    /// In the deposit.
-    pub items_delivered: u32,
-    /// All items.
-    pub items_total: u32,
-    /// Progress reports.
-    pub reports_made: u32,
-    /// Mean lateness of the reports, ms; `None` without any.
-    pub report_lateness_mean_ms: Option<f64>,
-    /// Of the latest one.
-    pub report_lateness_max_ms: Option<u64>,
+    /// Those of the mission, by the names of their columns: a total in the place of what is left to do.
+    pub mission: MissionFigures,
     /// Of behavior sets, by all robots.
     pub activations: u64,
     /// By all robots.
@@ -156,17 +149,12 @@ impl Figures {
     fn of(run: &RunFile, outcome: Outcome) -> Self {
         debug_assert_eq!(run.outcome, RunOutcome::Ended(outcome));
         let result = &run.result;
-        let waste = WasteFigures::of(&result.mission);
         let robots = || result.robots.values();
         Self {
             outcome,
             hash: run.hash.clone().unwrap_or_default(),
             sim_time_ms: result.sim_time_ms.0,
-            items_delivered: waste.items.delivered,
-            items_total: waste.items.total(),
-            reports_made: waste.reports_made,
-            report_lateness_mean_ms: waste.report_lateness_mean_ms,
-            report_lateness_max_ms: waste.report_lateness_max_ms,
+            mission: of_mission(run),
             activations: robots().map(|robot| u64::from(robot.activations)).sum(),
             messages_sent: robots().map(|robot| robot.messages_sent).sum(),
             bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
@@ -174,6 +162,16 @@ impl Figures {
             messages_lost: robots().map(|robot| robot.messages_lost).sum(),
             faults: by_kind(&run.faults),
         }
+    }
+
+    /// The greatest lateness of what recurs in the mission, ms: its figures that are called so.
+    #[must_use]
+    pub fn lateness_ms(&self) -> Option<u64> {
+        let figures = self.mission.iter();
+        let late = figures.filter(|(name, _)| name.ends_with("lateness_max_ms"));
+        late.filter(|(_, value)| *value != Value::None)
+            .map(|(_, value)| value.count())
+            .max()
     }
 
     /// All faults together.
@@ -194,6 +192,34 @@ impl FaultCount {
         self.hit += other.hit;
         self.hits += other.hits;
     }
+}
+
+fn of_mission(run: &RunFile) -> MissionFigures {
+    let told = &run.result.mission;
+    let columns = run.setup.catalog.mission.terms().columns;
+    let row = columns.iter();
+    let row = row.filter_map(|column| Some(column.with(told.column(column.name)?)));
+    let row: Vec<ColumnValue> = row.collect();
+    let total = Progress::of(&row).map(|progress| progress.total);
+    let mut figures = MissionFigures::default();
+    for (name, value) in told.iter() {
+        let name = name.replace('.', "_");
+        match row.iter().find(|it| it.name == name).map(|it| it.kind) {
+            Some(ColumnKind::Left) => {}
+            Some(ColumnKind::Done) => {
+                figures.add(&name, value);
+                figures.add(&total_of(&name), total);
+            }
+            _ => figures.add(&name, value),
+        }
+    }
+    figures
+}
+
+/// `items_delivered` of `items_total`.
+fn total_of(done: &str) -> String {
+    let things = done.rsplit_once('_').map(|(things, _)| things);
+    things.map_or_else(|| "total".to_owned(), |things| format!("{things}_total"))
 }
 
 fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
@@ -283,7 +309,16 @@ mod tests {
             (figures.outcome, figures.sim_time_ms),
             (Outcome::TimeLimit, 30_000)
         );
-        assert_eq!((figures.items_delivered, figures.items_total), (0, 24));
+        let of_mission: Vec<_> = figures.mission.iter().collect();
+        let expected = [
+            ("items_delivered", Value::Count(0)),
+            ("items_total", Value::Count(24)),
+            ("reports_made", Value::Count(0)),
+            ("report_lateness_mean_ms", Value::None),
+            ("report_lateness_max_ms", Value::None),
+        ];
+        assert_eq!(of_mission, expected);
+        assert_eq!(figures.lateness_ms(), None);
         assert!(figures.messages_sent > 0 && figures.bytes_sent > figures.messages_sent);
     }
 }

@@ -28,7 +28,7 @@ pub struct Summary {
     pub completion: Interval,
     /// Simulated time of complete runs, s.
     pub makespan_s: Option<Estimate>,
-    /// The greatest lateness of a progress report, of runs with any, s.
+    /// The greatest lateness of what recurs in the mission, of runs with any, s.
     pub lateness_s: Option<Estimate>,
 }
 
@@ -45,7 +45,7 @@ impl Summary {
             if figures.outcome == Outcome::Complete {
                 makespans.push(seconds(figures.sim_time_ms));
             }
-            lateness.extend(figures.report_lateness_max_ms.map(seconds));
+            lateness.extend(figures.lateness_ms().map(seconds));
         }
         Self {
             runs,

@@ -82,6 +82,8 @@ fn a_recording_holds_every_row_and_how_it_looked() {
     assert!(site.len() >= 3, "{site:?}");
     assert_ne!(site[0][1], site[1][1]);
     assert_eq!(site[0][1], site[2][1]);
+    let names = ["report site", "deposit", "spill (top)", "spill (bottom)"];
+    assert_eq!(found["marks"], json!(names));
     assert!(found["sensed"]["border"].as_u64() > Some(100));
     assert!(found["sensed"]["avoidance"].as_u64() > Some(100));
     assert!(found["warnings"].as_u64() >= Some(5));

@@ -1,7 +1,6 @@
 //! A finished run on the page: every tick of it, as it was.
 
-use alliance_proto::log::{MotivationRow, PoseRow};
-use missions::waste::data::WasteRow;
+use alliance_proto::log::{MissionRow, MotivationRow, PoseRow};
 use nix::sys::signal::Signal;
 use serde_json::Value;
 
@@ -92,11 +91,27 @@ fn every_tick_is_shown_as_it_was_logged() {
         let state = seen["motivation"]["state"].as_str().unwrap().to_lowercase();
         assert_eq!(state, row.state, "{row:?}");
     }
-    for row in log.rows::<WasteRow>().unwrap() {
-        let items = &views[row.t_ms.0 as usize / 50 + 1]["items"];
-        assert_eq!(items["delivered"], row.items_delivered, "{row:?}");
-        assert_eq!(items["carried"], row.items_carried, "{row:?}");
+    let columns = about["mission"]["columns"].as_array().unwrap();
+    for row in log.rows::<MissionRow>().unwrap() {
+        let told: Vec<(String, Option<f64>)> = views[row.t_ms.0 as usize / 50 + 1]["mission"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .zip(columns)
+            .map(|(value, column)| (column["name"].as_str().unwrap().to_owned(), value.as_f64()))
+            .collect();
+        assert_eq!(told, row.values, "{row:?}");
     }
+    let labels: Vec<&Value> = views[0]["marks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|mark| &mark["label"])
+        .collect();
+    assert_eq!(
+        labels,
+        ["report site", "deposit", "spill (top)", "spill (bottom)"]
+    );
     let obstacles = |t_s: usize| views[t_s * 20 + 1]["obstacles"].as_array().unwrap().len();
     assert_eq!((obstacles(29), obstacles(31), obstacles(41)), (0, 1, 0));
     assert_eq!(at(22_000, "gold")["state"], "dead");

@@ -82,7 +82,7 @@ fn a_page_is_told_everything_and_how_the_run_ended() {
         (&view["tick"], &view["clock"]["paused"]),
         (&json!(0), &json!(true))
     );
-    assert_eq!(view["waste"].as_array().unwrap().len(), 24);
+    assert_eq!(view["items"].as_array().unwrap().len(), 24);
 
     // One step, and one step only.
     page.control(r#"{"clock": {"step": 1}}"#);

@@ -293,12 +293,14 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
     browser.press('u');
     browser.wait_for("alliance.view.faults.length == 0");
     // Waste cannot be undone: it has happened.
-    assert_eq!(browser.eval("alliance.view.waste.length"), 24);
+    assert_eq!(browser.eval("alliance.view.items.length"), 24);
     browser.press('w');
+    // With the tool come its options, and these move the room.
+    browser.wait_for("document.querySelector('#room-canvas').dataset.tool == 'waste'");
     let place = canvas(&browser, 6.0, 4.5);
     browser.drag(place, place);
-    browser.wait_for("alliance.view.waste.length == 25");
-    let lies = browser.eval("alliance.view.waste[24].position");
+    browser.wait_for("alliance.view.items.length == 25");
+    let lies = browser.eval("alliance.view.items[24].position");
     let off = |axis: usize, wanted: f64| (lies[axis].as_f64().unwrap() - wanted).abs();
     assert!(off(0, 6.0) < 0.1 && off(1, 4.5) < 0.1, "{lies}");
     assert_eq!(browser.console(), Vec::<String>::new());
@@ -313,6 +315,33 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
         .collect();
     assert_eq!(told, [("partition", true), ("sensor", true)]);
     assert!(faults.iter().all(|fault| fault.healed_ms.is_some()));
+}
+
+/// An allocator without motivations has utilities, which have no threshold.
+#[test]
+fn utilities_are_drawn_where_there_are_no_motivations() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let arguments = ["--allocator", "nearest", "--speed", "max", "--limit", "100"];
+    let (team, page) = open(&lab, &browser, &arguments);
+    let measures = "[...document.querySelectorAll('[data-chart]')].map(it => it.dataset.measure)";
+    let utilities = json!(["utility", "utility", "utility"]);
+    browser.wait_for(&format!("{measures}.length == 3"));
+    assert_eq!(browser.eval(measures), utilities);
+    run_to(&browser, &page, 1500);
+    assert_eq!(browser.eval(measures), utilities);
+    let active = browser.eval("alliance.run.catalog.sets[alliance.view.robots[0].active].name");
+    let shown = format!("[data-chart=blue] [data-motivation={active}]");
+    // What is under way is worth at least 1.
+    browser.wait_for(&format!(
+        "Number(document.querySelector({shown:?}).innerText) >= 1"
+    ));
+    browser.screenshot("page-utilities");
+    assert_eq!(browser.console(), Vec::<String>::new());
+    let_go(&page);
+    team.wait().expect(1);
 }
 
 /// Another page in the same browser, which knows the address and even the token, tries whatever a page can.

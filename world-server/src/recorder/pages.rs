@@ -1,6 +1,7 @@
 //! What is encoded of each table but not yet written, and the seals that go between the ticks.
 
 use alliance_proto::log::{LogLevel, RUN_SECTION, Table};
+use alliance_proto::mission::columns::Column;
 use alliance_proto::mission::data::Mission;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -13,7 +14,7 @@ use super::sink::Sink;
 pub(super) struct Pages {
     level: LogLevel,
     /// Those of mission.csv after the time.
-    mission_columns: &'static [&'static str],
+    mission_columns: &'static [Column],
     /// In the order of [`Table::ALL`].
     tables: [Page; Table::ALL.len()],
 }
@@ -55,7 +56,8 @@ impl Pages {
         self.add(table, |bytes| match table.header() {
             Some(header) => bytes.extend_from_slice(header.as_bytes()),
             None => {
-                let columns = ["t_ms"].iter().chain(columns);
+                let columns = columns.iter().map(|column| column.name);
+                let columns = ["t_ms"].into_iter().chain(columns);
                 columns
                     .fold(Row::new(bytes), |row, name| row.text(name))
                     .end();

@@ -7,7 +7,6 @@ use alliance_proto::control::{
 };
 use alliance_proto::ids::RobotId;
 use alliance_proto::telemetry::BehaviorState;
-use alliance_proto::view::View;
 use tokio::time::Instant;
 
 use super::Server;
@@ -104,9 +103,6 @@ impl Server {
         let setup = self.simulation.setup();
         let mut faults = self.simulation.faults();
         faults.retain(|fault| fault.phase != Phase::Over);
-        let world = self.simulation.world();
-        let mut seen = View::default();
-        world.mission().show(world, &mut seen);
         Status {
             run: self.run.clone(),
             scenario: setup.scenario.name.clone(),
@@ -114,7 +110,7 @@ impl Server {
             tick: self.simulation.tick(),
             t_ms: self.simulation.world().now(),
             clock: self.clock(),
-            items: seen.items,
+            mission: self.simulation.mission_columns(),
             robots: self
                 .simulation
                 .barrier()

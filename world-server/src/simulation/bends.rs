@@ -1,4 +1,4 @@
-//! Where the curves of motivations bend: what a picture of them needs, however seldom somebody looks.
+//! Where the curves of motivations and utilities bend: what a picture of them needs, however seldom somebody looks.
 
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::telemetry::Motivation;
@@ -49,21 +49,21 @@ impl Bends {
         }
     }
 
-    /// Takes in a report that counts in the step of that time; they come in order.
-    pub fn see(&mut self, now: SimTime, report: &Report) {
+    /// Takes in a report that counts in the step of that time, with the levels in it; they come in order.
+    pub fn see(&mut self, now: SimTime, report: &Report, levels: &[Motivation]) {
         let rank = report.robot.index();
         let curves = &self.curves[rank];
         let goes_on = curves.at + self.step == now
             && curves.incarnation == report.incarnation
-            && curves.sets.len() == report.motivations.len();
+            && curves.sets.len() == levels.len();
         if !goes_on {
             self.end(rank);
-            self.begin(now, report);
+            self.begin(now, report, levels);
             return;
         }
         let curves = &mut self.curves[rank];
         let before = std::mem::replace(&mut curves.at, now);
-        for (curve, &latest) in curves.sets.iter_mut().zip(&report.motivations) {
+        for (curve, &latest) in curves.sets.iter_mut().zip(levels) {
             let previous = curve.latest;
             let rise = latest.motivation - previous.motivation;
             let bent = (rise - curve.rise).abs() > ROUNDING * latest.motivation.max(1.0);
@@ -91,8 +91,8 @@ impl Bends {
         std::mem::take(&mut self.found)
     }
 
-    fn begin(&mut self, now: SimTime, report: &Report) {
-        let sets = report.motivations.iter();
+    fn begin(&mut self, now: SimTime, report: &Report, levels: &[Motivation]) {
+        let sets = levels.iter();
         let points = sets.clone().map(|latest| bend(report.robot, now, latest));
         self.found.extend(points);
         self.curves[report.robot.index()] = Curves {
@@ -141,17 +141,15 @@ mod tests {
 
     const STEP: SimTime = SimTime(50);
 
-    fn report(levels: &[f64], state: BehaviorState) -> Report {
-        let motivations = levels.iter().zip(0..).map(|(&motivation, set)| Motivation {
+    fn levels(levels: &[f64], state: BehaviorState) -> Vec<Motivation> {
+        let levels = levels.iter().zip(0..);
+        let levels = levels.map(|(&motivation, set)| Motivation {
             set: BehaviorId(set),
             motivation,
             state,
             ..Motivation::default()
         });
-        Report {
-            motivations: motivations.collect(),
-            ..Report::default()
-        }
+        levels.collect()
     }
 
     /// What the corners say of a moment: straight between two of them, a step where the curve falls.
@@ -184,7 +182,7 @@ mod tests {
                 if counts > 0 {
                     level_now = if reset == 0 { 0.0 } else { (level_now + 0.1 * f64::from(rate)).min(4.0) };
                     let state = if level_now >= 4.0 { BehaviorState::Active } else { BehaviorState::Hibernating };
-                    bends.see(now, &report(&[level_now], state));
+                    bends.see(now, &Report::default(), &levels(&[level_now], state));
                     logged.push((now, Some(level_now)));
                 } else {
                     logged.push((now, None));
@@ -215,10 +213,8 @@ mod tests {
         let mut bends = Bends::new(1, STEP);
         for tick in 0..1000_u64 {
             let level = 0.1 * (tick % 500) as f64;
-            bends.see(
-                SimTime(50 * tick),
-                &report(&[level], BehaviorState::Hibernating),
-            );
+            let levels = levels(&[level], BehaviorState::Hibernating);
+            bends.see(SimTime(50 * tick), &Report::default(), &levels);
         }
         let corners: Vec<(u64, bool)> = bends
             .take(SimTime(50 * 1001))

@@ -12,6 +12,7 @@ mod acts;
 mod bends;
 mod commands;
 mod effects;
+mod levels;
 #[cfg(test)]
 mod tests;
 mod triggers;
@@ -22,6 +23,7 @@ use std::collections::{BTreeMap, VecDeque};
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
 use alliance_proto::log::Input;
+use alliance_proto::mission::columns::{ColumnKind, ColumnValue};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
@@ -547,7 +549,7 @@ impl Simulation {
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;
             self.active[report.robot.index()] = report.active;
-            self.memories.remember(now, report);
+            self.memories.remember(now, report, &self.setup);
             if !answer.deliveries.are_usual() {
                 self.note_losses(report, inputs);
                 self.note_hits(report, &mut hits);
@@ -640,10 +642,33 @@ impl Simulation {
         }
     }
 
+    /// Those that the mission tells, and how far it has come if it does not say so itself.
     fn figures(&self) -> TeamFigures {
         let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
         self.world.mission().figures(&mut figures);
+        for column in self.mission_columns() {
+            let counts = matches!(column.kind, ColumnKind::Done | ColumnKind::Left);
+            if counts && figures.mission.column(&column.name).is_none() {
+                figures.mission.add(&column.name, column.value);
+            }
+        }
         figures
+    }
+
+    /// The values of mission.csv now, in the order of its columns.
+    #[must_use]
+    pub fn mission_row(&self) -> Vec<Value> {
+        let mut row = Vec::new();
+        self.world.mission().row(&mut row);
+        row
+    }
+
+    /// The same with their columns.
+    #[must_use]
+    pub fn mission_columns(&self) -> Vec<ColumnValue> {
+        let columns = self.setup.catalog.mission.terms().columns.iter();
+        let columns = columns.zip(self.mission_row());
+        columns.map(|(column, value)| column.with(value)).collect()
     }
 
     /// What the end of the log tells of the run.

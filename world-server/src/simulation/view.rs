@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::control::{AgentState, FaultStatus, Phase};
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId};
+use alliance_proto::mission::Value;
 use alliance_proto::readings::Readings;
-use alliance_proto::scenario::Obstacle;
+use alliance_proto::scenario::{Obstacle, Setup};
 use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::{BehaviorView, MESSAGES_MAX, MessageView, RobotView, View};
@@ -13,6 +14,7 @@ use glam::Vec2;
 
 use super::Simulation;
 use super::bends::Bends;
+use super::levels::levels;
 use crate::barrier::Presence;
 use crate::world::{Component, Shape};
 
@@ -50,7 +52,7 @@ impl Memories {
     }
 
     /// A report that counts in a tick.
-    pub fn remember(&mut self, now: SimTime, report: &Report) {
+    pub fn remember(&mut self, now: SimTime, report: &Report, setup: &Setup) {
         let rank = report.robot.index();
         if self.lives[rank] != report.incarnation {
             self.lives[rank] = report.incarnation;
@@ -61,7 +63,8 @@ impl Memories {
             self.since[rank].insert(change.set, now);
         }
         if let Some(bends) = &mut self.bends {
-            bends.see(now, report);
+            let (_, levels) = levels(report, setup, &setup.scenario.robots[rank]);
+            bends.see(now, report, &levels);
         }
         let Some(messages) = &mut self.messages else {
             return;
@@ -105,6 +108,7 @@ impl Simulation {
             tick: self.barrier.tick(),
             now: self.world.now(),
             obstacles: self.world.obstacles().iter().map(rectangle).collect(),
+            mission: self.mission_row().into_iter().map(Value::number).collect(),
             robots,
             faults: self.faults_to_see(),
             messages,
@@ -135,7 +139,12 @@ impl Simulation {
         let state = self.agent_state(robot);
         let lives = self.barrier.incarnation(robot).is_some();
         let sensing = lives && self.messages.len() <= SENSING_TEAM_MAX;
-        let sets = self.motivations(robot).iter().filter(|_| lives);
+        let report = self.answers.report(robot);
+        let known = &self.setup.scenario.robots[robot.index()];
+        let (measure, sets) = levels(report, &self.setup, known);
+        // One that has not reported yet has nothing to show.
+        let reports = self.barrier.incarnation(robot) == Some(report.incarnation);
+        let sets = sets.iter().filter(|_| lives && reports);
         RobotView {
             state,
             incarnation: self.barrier.incarnation(robot),
@@ -149,7 +158,9 @@ impl Simulation {
             } else {
                 Readings::default()
             },
+            sensed: Vec::new(),
             active: self.active[robot.index()].filter(|_| lives),
+            measure,
             sets: sets
                 .map(|&motivation| BehaviorView {
                     motivation,

@@ -6,6 +6,8 @@ use alliance_proto::mission::{MissionFigures, Value};
 use alliance_proto::time::SimTime;
 use serde::Deserialize;
 
+/// Name of a column.
+pub const LAST_REPORT: &str = "last_report_ms";
 /// Name of a figure.
 pub const REPORTS_MADE: &str = "reports_made";
 /// Name of a figure.
@@ -67,26 +69,6 @@ impl WasteFigures {
                 Value::Count(most) => Some(most),
                 _ => None,
             },
-        }
-    }
-}
-
-/// What run.json tells of one robot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WasteRobotFigures {
-    /// Items brought to the deposit.
-    pub items_delivered: u32,
-    /// Progress reports made.
-    pub reports_made: u32,
-}
-
-impl WasteRobotFigures {
-    /// Those among a robot's figures.
-    #[must_use]
-    pub fn of(figures: &MissionFigures) -> Self {
-        Self {
-            items_delivered: figures.count(ITEMS_DELIVERED) as u32,
-            reports_made: figures.count(REPORTS_MADE) as u32,
         }
     }
 }

@@ -16,13 +16,14 @@ pub use check::MAX_SPILLS;
 pub use family::family;
 pub use faults::{MOVE_WASTE, WASTE as WASTE_FAULT, move_waste, strew};
 pub use figures::{
-    ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures,
-    WasteRobotFigures, WasteRow,
+    ITEMS_DELIVERED, LAST_REPORT, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures,
+    WasteRow,
 };
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 
 use alliance_proto::fault::{FaultSpec, Order, OrderError};
+use alliance_proto::mission::columns::Column;
 use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use alliance_proto::mission::section::{Section, section};
 use alliance_proto::scenario::{
@@ -114,13 +115,15 @@ impl MissionData for WasteData {
                 ("finds", "position-update"),
             ],
             bulletins: ["position", "withdrawal"],
-            columns: &[
-                "items_in_spills",
-                "items_carried",
-                "items_on_floor",
-                "items_delivered",
-                "last_report_ms",
-            ],
+            columns: const {
+                &[
+                    Column::left("items_in_spills"),
+                    Column::left("items_carried"),
+                    Column::left("items_on_floor"),
+                    Column::done("items_delivered", "delivered"),
+                    Column::time(LAST_REPORT, "reported"),
+                ]
+            },
         }
     }
 
@@ -148,6 +151,10 @@ impl MissionData for WasteData {
 
     fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
         faults::check(scenario.limit_s, order)
+    }
+
+    fn period_s(&self, scenario: &Scenario, column: &str) -> Option<f64> {
+        (column == LAST_REPORT).then(|| WasteSection::of(scenario).report_period_s)
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {

@@ -1,5 +1,7 @@
 //! What lies on the floor: spills, deposit, items and report site (thesis §4.1.1).
 
+use std::ops::Range;
+
 use crate::waste::data::{Spill, WasteSection};
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::items::ItemCounts;
@@ -24,6 +26,14 @@ pub struct Item {
     pub carrier: Option<RobotId>,
 }
 
+/// A deposit or a spill as people know it.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub name: String,
+    /// Items that lay there at the start; none of a deposit.
+    pub items: Range<usize>,
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct WasteFloor {
     items: Vec<Item>,
@@ -35,6 +45,8 @@ pub(super) struct WasteFloor {
     pub item_radius_m: f32,
     /// Deposits and spills.
     zones: Vec<(Zone, Outline)>,
+    /// The same, as people know them.
+    places: Vec<Place>,
     /// The same by their centers, and how far the largest reaches from its own, m.
     zone_centers: Grid,
     zone_reach_m: f32,
@@ -68,6 +80,7 @@ impl WasteFloor {
             counts: ItemCounts::default(),
             item_radius_m: waste.item_radius_m,
             zones,
+            places: named(waste),
             zone_centers,
             zone_reach_m,
             report_site: Outline::Rectangle { min, max },
@@ -84,8 +97,9 @@ impl WasteFloor {
     }
 
     /// Deposits and spills.
-    pub fn zones(&self) -> &[(Zone, Outline)] {
-        &self.zones
+    pub fn zones(&self) -> impl Iterator<Item = (&Place, Zone, Outline)> {
+        let zones = self.places.iter().zip(&self.zones);
+        zones.map(|(place, &(zone, outline))| (place, zone, outline))
     }
 
     /// Where progress is reported.
@@ -217,6 +231,24 @@ pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
         Vec2::new(0.0, center_y - half_height),
         Vec2::new(site.width_m.min(room.width_m), center_y + half_height),
     ]
+}
+
+/// Deposits, then spills, whose items are numbered in this order.
+fn named(waste: &WasteSection) -> Vec<Place> {
+    let mut next = 0;
+    let deposits = waste.deposits().map(|_| Place {
+        name: "deposit".to_owned(),
+        items: 0..0,
+    });
+    let spills = waste.spills.iter().map(|spill| {
+        let items = next..next + spill.items as usize;
+        next = items.end;
+        Place {
+            name: format!("spill ({})", spill.name),
+            items,
+        }
+    });
+    deposits.chain(spills).collect()
 }
 
 /// Each item lies at a random place of its spill, inside the border and clear of solids, at which a robot can grip it.

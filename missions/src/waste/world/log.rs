@@ -7,7 +7,7 @@ use alliance_proto::mission::waste::Zone;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
 
-use super::Waste;
+use super::{Item, Waste};
 use world_server::mission::{TeamFigures, Value};
 use world_server::world::Outline;
 
@@ -89,48 +89,49 @@ impl Waste {
     }
 
     pub(super) fn write_view(&self, now: SimTime, view: &mut View) {
-        view.items = self.floor.counts();
-        let items = self.floor.items().iter();
-        view.waste.extend(items.map(|item| ItemView {
+        let radius_m = self.floor.item_radius_m;
+        let items = self.floor.items();
+        view.items.extend(items.iter().map(|item| ItemView {
             position: item.position,
             carrier: item.carrier,
+            radius_m,
         }));
-        view.site_colored = self.reports.color_the_site(now);
-        view.last_report = self.reports.last();
-        for (robot, cleaner) in view.robots.iter_mut().zip(&self.robots) {
-            robot.carrying = cleaner.carrying;
+        for robot in &mut view.robots {
+            let waste = robot.readings.mission.waste().waste.iter();
+            robot.sensed.extend(waste.flatten());
         }
-        let mut mark = |id: String, outline: MarkOutline, role, label: &str| {
-            view.mark(Mark {
-                id,
-                outline,
-                role,
-                share: None,
-                label: label.to_owned(),
-            });
-        };
-        for (index, (zone, outline)) in self.floor.zones().iter().enumerate() {
-            let (role, label) = match zone {
-                Zone::Deposit => (MarkRole::Goal, "deposit"),
-                _ => (MarkRole::Zone, "spill"),
+        let colored = self.reports.color_the_site(now);
+        view.mark(Mark {
+            id: "report-site".to_owned(),
+            outline: outlined(self.floor.report_site()),
+            role: MarkRole::Target,
+            share: Some(if colored { 1.0 } else { 0.0 }),
+            label: "report site".to_owned(),
+        });
+        for (index, (place, zone, outline)) in self.floor.zones().enumerate() {
+            let (role, done, all) = match zone {
+                Zone::Deposit => {
+                    let delivered = self.floor.counts().delivered as usize;
+                    (MarkRole::Goal, delivered, items.len())
+                }
+                _ => {
+                    let own = &items[place.items.clone()];
+                    let is_gone =
+                        |it: &&Item| it.carrier.is_some() || !outline.contains(it.position);
+                    (
+                        MarkRole::Zone,
+                        own.iter().filter(is_gone).count(),
+                        own.len(),
+                    )
+                }
             };
-            mark(format!("zone-{index}"), outlined(*outline), role, label);
-        }
-        let site = outlined(self.floor.report_site());
-        mark(
-            "report-site".to_owned(),
-            site,
-            MarkRole::Zone,
-            "report site",
-        );
-        for (id, item) in self.floor.items().iter().enumerate() {
-            if item.carrier.is_none() {
-                let disc = MarkOutline::Disc {
-                    center: item.position,
-                    radius_m: self.floor.item_radius_m,
-                };
-                mark(format!("item-{id}"), disc, MarkRole::Item, "");
-            }
+            view.mark(Mark {
+                id: format!("zone-{index}"),
+                outline: outlined(outline),
+                role,
+                share: (all > 0).then(|| done as f32 / all as f32),
+                label: place.name.clone(),
+            });
         }
     }
 }

@@ -6,7 +6,7 @@
 //! | topic | messages |
 //! |---|---|
 //! | `/tf` | where each robot is, as its frame in `world`; each tick |
-//! | `/scene/…` | the room, the report site, obstacles, items and robots; whenever they change |
+//! | `/scene/…` | the room, what the mission shows (marks), obstacles, items and robots; whenever they change |
 //! | `/sensors/ROBOT/…` | what the sensors with a range tell, in the robot's frame; while there is something |
 //! | `/motivations/ROBOT/SET`, `/poses/ROBOT`, `/messages`, `/events`, `/mission` | the rows of the tables, with all columns |
 //! | `/threshold` | θ, at the beginning and the end: a line across a plot |
@@ -17,6 +17,7 @@
 
 mod frames;
 mod merge;
+mod mission;
 mod recording;
 mod scene;
 mod sensors;

@@ -8,7 +8,7 @@ use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{WriteOptions, Writer};
 use alliance_proto::time::SimTime;
 use anyhow::Context;
-use foxglove::Encode;
+use foxglove::{Encode, Schema};
 
 /// A file that is being written. The foxglove crate's own writer drops the errors of a full disk; so its types are encoded
 /// by it, and written by the crate below it.
@@ -54,17 +54,29 @@ impl<W: Write + Seek> Recording<W> {
     /// Those of the file, and more topics than it can tell apart: 65 535.
     pub fn channel<M: Encode>(&mut self, topic: &str) -> anyhow::Result<Channel<M>> {
         let schema = M::get_schema().context("a message type without schema")?;
+        Ok(Channel {
+            id: self.raw_channel(topic, &schema, &M::get_message_encoding())?,
+            messages: PhantomData,
+        })
+    }
+
+    /// Adds a topic whose messages are encoded elsewhere; gives what they name it by.
+    ///
+    /// # Errors
+    /// As [`Recording::channel`].
+    pub fn raw_channel(
+        &mut self,
+        topic: &str,
+        schema: &Schema,
+        encoding: &str,
+    ) -> anyhow::Result<u16> {
         let schema = self
             .writer
             .add_schema(&schema.name, &schema.encoding, &schema.data)?;
-        let encoding = M::get_message_encoding();
         let id = self
             .writer
-            .add_channel(schema, topic, &encoding, &BTreeMap::new())?;
-        Ok(Channel {
-            id,
-            messages: PhantomData,
-        })
+            .add_channel(schema, topic, encoding, &BTreeMap::new())?;
+        Ok(id)
     }
 
     /// Adds a record of facts about the whole.

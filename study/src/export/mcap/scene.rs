@@ -1,40 +1,36 @@
 //! What there is in the room, to look at.
 
-use missions::waste::data::WasteSection;
 use std::io::{Seek, Write};
 
 use alliance_proto::control::AgentState;
 use alliance_proto::scenario::{Obstacle, Setup};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::{ItemView, RobotView, View};
+use alliance_proto::view::{ItemView, Mark, MarkOutline, RobotView, View};
 use foxglove::messages::{
-    ArrowPrimitive, Color, CubePrimitive, CylinderPrimitive, SceneEntity, SceneUpdate,
+    ArrowPrimitive, Color, CubePrimitive, CylinderPrimitive, Pose, SceneEntity, SceneUpdate,
     SpherePrimitive, TextPrimitive, Vector3,
 };
+use glam::Vec2;
 use plotters::style::RGBColor;
 use world_server::world::Penetrability;
 
 use super::recording::{Channel, Message, Recording};
-use super::well_known::{WORLD, at, color, stamp, vector};
+use super::well_known::{WORLD, at, color, stamp, turned, vector};
 use crate::palette;
 
 const FLOOR: RGBColor = RGBColor(246, 246, 244);
 const BORDER: RGBColor = RGBColor(60, 60, 60);
-const SPILL: RGBColor = RGBColor(236, 190, 170);
-const DEPOSIT: RGBColor = RGBColor(190, 220, 190);
-const SITE: RGBColor = RGBColor(206, 200, 230);
-/// Of the report site for a while after a report.
-const REPORTED: RGBColor = RGBColor(122, 62, 160);
 const SOLID: RGBColor = RGBColor(130, 130, 130);
 const SLOW: RGBColor = RGBColor(150, 110, 60);
 const FAST: RGBColor = RGBColor(90, 170, 220);
-const ITEM: RGBColor = RGBColor(196, 60, 40);
 const INK: RGBColor = RGBColor(34, 34, 34);
 
 /// Height of walls and robots, m.
 const HEIGHT: f64 = 0.3;
 /// Thickness of what lies on the floor, m.
 const FLAT: f64 = 0.01;
+/// Thickness of a line, m.
+const THIN: f32 = 0.04;
 /// Size of letters, m.
 const LETTERS: f64 = 0.22;
 
@@ -42,7 +38,7 @@ const LETTERS: f64 = 0.22;
 pub struct SceneTopics {
     setup: Setup,
     room: Part,
-    site: Part,
+    marks: Part,
     obstacles: Part,
     items: Part,
     /// By rank.
@@ -108,7 +104,7 @@ impl SceneTopics {
     ) -> anyhow::Result<Self> {
         let names = || setup.scenario.robots.iter().map(|robot| &*robot.name);
         let mut still = |id: &str| Part::new(recording, &format!("/scene/{id}"), id, WORLD);
-        let (room, site) = (still("room")?, still("site")?);
+        let (room, marks) = (still("room")?, still("marks")?);
         let (obstacles, items) = (still("obstacles")?, still("items")?);
         let robots = names()
             .zip(palette::colors(names()))
@@ -120,7 +116,7 @@ impl SceneTopics {
         Ok(Self {
             setup: setup.clone(),
             room,
-            site,
+            marks,
             obstacles,
             items,
             robots,
@@ -132,22 +128,25 @@ impl SceneTopics {
         let now = view.now;
         let room = self.draw_room();
         self.room.show(now, room, seen);
-        let site = self.draw_site(view.site_colored);
-        self.site.show(now, site, seen);
+        let marks = draw_marks(&view.marks, self.marks.bare());
+        self.marks.show(now, marks, seen);
         let obstacles = SceneEntity {
             cubes: view.obstacles.iter().map(block).collect(),
             ..self.obstacles.bare()
         };
         self.obstacles.show(now, obstacles, seen);
-        let items = self.draw_items(&view.waste);
+        let items = self.draw_items(&view.items);
         self.items.show(now, items, seen);
         for (rank, robot) in view.robots.iter().enumerate() {
-            let entity = self.draw_robot(rank, robot);
+            let load = robot
+                .carrying
+                .and_then(|item| view.items.get(item.0 as usize));
+            let entity = self.draw_robot(rank, robot, load);
             self.robots[rank].0.show(now, entity, seen);
         }
     }
 
-    /// What never changes: floor, border, spills and deposit, with their names.
+    /// What never changes: floor and border.
     fn draw_room(&self) -> SceneEntity {
         let scenario = &self.setup.scenario;
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
@@ -166,36 +165,6 @@ impl SceneTopics {
             size: Some(vector(width, height, FLAT)),
             color: Some(color(FLOOR, 1.0)),
         };
-        let disc = |center: (f64, f64), radius: f32, paint: RGBColor| CylinderPrimitive {
-            pose: Some(at(vector(center.0, center.1, 0.0))),
-            size: Some(vector(2.0 * radius, 2.0 * radius, FLAT)),
-            bottom_scale: 1.0,
-            top_scale: 1.0,
-            color: Some(color(paint, 1.0)),
-        };
-        let place = |x_fraction: f32, y_fraction: f32| {
-            (
-                f64::from(x_fraction) * width,
-                f64::from(y_fraction) * height,
-            )
-        };
-        let waste = WasteSection::of(scenario);
-        let mut discs = Vec::new();
-        let mut names = Vec::new();
-        for spill in &waste.spills {
-            let center = place(spill.x_fraction, spill.y_fraction);
-            discs.push(disc(center, waste.spill_radius_m, SPILL));
-            let above = center.1 + f64::from(waste.spill_radius_m) + LETTERS;
-            let text = format!("spill {}", spill.name);
-            names.push(lettering(text, vector(center.0, above, 0.1)));
-        }
-        let radius_m = waste.deposit.radius_m;
-        for deposit in waste.deposits() {
-            let center = place(deposit.x_fraction, deposit.y_fraction);
-            discs.push(disc(center, radius_m, DEPOSIT));
-            let above = vector(center.0, center.1 + f64::from(radius_m) + LETTERS, 0.1);
-            names.push(lettering("deposit".to_owned(), above));
-        }
         let along = (width + 2.0 * wall, wall);
         let across = (wall, height);
         SceneEntity {
@@ -206,57 +175,23 @@ impl SceneTopics {
                 beam((-outside, height / 2.0), across),
                 beam((width + outside, height / 2.0), across),
             ],
-            cylinders: discs,
-            texts: names,
             ..self.room.bare()
         }
     }
 
-    /// The report site, which changes its color for a while when a report is made.
-    fn draw_site(&self, colored: bool) -> SceneEntity {
-        let scenario = &self.setup.scenario;
-        let site = &WasteSection::of(&scenario).report_site;
-        // Cut off at the border.
-        let width = f64::from(site.width_m.min(scenario.room.width_m));
-        let height = f64::from(site.height_m.min(scenario.room.height_m));
-        let middle = f64::from(scenario.room.height_m) / 2.0;
-        let paint = if colored { REPORTED } else { SITE };
-        SceneEntity {
-            cubes: vec![CubePrimitive {
-                pose: Some(at(vector(width / 2.0, middle, 0.0))),
-                size: Some(vector(width, height, FLAT)),
-                color: Some(color(paint, 1.0)),
-            }],
-            texts: vec![lettering(
-                "report site".to_owned(),
-                vector(width, middle + height / 2.0 + LETTERS, 0.1),
-            )],
-            ..self.site.bare()
-        }
-    }
-
     /// Those on the floor: what is carried goes with its robot.
-    fn draw_items(&self, waste: &[ItemView]) -> SceneEntity {
-        let on_floor = waste.iter().filter(|item| item.carrier.is_none());
+    fn draw_items(&self, items: &[ItemView]) -> SceneEntity {
+        let on_floor = items.iter().filter(|item| item.carrier.is_none());
         SceneEntity {
             spheres: on_floor
-                .map(|item| self.item(item.position.x, item.position.y))
+                .map(|item| ball(item.position.x, item.position.y, item.radius_m))
                 .collect(),
             ..self.items.bare()
         }
     }
 
-    fn item(&self, x: f32, y: f32) -> SpherePrimitive {
-        let radius = WasteSection::of(&self.setup.scenario).item_radius_m;
-        SpherePrimitive {
-            pose: Some(at(vector(x, y, radius))),
-            size: Some(vector(2.0 * radius, 2.0 * radius, 2.0 * radius)),
-            color: Some(color(ITEM, 1.0)),
-        }
-    }
-
     /// Body, heading, what it carries, and what it does, in its own frame.
-    fn draw_robot(&self, rank: usize, robot: &RobotView) -> SceneEntity {
+    fn draw_robot(&self, rank: usize, robot: &RobotView, load: Option<&ItemView>) -> SceneEntity {
         let (part, own) = &self.robots[rank];
         if robot.state == AgentState::Absent {
             return part.bare();
@@ -287,10 +222,9 @@ impl SceneTopics {
                 head_diameter: 0.7 * f64::from(radius),
                 color: paint(INK),
             }],
-            spheres: robot
-                .carrying
+            spheres: load
                 .iter()
-                .map(|_| self.item(radius, 0.0))
+                .map(|item| ball(radius, 0.0, item.radius_m))
                 .collect(),
             texts: vec![lettering(
                 format!("{name}: {does}"),
@@ -299,6 +233,69 @@ impl SceneTopics {
             ..part.bare()
         }
     }
+}
+
+/// An item.
+fn ball(x: f32, y: f32, radius: f32) -> SpherePrimitive {
+    SpherePrimitive {
+        pose: Some(at(vector(x, y, radius))),
+        size: Some(vector(2.0 * radius, 2.0 * radius, 2.0 * radius)),
+        color: Some(color(palette::ITEM, 1.0)),
+    }
+}
+
+/// What a mission shows, flat on the floor, with names.
+fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
+    let mut entity = bare;
+    for mark in marks {
+        let paint = Some(color(palette::of_mark(mark), 1.0));
+        let mut slab = |from: Vec2, to: Vec2, width: f32| {
+            let (way, middle) = (to - from, (from + to) / 2.0);
+            entity.cubes.push(CubePrimitive {
+                pose: Some(Pose {
+                    position: Some(vector(middle.x, middle.y, 0.0)),
+                    orientation: Some(turned(way.y.atan2(way.x))),
+                }),
+                size: Some(vector(way.length(), width, FLAT)),
+                color: paint,
+            });
+        };
+        let top = match mark.outline {
+            MarkOutline::Disc { center, radius_m } => {
+                entity.cylinders.push(CylinderPrimitive {
+                    pose: Some(at(vector(center.x, center.y, 0.0))),
+                    size: Some(vector(2.0 * radius_m, 2.0 * radius_m, FLAT)),
+                    bottom_scale: 1.0,
+                    top_scale: 1.0,
+                    color: paint,
+                });
+                center + Vec2::new(0.0, radius_m)
+            }
+            MarkOutline::Rectangle { min, max } => {
+                let middle_y = (min.y + max.y) / 2.0;
+                let end = |x| Vec2::new(x, middle_y);
+                slab(end(min.x), end(max.x), max.y - min.y);
+                Vec2::new((min.x + max.x) / 2.0, max.y)
+            }
+            MarkOutline::Bar {
+                from,
+                to,
+                half_width_m,
+            } => {
+                slab(from, to, 2.0 * half_width_m);
+                (from + to) / 2.0
+            }
+            MarkOutline::Line { from, to } => {
+                slab(from, to, THIN);
+                (from + to) / 2.0
+            }
+        };
+        if !mark.label.is_empty() {
+            let above = vector(top.x, f64::from(top.y) + LETTERS, 0.1);
+            entity.texts.push(lettering(mark.label.clone(), above));
+        }
+    }
+    entity
 }
 
 /// A rectangle on the floor: a block, or a patch where one can drive.
@@ -329,5 +326,26 @@ fn lettering(text: String, position: Vector3) -> TextPrimitive {
         scale_invariant: false,
         color: Some(color(INK, 1.0)),
         text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::visit;
+
+    #[test]
+    fn marks_of_any_mission_lie_on_the_floor_with_their_labels() {
+        let entity = draw_marks(&visit::marks(), SceneEntity::default());
+        let texts: Vec<&str> = entity.texts.iter().map(|text| text.text.as_str()).collect();
+        assert_eq!(texts, ["place", "home", "box", "rope"]);
+        assert_eq!((entity.cylinders.len(), entity.cubes.len()), (1, 3));
+        // The bar of 5 m.
+        let size = entity.cubes[1].size.unwrap();
+        assert!((size.x - 5.0).abs() < 1e-6 && (size.y - 0.4).abs() < 1e-6);
+        let half_done = entity.cubes[1].color;
+        assert_eq!(half_done, Some(color(palette::ITEM, 1.0)));
+        let done = entity.cylinders[0].color;
+        assert_eq!(done, Some(color(RGBColor(122, 62, 160), 1.0)));
     }
 }

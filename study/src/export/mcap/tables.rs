@@ -3,16 +3,19 @@
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, TableRow};
+use alliance_proto::log::{
+    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, TableRow,
+};
+use alliance_proto::mission::columns::Column;
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use anyhow::Context;
 use foxglove::Encode;
 use foxglove::messages::{Log, log::Level};
-use missions::waste::data::WasteRow;
 use world_server::recorder::{EventKind, FaultEvent};
 
 use super::merge::Stream;
+use super::mission;
 use super::recording::{Channel, Message, Recording};
 use super::well_known::stamp;
 
@@ -35,7 +38,8 @@ pub struct Tables {
     poses: BTreeMap<String, Channel<Pose>>,
     messages: Channel<Reception>,
     events: Channel<Event>,
-    mission: Channel<Mission>,
+    mission: u16,
+    columns: &'static [Column],
     log: Channel<Log>,
     threshold: Channel<Threshold>,
     theta: f64,
@@ -97,16 +101,6 @@ struct Event {
 }
 
 #[derive(Encode)]
-struct Mission {
-    t_ms: u64,
-    items_in_spills: u32,
-    items_carried: u32,
-    items_on_floor: u32,
-    items_delivered: u32,
-    last_report_ms: Option<u64>,
-}
-
-#[derive(Encode)]
 struct Threshold {
     motivation: f64,
 }
@@ -119,6 +113,7 @@ impl Tables {
         setup: &Setup,
     ) -> anyhow::Result<Self> {
         let catalog = &setup.catalog;
+        let columns = catalog.mission.terms().columns;
         let mut motivations = BTreeMap::new();
         let mut poses = BTreeMap::new();
         for robot in &setup.scenario.robots {
@@ -139,7 +134,8 @@ impl Tables {
             poses,
             messages: recording.channel("/messages")?,
             events: recording.channel("/events")?,
-            mission: recording.channel("/mission")?,
+            mission: recording.raw_channel("/mission", &mission::schema(columns), "protobuf")?,
+            columns,
             log: recording.channel("/log")?,
             threshold: recording.channel("/threshold")?,
             theta: setup.alliance.threshold,
@@ -235,16 +231,12 @@ impl Tables {
         self.events.message(row.t_ms, &message)
     }
 
-    fn mission(&self, row: &WasteRow) -> Message {
-        let message = Mission {
-            t_ms: row.t_ms.0,
-            items_in_spills: row.items_in_spills,
-            items_carried: row.items_carried,
-            items_on_floor: row.items_on_floor,
-            items_delivered: row.items_delivered,
-            last_report_ms: row.last_report_ms.map(|time| time.0),
-        };
-        self.mission.message(row.t_ms, &message)
+    fn mission(&self, row: &MissionRow) -> Message {
+        Message {
+            at: row.t_ms,
+            channel: self.mission,
+            bytes: mission::message(self.columns, row),
+        }
     }
 
     /// The event once more, for people.

@@ -10,6 +10,7 @@ use ::parquet::data_type::{
 use ::parquet::errors::ParquetError;
 use ::parquet::file::writer::SerializedColumnWriter;
 use ::parquet::schema::types::{Type, TypePtr};
+use alliance_proto::mission::columns::ColumnKind;
 
 /// A column: its name, and where a row has it.
 pub struct Column<R>(pub &'static str, pub Values<R>);
@@ -28,11 +29,13 @@ pub enum Values<R> {
     Double(fn(&R) -> f64),
     /// Truth values.
     Flag(fn(&R) -> bool),
+    /// A column of mission.csv: counts, times that may be null, or 64-bit floats that may.
+    Declared(ColumnKind, fn(&R, &str) -> Option<f64>),
     /// UTF-8, empty where a row has none.
     Text(for<'r> fn(&'r R) -> Cow<'r, str>),
 }
 
-use Values::{Double, Flag, Integer, Optional, OptionalSingle, Single, Text};
+use Values::{Declared, Double, Flag, Integer, Optional, OptionalSingle, Single, Text};
 
 impl<R> Column<R> {
     /// Its type in the file.
@@ -41,14 +44,17 @@ impl<R> Column<R> {
     /// Those of the library.
     pub fn schema(&self) -> Result<TypePtr, ParquetError> {
         let (physical, logical) = match self.1 {
-            Integer(_) | Optional(_) => (PhysicalType::INT64, None),
+            Declared(ColumnKind::Real, _) => (PhysicalType::DOUBLE, None),
+            Integer(_) | Optional(_) | Declared(..) => (PhysicalType::INT64, None),
             Single(_) | OptionalSingle(_) => (PhysicalType::FLOAT, None),
             Double(_) => (PhysicalType::DOUBLE, None),
             Flag(_) => (PhysicalType::BOOLEAN, None),
             Text(_) => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
         };
         let repetition = match self.1 {
-            Optional(_) | OptionalSingle(_) => Repetition::OPTIONAL,
+            Optional(_) | OptionalSingle(_) | Declared(ColumnKind::Time | ColumnKind::Real, _) => {
+                Repetition::OPTIONAL
+            }
             _ => Repetition::REQUIRED,
         };
         let column = Type::primitive_type_builder(self.0, physical)
@@ -77,6 +83,21 @@ impl<R> Column<R> {
             OptionalSingle(of) => optional::<FloatType>(column, rows.map(of).collect()),
             Double(of) => required::<DoubleType>(column, rows.map(of).collect()),
             Flag(of) => required::<BoolType>(column, rows.map(of).collect()),
+            Declared(kind, of) => {
+                let values = rows.map(|row| of(row, self.0));
+                let whole = |value: f64| integer(value as u64);
+                match kind {
+                    ColumnKind::Real => optional::<DoubleType>(column, values.collect()),
+                    ColumnKind::Time => {
+                        let times = values.map(|value| value.map(whole));
+                        optional::<Int64Type>(column, times.collect())
+                    }
+                    ColumnKind::Done | ColumnKind::Left | ColumnKind::Count => {
+                        let counts = values.map(|value| value.map_or(0, whole));
+                        required::<Int64Type>(column, counts.collect())
+                    }
+                }
+            }
             Text(of) => {
                 let text = |row| ByteArray::from(of(row).into_owned().into_bytes());
                 required::<ByteArrayType>(column, rows.map(text).collect())

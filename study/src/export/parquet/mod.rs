@@ -17,15 +17,14 @@ use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use alliance_proto::log::{
-    EventRow, MessageRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
+    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
 };
 use anyhow::{Context, anyhow, bail};
-use missions::waste::data::WasteRow;
 
 use super::facts;
 use super::new_file::NewFile;
 use column::Column;
-use tables::Columns;
+use tables::{Columns, of_mission};
 
 /// Rows that are held in memory at once.
 const GROUP_ROWS: usize = 1 << 16;
@@ -40,12 +39,12 @@ type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
 /// When the log has no tables, holds what is no row, or a file cannot be written. Older files stay until all are written.
 pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
     let tables: [(Table, WriteTable); 6] = [
-        (MotivationRow::TABLE, write_table::<MotivationRow>),
-        (MessageRow::TABLE, write_table::<MessageRow>),
-        (EventRow::TABLE, write_table::<EventRow>),
-        (PoseRow::TABLE, write_table::<PoseRow>),
-        (WasteRow::TABLE, write_table::<WasteRow>),
-        (TickRow::TABLE, write_table::<TickRow>),
+        (MotivationRow::TABLE, write_known::<MotivationRow>),
+        (MessageRow::TABLE, write_known::<MessageRow>),
+        (EventRow::TABLE, write_known::<EventRow>),
+        (PoseRow::TABLE, write_known::<PoseRow>),
+        (MissionRow::TABLE, write_mission),
+        (TickRow::TABLE, write_known::<TickRow>),
     ];
     let (kept, left_out): (Vec<_>, Vec<_>) = tables
         .into_iter()
@@ -87,13 +86,26 @@ fn name(table: Table) -> &'static str {
     table.file_name().trim_end_matches(".csv")
 }
 
-fn write_table<R: Columns>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
-    let columns = R::COLUMNS
+fn write_known<R: Columns>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
+    write_table(log, R::COLUMNS, file)
+}
+
+fn write_mission(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
+    let declared = log.run.setup.catalog.mission.terms().columns;
+    write_table(log, &of_mission(declared), file)
+}
+
+fn write_table<R: TableRow>(
+    log: &RunLog,
+    columns: &[Column<R>],
+    file: &mut NewFile,
+) -> anyhow::Result<()> {
+    let fields = columns
         .iter()
         .map(Column::schema)
         .collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder(name(R::TABLE))
-        .with_fields(columns)
+        .with_fields(fields)
         .build()?;
     let facts = facts(log).into_iter();
     let properties = WriterProperties::builder()
@@ -113,7 +125,7 @@ fn write_table<R: Columns>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<(
             break;
         }
         let mut group_writer = writer.next_row_group()?;
-        for column in R::COLUMNS {
+        for column in columns {
             let mut column_writer = group_writer
                 .next_column()?
                 .context("fewer columns than in the schema")?;
@@ -124,4 +136,61 @@ fn write_table<R: Columns>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<(
     }
     writer.close()?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use ::parquet::file::reader::{FileReader, SerializedFileReader};
+    use ::parquet::record::Field;
+    use tempfile::TempDir;
+
+    use super::*;
+    use crate::visit;
+
+    #[test]
+    fn mission_csv_has_the_columns_and_types_that_the_mission_declares() {
+        let tables = [(Table::Mission, visit::TABLE.as_bytes().to_vec())];
+        let log = RunLog::from_tables(Path::new(""), visit::run_file(), tables.into());
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("mission.parquet");
+        let mut file = NewFile::create(&path).unwrap();
+        write_mission(&log, &mut file).unwrap();
+        file.put_in_place().unwrap();
+        let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
+        let rows = reader.get_row_iter(None).unwrap();
+        let rows: Vec<Vec<(String, Field)>> = rows.map(|row| row.unwrap().into_columns()).collect();
+        let row = |values: [Field; 5]| -> Vec<(String, Field)> {
+            let names = [
+                "t_ms",
+                "places_left",
+                "places_visited",
+                "last_visit_ms",
+                "way_m",
+            ];
+            names.map(str::to_owned).into_iter().zip(values).collect()
+        };
+        let [count, time] = [Field::Long, Field::Long];
+        assert_eq!(
+            rows,
+            [
+                row([count(0), count(5), count(0), Field::Null, Field::Null]),
+                row([
+                    count(10_000),
+                    count(4),
+                    count(1),
+                    time(10_000),
+                    Field::Double(2.5)
+                ]),
+                row([
+                    count(20_000),
+                    count(2),
+                    count(3),
+                    time(20_000),
+                    Field::Double(7.0)
+                ]),
+            ]
+        );
+    }
 }

@@ -1,10 +1,23 @@
 //! The columns of each table, in the order of the CSV (DESIGN §8).
 
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, TableRow, TickRow};
-use missions::waste::data::WasteRow;
+use alliance_proto::log::{
+    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
+};
+use alliance_proto::mission::columns as declared;
 
 use super::column::Column;
-use super::column::Values::{Double, Flag, Integer, Optional, OptionalSingle, Single, Text};
+use super::column::Values::{
+    Declared, Double, Flag, Integer, Optional, OptionalSingle, Single, Text,
+};
+
+/// Those of mission.csv, as the mission declares them.
+pub fn of_mission(declared: &'static [declared::Column]) -> Vec<Column<MissionRow>> {
+    let time = Column("t_ms", Integer(|row: &MissionRow| row.t_ms.0));
+    let own = declared
+        .iter()
+        .map(|column| Column(column.name, Declared(column.kind, MissionRow::get)));
+    [time].into_iter().chain(own).collect()
+}
 
 /// A row of a table with known columns.
 pub trait Columns: TableRow + 'static {
@@ -68,20 +81,6 @@ impl Columns for PoseRow {
         Column("carrying", Flag(|row| row.carrying)),
         Column("behavior_set", Text(|row| (&row.behavior_set).into())),
         Column("energy", OptionalSingle(|row| row.energy)),
-    ];
-}
-
-impl Columns for WasteRow {
-    const COLUMNS: &'static [Column<Self>] = &[
-        Column("t_ms", Integer(|row| row.t_ms.0)),
-        Column("items_in_spills", Integer(|row| row.items_in_spills.into())),
-        Column("items_carried", Integer(|row| row.items_carried.into())),
-        Column("items_on_floor", Integer(|row| row.items_on_floor.into())),
-        Column("items_delivered", Integer(|row| row.items_delivered.into())),
-        Column(
-            "last_report_ms",
-            Optional(|row| row.last_report_ms.map(|time| time.0)),
-        ),
     ];
 }
 

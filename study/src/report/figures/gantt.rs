@@ -32,7 +32,7 @@ pub fn draw(run: &RunFigures<'_>) -> anyhow::Result<String> {
         (Sample::Fill(INK, 1.0), "active"),
         (Sample::Hatch(INK, 4.0), "waiting"),
         (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
-        (Sample::Ticked(INK), "effect: delivery, report, finding"),
+        (Sample::Ticked(INK), "effect on the world"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
         (Sample::Hatch(INK, 2.5), "applicable, nobody productive"),
     ];

@@ -1,9 +1,10 @@
 //! Where the robots went, on the map of the room.
 
-use missions::waste::data::WasteSection;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use alliance_proto::view::MarkOutline;
+use glam::Vec2;
 use plotters::element::{PathElement, Polygon, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
@@ -13,6 +14,7 @@ use super::canvas::{
     line, part, px, svg,
 };
 use super::{RunFigures, WHITE};
+use crate::palette;
 use crate::report::failures::Loss;
 use crate::report::history::Place;
 use crate::report::thin::thin_way;
@@ -25,10 +27,6 @@ const LEGEND_PX: f64 = 20.0;
 
 /// Up to this penetrability a component is solid (thesis §3.2.2.1).
 const SOLID: f32 = 0.1;
-
-const SPILL: RGBColor = RGBColor(236, 190, 170);
-const DEPOSIT: RGBColor = RGBColor(190, 220, 190);
-const SITE: RGBColor = RGBColor(206, 200, 230);
 
 /// The ways of all robots on one map.
 ///
@@ -144,7 +142,6 @@ fn map(
 
 /// What is in the room before the robots are.
 fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool) -> Drawn {
-    let scenario = &run.history.setup.scenario;
     let (width, height) = room(run);
     let plot = chart.plotting_area();
     let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
@@ -165,44 +162,62 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
             false => Ok(()),
         }
     };
-    let disc = |center: (f64, f64), radius: f64, color: RGBColor| {
+    let disc = |center: Vec2, radius: f32, color: RGBColor| {
         let corner = |turn: i32| {
             let (sin, cos) = (TAU * f64::from(turn) / 72.0).sin_cos();
-            let (x, y) = (center.0 + radius * cos, center.1 + radius * sin);
+            let (x, y) = (f64::from(center.x), f64::from(center.y));
+            let radius = f64::from(radius);
+            let (x, y) = (x + radius * cos, y + radius * sin);
             (x.clamp(0.0, width), y.clamp(0.0, height))
         };
         let edge: Vec<_> = (0..72).map(corner).collect();
         plot.draw(&Polygon::new(edge, color.filled()))
     };
+    // As thick as it is, but thick enough to be seen.
+    let bar = |from: Vec2, to: Vec2, thickness_m: f32, color: RGBColor| {
+        let ends = [from, to].map(|end| (f64::from(end.x), f64::from(end.y)));
+        let (left, _) = plot.map_coordinate(&(0.0, 0.0));
+        let (right, _) = plot.map_coordinate(&(f64::from(thickness_m), 0.0));
+        let width_px = f64::from(right - left) / f64::from(px(1.0));
+        curve(chart, ends.to_vec(), line(color, width_px.max(1.5)))
+    };
 
-    let site = &WasteSection::of(&scenario).report_site;
-    let (site_width, site_height) = (f64::from(site.width_m), f64::from(site.height_m));
-    let middle = height / 2.0;
-    let site_y = middle - site_height / 2.0..middle + site_height / 2.0;
-    rectangle(0.0..site_width, site_y.clone(), SITE, 1.0)?;
     let below = height * 0.03;
-    label(
-        "report site",
-        (width * 0.06, (site_y.start - below).max(below)),
-    )?;
-    for spill in &WasteSection::of(&scenario).spills {
-        let center = (
-            f64::from(spill.x_fraction) * width,
-            f64::from(spill.y_fraction) * height,
-        );
-        let radius = f64::from(WasteSection::of(&scenario).spill_radius_m);
-        disc(center, radius, SPILL)?;
-        let name = format!("spill {}", spill.name);
-        label(&name, (center.0, center.1 + radius + below))?;
+    for mark in &run.history.marks {
+        let color = palette::of_mark(mark);
+        let top = match mark.outline {
+            MarkOutline::Disc { center, radius_m } => {
+                disc(center, radius_m, color)?;
+                center + Vec2::new(0.0, radius_m)
+            }
+            MarkOutline::Rectangle { min, max } => {
+                let sides = [min.x..max.x, min.y..max.y];
+                let [x, y] = sides.map(|side| f64::from(side.start)..f64::from(side.end));
+                rectangle(x, y, color, 1.0)?;
+                Vec2::new((min.x + max.x) / 2.0, max.y)
+            }
+            MarkOutline::Bar {
+                from,
+                to,
+                half_width_m,
+            } => {
+                bar(from, to, 2.0 * half_width_m, color)?;
+                (from + to) / 2.0
+            }
+            MarkOutline::Line { from, to } => {
+                bar(from, to, 0.0, color)?;
+                (from + to) / 2.0
+            }
+        };
+        // Beside a wall there is room inside only.
+        let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
+        label(
+            &mark.label,
+            (x, (f64::from(top.y) + below).min(height - below)),
+        )?;
     }
-    let radius = f64::from(WasteSection::of(&scenario).deposit.radius_m);
-    for deposit in WasteSection::of(&scenario).deposits() {
-        let center = (
-            f64::from(deposit.x_fraction) * width,
-            f64::from(deposit.y_fraction) * height,
-        );
-        disc(center, radius, DEPOSIT)?;
-        label("deposit", (center.0, center.1 + radius + below))?;
+    for item in &run.history.items {
+        disc(item.position, item.radius_m, palette::ITEM)?;
     }
     for obstacle in &run.history.obstacles {
         let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));

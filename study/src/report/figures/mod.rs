@@ -7,9 +7,11 @@ mod motivation;
 mod progress;
 mod timeline;
 
-use missions::waste::data::BehaviorKind;
 use std::ops::Range;
 
+use alliance_proto::ids::TaskId;
+use alliance_proto::mission::columns::{ColumnKind, label};
+use alliance_proto::view::Measure;
 use plotters::style::RGBColor;
 
 use super::faults::{FaultSpan, fault_spans};
@@ -20,6 +22,9 @@ const WHITE: RGBColor = RGBColor(255, 255, 255);
 
 /// Opacity of the bands in which a robot is dead or stopped: darker than those in which it is active, in gray, too.
 const ABSENT: f64 = 0.75;
+
+/// A task that is not applicable any more in the last part of a run is drawn once more by itself: from this share of the run on.
+const OVER: f64 = 0.9;
 
 /// A figure.
 pub struct Figure {
@@ -79,34 +84,40 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
             map::apart(&run)?,
         );
     }
-    add(
-        "items".to_owned(),
-        "Where the items were.".to_owned(),
-        progress::items(&run)?,
-    );
-    add(
-        "reports".to_owned(),
-        "Progress reports against the wanted period.".to_owned(),
-        progress::reports(&run)?,
-    );
+    for columns in progress::axes(history.columns()) {
+        let (name, title) = match columns.as_slice() {
+            [column] if column.kind == ColumnKind::Real => (
+                format!("mission-{}", plain(column.name)),
+                label(column.name),
+            ),
+            _ => ("mission".to_owned(), "counts".to_owned()),
+        };
+        let caption = format!("The mission over time: {title}.");
+        add(name, caption, progress::columns(&run, &title, &columns)?);
+    }
+    for recurring in &metrics.recurring {
+        let event = recurring.event;
+        let against = recurring
+            .period
+            .map_or("", |_| ", against the wanted period");
+        add(
+            format!("every-{event}"),
+            format!("From one event '{event}' to the next{against}."),
+            progress::recurring(&run, recurring)?,
+        );
+    }
     for task in history.tasks() {
         let spec = &history.catalog.tasks[task.index()];
         let name = format!("task-{}-{}", task.0, plain(&spec.name));
         let caption = format!(
-            "Motivation of all robots for {}, as in the thesis' figure 4.9.",
+            "{} of all robots for {}, as in the thesis' figure 4.9.",
+            what(task_measures(history, task)),
             spec.name
         );
         let svg = motivation::for_task(&run, task, run.window.clone())?;
         add(name.clone(), caption, svg);
-        let finds = |kind| {
-            matches!(
-                kind,
-                BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander
-            )
-        };
-        let mut sets = history.catalog.sets.iter();
-        if sets.any(|set| set.task == task && finds(BehaviorKind::of(set)))
-            && let Some(window) = applicable(&run, task.index())
+        if let Some(window) = applicable(&run, task.index())
+            && window.end < run.window.end * OVER
         {
             let caption = format!(
                 "The same while {} was applicable, as in the thesis' figure 4.11.",
@@ -118,13 +129,31 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
     }
     for (rank, robot) in history.robots.iter().enumerate() {
         let caption = format!(
-            "Motivation of all behavior sets of {}, as in the thesis' figure 4.8.",
+            "{} of all behavior sets of {}, as in the thesis' figure 4.8.",
+            what([robot.measure]),
             robot.name
         );
         let svg = motivation::of_robot(&run, rank)?;
         add(format!("robot-{}", robot.name), caption, svg);
     }
     Ok(figures)
+}
+
+/// What is drawn as curves, as a word.
+fn what(measures: impl IntoIterator<Item = Measure>) -> &'static str {
+    let mut measures = measures.into_iter();
+    let has = measures.next().unwrap_or(Measure::Motivation);
+    match has {
+        _ if measures.any(|measure| measure != has) => "Motivation, or utility,",
+        Measure::Motivation => "Motivation",
+        Measure::Utility => "Utility",
+    }
+}
+
+/// What those robots have that can perform a task.
+fn task_measures(history: &History, task: TaskId) -> impl Iterator<Item = Measure> {
+    let sets = history.behaviors_for(task);
+    sets.map(|(rank, _)| history.robots[rank].measure)
 }
 
 /// From the first to the last moment in which a task was applicable, if ever, and a little more, s.

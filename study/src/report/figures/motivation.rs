@@ -1,19 +1,18 @@
-//! Motivations over time, a panel for each behavior set: of one robot (thesis Fig. 4.8) or for one task (Fig. 4.9 and 4.11).
+//! Motivations or utilities over time, a panel for each behavior set: of one robot (thesis Fig. 4.8) or for one task (Fig. 4.9 and 4.11).
 
 use std::ops::Range;
-
-use alliance_proto::ids::TaskId;
-use alliance_proto::time::SimTime;
-use plotters::style::RGBColor;
 
 use super::canvas::{
     Axes, BOLD, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, fill, hatch,
     level, line, part, px, rows_for, svg,
 };
 use super::timeline::{Sample, Timeline, y_title};
-use super::{ABSENT, RunFigures, WHITE};
+use super::{ABSENT, RunFigures, WHITE, task_measures, what};
 use crate::report::history::{Reset, SetHistory};
 use crate::report::thin::thin;
+use alliance_proto::ids::TaskId;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::Measure;
 
 const LEFT_PX: f64 = 58.0;
 const TITLE_PX: f64 = 25.0;
@@ -29,7 +28,11 @@ type Row<'s> = (usize, &'s SetHistory);
 pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
     let robot = &run.history.robots[rank];
     let rows: Vec<Row<'_>> = robot.sets.iter().map(|set| (rank, set)).collect();
-    let title = format!("Motivation of all behavior sets of {}", robot.name);
+    let title = format!(
+        "{} of all behavior sets of {}",
+        what([robot.measure]),
+        robot.name
+    );
     draw(run, &title, &rows, run.window.clone())
 }
 
@@ -40,7 +43,8 @@ pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
 pub fn for_task(run: &RunFigures<'_>, task: TaskId, window: Range<f64>) -> anyhow::Result<String> {
     let rows: Vec<Row<'_>> = run.history.behaviors_for(task).collect();
     let name = run.history.catalog.task_name(task);
-    let title = format!("Motivation of all robots for {name}");
+    let what = what(task_measures(run.history, task));
+    let title = format!("{what} of all robots for {name}");
     draw(run, &title, &rows, window)
 }
 
@@ -50,7 +54,22 @@ fn draw(
     rows: &[Row<'_>],
     window: Range<f64>,
 ) -> anyhow::Result<String> {
-    let timeline = Timeline::new(window, LEFT_PX, &run.faults, legend());
+    let has = |wanted| {
+        let mut robots = rows.iter().map(|(rank, _)| &run.history.robots[*rank]);
+        robots.any(|robot| robot.measure == wanted)
+    };
+    let (motivations, utilities) = (has(Measure::Motivation), has(Measure::Utility));
+    let what = match (motivations, utilities) {
+        (_, false) => "motivation m",
+        (false, true) => "utility u",
+        (true, true) => "motivation m, utility u",
+    };
+    let timeline = Timeline::new(
+        window,
+        LEFT_PX,
+        &run.faults,
+        legend(motivations || !utilities),
+    );
     let plot_px = if rows.len() <= 6 { 84.0 } else { 58.0 };
     let head_px = timeline.head_px();
     let panel_px = TITLE_PX + plot_px;
@@ -67,23 +86,51 @@ fn draw(
             let top = head_px + place as f64 * panel_px;
             panel(run, &timeline, area, row, (top, plot_px, is_last))?;
         }
-        y_title(area, "motivation m", head_px..bottom_px)
+        y_title(area, what, head_px..bottom_px)
     })
 }
 
-fn legend() -> Vec<(Sample, &'static str)> {
-    vec![
-        (Sample::Line(INK, 1.75), "motivation"),
+fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
+    let curve = if of_motivations {
+        "motivation"
+    } else {
+        "utility"
+    };
+    let only_of_motivations = [
         (Sample::Broken(INK), "threshold θ"),
-        (Sample::Fill(INK, 0.22), "active"),
         (Sample::Hatch(INK, 4.0), "waiting"),
-        (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
         (
             Sample::Mark(Mark::Triangle, WHITE),
             "reset by the teammate of that color",
         ),
+    ];
+    let mut legend = vec![
+        (Sample::Line(INK, 1.75), curve),
+        (Sample::Fill(INK, 0.22), "active"),
+        (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
-    ]
+    ];
+    if of_motivations {
+        legend.extend(only_of_motivations);
+    }
+    legend
+}
+
+/// The upper end of the curves of a robot: the threshold, or the highest utility of anybody.
+fn ceiling(run: &RunFigures<'_>, rank: usize) -> f64 {
+    match run.history.robots[rank].measure {
+        Measure::Motivation => run.history.setup.alliance.threshold,
+        Measure::Utility => {
+            let robots = run.history.robots.iter();
+            let robots = robots.filter(|robot| robot.measure == Measure::Utility);
+            let sets = robots.flat_map(|robot| &robot.sets);
+            let levels = sets.flat_map(|set| set.levels.iter().map(|(_, level)| *level));
+            // An axis needs a length.
+            Some(levels.fold(0.0, f64::max))
+                .filter(|most| *most > 0.0)
+                .unwrap_or(1.0)
+        }
+    }
 }
 
 /// Draws a panel; `place` is its upper edge and the height of its plot, px, and whether it bears the axis of time.
@@ -96,7 +143,7 @@ fn panel(
 ) -> Drawn {
     let robot = &run.history.robots[rank];
     let color = run.colors[rank];
-    let threshold = run.history.setup.alliance.threshold;
+    let threshold = ceiling(run, rank);
     let name = Lettering {
         bold: true,
         color,
@@ -131,8 +178,12 @@ fn panel(
     for span in set.waiting.iter().filter_map(|span| timeline.cut(span)) {
         hatch(area, &chart, span, height(), (color, 4.0))?;
     }
-    level(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
-    motivation(&chart, timeline, run, set, color)?;
+    if robot.measure == Measure::Motivation {
+        level(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
+    }
+    for points in lines(set, run.history.step, &timeline.window, threshold) {
+        curve(&chart, points, line(color, 1.75))?;
+    }
 
     let plot = chart.plotting_area();
     let resets = set.resets.iter().filter(|reset| timeline.shows(reset.at));
@@ -170,22 +221,7 @@ fn panel(
     Ok(())
 }
 
-/// The line, with gaps where the robot took no part.
-fn motivation(
-    chart: &super::canvas::Chart<'_>,
-    timeline: &Timeline<'_>,
-    run: &RunFigures<'_>,
-    set: &SetHistory,
-    color: RGBColor,
-) -> Drawn {
-    let threshold = run.history.setup.alliance.threshold;
-    for points in lines(set, run.history.step, &timeline.window, threshold) {
-        curve(chart, points, line(color, 1.75))?;
-    }
-    Ok(())
-}
-
-/// The points of a set's curve in a window of time, s: one line for each time in which its robot took part. A reset is a step.
+/// The points of a set's curve in a window of time, s: one line for each time without a gap. A fall is a step.
 fn lines(
     set: &SetHistory,
     step: SimTime,

@@ -1,8 +1,8 @@
-//! How the mission went on: items over time, and the time between progress reports.
+//! How the mission went on: the columns of mission.csv over time, and the time between events that recur.
 
+use alliance_proto::log::MissionRow;
+use alliance_proto::mission::columns::{Column, ColumnKind, label};
 use alliance_proto::time::SimTime;
-use missions::waste::data::WasteRow;
-use missions::waste::data::WasteSection;
 use plotters::element::Polygon;
 use plotters::prelude::DashedLineSeries;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -14,61 +14,123 @@ use super::canvas::{
     part, px, rows_for, svg,
 };
 use super::timeline::{Sample, Timeline};
+use crate::report::metrics::Recurring;
 
 const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;
 const X_AXIS_PX: f64 = 40.0;
 
-const DELIVERED: RGBColor = RGBColor(0, 114, 178);
-const IN_SPILLS: RGBColor = RGBColor(213, 94, 0);
-const CARRIED: RGBColor = RGBColor(0, 130, 95);
-const ON_FLOOR: RGBColor = RGBColor(90, 90, 90);
+/// Of what is done.
+const DONE: RGBColor = RGBColor(0, 114, 178);
+/// Of the other columns, in turn, with the length of dashes and gaps, px.
+const OTHERS: [(RGBColor, Option<(f64, f64)>); 4] = [
+    (RGBColor(213, 94, 0), None),
+    (RGBColor(0, 130, 95), Some((5.0, 3.0))),
+    (RGBColor(90, 90, 90), Some((1.5, 3.0))),
+    (RGBColor(160, 90, 140), Some((8.0, 2.0))),
+];
 const LATE: RGBColor = RGBColor(213, 94, 0);
 
-/// Where the items were.
+/// How a column is drawn: color, width, and length of dashes and gaps, px.
+struct Line {
+    column: Column,
+    color: RGBColor,
+    width_px: f64,
+    dashes: Option<(f64, f64)>,
+}
+
+impl Line {
+    fn sample(&self) -> Sample {
+        match self.dashes {
+            None => Sample::Line(self.color, self.width_px),
+            Some(_) => Sample::Broken(self.color),
+        }
+    }
+}
+
+/// The columns that belong onto one axis: all counts, and each other number by itself. None without columns.
+pub fn axes(columns: &[Column]) -> Vec<Vec<Column>> {
+    let of = |wanted: fn(ColumnKind) -> bool| {
+        let found = columns.iter().filter(move |column| wanted(column.kind));
+        found.copied()
+    };
+    let is_count = |kind| {
+        matches!(
+            kind,
+            ColumnKind::Done | ColumnKind::Left | ColumnKind::Count
+        )
+    };
+    let counts: Vec<Column> = of(is_count).collect();
+    let numbers = of(|kind| kind == ColumnKind::Real).map(|column| vec![column]);
+    let axes = [counts].into_iter().chain(numbers);
+    axes.filter(|columns| !columns.is_empty()).collect()
+}
+
+/// Columns of mission.csv on one axis.
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn items(run: &RunFigures<'_>) -> anyhow::Result<String> {
-    /// A number of a row, and its line: color, width, and length of its dashes and gaps, px.
-    type Line = (fn(&WasteRow) -> u32, RGBColor, f64, Option<(f64, f64)>);
-    let lines: [Line; 4] = [
-        (|row| row.items_delivered, DELIVERED, 2.5, None),
-        (|row| row.items_in_spills, IN_SPILLS, 1.5, None),
-        (|row| row.items_carried, CARRIED, 1.5, Some((5.0, 3.0))),
-        (|row| row.items_on_floor, ON_FLOOR, 1.5, Some((1.5, 3.0))),
-    ];
-    let legend = vec![
-        (Sample::Line(DELIVERED, 2.5), "delivered (thick)"),
-        (Sample::Line(IN_SPILLS, 1.5), "in spills (thin)"),
-        (Sample::Broken(CARRIED), "carried (dashed)"),
-        (Sample::Broken(ON_FLOOR), "on the floor (dotted)"),
-    ];
-    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend);
+pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow::Result<String> {
+    let mut others = OTHERS.iter().cycle();
+    let lines: Vec<Line> = columns
+        .iter()
+        .filter_map(|&column| {
+            let (color, width_px, dashes) = match column.kind {
+                ColumnKind::Done => (DONE, 2.5, None),
+                _ => {
+                    let (color, dashes) = *others.next()?;
+                    (color, 1.5, dashes)
+                }
+            };
+            Some(Line {
+                column,
+                color,
+                width_px,
+                dashes,
+            })
+        })
+        .collect();
+    let names: Vec<String> = columns.iter().map(|column| label(column.name)).collect();
+    let legend = lines.iter().zip(&names);
+    let legend = legend.map(|(line, name)| (line.sample(), name.as_str()));
+    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend.collect());
     let head_px = timeline.head_px();
     let rows = &run.history.mission;
-    let total = rows.first().map_or(0, |row| {
-        row.items_in_spills + row.items_carried + row.items_on_floor + row.items_delivered
+    let values = columns
+        .iter()
+        .flat_map(|column| rows.iter().filter_map(|row| row.get(column.name)));
+    let (least, most) = values.fold((0.0, 0.0), |(least, most), value| {
+        (value.min(least), value.max(most))
     });
+    // An axis needs a length.
+    let most = if most > least { most } else { least + 1.0 };
     let bottom_px = head_px + PLOT_PX;
-    svg("Items over time", bottom_px + X_AXIS_PX, |area| {
+    svg(title, bottom_px + X_AXIS_PX, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
         let panel = part(area, (0.0, head_px), (WIDTH_PX, PLOT_PX + X_AXIS_PX));
+        let margin = (most - least) * 0.05;
         let axes = Axes {
             x: (timeline.window.clone(), "time t in s"),
-            y: (0.0..f64::from(total.max(1)) * 1.05, "items"),
+            y: (least * 1.05..most + margin, title),
             y_labels: 8,
         };
         let chart = chart(&panel, frame(&timeline), &axes)?;
-        for (number, color, width_px, dashes) in lines {
-            let points = steps(rows, run.history.end, number);
-            let style = line(color, width_px);
-            match dashes {
-                None => curve(&chart, points, style)?,
-                Some((dash, gap)) => {
-                    let series = DashedLineSeries::new(points, px(dash), px(gap), style);
-                    for element in series {
-                        chart.plotting_area().draw(&element)?;
+        for Line {
+            column,
+            color,
+            width_px,
+            dashes,
+        } in &lines
+        {
+            let style = line(*color, *width_px);
+            for points in steps(rows, run.history.end, column.name) {
+                match dashes {
+                    None => curve(&chart, points, style)?,
+                    Some((dash, gap)) => {
+                        let series = DashedLineSeries::new(points, px(*dash), px(*gap), style);
+                        for element in series {
+                            chart.plotting_area().draw(&element)?;
+                        }
                     }
                 }
             }
@@ -85,47 +147,61 @@ fn frame(timeline: &Timeline<'_>) -> Frame {
     }
 }
 
-/// A line of steps: each row holds until the next one.
-fn steps(rows: &[WasteRow], end: SimTime, number: impl Fn(&WasteRow) -> u32) -> Vec<(f64, f64)> {
-    let mut points = Vec::new();
-    let mut before = None;
-    for row in rows {
-        let (at, value) = (row.t_ms.as_secs_f64(), f64::from(number(row)));
-        if before == Some(value) {
-            continue;
+/// A column as lines of steps: each row holds until the next one, and where there is no number there is no line.
+fn steps(rows: &[MissionRow], end: SimTime, column: &str) -> Vec<Vec<(f64, f64)>> {
+    let mut lines = Vec::new();
+    for part in rows.chunk_by(|a, b| a.get(column).is_some() == b.get(column).is_some()) {
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for row in part {
+            let Some(value) = row.get(column) else {
+                continue;
+            };
+            let at = row.t_ms.as_secs_f64();
+            let before = points.last().map(|(_, before)| *before);
+            if before == Some(value) {
+                continue;
+            }
+            points.extend(before.map(|before| (at, before)));
+            points.push((at, value));
         }
-        points.extend(before.map(|value| (at, value)));
-        points.push((at, value));
-        before = Some(value);
+        let after = part
+            .last()
+            .and_then(|last| rows.iter().find(|row| row.t_ms > last.t_ms));
+        let until = after.map_or(end, |row| row.t_ms).as_secs_f64();
+        if let Some(&(_, value)) = points.last() {
+            points.push((until, value));
+            lines.push(points);
+        }
     }
-    points.extend(before.map(|value| (end.as_secs_f64(), value)));
-    points
+    lines
 }
 
-/// The time since the latest progress report, against the wanted period.
+/// The time since the latest event that recurs, against the wanted period if there is one.
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn reports(run: &RunFigures<'_>) -> anyhow::Result<String> {
-    let period = WasteSection::of(&run.history.setup.scenario).report_period_s;
-    let legend = vec![
+pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<String> {
+    let period = recurring.period.map(SimTime::as_secs_f64);
+    let mut legend = vec![
         (
             Sample::Line(INK, 1.5),
-            "time since the latest report, or the start",
+            "time since the latest, or the start",
         ),
-        (Sample::Broken(INK), "wanted period"),
-        (Sample::Fill(LATE, 0.75), "late"),
         (
             Sample::Mark(Mark::Square, INK),
-            "report, in the robot's color",
+            "event, in the robot's color",
         ),
     ];
+    if period.is_some() {
+        legend.push((Sample::Broken(INK), "wanted period"));
+        legend.push((Sample::Fill(LATE, 0.75), "late"));
+    }
     let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend);
     let head_px = timeline.head_px();
     let bottom_px = head_px + PLOT_PX;
 
-    // From each report, or the start, to the next one; at last to the end of the log.
-    let moments = run.metrics.reports.iter().map(|report| report.at);
+    // From each event, or the start, to the next one; at last to the end of the log.
+    let moments = recurring.moments.iter().map(|moment| moment.at);
     let moments: Vec<f64> = [SimTime::ZERO]
         .into_iter()
         .chain(moments)
@@ -133,34 +209,40 @@ pub fn reports(run: &RunFigures<'_>) -> anyhow::Result<String> {
         .map(SimTime::as_secs_f64)
         .collect();
     let rises = || moments.windows(2).map(|pair| (pair[0], pair[1]));
-    let longest = rises().map(|(from, to)| to - from).fold(period, f64::max);
+    let longest = rises().map(|(from, to)| to - from);
+    let longest = longest.fold(period.unwrap_or(run.history.step.as_secs_f64()), f64::max);
 
-    let title = "Lateness of progress reports";
-    svg(title, bottom_px + X_AXIS_PX, |area| {
+    let title = format!("Time from one '{}' to the next", recurring.event);
+    svg(&title, bottom_px + X_AXIS_PX, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
         let panel = part(area, (0.0, head_px), (WIDTH_PX, PLOT_PX + X_AXIS_PX));
         let axes = Axes {
             x: (timeline.window.clone(), "time t in s"),
-            y: (0.0..longest * 1.2, "time since report in s"),
+            y: (0.0..longest * 1.2, "time since then in s"),
             y_labels: 6,
         };
         let chart = chart(&panel, frame(&timeline), &axes)?;
         for (from, to) in rises() {
-            if to - from > period {
+            if let Some(period) = period
+                && to - from > period
+            {
                 let late = vec![(from + period, period), (to, to - from), (to, period)];
                 let late = Polygon::new(late, LATE.mix(0.75).filled());
                 chart.plotting_area().draw(&late)?;
             }
             curve(&chart, vec![(from, 0.0), (to, to - from)], line(INK, 1.5))?;
         }
-        level(&chart, timeline.window.clone(), period, line(INK, 1.0))?;
-        report_marks(run, &timeline, area, &chart)
+        if let Some(period) = period {
+            level(&chart, timeline.window.clone(), period, line(INK, 1.0))?;
+        }
+        moment_marks(run, recurring, &timeline, area, &chart)
     })
 }
 
-/// A mark for each report, and as far as there is room, who made it and how late.
-fn report_marks(
+/// A mark for each event, and as far as there is room, whose it was and how late.
+fn moment_marks(
     run: &RunFigures<'_>,
+    recurring: &Recurring,
     timeline: &Timeline<'_>,
     area: &Area<'_>,
     chart: &Chart<'_>,
@@ -169,32 +251,33 @@ fn report_marks(
         anchor: (HPos::Center, VPos::Bottom),
         ..Lettering::default()
     };
-    let reports = &run.metrics.reports;
-    let texts: Vec<String> = reports
+    let moments = &recurring.moments;
+    let texts: Vec<String> = moments
         .iter()
-        .map(|report| {
-            let name = report.by.map_or("?", |rank| &run.history.robots[rank].name);
-            match report.late {
-                SimTime::ZERO => format!("{name}: in time"),
-                late => format!("{name}: {:.1} s late", late.as_secs_f64()),
+        .map(|moment| {
+            let name = moment.by.map_or("?", |rank| &run.history.robots[rank].name);
+            match (recurring.period, moment.late) {
+                (None, _) => name.to_owned(),
+                (Some(_), SimTime::ZERO) => format!("{name}: in time"),
+                (Some(_), late) => format!("{name}: {:.1} s late", late.as_secs_f64()),
             }
         })
         .collect();
     // Left edges and widths, kept inside the figure.
-    let places: Vec<(f64, f64)> = reports
+    let places: Vec<(f64, f64)> = moments
         .iter()
         .zip(&texts)
-        .map(|(report, text)| {
+        .map(|(moment, text)| {
             let width = letters.width_px(text) + 6.0;
-            let left = timeline.x_px(report.at) - width / 2.0;
+            let left = timeline.x_px(moment.at) - width / 2.0;
             (left.min(WIDTH_PX - width), width)
         })
         .collect();
     let rows = rows_for(&places, 1);
-    for (place, report) in reports.iter().enumerate() {
-        let top = (report.at.as_secs_f64(), report.interval.as_secs_f64());
+    for (place, moment) in moments.iter().enumerate() {
+        let top = (moment.at.as_secs_f64(), moment.interval.as_secs_f64());
         let at = chart.plotting_area().map_coordinate(&top);
-        let color = report.by.map_or(INK, |rank| run.colors[rank]);
+        let color = moment.by.map_or(INK, |rank| run.colors[rank]);
         Mark::Square.draw(area, at, color)?;
         if rows[place].is_some() {
             let (left, width) = places[place];

@@ -12,6 +12,7 @@ use alliance_proto::items::ItemCounts;
 use alliance_proto::mission::waste::SensedWaste;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::Room;
+use alliance_proto::view::MarkRole;
 use glam::Vec2;
 
 use super::*;
@@ -392,21 +393,18 @@ fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
     });
     let mut away = world(robots(&[(3.0, 4.5, 0.0)]));
     assert_eq!(away.step(&[report]), []);
-    assert_eq!(
-        (seen(&away).last_report, seen(&away).site_colored),
-        (None, false)
-    );
+    let site = |world: &World| (last_report(world), seen(world).marks[0].share);
+    assert_eq!(site(&away), (Value::None, Some(0.0)));
 
     let mut world = world(robots(&[(0.3, 4.5, 0.0)]));
     world.step(&[None]);
     assert_eq!(told(&world.step(&[report])), ["reported 0 "]);
-    assert_eq!(seen(&world).last_report.map(|time| time.0), Some(50));
     // For 5 s.
     while world.now().0 < 5050 {
-        assert!(seen(&world).site_colored);
+        assert_eq!(site(&world), (Value::Count(50), Some(1.0)));
         world.step(&[None]);
     }
-    assert!(!seen(&world).site_colored);
+    assert_eq!(site(&world), (Value::Count(50), Some(0.0)));
 }
 
 #[test]
@@ -447,15 +445,36 @@ fn whatever_the_steps_to_come_depend_on_is_in_the_state() {
 }
 
 #[test]
-fn eyes_see_zones_and_items_on_the_floor() {
-    let world = one_item(&[(3.7, 6.0, 0.0)]);
-    let view = seen(&world);
-    let marks = view.marks.iter().map(|mark| mark.id.as_str());
-    let marks: Vec<&str> = marks.collect();
+fn eyes_see_zones_with_what_is_done_and_items() {
+    let mut world = one_item(&[(3.7, 6.0, 0.0)]);
+    let marks = |world: &World| -> Vec<(String, MarkRole, Option<f32>)> {
+        let marks = seen(world).marks.into_iter();
+        marks.map(|it| (it.label, it.role, it.share)).collect()
+    };
+    let mark = |label: &str, role, share| (label.to_owned(), role, share);
+    let site = mark("report site", MarkRole::Target, Some(0.0));
+    let bottom = mark("spill (bottom)", MarkRole::Zone, None);
     assert_eq!(
-        marks,
-        ["zone-0", "zone-1", "zone-2", "report-site", "item-0"]
+        marks(&world),
+        [
+            site,
+            mark("deposit", MarkRole::Goal, Some(0.0)),
+            mark("spill (top)", MarkRole::Zone, Some(0.0)),
+            bottom,
+        ]
     );
-    assert_eq!(view.waste.len(), 1);
+    world.step(&[gripper(Gripper::Pick)]);
+    assert_eq!(marks(&world)[2].2, Some(1.0));
+    let items = seen(&world).items;
+    assert_eq!(
+        items.iter().map(|item| item.carrier).collect::<Vec<_>>(),
+        [Some(BLUE)]
+    );
     assert_eq!(world.mission().holds(&world), Ok(()));
+}
+
+fn last_report(world: &World) -> Value {
+    let mut row = Vec::new();
+    world.mission().row(&mut row);
+    row[4]
 }

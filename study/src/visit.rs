@@ -1,0 +1,139 @@
+//! A mission of somebody else, for tests: places to be visited again and again.
+
+use std::sync::Arc;
+
+use alliance_proto::log::{LogLevel, RunFile};
+use alliance_proto::mission::columns::Column;
+use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
+use alliance_proto::mission::section::{Section, section};
+use alliance_proto::scenario::{
+    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
+};
+use alliance_proto::view::{Mark, MarkOutline, MarkRole};
+use glam::Vec2;
+use missions::waste::data::default_setup;
+
+pub const VISIT: Mission = Mission(&Visit);
+
+/// Its mission.csv after three visits.
+pub const TABLE: &str = "\
+t_ms,places_left,places_visited,last_visit_ms,way_m
+0,5,0,,
+10000,4,1,10000,2.5
+20000,2,3,20000,7
+";
+
+#[derive(Debug)]
+struct Visit;
+
+impl MissionData for Visit {
+    fn name(&self) -> &'static str {
+        "visit"
+    }
+
+    fn about(&self) -> &'static str {
+        "places to be visited"
+    }
+
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        section::<std::collections::BTreeMap<String, u32>>(text)
+    }
+
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        Vec::new()
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            devices: &[],
+            optional_devices: &[],
+            measuring_devices: &[],
+            notes: &[],
+            events: &["visited"],
+            verbs: &[("visits", "visited")],
+            bulletins: ["first", "second"],
+            columns: const {
+                &[
+                    Column::left("places_left"),
+                    Column::done("places_visited", "visited"),
+                    Column::time("last_visit_ms", "visited"),
+                    Column::real("way_m"),
+                ]
+            },
+        }
+    }
+
+    fn catalog(&self, _: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        (Vec::new(), Vec::new())
+    }
+
+    fn has_behavior(&self, _: &Robot, _: &BehaviorSpec) -> bool {
+        true
+    }
+
+    fn built_in(&self, _: &Scenario, _: &BehaviorSpec) -> BuiltIn {
+        unreachable!("it has no behaviors")
+    }
+
+    fn unit_s(&self, _: &Scenario, _: &Body, _: &BehaviorSpec) -> f64 {
+        1.0
+    }
+
+    fn period_s(&self, _: &Scenario, column: &str) -> Option<f64> {
+        (column == "last_visit_ms").then_some(15.0)
+    }
+
+    fn check(&self, _: &Scenario) -> Result<(), Problem> {
+        Ok(())
+    }
+}
+
+/// The run.json of such a mission.
+pub fn run_file() -> RunFile {
+    let mut setup = default_setup(1);
+    Arc::make_mut(&mut setup.catalog).mission = VISIT;
+    RunFile {
+        version: String::new(),
+        log: LogLevel::Off,
+        hash: None,
+        outcome: alliance_proto::log::RunOutcome::Running,
+        unscripted: false,
+        faults: Vec::new(),
+        result: alliance_proto::log::Figures::default(),
+        setup,
+    }
+}
+
+/// One mark of each outline.
+pub fn marks() -> [Mark; 4] {
+    let (from, to) = (Vec2::new(2.0, 2.0), Vec2::new(5.0, 6.0));
+    let mark = |label: &str, role, share, outline| Mark {
+        id: label.to_owned(),
+        outline,
+        role,
+        share,
+        label: label.to_owned(),
+    };
+    let half_width_m = 0.2;
+    let bar = MarkOutline::Bar {
+        from,
+        to,
+        half_width_m,
+    };
+    let disc = MarkOutline::Disc {
+        center: to,
+        radius_m: 0.3,
+    };
+    let (min, max) = (from, to);
+    [
+        mark("place", MarkRole::Target, Some(1.0), disc),
+        mark(
+            "home",
+            MarkRole::Goal,
+            None,
+            MarkOutline::Rectangle { min, max },
+        ),
+        mark("box", MarkRole::Item, Some(0.5), bar),
+        mark("rope", MarkRole::Link, None, MarkOutline::Line { from, to }),
+    ]
+}

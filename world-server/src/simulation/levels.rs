@@ -1,0 +1,45 @@
+//! What is drawn of a robot's reasoning: a level for each of its behavior sets.
+
+use std::borrow::Cow;
+
+use alliance_proto::scenario::{Robot, Scenario, Setup};
+use alliance_proto::telemetry::{BehaviorState, Motivation};
+use alliance_proto::tick::Report;
+use alliance_proto::view::Measure;
+
+/// The levels after a step, in the order of the catalog: motivations; of an allocator without any the utilities of the tasks.
+/// Several behavior sets for one task have the best of its utilities each, 0 where it is not applicable. Before the first report
+/// there are none, and what there will be is told by the name of the allocator.
+pub fn levels<'r>(
+    report: &'r Report,
+    setup: &Setup,
+    robot: &Robot,
+) -> (Measure, Cow<'r, [Motivation]>) {
+    if report.incarnation == 0 {
+        let measure = match setup.scenario.allocator_of(robot) {
+            Scenario::DEFAULT_ALLOCATOR => Measure::Motivation,
+            _ => Measure::Utility,
+        };
+        return (measure, Cow::Borrowed(&[]));
+    }
+    if !report.motivations.is_empty() {
+        return (Measure::Motivation, Cow::Borrowed(&report.motivations));
+    }
+    let catalog = &setup.catalog;
+    let utilities = catalog.behaviors_of(robot).map(|set| {
+        let task = catalog.sets[set.index()].task;
+        let rows = report.allocation.iter().filter(|row| row.task == task);
+        Motivation {
+            set,
+            motivation: rows.map(|row| row.utility).fold(0.0, f64::max),
+            sensory_feedback: report.allocation.iter().any(|row| row.task == task),
+            state: if report.active == Some(set) {
+                BehaviorState::Active
+            } else {
+                BehaviorState::Hibernating
+            },
+            ..Motivation::default()
+        }
+    });
+    (Measure::Utility, utilities.collect())
+}
