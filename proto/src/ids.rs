@@ -52,7 +52,7 @@ impl BehaviorId {
     }
 }
 
-/// A waste item, counted from 0 over all spills.
+/// An item that robots take, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ItemId(pub u32);
 

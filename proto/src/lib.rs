@@ -5,8 +5,7 @@
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
 //! - [`mission`]: what only one mission senses and does. [`team`]: what robots tell each other; [`allocation`]: what their
 //!   allocators do.
-//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see;
-//!   [`items`]: the mission's items, counted.
+//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
 //! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
@@ -22,7 +21,6 @@ pub mod event;
 pub mod fault;
 pub mod ids;
 pub mod ignored;
-pub mod items;
 pub mod join;
 pub mod keys;
 pub mod link;

@@ -9,7 +9,7 @@ use crate::ids::RobotId;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Purpose {
-    /// Places of the waste items.
+    /// Where a mission lays its items.
     Items = 1,
     /// A robot's own choices.
     Behavior = 2,

@@ -87,7 +87,7 @@ pub struct Report {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// Every item is in the deposit.
+    /// All is done.
     Complete,
     /// The time limit passed first.
     TimeLimit,

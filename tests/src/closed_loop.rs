@@ -1,13 +1,13 @@
 //! Whole missions in one process, as fast as they go, and what came of them.
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::items::ItemCounts;
 use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::mission::Value;
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+use missions::waste::data::ItemCounts;
 use study::in_process::Team;
 
 /// What came of a mission.

@@ -24,7 +24,7 @@ pub struct Order {
     /// When this happens next.
     #[serde(default)]
     pub when: Option<When>,
-    /// How long it lasts, s; absent: until it is cleared. What happens in a moment, such as added waste, has no duration.
+    /// How long it lasts, s; absent: until it is cleared. What happens in a moment, such as a restart, has no duration.
     #[serde(default)]
     pub for_s: Option<f64>,
 }

@@ -5,7 +5,7 @@ use std::fmt::{self, Debug};
 use std::ops::Deref;
 
 use super::columns::Column;
-use super::section::Section;
+use super::section::{MissionSection, Section};
 use crate::fault::{FaultSpec, Order, OrderError};
 use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
@@ -22,6 +22,9 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// # Errors
     /// The first key or value that does not fit.
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem>;
+
+    /// Takes out of its section what robots are not told beforehand.
+    fn brief(&self, _section: &mut MissionSection) {}
 
     /// Name of a scenario that states none.
     fn scenario_name(&self) -> &'static str {

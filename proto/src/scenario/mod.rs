@@ -5,6 +5,7 @@
 
 mod alliance;
 mod allocators;
+mod briefing;
 mod catalog;
 mod document;
 mod error;
@@ -225,8 +226,9 @@ pub struct Sensors {
     pub border_range_m: f32,
     /// Collision avoidance, m.
     pub avoidance_range_m: f32,
-    /// Waste sensor, m.
-    pub waste_range_m: f32,
+    /// What a mission's robots see of the items that lie about, m. Files of before missions were many call it so.
+    #[serde(rename = "waste_range_m")]
+    pub item_range_m: f32,
 }
 
 impl Default for Sensors {
@@ -234,7 +236,7 @@ impl Default for Sensors {
         Self {
             border_range_m: 0.5,
             avoidance_range_m: 0.4,
-            waste_range_m: 1.0,
+            item_range_m: 1.0,
         }
     }
 }
@@ -289,7 +291,7 @@ pub struct Robot {
     /// Not in the mission until the fault `add` brings it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub absent: bool,
-    /// Where it starts; absent: on the report site, facing the left wall.
+    /// Where it starts; absent: where robots of its mission begin, facing the left wall.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
     /// The tasks that it has behavior sets for, by name; empty: all.

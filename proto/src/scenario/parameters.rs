@@ -10,7 +10,7 @@ use super::path::Path;
 /// One parameter of an allocator or of a mission's section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterSpec {
-    /// Its key; below a table of the section with a dot, as in `deposit.radius_m`.
+    /// Its key; below a table of the section with a dot, as in `box.length_m`.
     pub key: &'static str,
     /// Its unit; empty for what has none.
     pub unit: &'static str,

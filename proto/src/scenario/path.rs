@@ -1,4 +1,4 @@
-//! Where a value stands in a scenario, such as `alliance.sets."move-spill(top)".fast_impatience`.
+//! Where a value stands in a scenario, such as `alliance.sets."push(left)".fast_impatience`.
 
 use std::fmt;
 

@@ -55,10 +55,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
         Path::of(["sensors", "avoidance_range_m"]),
         sensors.avoidance_range_m,
     )?;
-    LENGTH.check(
-        Path::of(["sensors", "waste_range_m"]),
-        sensors.waste_range_m,
-    )?;
+    LENGTH.check(Path::of(["sensors", "waste_range_m"]), sensors.item_range_m)?;
 
     if let Some(energy) = &scenario.energy {
         above_zero(1e12, "J").check(Path::of(["energy", "capacity_j"]), energy.capacity_j)?;

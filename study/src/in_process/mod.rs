@@ -46,7 +46,9 @@ pub enum StartError {
 pub struct Team<S> {
     simulation: Simulation,
     recorder: Recorder<S>,
-    /// What all agents know.
+    /// What all agents are told.
+    briefing: Setup,
+    /// What they make of it.
     common: TeamConfig,
     /// By rank; `None` where no agent lives.
     agents: Vec<Option<Agent>>,
@@ -91,6 +93,7 @@ impl<S: Sink> Team<S> {
         sink: S,
     ) -> Result<Self, StartError> {
         let mission = Registry::of_this_program().worlds().of(&setup.scenario)?;
+        let briefing = setup.briefing();
         let recorder = Recorder::new(&setup, log, sink)?;
         let mut outside = Outside::new();
         let mut lives = BTreeMap::new();
@@ -110,7 +113,8 @@ impl<S: Sink> Team<S> {
             }
         }
         let mut team = Self {
-            common: TeamConfig::of(&setup, Registry::of_this_program().agents())?,
+            common: TeamConfig::of(&briefing, Registry::of_this_program().agents())?,
+            briefing,
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
             asked: Vec::new(),
@@ -301,7 +305,7 @@ impl<S: Sink> Team<S> {
     }
 
     fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let agent = Agent::new(robot, incarnation, self.simulation.setup(), &self.common);
+        let agent = Agent::new(robot, incarnation, &self.briefing, &self.common);
         self.agents[robot.index()] = Some(agent);
     }
 

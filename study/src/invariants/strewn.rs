@@ -61,6 +61,6 @@ fn is_looked_for(scenario: &Scenario, place: Vec2) -> bool {
         let share = (place - spill).dot(way) / way.length_squared().max(f32::MIN_POSITIVE);
         let nearest = spill + way * share.clamp(0.0, 1.0);
         place.distance(spill) <= waste.spill_radius_m
-            || place.distance(nearest) <= scenario.sensors.waste_range_m / 2.0
+            || place.distance(nearest) <= scenario.sensors.item_range_m / 2.0
     })
 }

@@ -13,7 +13,6 @@ use std::time::Duration;
 
 use alliance_proto::codec::{CodecError, decode_first};
 use alliance_proto::event::EventNews;
-use alliance_proto::fault::Faults;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
@@ -253,7 +252,7 @@ impl Server {
         if request.version != PROTOCOL_VERSION {
             return JoinReply::Refused(version_refusal(request.version));
         }
-        let setup = match self.setup_for(&request.robot) {
+        let setup = match self.briefing_for(&request.robot) {
             Ok(setup) => setup,
             Err(error) => {
                 self.refuse("join", &error);
@@ -521,14 +520,12 @@ impl Server {
         Ok(())
     }
 
-    /// What an agent is told of the run: everything but the parameters of its teammates, which would grow with the square
+    /// What an agent is told of the run: the briefing without the parameters of its teammates, which would grow with the square
     /// of the team.
-    fn setup_for(&self, robot: &str) -> serde_json::Result<String> {
-        let mut setup = self.simulation.setup().clone();
-        setup.alliance.robots.retain(|name, _| name == robot);
-        // A robot is told nothing that its sensors and radio do not give it.
-        setup.scenario.faults = Faults::default();
-        serde_json::to_string(&setup)
+    fn briefing_for(&self, robot: &str) -> serde_json::Result<String> {
+        let mut briefing = self.simulation.setup().briefing();
+        briefing.alliance.robots.retain(|name, _| name == robot);
+        serde_json::to_string(&briefing)
     }
 
     fn stall(&mut self, robot: RobotId) {

@@ -1,6 +1,6 @@
 //! What the clean-up leaves in mission.csv and run.json.
 
-use alliance_proto::items::ItemCounts;
+use super::ItemCounts;
 use alliance_proto::log::{Table, TableRow};
 use alliance_proto::mission::{MissionFigures, Value};
 use alliance_proto::time::SimTime;

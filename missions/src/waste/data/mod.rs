@@ -4,6 +4,7 @@ mod check;
 mod family;
 mod faults;
 mod figures;
+mod items;
 mod kinds;
 pub mod notes;
 mod parameters;
@@ -19,13 +20,14 @@ pub use figures::{
     ITEMS_DELIVERED, LAST_REPORT, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures,
     WasteRow,
 };
+pub use items::ItemCounts;
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 
 use alliance_proto::fault::{FaultSpec, Order, OrderError};
 use alliance_proto::mission::columns::Column;
 use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
-use alliance_proto::mission::section::{Section, section};
+use alliance_proto::mission::section::{MissionSection, Section, section};
 use alliance_proto::scenario::{
     BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread,
 };
@@ -64,6 +66,15 @@ impl MissionData for WasteData {
 
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         section::<WasteSection>(text)
+    }
+
+    /// Nobody knows how much there is to carry.
+    fn brief(&self, section: &mut MissionSection) {
+        if let Some(waste) = section.values_mut::<WasteSection>() {
+            for spill in &mut waste.spills {
+                spill.items = 0;
+            }
+        }
     }
 
     fn scenario_name(&self) -> &'static str {

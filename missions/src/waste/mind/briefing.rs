@@ -84,7 +84,7 @@ impl Briefing {
             border: waste.border_known.then_some(border),
             chassis: Chassis::of(scenario, own),
             reach_m: scenario.body.radius_m + scenario.body.reach_m,
-            sight_m: scenario.body.radius_m + scenario.sensors.waste_range_m,
+            sight_m: scenario.body.radius_m + scenario.sensors.item_range_m,
             silence: longest(|set| set.ceased_after_s),
             heartbeat: longest(|set| 1.0 / set.broadcast_rate_hz),
             spill_radius_m: waste.spill_radius_m,

@@ -444,7 +444,7 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
 #[test]
 fn it_goes_where_a_spill_should_be_before_it_says_that_there_is_none() {
     let mut setup = default_setup(1);
-    setup.scenario.sensors.waste_range_m = 5.0;
+    setup.scenario.sensors.item_range_m = 5.0;
     let mut robot = Robot {
         mission: mission(ME, &setup),
         now: SimTime::ZERO,

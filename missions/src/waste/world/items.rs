@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use crate::waste::data::ItemCounts;
 use crate::waste::data::{Spill, WasteSection};
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::items::ItemCounts;
 use alliance_proto::mission::waste::Zone;
 use alliance_proto::rng::{self, Purpose};
 use alliance_proto::scenario::Scenario;
@@ -70,7 +70,7 @@ impl WasteFloor {
             (zone, Outline::Disc { center, radius_m })
         });
         let zones = zones.collect();
-        let sensed_m = scenario.body.radius_m + scenario.sensors.waste_range_m;
+        let sensed_m = scenario.body.radius_m + scenario.sensors.item_range_m;
         let [min, max] = report_site(scenario);
         let places = places_of_items(scenario, seed, floor);
         let mut new = Self {

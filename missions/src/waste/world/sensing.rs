@@ -41,7 +41,7 @@ impl Waste {
 
     /// How far from a robot's center its waste sensor reaches, m.
     fn reach_m(floor: &Floor) -> f32 {
-        floor.body().radius_m + floor.sensors().waste_range_m
+        floor.body().radius_m + floor.sensors().item_range_m
     }
 
     /// The nearest items on the floor within range, nearest first, in the robot's frame.

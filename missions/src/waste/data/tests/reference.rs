@@ -177,7 +177,7 @@ fn populated() -> Scenario {
         sensors: Sensors {
             border_range_m: 1.0,
             avoidance_range_m: 1.0,
-            waste_range_m: 1.0,
+            item_range_m: 1.0,
         },
         radio: Radio { range_m: Some(1.0) },
         energy: Some(Energy {

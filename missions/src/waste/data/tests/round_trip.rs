@@ -54,3 +54,20 @@ proptest! {
         prop_assert_eq!(Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap(), scenario);
     }
 }
+
+/// What lies on the floor, what will go wrong and how much there is to carry: robots find out.
+#[test]
+fn robots_are_not_told_what_they_could_not_know() {
+    let text = "[[obstacles]]\nx_m = 3\ny_m = 3\nwidth_m = 1\nheight_m = 1\n\
+                [[faults.timeline]]\nat_s = 9\nfault.kill = 'gold'\n[[waste.spills]]\nname = 'only'\nitems = 7";
+    let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let told = setup.briefing().scenario;
+    assert!(told.obstacles.is_empty() && told.faults.is_empty());
+    let [spill] = &WasteSection::of(&told).spills[..] else {
+        panic!("{told:?}")
+    };
+    assert_eq!((spill.name.as_str(), spill.items), ("only", 0));
+    assert_eq!(WasteSection::of(&setup.scenario).spills[0].items, 7);
+    assert_eq!(setup.briefing().catalog, setup.catalog);
+}

@@ -8,7 +8,7 @@ mod sensors;
 use crate::waste::data::{WasteSection, default_setup};
 use std::any::Any;
 
-use alliance_proto::items::ItemCounts;
+use crate::waste::data::ItemCounts;
 use alliance_proto::mission::waste::SensedWaste;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::Room;

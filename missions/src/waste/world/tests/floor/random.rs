@@ -203,7 +203,7 @@ proptest! {
     ) {
         let mut setup = setup;
         setup.scenario.room.width_m *= wider;
-        setup.scenario.sensors.waste_range_m = waste_range_m;
+        setup.scenario.sensors.item_range_m = waste_range_m;
         WasteSection::of_mut(&mut setup.scenario).spill_radius_m = 2.0;
         let mut world = World::new(&setup, WASTE);
         let robots = setup.scenario.robots.len() as u16;

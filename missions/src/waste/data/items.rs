@@ -1,10 +1,7 @@
-//! Items of a mission, counted.
-
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+//! Items, counted.
 
 /// How many items are where (mission.csv).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ItemCounts {
     /// Inside an initial spill.
     pub in_spills: u32,
