@@ -1,8 +1,10 @@
 //! Missions: the only room that knows a mission's data, its world and its robots' minds.
 //!
-//! - [`Registry`]: the missions and allocators that a program knows.
+//! - [`Registry`]: the missions and allocators that a program knows. [`testkit`]: what every mission must keep.
+//! - [`waste`]: the hazardous waste clean-up.
 
 mod registry;
+pub mod testkit;
 pub mod waste;
 
 pub use registry::{MissionParts, Registry};

@@ -10,7 +10,7 @@
 //! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
-//! - [`terminal`]: what a command says to whoever started it.
+//! - [`terminal`]: what a command says to whoever started it; [`panics`]: what it says when it panics.
 //! - [`testkit`]: a mission for tests of what knows none.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
@@ -27,6 +27,7 @@ pub mod link;
 pub mod log;
 pub mod mission;
 mod obstacle;
+pub mod panics;
 pub mod process;
 pub mod readings;
 pub mod rendezvous;

@@ -1,28 +1,22 @@
 //! Zenoh configuration of both ends of the star (ZENOH.md "Configuration"): every value that differs from zenoh's default,
 //! and why.
 
+use crate::panics;
+
 /// Value of `ZENOH_RUNTIME` for every process: one worker for everything.
 /// Measured with 10 agents: 3,300 ticks/s against 1,730 with zenoh's own seven threads a process.
 const RUNTIME: &str = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))";
 
 /// What every process of a run does first thing in `main`, before it opens a session or starts a thread: sets zenoh's
-/// runtime, and makes every panic end the process. A panic inside a zenoh callback would otherwise end only zenoh's worker and
-/// leave a process that neither lives nor dies.
+/// runtime, and makes every panic that nobody catches end the process ([`panics`]).
 pub fn prepare_process() {
     // SAFETY: no other thread exists yet that could read the environment at the same time.
     #[allow(unsafe_code)]
     unsafe {
         std::env::set_var("ZENOH_RUNTIME", RUNTIME);
     }
-    let report = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        report(panic);
-        std::process::exit(PANICKED);
-    }));
+    panics::prepare();
 }
-
-/// Exit status of a process that panicked; the same as Rust's own.
-pub const PANICKED: i32 = 101;
 
 /// What both ends share.
 /// - Nobody is searched for: default scouting costs 500 ms in every open, and leaves the machine. A router

@@ -167,6 +167,14 @@ impl Agent {
             let applicable = &space.perception.applicable;
             self.mission
                 .choices(&moment(tick), applicable, &mut space.choices);
+            let is_number = |choice: &Choice| {
+                choice.cost_s.is_none_or(f64::is_finite) && choice.reward.is_finite()
+            };
+            assert!(
+                space.choices.iter().all(is_number),
+                "the mission's mind weighs {:?}",
+                space.choices.iter().find(|choice| !is_number(choice))
+            );
         }
         let input = Input {
             now: tick.now,
@@ -198,6 +206,13 @@ impl Agent {
         } = space;
         action.clear();
         self.mission.act(&moment(tick), outcome.active, action);
+        let actuation = &action.actuation;
+        assert!(
+            actuation.speed_m_s.is_finite() && actuation.turn_rad_s.is_finite(),
+            "the mission's mind drives at {} m/s and {} rad/s",
+            actuation.speed_m_s,
+            actuation.turn_rad_s
+        );
 
         broadcasts.clear();
         for announcement in &outcome.announcements {

@@ -9,6 +9,7 @@ use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
+use alliance_proto::panics;
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::scenario::{Setup, SetupFile, Vocabulary};
 use alliance_proto::secret::{self, OpenError, Secret};
@@ -111,6 +112,12 @@ pub async fn live(
         .await
         .map_err(bus)?;
     let team = TeamConfig::of(&setup, registry)?;
+    let own = &setup.scenario.robots[welcome.robot.index()];
+    panics::this_is(format!(
+        "robot-agent {robot} (mission {}, allocator {})",
+        setup.catalog.mission.name(),
+        setup.scenario.allocator_of(own),
+    ));
     let agent = Agent::new(welcome.robot, welcome.incarnation, &setup, &team);
     {
         let mut mind = lock(&shared);

@@ -9,6 +9,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use alliance_proto::control::wire::Form;
 use alliance_proto::keys::Keys;
 use alliance_proto::log::LogLevel;
+use alliance_proto::panics;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::{self, Secret};
@@ -101,6 +102,7 @@ pub async fn serve(
     handlers: Vec<Box<dyn InterruptionHandler>>,
 ) -> Result<Finished, WorldError> {
     let started = Instant::now();
+    panics::this_is(format!("world (mission {})", mission.data.name()));
     let folder = Folder::create(&options.folder)?;
     let recorder = Recorder::new(&setup, options.log, folder)?;
     // A convenience: where it cannot be made, it is missing.

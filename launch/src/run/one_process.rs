@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::log::{LogLevel, RunLog};
+use alliance_proto::panics;
 use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
 use serde_json::json;
@@ -31,6 +32,11 @@ const TICKS_PER_LOOK: u64 = 64;
 /// # Errors
 /// When the log cannot be written.
 pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
+    panics::this_is(format!(
+        "alliance run (mission {}, allocator {})",
+        plan.setup.catalog.mission.name(),
+        plan.setup.scenario.allocators_in_words(),
+    ));
     let interrupted = Interrupted::watch()?;
     let mut progress = Progress::new(&plan.setup);
     progress.say(&format!("run {}, in one process", plan.run));

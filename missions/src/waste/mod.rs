@@ -17,3 +17,12 @@ pub const PARTS: MissionParts = MissionParts {
     world: world::WASTE,
     mind: mind::MIND,
 };
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_clean_up_keeps_the_laws_of_every_mission() {
+        let scenario = "[waste]\nborder_known = true\nspills = [{ name = 'only', items = 2 }]\n";
+        crate::testkit::mission(super::PARTS, scenario);
+    }
+}

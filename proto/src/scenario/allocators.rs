@@ -1,7 +1,7 @@
 //! Which allocator each robot has, and what is stated of allocators. What allocators there are is told by whoever reads a
 //! scenario: no list of them stands here.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value};
 
@@ -45,6 +45,14 @@ impl Scenario {
     pub fn allocator_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
         let stated = robot.allocator.as_deref().or(self.allocator.as_deref());
         stated.unwrap_or(Self::DEFAULT_ALLOCATOR)
+    }
+
+    /// The names of all allocators of the team, each once.
+    #[must_use]
+    pub fn allocators_in_words(&self) -> String {
+        let names = self.robots.iter().map(|robot| self.allocator_of(robot));
+        let names: BTreeSet<&str> = names.collect();
+        names.into_iter().collect::<Vec<_>>().join(", ")
     }
 
     /// The values that are stated of an allocator, as a JSON object.

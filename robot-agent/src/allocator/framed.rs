@@ -123,6 +123,13 @@ impl<A: Allocator> Mind for Framed<A> {
             );
         }
 
+        if let Some(row) = (self.decision.rows.iter()).find(|row| !row.utility.is_finite()) {
+            panic!(
+                "the allocator gives task {} the utility {}",
+                row.task.0, row.utility
+            );
+        }
+
         let active = self.decision.active;
         outcome.changes.clear();
         outcome.announcements.clear();

@@ -2,13 +2,13 @@
 
 use missions::Registry;
 use std::collections::BTreeMap;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::fault::Fault;
 use alliance_proto::log::{LogLevel, Memory, RunFile, RunLog, RunOutcome};
 use alliance_proto::mission::columns::{ColumnKind, ColumnValue, Progress};
 use alliance_proto::mission::{MissionFigures, Value};
+use alliance_proto::panics::catch;
 use alliance_proto::tick::Outcome;
 use serde::{Deserialize, Serialize};
 
@@ -90,18 +90,8 @@ pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row>
         .clone()
         .map_err(anyhow::Error::msg)
         .map(|scenario| {
-            // Nothing that the closure has touched is looked at again.
-            let ended = catch_unwind(AssertUnwindSafe(|| {
-                simulate(&scenario, plan.design.seed(run), plan.check, stops)
-            }));
-            ended.unwrap_or_else(|panic| {
-                let text = panic.downcast_ref::<String>().map(String::as_str);
-                let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-                Err(anyhow::anyhow!(
-                    "panicked: {}",
-                    text.unwrap_or("without a word")
-                ))
-            })
+            let ended = catch(|| simulate(&scenario, plan.design.seed(run), plan.check, stops));
+            ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
         });
     let end = match ended.and_then(|ended| ended) {
         Ok(None) => return None,

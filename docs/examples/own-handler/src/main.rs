@@ -1,6 +1,6 @@
 //! An interruption handler of one's own, without agents: a door that is open and closed by turns.
 //!
-//! `cargo run -p missions --example own_interruption`
+//! `cargo run -p own-handler`
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Actuation;
@@ -43,6 +43,14 @@ impl InterruptionHandler for Door {
 }
 
 fn main() {
+    for line in play() {
+        println!("{line}");
+    }
+}
+
+/// What happens in ten seconds.
+fn play() -> Vec<String> {
+    let mut told = Vec::new();
     let blue = RobotId(0);
     let scenario = Scenario {
         robots: vec![Robot {
@@ -81,16 +89,23 @@ fn main() {
         let now = world.now();
         for event in door.trigger_event(now, &mut world) {
             let x_m = world.pose(blue).position.x;
-            println!(
+            told.push(format!(
                 "{now}: {} {}, blue at x = {x_m} m",
                 event.subject, event.kind
-            );
+            ));
         }
         world.step(&[ahead]);
     }
-    println!(
-        "{}: blue at x = {} m",
-        world.now(),
-        world.pose(blue).position.x
-    );
+    let x_m = world.pose(blue).position.x;
+    told.push(format!("{}: blue at x = {x_m} m", world.now()));
+    told
+}
+
+#[test]
+fn blue_waits_behind_the_closed_door_and_goes_through_the_open_one() {
+    let told = play();
+    assert_eq!(told.len(), 3, "{told:?}");
+    assert!(told[0].starts_with("2.000 s: door applied"), "{told:?}");
+    assert!(told[1].starts_with("7.000 s: door healed, blue at x = 2.79"), "{told:?}");
+    assert!(told[2].starts_with("10.000 s: blue at x = 4."), "{told:?}");
 }

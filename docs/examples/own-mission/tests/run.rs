@@ -1,0 +1,116 @@
+//! The program of this crate, as its user runs it: by processes, one of them killed, in one process, again, as a report and on a page.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const SCENARIO: &str = include_str!("../visit.toml");
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("visit.toml"), SCENARIO).unwrap();
+    folder
+}
+
+fn command(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_own-mission"));
+    command.current_dir(folder).env("XDG_RUNTIME_DIR", folder);
+    command
+}
+
+fn own_mission(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let run = command(folder).args(arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
+    (run.status.code(), said)
+}
+
+fn read(folder: &Path, file: &str) -> String {
+    fs::read_to_string(folder.join(file)).unwrap_or_default()
+}
+
+#[test]
+fn all_places_are_visited_without_gold_and_every_way_of_running_it_gives_the_same_bytes() {
+    let folder = folder("visit");
+    let (listed, all) = own_mission(&folder, &["missions"]);
+    assert!(listed == Some(0) && all.contains("visit") && all.contains("waste"), "{all}");
+    let (_, described) = own_mission(&folder, &["missions", "visit"]);
+    assert!(described.contains("reach_m = 0.3"), "{described}");
+
+    let (status, said) = own_mission(&folder, &["run", "--no-page", "--out", "many", "visit.toml"]);
+    assert_eq!(status, Some(0), "{said}");
+    assert!(said.contains("6 of 6 visited"), "{said}");
+    let events = read(&folder, "many/events.csv");
+    let visits = |robot: &str| events.lines().filter(|line| line.contains(&format!(",visited,{robot},"))).count();
+    assert_eq!(visits("blue") + visits("gold") + visits("green"), 6, "{events}");
+    let killed = events.lines().find(|line| line.contains(",gone,gold,")).expect("gold is killed");
+    let after = events.lines().skip_while(|line| *line != killed);
+    assert!(!after.clone().any(|line| line.contains(",visited,gold,")), "{events}");
+    assert!(after.filter(|line| line.contains(",visited,")).count() >= 2, "others take over: {events}");
+
+    let (status, said) = own_mission(&folder, &["run", "--in-process", "--check", "--out", "one", "visit.toml"]);
+    assert_eq!(status, Some(0), "{said}");
+    for file in ["motivations.csv", "events.csv", "poses.csv", "messages.csv", "mission.csv", "ticks.csv", "run.json"] {
+        assert!(read(&folder, &format!("many/{file}")) == read(&folder, &format!("one/{file}")), "{file} differs");
+    }
+    assert!(read(&folder, "one/mission.csv").starts_with("t_ms,visited,left\n0,0,6\n"));
+    let (status, said) = own_mission(&folder, &["replay", "many"]);
+    assert_eq!(status, Some(0), "{said}");
+    let (status, said) = own_mission(&folder, &["report", "many"]);
+    assert_eq!(status, Some(0), "{said}");
+    assert!(read(&folder, "many/report/report.html").contains("visited"), "{said}");
+    for format in ["mcap", "parquet"] {
+        let (status, said) = own_mission(&folder, &["export", format, "many"]);
+        assert_eq!(status, Some(0), "{said}");
+    }
+    page_of(&folder);
+}
+
+/// The page of the finished run shows its places.
+fn page_of(folder: &Path) {
+    let mut view = command(folder).args(["view", "many"]).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(view.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let link = lines.find_map(|line| line.split_whitespace().find(|it| it.starts_with("http://")).map(str::to_owned));
+    let link = link.expect("it tells its link");
+    let rest = link.strip_prefix("http://").unwrap();
+    let (address, path) = rest.split_at(rest.find('/').unwrap());
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
+    let mut page = String::new();
+    let _ = stream.read_to_string(&mut page);
+    view.kill().unwrap();
+    view.wait().unwrap();
+    assert!(page.starts_with("HTTP/1.1 200") || page.starts_with("HTTP/1.1 30"), "{page}");
+}
+
+#[test]
+fn every_allocator_completes_it() {
+    let folder = folder("allocators");
+    for allocator in ["alliance", "nearest", "first-come", "random", "static"] {
+        let run = ["run", "--in-process", "--allocator", allocator, "--log", "off", "--out", allocator, "visit.toml"];
+        let (status, said) = own_mission(&folder, &run);
+        // An assignment made beforehand leaves to the dead what was theirs.
+        let expected = if allocator == "static" { Some(1) } else { Some(0) };
+        assert_eq!(status, expected, "{allocator}: {said}");
+    }
+}
+
+#[test]
+fn a_mistake_in_its_section_is_one_line() {
+    let folder = folder("mistakes");
+    for (right, wrong, line) in [
+        ("x_m = 3.0", "x_m = 99.0", "bad.toml:7: visit.places[0].x_m: 99 is out of range; it must be at least 0 and at most 12 m"),
+        ("[visit]", "[visit]\nreach = 1", "bad.toml:6: visit.reach: unknown key; did you mean 'reach_m'?"),
+        ("[visit]", "[vist]", "bad.toml:5: vist: unknown key; did you mean 'visit'?"),
+        ("[visit]", "[waste]\n[visit]", "a scenario is of one mission"),
+    ] {
+        fs::write(folder.join("bad.toml"), SCENARIO.replacen(right, wrong, 1)).unwrap();
+        let (status, said) = own_mission(&folder, &["run", "--no-page", "--out", "bad", "bad.toml"]);
+        assert_eq!(status, Some(2), "{said}");
+        assert!(said.contains(line) && said.lines().count() == 1, "{said}");
+        assert!(!folder.join("bad").exists(), "nothing is half-done");
+    }
+}

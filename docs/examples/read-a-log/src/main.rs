@@ -1,0 +1,26 @@
+//! What a finished run's log says: who did what, and how often. `cargo run -p read-a-log -- runs/latest`
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+
+use alliance_proto::log::{EventRow, RunLog};
+use missions::Registry;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = std::env::args().nth(1).unwrap_or_else(|| "runs/latest".to_owned());
+    for ((robot, kind), times) in counts(Path::new(&folder))? {
+        println!("{robot:<12} {kind:<20} {times}");
+    }
+    Ok(())
+}
+
+/// How often each robot did each thing, by events.csv.
+fn counts(folder: &Path) -> Result<BTreeMap<(String, String), usize>, Box<dyn Error>> {
+    let log = RunLog::open(folder, &Registry::of_this_program().vocabulary())?;
+    let mut counts = BTreeMap::new();
+    for event in log.rows::<EventRow>()? {
+        *counts.entry((event.robot, event.kind)).or_default() += 1;
+    }
+    Ok(counts)
+}

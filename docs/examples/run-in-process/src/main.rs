@@ -1,0 +1,40 @@
+//! A run within this process, without a log on the disk: the default mission with each allocator, and what came of it.
+
+use std::error::Error;
+
+use alliance_proto::log::{LogLevel, Memory, RunFile};
+use alliance_proto::scenario::Setup;
+use missions::Registry;
+use study::in_process::Team;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    for allocator in Registry::of_this_program().vocabulary().allocators {
+        let run = run(allocator.name, 1)?;
+        println!("{}: {:?} at {}", allocator.name, run.outcome, run.result.sim_time_ms);
+    }
+    Ok(())
+}
+
+/// The default mission with that allocator and seed.
+fn run(allocator: &str, seed: u64) -> Result<RunFile, Box<dyn Error>> {
+    let mut scenario = Registry::of_this_program().vocabulary().default_scenario()?;
+    scenario.allocator = Some(allocator.to_owned());
+    let setup = Setup::resolve(scenario, seed, None)?.setup;
+    let team = Team::new(setup, LogLevel::Off, Memory::default())?;
+    let mut finished = None;
+    let mut team = Some(team);
+    while let Some(mut running) = team.take() {
+        match running.tick()? {
+            None => team = Some(running),
+            Some(outcome) => finished = Some(running.end(outcome)?.0),
+        }
+    }
+    finished.ok_or_else(|| "it did not end".into())
+}
+
+#[test]
+fn the_same_seed_gives_the_same_run_and_another_one_another() {
+    let hash = |seed| run("nearest", seed).unwrap().hash.unwrap();
+    assert_eq!(hash(1), hash(1));
+    assert_ne!(hash(1), hash(2));
+}
