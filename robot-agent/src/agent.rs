@@ -79,17 +79,6 @@ impl TeamConfig {
 
     fn me(&self, robot: RobotId, incarnation: Incarnation, setup: &Setup) -> Me {
         let own = &setup.scenario.robots[robot.index()];
-        let catalog = &setup.catalog;
-        let behaviors = catalog.behaviors_of(own).map(|id| {
-            let task = catalog.sets[id.index()].task;
-            let spec = &catalog.tasks[task.index()];
-            OwnBehavior {
-                id,
-                task,
-                max_robots: spec.max_robots as usize,
-                priority: spec.priority,
-            }
-        });
         let values = setup.alliance.robots.get(&own.name);
         let longest = |seconds: fn(&BehaviorParams) -> f64| {
             let all = values.into_iter().flat_map(|own| own.sets.values());
@@ -99,8 +88,8 @@ impl TeamConfig {
             robot,
             incarnation,
             team: setup.scenario.robots.len(),
-            tasks: catalog.tasks.len(),
-            behaviors: behaviors.collect(),
+            tasks: setup.catalog.tasks.len(),
+            behaviors: OwnBehavior::all_of(robot, setup),
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             heartbeat_period: longest(|values| 1.0 / values.broadcast_rate_hz),
             ceased_after: longest(|values| values.ceased_after_s),

@@ -46,7 +46,9 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     }
 
     /// The keys of its section, in the order in which they are listed to people.
-    fn parameters(&self) -> Vec<ParameterSpec>;
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        Vec::new()
+    }
 
     /// The words that it adds to those of every run.
     fn terms(&self) -> Terms;
@@ -54,8 +56,11 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Tasks by name, and the behaviors in the order of their tasks: complete, and the same for the whole run.
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>);
 
-    /// Whether a robot that has the task of a behavior has the behavior: by devices and skills.
-    fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool;
+    /// Whether a robot that has the task of a behavior has the behavior: by devices and skills. All have all, where it is not said.
+    fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
+        let _ = (robot, behavior);
+        true
+    }
 
     /// Names of the skills that robots may have.
     fn skills(&self, _scenario: &Scenario) -> Vec<String> {
@@ -63,10 +68,19 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     }
 
     /// The ALLIANCE values of a behavior where nothing is stated.
-    fn built_in(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn;
+    fn built_in(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
+        let _ = (scenario, behavior);
+        BuiltIn::COMMON
+    }
 
-    /// Longest unit of work of a behavior for a robot of that body, from one sign of progress to the next, s: an estimate.
-    fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64;
+    /// Longest unit of work of a behavior for a robot of that body, from one sign of progress to the next, s: an estimate. Across the
+    /// room and half a turn, where it is not said.
+    fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64 {
+        let _ = behavior;
+        let (width, height) = (scenario.room.width_m, scenario.room.height_m);
+        let way_m = (width * width + height * height).sqrt();
+        f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
+    }
 
     /// Faults of its own.
     fn faults(&self) -> &'static [FaultSpec] {
@@ -112,6 +126,19 @@ pub struct BuiltIn {
     pub before_giving_up_s: f64,
 }
 
+impl BuiltIn {
+    /// They suit work of half a minute or so.
+    pub const COMMON: Self = Self {
+        broadcast_rate_hz: 1.0,
+        ceased_after_s: 5.0,
+        fast_impatience: 10.0,
+        slow_impatience: 0.5,
+        willing_to_affect_s: 60.0,
+        before_yielding_s: 120.0,
+        before_giving_up_s: 240.0,
+    };
+}
+
 /// The words of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
@@ -131,6 +158,20 @@ pub struct Terms {
     pub bulletins: [&'static str; 2],
     /// Columns of mission.csv after the time.
     pub columns: &'static [Column],
+}
+
+impl Terms {
+    /// Those of a mission that has none: a start for others.
+    pub const NONE: Self = Self {
+        devices: &[],
+        measuring_devices: &[],
+        notes: &[],
+        optional_devices: &[],
+        events: &[],
+        verbs: &[],
+        bulletins: ["first", "second"],
+        columns: &[],
+    };
 }
 
 /// A mission that is known; two are the same if their names are.
@@ -178,37 +219,12 @@ impl MissionData for Nothing {
         super::section::section::<()>(text)
     }
 
-    fn parameters(&self) -> Vec<ParameterSpec> {
-        Vec::new()
-    }
-
     fn terms(&self) -> Terms {
-        Terms {
-            devices: &[],
-            measuring_devices: &[],
-            notes: &[],
-            optional_devices: &[],
-            events: &[],
-            verbs: &[],
-            bulletins: ["first", "second"],
-            columns: &[],
-        }
+        Terms::NONE
     }
 
     fn catalog(&self, _scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         (Vec::new(), Vec::new())
-    }
-
-    fn has_behavior(&self, _robot: &Robot, _behavior: &BehaviorSpec) -> bool {
-        false
-    }
-
-    fn built_in(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> BuiltIn {
-        unreachable!("it has no behaviors")
-    }
-
-    fn unit_s(&self, _scenario: &Scenario, _body: &Body, _behavior: &BehaviorSpec) -> f64 {
-        unreachable!("it has no behaviors")
     }
 
     fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {

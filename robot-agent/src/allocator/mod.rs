@@ -28,7 +28,7 @@ use std::sync::Arc;
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::ParameterSpec;
+use alliance_proto::scenario::{ParameterSpec, Setup};
 use alliance_proto::team::{Broadcast, TaskState};
 use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
 use alliance_proto::time::SimTime;
@@ -98,6 +98,25 @@ pub struct OwnBehavior {
     pub max_robots: usize,
     /// Of the task; higher goes first.
     pub priority: i32,
+}
+
+impl OwnBehavior {
+    /// Those of a robot, in the order of [`Catalog::behaviors_of`](alliance_proto::scenario::Catalog::behaviors_of).
+    #[must_use]
+    pub fn all_of(robot: RobotId, setup: &Setup) -> Vec<Self> {
+        let (own, catalog) = (&setup.scenario.robots[robot.index()], &setup.catalog);
+        let behaviors = catalog.behaviors_of(own).map(|id| {
+            let task = catalog.sets[id.index()].task;
+            let spec = &catalog.tasks[task.index()];
+            Self {
+                id,
+                task,
+                max_robots: spec.max_robots as usize,
+                priority: spec.priority,
+            }
+        });
+        behaviors.collect()
+    }
 }
 
 /// What a robot brings to a step.

@@ -30,10 +30,14 @@ impl SharedMission for Places {
     fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
         let catalog = &setup.catalog;
         let own = catalog.behaviors_of(&setup.scenario.robots[robot.index()]);
-        Box::new(Typed::new(Visit {
-            own: own.map(|id| (id, catalog.sets[id.index()].task)).collect(),
-            touched: Vec::new(),
-        }))
+        Box::new(Typed::new(
+            Visit {
+                own: own.map(|id| (id, catalog.sets[id.index()].task)).collect(),
+                touched: Vec::new(),
+            },
+            robot,
+            setup,
+        ))
     }
 }
 

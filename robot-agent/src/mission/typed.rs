@@ -4,9 +4,10 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use alliance_proto::codec;
-use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
 use alliance_proto::readings::Readings;
+use alliance_proto::scenario::Setup;
 use alliance_proto::team::{About, Broadcast, Bulletin, BulletinKind, Content};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
@@ -14,7 +15,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{Action, AgentMission, Moment, Perception};
-use crate::allocator::{Choice, RouteCost};
+use crate::allocator::{Choice, OwnBehavior, RouteCost};
 
 /// An [`AgentMission`] in types of its own: see there what each method is for. [`Typed`] makes it one.
 pub trait TypedMind: Clone + Debug + Send + 'static {
@@ -38,13 +39,27 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
         perception: &mut Perception,
     );
 
-    /// See [`AgentMission::choices`].
+    /// See [`AgentMission::choices`]. As it stands here, a unit of each task is worth the same, costs what
+    /// [`seconds`](TypedMind::seconds) says, and is never due again.
     fn choices(
         &self,
         moment: &TypedMoment<'_, Self>,
         applicable: &[bool],
         choices: &mut Vec<Choice>,
-    );
+    ) {
+        for (own, &applicable) in moment.own.iter().zip(applicable) {
+            choices.push(Choice {
+                behavior: own.id,
+                task: own.task,
+                round: SimTime::ZERO,
+                applicable,
+                cost_s: self.seconds(&[], own.task),
+                reward: 1.0,
+                priority: own.priority,
+                max_robots: own.max_robots,
+            });
+        }
+    }
 
     /// See [`AgentMission::act`]. What is returned is the deed; bulletins are made by [`bulletin`].
     fn act(
@@ -80,6 +95,17 @@ pub struct TypedMoment<'a, M: TypedMind> {
     pub readings: &'a Readings,
     /// What the mission's devices tell; the default if they tell nothing.
     pub sensed: &'a M::Sensed,
+    /// The robot's behaviors, in the order of `Catalog::behaviors_of`.
+    pub own: &'a [OwnBehavior],
+}
+
+impl<M: TypedMind> TypedMoment<'_, M> {
+    /// The task of the behavior that is active, if one is.
+    #[must_use]
+    pub fn task_of(&self, active: Option<BehaviorId>) -> Option<TaskId> {
+        let own = self.own.iter().find(|own| Some(own.id) == active);
+        own.map(|own| own.task)
+    }
 }
 
 /// A broadcast that is heard. One that says nothing of this mission's has neither lore nor bulletin.
@@ -143,25 +169,28 @@ fn encode<T: Serialize>(what: &str, value: &T, bytes: &mut Vec<u8>) {
 pub struct Typed<M: TypedMind> {
     mind: M,
     sensed: M::Sensed,
+    own: Arc<[OwnBehavior]>,
 }
 
 impl<M: TypedMind> Typed<M> {
-    /// That mind, which has sensed nothing yet.
+    /// That mind of a robot, which has sensed nothing yet.
     #[must_use]
-    pub fn new(mind: M) -> Self {
+    pub fn new(mind: M, robot: RobotId, setup: &Setup) -> Self {
         Self {
             mind,
             sensed: M::Sensed::default(),
+            own: OwnBehavior::all_of(robot, setup).into(),
         }
     }
 }
 
 impl<'a, M: TypedMind> TypedMoment<'a, M> {
-    fn of(moment: &Moment<'a>, sensed: &'a M::Sensed) -> Self {
+    fn of(moment: &Moment<'a>, sensed: &'a M::Sensed, own: &'a [OwnBehavior]) -> Self {
         Self {
             now: moment.now,
             readings: moment.readings,
             sensed,
+            own,
         }
     }
 }
@@ -184,19 +213,19 @@ impl<M: TypedMind> AgentMission for Typed<M> {
             _ => M::Sensed::default(),
         };
         let heard: Vec<Heard<'_, M>> = heard.iter().map(|it| Heard::of(it)).collect();
-        let moment = TypedMoment::of(moment, &self.sensed);
+        let moment = TypedMoment::of(moment, &self.sensed, &self.own);
         self.mind.perceive(&moment, &heard, perception);
     }
 
     fn choices(&self, moment: &Moment<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        let moment = TypedMoment::of(moment, &self.sensed);
+        let moment = TypedMoment::of(moment, &self.sensed, &self.own);
         self.mind.choices(&moment, applicable, choices);
     }
 
     /// # Panics
     /// If the deed is larger than it may be.
     fn act(&mut self, moment: &Moment<'_>, active: Option<BehaviorId>, action: &mut Action) {
-        let moment = TypedMoment::of(moment, &self.sensed);
+        let moment = TypedMoment::of(moment, &self.sensed, &self.own);
         if let Some(deed) = self.mind.act(&moment, active, action) {
             action.actuation.deed = match Bytes::encode(&deed) {
                 Ok(bytes) => Deed::Open(bytes),

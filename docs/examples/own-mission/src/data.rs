@@ -2,11 +2,11 @@
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
+use alliance_proto::mission::data::{Mission, MissionData, Terms};
 use alliance_proto::mission::section::{Section, section};
 use alliance_proto::scenario::ParameterDefault::{Number, Required};
 use alliance_proto::scenario::{
-    BehaviorSpec, Body, ParameterRange, ParameterSpec, Path, Problem, Robot, Scenario, Unread, limits,
+    BehaviorSpec, ParameterRange, ParameterSpec, Path, Problem, Scenario, Unread, limits,
 };
 use serde::{Deserialize, Serialize};
 
@@ -71,13 +71,10 @@ impl MissionData for Visit {
     fn terms(&self) -> Terms {
         Terms {
             devices: &["touch"],
-            measuring_devices: &[],
-            notes: &[],
-            optional_devices: &[],
             events: &["visited"],
             verbs: &[("visits", "visited")],
-            bulletins: ["visited", "other"],
             columns: const { &[Column::done("visited", "visited"), Column::left("left")] },
+            ..Terms::NONE
         }
     }
 
@@ -89,27 +86,6 @@ impl MissionData for Visit {
         };
         let behaviors = (0..).zip(&names).map(behavior).collect();
         (names, behaviors)
-    }
-
-    fn has_behavior(&self, _: &Robot, _: &BehaviorSpec) -> bool {
-        true
-    }
-
-    fn built_in(&self, _: &Scenario, _: &BehaviorSpec) -> BuiltIn {
-        BuiltIn {
-            broadcast_rate_hz: 1.0,
-            ceased_after_s: 5.0,
-            fast_impatience: 20.0,
-            slow_impatience: 1.0,
-            willing_to_affect_s: 30.0,
-            before_yielding_s: 60.0,
-            before_giving_up_s: 120.0,
-        }
-    }
-
-    fn unit_s(&self, scenario: &Scenario, body: &Body, _: &BehaviorSpec) -> f64 {
-        let way_m = scenario.room.width_m.hypot(scenario.room.height_m);
-        f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {

@@ -4,9 +4,7 @@ use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::Setup;
-use alliance_proto::time::SimTime;
 use glam::Vec2;
-use robot_agent::allocator::Choice;
 use robot_agent::body::{Chassis, Goal, Navigator, Surroundings};
 use robot_agent::mission::{
     Action, AgentMission, Heard, MissionMind, Perception, SharedMission, Typed, TypedMind, TypedMoment,
@@ -27,9 +25,7 @@ impl SharedMission for Team {
     fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
         let own = &setup.scenario.robots[robot.index()];
         let VisitSection { places, reach_m } = VisitSection::of(&setup.scenario);
-        let behaviors = setup.catalog.behaviors_of(own);
-        Box::new(Typed::new(Visitor {
-            own: behaviors.map(|id| (id, setup.catalog.sets[id.index()].task)).collect(),
+        let visitor = Visitor {
             places: places.iter().map(|place| Vec2::new(place.x_m, place.y_m)).collect(),
             reach_m: *reach_m,
             chassis: Chassis::of(&setup.scenario, own),
@@ -37,13 +33,13 @@ impl SharedMission for Team {
             position: None,
             progressed: None,
             navigator: Navigator::default(),
-        }))
+        };
+        Box::new(Typed::new(visitor, robot, setup))
     }
 }
 
 #[derive(Clone, Debug)]
 struct Visitor {
-    own: Vec<(BehaviorId, TaskId)>,
     /// By task.
     places: Vec<Vec2>,
     reach_m: f32,
@@ -61,10 +57,6 @@ impl Visitor {
         if let Err(index) = self.visited.binary_search(&place) {
             self.visited.insert(index, place);
         }
-    }
-
-    fn cost_s(&self, from: Vec2, task: TaskId) -> f64 {
-        f64::from(from.distance(self.places[task.index()]) / self.chassis.speed_m_s)
     }
 }
 
@@ -95,23 +87,8 @@ impl TypedMind for Visitor {
             }
         }
         perception.progressed.extend(self.progressed.take());
-        let is_left = |task: &TaskId| !self.visited.contains(&task.0);
-        perception.applicable.extend(self.own.iter().map(|(_, task)| is_left(task)));
-    }
-
-    fn choices(&self, _: &TypedMoment<'_, Self>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        for (&(behavior, task), &applicable) in self.own.iter().zip(applicable) {
-            choices.push(Choice {
-                behavior,
-                task,
-                round: SimTime::ZERO,
-                applicable,
-                cost_s: self.position.map(|position| self.cost_s(position, task)),
-                reward: 1.0,
-                priority: 0,
-                max_robots: 1,
-            });
-        }
+        let is_left = |task: TaskId| !self.visited.contains(&task.0);
+        perception.applicable.extend(moment.own.iter().map(|own| is_left(own.task)));
     }
 
     fn act(
@@ -120,7 +97,7 @@ impl TypedMind for Visitor {
         active: Option<BehaviorId>,
         action: &mut Action,
     ) -> Option<Touch> {
-        let (_, task) = *self.own.iter().find(|(behavior, _)| Some(*behavior) == active)?;
+        let task = moment.task_of(active)?;
         if matches!(moment.sensed, Felt::Place(place) if *place == task.0) {
             self.learn(task.0);
             self.progressed = Some(task);
@@ -143,6 +120,6 @@ impl TypedMind for Visitor {
 
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
         let from = after.last().map(|last| self.places[last.index()]).or(self.position)?;
-        Some(self.cost_s(from, task))
+        Some(f64::from(from.distance(self.places[task.index()]) / self.chassis.speed_m_s))
     }
 }
