@@ -204,15 +204,19 @@ impl Agent {
             let body = self.heartbeat(announcement, spent.pop());
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
-        for bulletin in action.bulletins.drain(..) {
-            spent.pop();
-            let body = Content::Bulletin(bulletin);
-            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+        // To drain a list that is empty, as in most steps, takes longer than to look.
+        if !action.bulletins.is_empty() {
+            for bulletin in action.bulletins.drain(..) {
+                spent.pop();
+                let body = Content::Bulletin(bulletin);
+                broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+            }
         }
-
-        for message in outcome.say.drain(..) {
-            let body = Content::Allocation(message);
-            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+        if !outcome.say.is_empty() {
+            for message in outcome.say.drain(..) {
+                let body = Content::Allocation(message);
+                broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+            }
         }
 
         report.robot = self.robot;

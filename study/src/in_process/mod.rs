@@ -132,9 +132,9 @@ impl<S: Sink> Team<S> {
         &self.simulation
     }
 
-    /// A snapshot for eyes.
-    pub fn view(&mut self) -> View {
-        self.simulation.view()
+    /// A snapshot for eyes, see [`Simulation::glance`].
+    pub fn glance(&self) -> View {
+        self.simulation.glance()
     }
 
     /// One tick. Says how the run ended, once it has.
