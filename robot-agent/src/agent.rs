@@ -28,6 +28,8 @@ pub struct Agent {
     /// Messages on their way belong to the state that goes back when a step did not count.
     links: Links,
     mind: Box<dyn Mind>,
+    /// Of the mind.
+    weighs_costs: bool,
     mission: Box<dyn AgentMission>,
     seed: u64,
     step_s: f64,
@@ -132,11 +134,13 @@ impl Agent {
     /// A new incarnation of a robot: it remembers nothing, and has heard nothing.
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
+        let mind = team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup);
         Self {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            mind: team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup),
+            weighs_costs: mind.weighs_costs(),
+            mind,
             mission: team.mission.mind(robot, setup),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
@@ -162,17 +166,19 @@ impl Agent {
 
     /// Second part: the allocator chooses which behavior is active.
     pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
+        let (mut position, mut is_laden) = (None, false);
         space.choices.clear();
-        if self.mind.weighs_costs() {
+        if self.weighs_costs {
             let applicable = &space.perception.applicable;
             self.mission
                 .choices(&moment(tick), applicable, &mut space.choices);
+            (position, is_laden) = (self.mission.position(), self.mission.is_laden());
         }
         let input = Input {
             now: tick.now,
             step_s: self.step_s,
-            position: self.mission.position(),
-            is_laden: self.mission.is_laden(),
+            position,
+            is_laden,
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,

@@ -106,7 +106,7 @@ struct Ended {
     mission: Vec<Value>,
     mission_state: u64,
     /// The mission's figures as of then, once it has changed since.
-    figures: Option<TeamFigures>,
+    figures: Option<Box<TeamFigures>>,
 }
 
 impl Simulation {
@@ -360,6 +360,7 @@ impl Simulation {
     }
 
     /// Begins to gather reports, if anybody is there to give one: else the tick waits, and commands for it with it.
+    #[inline]
     pub fn gather(&mut self) {
         if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
             self.open();
@@ -367,6 +368,7 @@ impl Simulation {
     }
 
     /// The current tick is asked for from now on: what faults do to it is settled.
+    #[inline(never)]
     fn open(&mut self) {
         self.opened = true;
         self.moment += 1;
@@ -408,10 +410,16 @@ impl Simulation {
     }
 
     /// Once everybody has reported: what that triggers, and the kills of this tick.
+    #[inline]
     fn settle(&mut self) {
-        if self.settled || !self.opened || !self.barrier.is_complete() {
-            return;
+        // Asked after each report.
+        if !self.settled && self.opened && self.barrier.is_complete() {
+            self.close();
         }
+    }
+
+    /// Everybody has reported.
+    fn close(&mut self) {
         self.settled = true;
         self.moment += 1;
         if !self.steps_in_order() && self.schedule.waiting().next().is_some() {
@@ -594,14 +602,14 @@ impl Simulation {
     /// Whether ids and numbers of a report are such as an agent of this run would send.
     fn is_well_formed(&self, report: &Report) -> bool {
         let robots = self.setup.scenario.robots.len();
-        let sets = self.setup.catalog.sets.len();
+        let (sets, tasks) = (self.setup.catalog.sets.len(), self.setup.catalog.tasks.len());
         let threshold = self.setup.alliance.threshold;
         report.robot.index() < robots
             && report.active.is_none_or(|active| active.index() < sets)
             && report.motivations.len() <= sets
             && report.allocation.len() <= sets
             && report.allocation.iter().all(|row| {
-                row.task.index() < self.setup.catalog.tasks.len()
+                row.task.index() < tasks
                     && row.utility.is_finite()
                     && row.holder.is_none_or(|holder| holder.index() < robots)
             })
@@ -619,9 +627,7 @@ impl Simulation {
                 reception.sender.index() < robots
                     && reception.said.is_none_or(|said| {
                         said.set.is_none_or(|set| set.index() < sets)
-                            && said
-                                .task
-                                .is_none_or(|task| task.index() < self.setup.catalog.tasks.len())
+                            && said.task.is_none_or(|task| task.index() < tasks)
                     })
             })
     }
@@ -636,7 +642,7 @@ impl Simulation {
     /// in the log.
     fn keep_figures(&mut self) {
         if self.ended.figures.is_none() {
-            self.ended.figures = Some(self.figures());
+            self.ended.figures = Some(Box::new(self.figures()));
         }
     }
 
@@ -649,10 +655,11 @@ impl Simulation {
     /// What the end of the log tells of the run.
     #[must_use]
     pub fn ending(&self) -> Ending {
+        let kept = self.ended.figures.as_deref().cloned();
         Ending {
             unscripted: self.unscripted,
             faults: self.faults(),
-            figures: self.ended.figures.clone().unwrap_or_else(|| self.figures()),
+            figures: kept.unwrap_or_else(|| self.figures()),
         }
     }
 }

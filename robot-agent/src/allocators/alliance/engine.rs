@@ -110,7 +110,6 @@ impl Engine {
     ///
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.
-    #[inline]
     pub fn step(&mut self, input: &StepInput<'_>, output: &mut Outcome) {
         let now = input.now;
         let own_task = |task| self.config.own_task(task);
