@@ -166,19 +166,17 @@ impl Agent {
 
     /// Second part: the allocator chooses which behavior is active.
     pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
-        let (mut position, mut is_laden) = (None, false);
         space.choices.clear();
         if self.weighs_costs {
             let applicable = &space.perception.applicable;
             self.mission
                 .choices(&moment(tick), applicable, &mut space.choices);
-            (position, is_laden) = (self.mission.position(), self.mission.is_laden());
         }
-        let input = Input {
+        let mut input = Input {
             now: tick.now,
             step_s: self.step_s,
-            position,
-            is_laden,
+            position: None,
+            is_laden: false,
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
@@ -186,6 +184,10 @@ impl Agent {
             route: &*self.mission,
             draws: Draws::of(self.seed, self.robot, tick.tick),
         };
+        if self.weighs_costs {
+            input.position = self.mission.position();
+            input.is_laden = self.mission.is_laden();
+        }
         self.mind.step(&input, &mut space.outcome);
         space.heard.inbox.clear();
     }
@@ -228,7 +230,6 @@ impl Agent {
         report.robot = self.robot;
         report.incarnation = self.incarnation;
         report.tick = tick.tick;
-        report.actuation = action.actuation;
         report.broadcasts = broadcasts.len() as u16;
         report.broadcast_bytes = broadcasts.iter().map(payload_bytes).sum();
         report.active = outcome.active;
@@ -239,6 +240,8 @@ impl Agent {
         report.notes.clear();
         report.notes.append(&mut perception.notes);
         report.notes.append(&mut action.notes);
+        // Last: a copy of what has just been written field by field would cause a store-forwarding stall.
+        report.actuation = action.actuation;
     }
 
     /// A heartbeat, in the memory of an old one.

@@ -466,13 +466,13 @@ impl Simulation {
 
         let commands = &mut ended.commands;
         commands.clear();
-        for (robot, answer) in self.barrier.robots().zip(answers.all()) {
-            let mut command = answer.counts.then_some(answer.report.actuation);
+        let told = answers.all().iter();
+        commands.extend(told.map(|answer| answer.counts.then_some(answer.report.actuation)));
+        for (robot, command) in self.barrier.robots().zip(&mut *commands) {
             let mission = self.world.mission();
-            for fault in self.actuators.disobey(mission, robot, &mut command) {
+            for fault in self.actuators.disobey(mission, robot, command) {
                 self.hit(fault, 1);
             }
-            commands.push(command);
         }
         let mut happened = self.world.step(commands);
         for robot in &gathered.dead {
