@@ -28,6 +28,8 @@ pub struct Agent {
     /// Messages on their way belong to the state that goes back when a step did not count.
     links: Links,
     mind: Box<dyn Mind>,
+    /// Of the mind.
+    weighs_costs: bool,
     mission: Box<dyn AgentMission>,
     seed: u64,
     step_s: f64,
@@ -121,11 +123,13 @@ impl Agent {
     /// A new incarnation of a robot: it remembers nothing, and has heard nothing.
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
+        let mind = team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup);
         Self {
             robot,
             incarnation,
             links: Links::new(robot, setup),
-            mind: team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup),
+            weighs_costs: mind.weighs_costs(),
+            mind,
             mission: team.mission.mind(robot, setup),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
@@ -152,7 +156,7 @@ impl Agent {
     /// Second part: the allocator chooses which behavior is active.
     pub fn think(&mut self, tick: &TickMessage, space: &mut Workspace) {
         space.choices.clear();
-        if self.mind.weighs_costs() {
+        if self.weighs_costs {
             let applicable = &space.perception.applicable;
             self.mission
                 .choices(&moment(tick), applicable, &mut space.choices);
@@ -165,11 +169,11 @@ impl Agent {
                 space.choices.iter().find(|choice| !is_number(choice))
             );
         }
-        let input = Input {
+        let mut input = Input {
             now: tick.now,
             step_s: self.step_s,
-            position: self.mission.position(),
-            is_laden: self.mission.is_laden(),
+            position: None,
+            is_laden: false,
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
@@ -177,6 +181,10 @@ impl Agent {
             route: &*self.mission,
             draws: Draws::of(self.seed, self.robot, tick.tick),
         };
+        if self.weighs_costs {
+            input.position = self.mission.position();
+            input.is_laden = self.mission.is_laden();
+        }
         self.mind.step(&input, &mut space.outcome);
         space.heard.inbox.clear();
     }
@@ -208,21 +216,24 @@ impl Agent {
             let body = self.heartbeat(announcement, spent.pop());
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
-        for bulletin in action.bulletins.drain(..) {
-            spent.pop();
-            let body = Content::Bulletin(bulletin);
-            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+        // To drain a list that is empty, as in most steps, takes longer than to look.
+        if !action.bulletins.is_empty() {
+            for bulletin in action.bulletins.drain(..) {
+                spent.pop();
+                let body = Content::Bulletin(bulletin);
+                broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+            }
         }
-
-        for message in outcome.say.drain(..) {
-            let body = Content::Allocation(message);
-            broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+        if !outcome.say.is_empty() {
+            for message in outcome.say.drain(..) {
+                let body = Content::Allocation(message);
+                broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
+            }
         }
 
         report.robot = self.robot;
         report.incarnation = self.incarnation;
         report.tick = tick.tick;
-        report.actuation = action.actuation;
         report.broadcasts = broadcasts.len() as u16;
         report.broadcast_bytes = broadcasts.iter().map(payload_bytes).sum();
         report.active = outcome.active;
@@ -233,6 +244,8 @@ impl Agent {
         report.notes.clear();
         report.notes.append(&mut perception.notes);
         report.notes.append(&mut action.notes);
+        // Last: a copy of what has just been written field by field would cause a store-forwarding stall.
+        report.actuation = action.actuation;
     }
 
     /// A heartbeat, in the memory of an old one.

@@ -522,15 +522,14 @@ impl Barrier {
     }
 
     /// Whether the current tick waits for nobody any more.
+    #[inline]
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        let is_open = |place: usize| {
-            let place = &self.places[place];
-            place.presence == Presence::Present && !place.gone && place.answer.is_none()
+        let (before, after) = self.places.split_at(self.open.get());
+        let open = match after.iter().position(Place::is_open) {
+            Some(ahead) => Some(before.len() + ahead),
+            None => before.iter().position(Place::is_open),
         };
-        let before = self.open.get();
-        let open = (before..self.places.len()).find(|&it| is_open(it));
-        let open = open.or_else(|| (0..before).find(|&it| is_open(it)));
         self.open.set(open.unwrap_or_default());
         self.started && open.is_none() && !self.is_idle()
     }

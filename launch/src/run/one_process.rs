@@ -65,7 +65,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
             }
             if shown.elapsed() >= INTERVAL {
                 shown = Instant::now();
-                progress.show(&team.view());
+                progress.show(&team.glance());
             }
         }
     };

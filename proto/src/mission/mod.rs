@@ -38,12 +38,13 @@ pub enum Sensed {
     Nothing,
     /// In the waste clean-up.
     Waste(WasteSensed),
-    /// In any other mission: the encoding of a type of its own.
-    Open(Bytes<SENSED_MAX>),
+    /// In any other mission: the encoding of a type of its own; elsewhere, for a robot's readings are to lie close together.
+    Open(Box<Bytes<SENSED_MAX>>),
 }
 
 impl Sensed {
     /// What the devices of the waste clean-up tell: nothing in another mission.
+    #[inline]
     #[must_use]
     pub fn waste(&self) -> &WasteSensed {
         const NOTHING: &WasteSensed = &WasteSensed::NOTHING;
@@ -81,6 +82,7 @@ pub enum Deed {
 
 impl Deed {
     /// What it means in the waste clean-up.
+    #[inline]
     #[must_use]
     pub fn waste(&self) -> WasteDeed {
         match self {
@@ -259,7 +261,7 @@ mod tests {
 
     #[test]
     fn of_another_mission_the_clean_up_reads_nothing() {
-        let mut sensed = Sensed::Open(Bytes::default());
+        let mut sensed = Sensed::Open(Box::default());
         assert_eq!(*sensed.waste(), WasteSensed::default());
         sensed.waste_mut().holding = Some(true);
         assert_eq!(sensed.waste().holding, Some(true));

@@ -73,6 +73,7 @@ pub struct WasteDeed {
 
 /// Doing nothing is no deed, whoever says so.
 impl From<WasteDeed> for Deed {
+    #[inline]
     fn from(deed: WasteDeed) -> Self {
         if deed == WasteDeed::default() {
             Self::Nothing
@@ -83,6 +84,7 @@ impl From<WasteDeed> for Deed {
 }
 
 impl From<Gripper> for Deed {
+    #[inline]
     fn from(gripper: Gripper) -> Self {
         WasteDeed {
             gripper,

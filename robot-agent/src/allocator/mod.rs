@@ -126,9 +126,9 @@ pub struct Input<'a> {
     pub now: SimTime,
     /// Length of a step, s. A step made late is still one step.
     pub step_s: f64,
-    /// Where the robot believes to be, m; `None` while its position sensor is dead.
+    /// Where the robot believes to be, m; `None` while its position sensor is dead, and for a [`Mind`] that does not weigh costs.
     pub position: Option<Vec2>,
-    /// Whether it carries something that its task is about.
+    /// Whether it carries something that its task is about; `false` for a [`Mind`] that does not weigh costs.
     pub is_laden: bool,
     /// Whether each own behavior can be active in this step (sensory feedback, eq. 2.1), in the order of [`Me::behaviors`].
     pub applicable: &'a [bool],
@@ -250,7 +250,8 @@ pub trait Mind: Debug + Send {
     /// A checkpoint.
     fn checkpoint(&self) -> Box<dyn Mind>;
 
-    /// Whether it looks at costs, rounds and rewards: where nobody does they are not worked out.
+    /// Whether it looks at costs, rounds and rewards, at its place and its load: where nobody does they are not worked out. It says
+    /// the same at all times.
     fn weighs_costs(&self) -> bool {
         true
     }

@@ -246,6 +246,7 @@ fn has_moved(since: Vec2, position: Vec2) -> bool {
 
 impl Surroundings {
     /// What is straight ahead within the clearance.
+    #[inline]
     #[must_use]
     pub fn blocked_by(&self) -> Option<Hit> {
         self.proximity.ahead[1].filter(|hit| hit.distance_m <= CLEARANCE_M + CLOSE_M)

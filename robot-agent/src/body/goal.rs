@@ -20,6 +20,7 @@ pub enum Goal {
 
 impl Goal {
     /// What is left of the way, m. For a direction only differences mean something; it never ends.
+    #[inline]
     #[must_use]
     pub fn remaining(&self, position: Vec2) -> f32 {
         match *self {
@@ -29,6 +30,7 @@ impl Goal {
     }
 
     /// Whether nothing is left of the way.
+    #[inline]
     #[must_use]
     pub fn is_reached(&self, position: Vec2) -> bool {
         matches!(self, Self::Place { .. }) && self.remaining(position) <= 0.0
@@ -36,6 +38,7 @@ impl Goal {
 
     /// How far the robot goes straight ahead to arrive, m: a little too far, for rounding would keep it short of the goal for
     /// ever.
+    #[inline]
     #[must_use]
     pub fn way(&self, position: Vec2) -> f32 {
         const BEYOND_M: f32 = 0.005;
@@ -56,6 +59,7 @@ impl Goal {
     }
 
     /// Whether a detour that was begun for `other` still serves this goal.
+    #[inline]
     #[must_use]
     pub fn continues(&self, other: &Self) -> bool {
         /// Sensed items shift a little as the robot moves; a new goal is farther than that.
@@ -71,6 +75,7 @@ impl Goal {
 }
 
 /// Length of a vector, with the same bits on every platform: those of [`libm::hypotf`].
+#[inline]
 #[must_use]
 pub fn length(vector: Vec2) -> f32 {
     // Squares of such numbers neither overflow nor vanish, so that they need not be scaled.
@@ -84,6 +89,7 @@ pub fn length(vector: Vec2) -> f32 {
 }
 
 /// Whether a vector is shorter than that: the same as `length(vector) < limit_m`, mostly without a root.
+#[inline]
 #[must_use]
 pub fn is_shorter(vector: Vec2, limit_m: f32) -> bool {
     // No vector is shorter than its longer coordinate, rounded or not.
@@ -91,6 +97,7 @@ pub fn is_shorter(vector: Vec2, limit_m: f32) -> bool {
 }
 
 /// Whether a vector is no longer than that: the same as `length(vector) <= limit_m`, mostly without a root.
+#[inline]
 #[must_use]
 pub fn is_within(vector: Vec2, limit_m: f32) -> bool {
     vector.abs().max_element() <= limit_m && length(vector) <= limit_m

@@ -20,6 +20,7 @@ pub use surroundings::{Side, Surroundings};
 use std::f32::consts::{PI, TAU};
 
 /// The same angle in [-π, π], rad.
+#[inline]
 #[must_use]
 pub fn wrap(angle: f32) -> f32 {
     // The remainder of such an angle is the angle itself.

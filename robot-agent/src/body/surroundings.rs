@@ -66,6 +66,7 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// What the readings say; `None` without a position. A dead avoidance sensor sees nothing.
+    #[inline]
     #[must_use]
     pub fn of(readings: &Readings) -> Option<Self> {
         Some(Self {

@@ -156,7 +156,7 @@ fn message(tick: u64, at: Option<u16>) -> TickMessage {
         manifest: Vec::new(),
         held: Vec::new(),
         readings: Readings {
-            mission: Sensed::Open(Bytes::encode(&At(at)).unwrap()),
+            mission: Sensed::Open(Box::new(Bytes::encode(&At(at)).unwrap())),
             ..Readings::default()
         },
     }

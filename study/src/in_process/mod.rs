@@ -136,9 +136,9 @@ impl<S: Sink> Team<S> {
         &self.simulation
     }
 
-    /// A snapshot for eyes.
-    pub fn view(&mut self) -> View {
-        self.simulation.view()
+    /// A snapshot for eyes, see [`Simulation::glance`].
+    pub fn glance(&self) -> View {
+        self.simulation.glance()
     }
 
     /// One tick. Says how the run ended, once it has.
@@ -147,13 +147,10 @@ impl<S: Sink> Team<S> {
     /// When the log cannot be written.
     pub fn tick(&mut self) -> Result<Option<Outcome>, RecordError> {
         let tick = self.simulation.tick();
-        let outside = self.outside.remove(&tick).unwrap_or_default();
-        let (mut timed, outside): (Vec<Input>, Vec<Input>) = outside
-            .into_iter()
-            .partition(|input| input.moment().is_some() || input.is_command());
-        // A command ends the moment at which it is obeyed; one without a moment was obeyed at the first.
-        timed.sort_by_key(|input| (input.moment().unwrap_or(0), input.is_command()));
-        let mut timed = VecDeque::from(timed);
+        let (mut timed, outside) = match self.outside.remove(&tick) {
+            Some(outside) => in_order(outside),
+            None => Default::default(),
+        };
         for input in &outside {
             self.obey(input);
         }
@@ -285,7 +282,14 @@ impl<S: Sink> Team<S> {
     }
 
     /// What came from outside at this very moment of the tick; says whether there was anything.
+    #[inline]
     fn feed(&mut self, timed: &mut VecDeque<Input>) -> bool {
+        // As in most ticks.
+        !timed.is_empty() && self.feed_some(timed)
+    }
+
+    #[inline(never)]
+    fn feed_some(&mut self, timed: &mut VecDeque<Input>) -> bool {
         let mut any = false;
         while let Some(input) = timed.pop_front_if(|input| self.simulation.feeds(input)) {
             any = true;
@@ -497,4 +501,14 @@ impl<S: Sink> Team<S> {
     fn name(&self, robot: RobotId) -> &str {
         &self.simulation.setup().scenario.robots[robot.index()].name
     }
+}
+
+/// What comes from outside in a tick: what has a moment, in order, and the rest.
+fn in_order(outside: Vec<Input>) -> (VecDeque<Input>, Vec<Input>) {
+    let (mut timed, outside): (Vec<Input>, Vec<Input>) = outside
+        .into_iter()
+        .partition(|input| input.moment().is_some() || input.is_command());
+    // A command ends the moment at which it is obeyed; one without a moment was obeyed at the first.
+    timed.sort_by_key(|input| (input.moment().unwrap_or(0), input.is_command()));
+    (timed.into(), outside)
 }

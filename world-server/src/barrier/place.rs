@@ -62,6 +62,11 @@ pub(super) struct Place {
 }
 
 impl Place {
+    /// Whether the current tick waits for it.
+    pub fn is_open(&self) -> bool {
+        self.presence == Presence::Present && !self.gone && self.answer.is_none()
+    }
+
     /// Nobody is there yet.
     pub fn new(robot: &Robot) -> Self {
         Self {

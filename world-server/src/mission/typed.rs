@@ -100,12 +100,15 @@ impl<M: TypedMission> Typed<M> {
         }
     }
 
+    /// Writes an encoding, in the memory of an old one.
+    ///
     /// # Panics
     /// If it is larger than it may be.
-    fn encoded(sensed: &M::Sensed) -> Sensed {
-        match Bytes::encode(sensed) {
-            Ok(bytes) => Sensed::Open(bytes),
-            Err(error) => panic!("what a mission's devices tell: {error}"),
+    fn encode(told: &M::Sensed, sensed: &mut Sensed) {
+        match (Bytes::encode(told), sensed) {
+            (Ok(bytes), Sensed::Open(old)) => **old = bytes,
+            (Ok(bytes), sensed) => *sensed = Sensed::Open(Box::new(bytes)),
+            (Err(error), _) => panic!("what a mission's devices tell: {error}"),
         }
     }
 }
@@ -129,7 +132,7 @@ impl<M: TypedMission> WorldMission for Typed<M> {
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
         let (told, validity) = self.0.sense(robot, floor);
-        *sensed = Self::encoded(&told);
+        Self::encode(&told, sensed);
         validity
     }
 
@@ -144,13 +147,13 @@ impl<M: TypedMission> WorldMission for Typed<M> {
     fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
         let mut told = Self::decoded(to);
         self.0.copy_device(device, &Self::decoded(from), &mut told);
-        *to = Self::encoded(&told);
+        Self::encode(&told, to);
     }
 
     fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
         let mut told = Self::decoded(sensed);
         self.0.mislead(device, &mut told, error_m);
-        *sensed = Self::encoded(&told);
+        Self::encode(&told, sensed);
     }
 
     fn end(&self, now: SimTime) -> Option<Outcome> {

@@ -4,7 +4,7 @@
 
 use alliance_proto::ids::{BehaviorId, RobotId};
 use alliance_proto::log::Section;
-use alliance_proto::readings::Readings;
+use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::telemetry::{BehaviorState, Delivery, Motivation, Reception};
 use alliance_proto::tick::Report;
 
@@ -117,7 +117,11 @@ impl Answers {
                     &report.notes,
                 )),
             },
-            commands: self.hash.of(&report.actuation),
+            commands: match before {
+                // As of a robot that waits.
+                Some(before) if have_same_commands(&answer.report, report) => before.commands,
+                _ => self.hash.of(&report.actuation),
+            },
         });
         answer.deliveries = Deliveries::of(&report.receptions);
         answer.keep(report, same_motivations);
@@ -178,6 +182,13 @@ impl Answer {
             take(Section::Commands, hashes.commands);
         }
     }
+}
+
+/// Whether the sections of commands have the same bits.
+fn have_same_commands(a: &Report, b: &Report) -> bool {
+    let bits = |it: &Actuation| [it.speed_m_s, it.turn_rad_s].map(f32::to_bits);
+    let (a, b) = (&a.actuation, &b.actuation);
+    bits(a) == bits(b) && a.deed == b.deed
 }
 
 /// Whether the sections of motivations have the same bits.

@@ -313,7 +313,7 @@ impl<S: Sink> Record for Recorder<S> {
             encode::poses(names, repeated, record, rows)
         });
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
-        if self.mission.as_deref() != Some(record.mission) {
+        if self.level.keeps(Table::Mission) && self.mission.as_deref() != Some(record.mission) {
             let written = self.mission.get_or_insert_default();
             written.clear();
             written.extend_from_slice(record.mission);

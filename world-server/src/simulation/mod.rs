@@ -108,7 +108,7 @@ struct Ended {
     mission: Vec<Value>,
     mission_state: u64,
     /// The mission's figures as of then, once it has changed since.
-    figures: Option<TeamFigures>,
+    figures: Option<Box<TeamFigures>>,
 }
 
 impl Simulation {
@@ -362,6 +362,7 @@ impl Simulation {
     }
 
     /// Begins to gather reports, if anybody is there to give one: else the tick waits, and commands for it with it.
+    #[inline]
     pub fn gather(&mut self) {
         if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
             self.open();
@@ -369,6 +370,7 @@ impl Simulation {
     }
 
     /// The current tick is asked for from now on: what faults do to it is settled.
+    #[inline(never)]
     fn open(&mut self) {
         self.opened = true;
         self.moment += 1;
@@ -410,10 +412,16 @@ impl Simulation {
     }
 
     /// Once everybody has reported: what that triggers, and the kills of this tick.
+    #[inline]
     fn settle(&mut self) {
-        if self.settled || !self.opened || !self.barrier.is_complete() {
-            return;
+        // Asked after each report.
+        if !self.settled && self.opened && self.barrier.is_complete() {
+            self.close();
         }
+    }
+
+    /// Everybody has reported.
+    fn close(&mut self) {
         self.settled = true;
         self.moment += 1;
         if !self.steps_in_order() && self.schedule.waiting().next().is_some() {
@@ -460,13 +468,13 @@ impl Simulation {
 
         let commands = &mut ended.commands;
         commands.clear();
-        for (robot, answer) in self.barrier.robots().zip(answers.all()) {
-            let mut command = answer.counts.then_some(answer.report.actuation);
+        let told = answers.all().iter();
+        commands.extend(told.map(|answer| answer.counts.then_some(answer.report.actuation)));
+        for (robot, command) in self.barrier.robots().zip(&mut *commands) {
             let mission = self.world.mission();
-            for fault in self.actuators.disobey(mission, robot, &mut command) {
+            for fault in self.actuators.disobey(mission, robot, command) {
                 self.hit(fault, 1);
             }
-            commands.push(command);
         }
         let mut happened = self.world.step(commands);
         for robot in &gathered.dead {
@@ -596,14 +604,14 @@ impl Simulation {
     /// Whether ids and numbers of a report are such as an agent of this run would send.
     fn is_well_formed(&self, report: &Report) -> bool {
         let robots = self.setup.scenario.robots.len();
-        let sets = self.setup.catalog.sets.len();
+        let (sets, tasks) = (self.setup.catalog.sets.len(), self.setup.catalog.tasks.len());
         let threshold = self.setup.alliance.threshold;
         report.robot.index() < robots
             && report.active.is_none_or(|active| active.index() < sets)
             && report.motivations.len() <= sets
             && report.allocation.len() <= sets
             && report.allocation.iter().all(|row| {
-                row.task.index() < self.setup.catalog.tasks.len()
+                row.task.index() < tasks
                     && row.utility.is_finite()
                     && row.holder.is_none_or(|holder| holder.index() < robots)
             })
@@ -621,9 +629,7 @@ impl Simulation {
                 reception.sender.index() < robots
                     && reception.said.is_none_or(|said| {
                         said.set.is_none_or(|set| set.index() < sets)
-                            && said
-                                .task
-                                .is_none_or(|task| task.index() < self.setup.catalog.tasks.len())
+                            && said.task.is_none_or(|task| task.index() < tasks)
                     })
             })
     }
@@ -638,7 +644,7 @@ impl Simulation {
     /// in the log.
     fn keep_figures(&mut self) {
         if self.ended.figures.is_none() {
-            self.ended.figures = Some(self.figures());
+            self.ended.figures = Some(Box::new(self.figures()));
         }
     }
 
@@ -674,10 +680,11 @@ impl Simulation {
     /// What the end of the log tells of the run.
     #[must_use]
     pub fn ending(&self) -> Ending {
+        let kept = self.ended.figures.as_deref().cloned();
         Ending {
             unscripted: self.unscripted,
             faults: self.faults(),
-            figures: self.ended.figures.clone().unwrap_or_else(|| self.figures()),
+            figures: kept.unwrap_or_else(|| self.figures()),
         }
     }
 }

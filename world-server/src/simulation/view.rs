@@ -98,7 +98,17 @@ impl Simulation {
             .memories
             .bends
             .get_or_insert_with(|| Bends::new(team, SimTime(step)));
-        let bends = bends.take(self.world.now());
+        View {
+            messages,
+            messages_left_out: std::mem::take(&mut self.memories.left_out),
+            bends: bends.take(self.world.now()),
+            ..self.glance()
+        }
+    }
+
+    /// The same without messages and curves, of which each step would have to remember something.
+    #[must_use]
+    pub fn glance(&self) -> View {
         let robots = self
             .barrier
             .robots()
@@ -111,9 +121,6 @@ impl Simulation {
             mission: self.mission_row().into_iter().map(Value::number).collect(),
             robots,
             faults: self.faults_to_see(),
-            messages,
-            messages_left_out: std::mem::take(&mut self.memories.left_out),
-            bends,
             outcome: self.outcome,
             ..View::default()
         };

@@ -254,6 +254,7 @@ impl Floor {
     }
 
     /// The bodies whose centers are within reach of a point, with these, and some that are not within reach.
+    #[inline]
     pub fn bodies_near(
         &self,
         point: Vec2,

@@ -107,6 +107,7 @@ impl Grid {
     }
 
     /// Everything within reach of a point in x and in y, with its place.
+    #[inline]
     #[must_use]
     pub fn near(&self, at: Vec2, reach_m: f32) -> Near<'_> {
         let (low, high) = (
@@ -154,6 +155,7 @@ pub struct Near<'a> {
 impl Iterator for Near<'_> {
     type Item = (usize, Vec2);
 
+    #[inline]
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             while self.id == NONE {

@@ -100,6 +100,7 @@ impl Floor {
 }
 
 /// What of a command a body can obey. A speed that is negative or no number counts as 0.
+#[inline(always)]
 #[must_use]
 pub fn limited(body: &Body, command: Actuation) -> Actuation {
     let limit_rad_s = body.turn_deg_s.to_radians();

@@ -56,7 +56,7 @@ impl WasteMission {
             self.search_later(place, now);
         }
         self.extremes.join(readings, self.briefing.chassis.radius_m);
-        self.sight = self.see_waste(now, readings);
+        self.see_waste(now, readings);
         self.memory.expire(now);
         for &task in &self.progressed {
             self.search_progress += u32::from(task == FIND);
@@ -159,10 +159,13 @@ impl WasteMission {
     }
 
     /// Own sight of the spills and of what lies loose.
-    fn see_waste(&mut self, now: SimTime, readings: &Readings) -> Option<Sight> {
-        let pose = readings.pose?;
+    fn see_waste(&mut self, now: SimTime, readings: &Readings) {
+        self.sight = None;
+        let Some(pose) = readings.pose else { return };
         let ahead = self.facing.ahead(pose.heading_rad);
-        let places = places(&self.briefing, &self.memory, &self.realms)?;
+        let Some(places) = places(&self.briefing, &self.memory, &self.realms) else {
+            return;
+        };
         let own_spill = |at: Vec2, slack: f32| {
             let nearest = places.nearest_spill(at);
             let radius_m = self.briefing.spill_radius_m + slack;
@@ -173,7 +176,8 @@ impl WasteMission {
         {
             self.memory.confirm();
         }
-        let sight = Sight::of(readings, ahead, &self.briefing, &places)?;
+        self.sight = Sight::of(readings, ahead, &self.briefing, &places);
+        let Some(sight) = &self.sight else { return };
         let mut seen = None;
         for &item in &sight.waste {
             match own_spill(item, 0.0) {
@@ -193,7 +197,6 @@ impl WasteMission {
         for place in gone {
             self.memory.see_loose(place, false, now);
         }
-        Some(sight)
     }
 
     /// Whether something is taken to lie loose that is this spill's work.

@@ -92,7 +92,7 @@ fn every_bit_of_a_float_counts() {
         let sensed = |tick: &mut OwnedTick| {
             let mut at = Vec2::new(0.5, -0.25);
             flip(&mut at.y);
-            tick.blue().0.mission = Sensed::Open(Bytes::encode(&at).unwrap());
+            tick.blue().0.mission = Sensed::Open(Box::new(Bytes::encode(&at).unwrap()));
         };
         assert_eq!(changed(sensed), ["blue readings"]);
     }

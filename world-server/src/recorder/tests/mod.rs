@@ -180,7 +180,7 @@ fn sample() -> Vec<OwnedTick> {
     gold.broadcasts = 2;
     gold.broadcast_bytes = 250;
     let (readings, blue) = second.blue();
-    readings.mission = Sensed::Open(Bytes::encode(&Vec2::new(0.5, -0.25)).unwrap());
+    readings.mission = Sensed::Open(Box::new(Bytes::encode(&Vec2::new(0.5, -0.25)).unwrap()));
     blue.actuation.speed_m_s = 0.5;
     blue.motivations = vec![
         Motivation {
