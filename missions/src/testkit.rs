@@ -282,7 +282,7 @@ impl<'s> Trial<'s> {
 /// Readings of another mission, or of none.
 fn junk_sensed(chance: &mut ChaCha8Rng) -> Sensed {
     let bytes: [u8; 24] = chance.random();
-    Bytes::encode(&bytes).map_or(Sensed::Nothing, Sensed::Open)
+    Bytes::encode(&bytes).map_or(Sensed::Nothing, |bytes| Sensed::Open(bytes.into()))
 }
 
 fn junk_deed(chance: &mut ChaCha8Rng) -> Deed {

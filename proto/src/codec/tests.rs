@@ -118,7 +118,8 @@ fn sensed() -> impl Strategy<Value = Sensed> {
                 holding,
             })
         ),
-        vec(any::<u8>(), 0..100).prop_map(|bytes| Sensed::Open(Box::new(Bytes::encode(&bytes).unwrap()))),
+        vec(any::<u8>(), 0..100)
+            .prop_map(|bytes| Sensed::Open(Box::new(Bytes::encode(&bytes).unwrap()))),
     ]
 }
 

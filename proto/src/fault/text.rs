@@ -88,10 +88,13 @@ impl Fault {
     /// Whether it happens in a moment, so that it has no duration and cannot heal.
     #[must_use]
     pub fn is_momentary(&self) -> bool {
-        matches!(
-            self,
-            Self::Continue(_) | Self::Restart(_) | Self::MoveRobot(_) | Self::Mission(_)
-        )
+        Self::is_name_of_momentary(self.name())
+    }
+
+    /// The same of the fault of that name: a few common ones, and all that only a mission knows.
+    #[must_use]
+    pub fn is_name_of_momentary(name: &str) -> bool {
+        matches!(name, "continue" | "restart" | "move-robot") || !Self::COMMON.contains(&name)
     }
 
     /// Whether it acts on the process of an agent, which only the launcher that started it can.

@@ -4,9 +4,12 @@
 use std::fmt::{self, Debug};
 use std::ops::Deref;
 
+use glam::Vec2;
+
 use super::columns::Column;
+use super::promises::Promises;
 use super::section::{MissionSection, Section};
-use crate::fault::{FaultSpec, Order, OrderError};
+use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
 use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
 /// A mission's data. A scenario whose file has the section `[NAME]` is one of this mission.
@@ -98,6 +101,36 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// How long the [time](super::columns::ColumnKind::Time) of a column of mission.csv may lie back before the next is late, s.
     fn period_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
         None
+    }
+
+    /// What holds of its runs for those who look at them from outside.
+    fn promises(&self, _scenario: &Scenario) -> Promises {
+        Promises::default()
+    }
+
+    /// Most items that a fault of its own adds.
+    fn items_added(&self, _fault: &MissionFault) -> usize {
+        0
+    }
+
+    /// Whether robots look for items at that place, m, without having been there before.
+    fn is_looked_for(&self, _scenario: &Scenario, _place: Vec2) -> bool {
+        true
+    }
+
+    /// How often the work of a behavior is due again, s, where that is so.
+    fn due_every_s(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> Option<f64> {
+        None
+    }
+
+    /// Whether a behavior's task has many units of work, so that whoever has it stays at it.
+    fn goes_on(&self, _behavior: &BehaviorSpec) -> bool {
+        false
+    }
+
+    /// Rectangles that random missions keep free of obstacles: lower left and upper right corners, m.
+    fn kept_free(&self, _scenario: &Scenario) -> Vec<[Vec2; 2]> {
+        Vec::new()
     }
 
     /// Checks what the scenario says of this mission. Names and ranges of everything else have not been checked yet.

@@ -7,6 +7,7 @@
 pub mod columns;
 pub mod data;
 mod figures;
+pub mod promises;
 pub mod section;
 pub mod waste;
 

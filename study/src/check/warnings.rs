@@ -1,6 +1,5 @@
 //! Parameters that are valid, but do not go together.
 
-use missions::waste::data::{BehaviorKind, WasteSection};
 use std::collections::BTreeMap;
 
 use alliance_proto::scenario::{BehaviorParams, Setup};
@@ -139,28 +138,26 @@ fn heard_every_s(setup: &Setup, params: &BehaviorParams) -> f64 {
     (1.0 / params.broadcast_rate_hz / step_s - 1e-9).ceil() * step_s
 }
 
-/// Whether reports have to come late: because it takes too long to make one, or because everybody may be moving spills when
-/// one is due.
+/// Whether what is due again and again has to come late: because it takes too long, or because everybody may be at tasks that go on
+/// when it is due.
 fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
     let set = catalog.behavior_named(&forecast.set)?;
-    if BehaviorKind::of(&catalog.sets[set.index()]) != BehaviorKind::ReportProgress {
-        return None;
-    }
-    let report_period_s = WasteSection::of(&scenario).report_period_s;
+    let mission = catalog.mission;
+    let period_s = mission.due_every_s(scenario, &catalog.sets[set.index()])?;
     let takes_s = forecast.activates_s + forecast.work_s;
-    if takes_s > report_period_s {
+    if takes_s > period_s {
         return Some((
             Kind::ReportsLate,
             format!(
-                "from becoming due, a report takes about {takes_s:.0} s, more than the report period of {report_period_s} s"
+                "from becoming due, it takes about {takes_s:.0} s, more than its period of {period_s} s"
             ),
         ));
     }
     let moving = || {
         let sets = catalog.sets.iter();
-        sets.filter(|set| matches!(BehaviorKind::of(set), BehaviorKind::MoveSpill(_)))
+        sets.filter(move |set| mission.goes_on(set))
     };
     let places: u64 = moving()
         .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))
@@ -174,11 +171,11 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(Kind, String)> {
     };
     let lambda_s = longest(|params| params.before_giving_up_s);
     let psi_s = longest(|params| params.before_yielding_s);
-    (lambda_s > report_period_s).then(|| {
+    (lambda_s > period_s).then(|| {
         (
             Kind::ReportsLate,
             format!(
-                "all robots may be moving spills when a report is due, every {report_period_s} s; this one goes on until psi = {psi_s} s if somebody wants its spill, else until lambda = {lambda_s} s"
+                "all robots may be at other tasks when it is due, every {period_s} s; this one goes on until psi = {psi_s} s if somebody wants its task, else until lambda = {lambda_s} s"
             ),
         )
     })

@@ -2,12 +2,12 @@
 
 use alliance_proto::control::Phase;
 use alliance_proto::fault::{ActuatorMode, Fault};
+use alliance_proto::mission::promises::Promises;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
-use missions::waste::data::WasteSection;
 
 use super::solids::distance;
-use super::{RobotState, WorldState};
+use super::{RobotState, WorldState, is_delivered};
 
 /// Distance between neighboring points of the grid on which ways are searched, m.
 const GRID_M: f32 = 0.1;
@@ -50,14 +50,14 @@ pub fn is_sound(scenario: &Scenario, state: &WorldState, rank: usize) -> bool {
     robot.present && robot.takes_part && robot.energy_j.is_none_or(|left| left > 0.0) && !broken
 }
 
-/// Whether a sound robot finds ways to all items that are left, and to the deposit, past all that does not move.
+/// Whether a sound robot finds ways to all items that are left, and to all other targets, past all that does not move.
 #[must_use]
-pub fn is_within_reach(scenario: &Scenario, state: &WorldState) -> bool {
+pub fn is_within_reach(scenario: &Scenario, promises: &Promises, state: &WorldState) -> bool {
     let sound = |rank: &usize| is_sound(scenario, state, *rank);
     let map = Map::of(scenario, state);
     (0..state.robots.len())
         .filter(sound)
-        .any(|rank| map.reaches_all(scenario, state, &state.robots[rank]))
+        .any(|rank| map.reaches_all(scenario, promises, state, &state.robots[rank]))
 }
 
 /// Where the center of a body may be.
@@ -98,7 +98,13 @@ impl Map {
         }
     }
 
-    fn reaches_all(&self, scenario: &Scenario, state: &WorldState, robot: &RobotState) -> bool {
+    fn reaches_all(
+        &self,
+        scenario: &Scenario,
+        promises: &Promises,
+        state: &WorldState,
+        robot: &RobotState,
+    ) -> bool {
         let body = scenario.body;
         // From the nearest wide place, for the robot may stand at a wall, to one from which the arm and a step suffice.
         let near_m = body.radius_m + body.reach_m + CLEARANCE_RADII * body.radius_m;
@@ -110,11 +116,9 @@ impl Map {
         let left = state
             .items
             .iter()
-            .filter(|item| !state.is_delivered(scenario, item));
-        let radius_m = WasteSection::of(&scenario).deposit.radius_m;
-        let deposits = WasteSection::of(&scenario).deposits();
-        let mut centers = deposits.map(|deposit| deposit.in_room(&scenario.room));
-        centers.all(|center| reaches(center, radius_m))
+            .filter(|item| !is_delivered(promises, item));
+        let mut targets = promises.targets.iter();
+        targets.all(|target| reaches(target.center, target.radius_m))
             && left
                 .into_iter()
                 .all(|item| item.carrier.is_some() || reaches(item.position, near_m))

@@ -1,12 +1,11 @@
-//! Every item is in one place: on the floor, in one gripper, or in the deposit, which keeps it.
+//! Every item is in one place: on the floor, in one gripper, or where it is to be brought, which keeps it.
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
+use alliance_proto::mission::promises::Promises;
 use alliance_proto::scenario::Scenario;
-use missions::waste::data::WASTE_FAULT;
-use missions::waste::data::WasteSection;
 
-use super::{Item, WorldState};
+use super::{Item, WorldState, is_delivered};
 
 /// How far outside the border rounding may put an item, m.
 const ROUNDING_M: f32 = 1e-3;
@@ -17,16 +16,18 @@ pub struct Items {
     total: usize,
     /// Whether each has been delivered.
     delivered: Vec<bool>,
+    promises: Promises,
 }
 
 impl Items {
     /// Before the first tick.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
-        let spills = WasteSection::of(&scenario).spills.iter();
+        let promises = scenario.mission().promises(scenario);
         Self {
-            total: spills.map(|spill| spill.items as usize).sum(),
+            total: promises.items,
             delivered: Vec::new(),
+            promises,
         }
     }
 
@@ -36,7 +37,7 @@ impl Items {
     /// What does not hold.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         let count = state.items.len();
-        let most = self.total + added(state);
+        let most = self.total + added(scenario, state);
         if !(self.total..=most).contains(&count) {
             return Err(format!(
                 "there are {count} items, but {} to {most} can be",
@@ -48,9 +49,9 @@ impl Items {
         for (id, (item, delivered)) in state.items.iter().zip(&mut self.delivered).enumerate() {
             check_carrier(scenario, state, id, item)?;
             check_place(scenario, id, item)?;
-            let is_delivered = state.is_delivered(scenario, item);
+            let is_delivered = is_delivered(&self.promises, item);
             if *delivered && !is_delivered {
-                return Err(format!("item-{id} has left the deposit"));
+                return Err(format!("item-{id} has left its goal"));
             }
             *delivered = is_delivered;
         }
@@ -73,15 +74,13 @@ impl Items {
 }
 
 /// Most items that faults have added in this tick.
-fn added(state: &WorldState) -> usize {
+fn added(scenario: &Scenario, state: &WorldState) -> usize {
     let now = state
         .faults
         .iter()
         .filter(|fault| fault.applied_ms == Some(state.now));
     now.map(|fault| match &fault.order.fault {
-        Fault::Mission(fault) if fault.name == WASTE_FAULT => {
-            fault.get("items").unwrap_or(1.0) as usize
-        }
+        Fault::Mission(fault) => scenario.mission().items_added(fault),
         _ => 0,
     })
     .sum()

@@ -30,14 +30,14 @@ use exclusive::Exclusive;
 use items::Items;
 use solids::Solids;
 use termination::Termination;
-pub use world_state::{Item, Rectangle, RobotState, WorldState};
+pub use world_state::{Item, Rectangle, RobotState, WorldState, is_delivered};
 
 /// Something that must hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Invariant {
     /// Every tick ends, and the next one follows.
     TicksGoOn,
-    /// Every item is in one place; only the fault `waste` adds any, and the deposit keeps what it gets.
+    /// Every item is in one place; only faults add any, and where they are to be brought they stay.
     ItemsAccountedFor,
     /// No body overlaps anything solid, but for an obstacle that was put on it.
     NoOverlap,

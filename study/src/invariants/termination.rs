@@ -6,12 +6,13 @@
 //! [`Termination::due_s`]. If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
 
 use alliance_proto::control::{FaultStatus, Phase};
+use alliance_proto::mission::promises::Promises;
 use alliance_proto::scenario::{BehaviorParams, Body, Scenario, Setup};
 use alliance_proto::time::SimTime;
 
-use super::WorldState;
 use super::coverage::{is_covered, is_sound, is_within_reach};
 use super::strewn::Strewn;
+use super::{WorldState, is_delivered};
 
 /// How many times longer than by one robot alone, in an empty room, a mission may take.
 const PATIENCE: f64 = 5.0;
@@ -31,6 +32,7 @@ pub struct Termination {
     /// Since when the mission is owed, and how long it may take.
     owed: Option<(SimTime, f64)>,
     strewn: Strewn,
+    promises: Promises,
 }
 
 impl Termination {
@@ -74,6 +76,7 @@ impl Termination {
             kept_s: 2.0 * rise_s + slow_s + wait_s,
             owed: None,
             strewn: Strewn::default(),
+            promises: setup.catalog.mission.promises(scenario),
         }
     }
 
@@ -85,14 +88,15 @@ impl Termination {
         let left = state
             .items
             .iter()
-            .filter(|item| !state.is_delivered(scenario, item))
+            .filter(|item| !is_delivered(&self.promises, item))
             .count();
         self.strewn.note(state);
-        let is_covered = self.patient
+        let is_covered = self.promises.ends
+            && self.patient
             && left > 0
             && is_calm(state)
             && is_covered(scenario, state)
-            && !self.strewn.is_any_off_the_ways(scenario, state);
+            && !self.strewn.is_any_off_the_ways(scenario, &self.promises);
         if !is_covered {
             self.owed = None;
             return Ok(());
@@ -104,7 +108,7 @@ impl Termination {
         if state.now.since(since).as_secs_f64() <= due_s {
             return Ok(());
         }
-        if !is_within_reach(scenario, state) {
+        if !is_within_reach(scenario, &self.promises, state) {
             // What can be reached changes as items and bodies move.
             self.owed = None;
             return Ok(());

@@ -278,7 +278,7 @@ fn the_deposit_keeps_what_it_gets() {
     next(&mut state);
     state.items[0].position = before;
     let violation = invariants.check(&state).unwrap_err();
-    assert_eq!(violation.what, "item-0 has left the deposit");
+    assert_eq!(violation.what, "item-0 has left its goal");
 }
 
 #[test]

@@ -2,13 +2,12 @@
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::ids::{ItemId, RobotId, Tick};
+use alliance_proto::mission::promises::Promises;
 use alliance_proto::readings::Pose;
-use alliance_proto::scenario::Scenario;
 use alliance_proto::telemetry::Motivation;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::View;
 use glam::Vec2;
-use missions::waste::data::WasteSection;
 use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 use world_server::world::{Component, ComponentId, Shape};
@@ -101,16 +100,13 @@ impl WorldState {
             faults: simulation.faults(),
         }
     }
+}
 
-    /// Whether the item lies in the deposit.
-    #[must_use]
-    pub fn is_delivered(&self, scenario: &Scenario, item: &Item) -> bool {
-        let radius_m = WasteSection::of(&scenario).deposit.radius_m;
-        let mut centers = WasteSection::of(&scenario)
-            .deposits()
-            .map(|it| it.in_room(&scenario.room));
-        item.carrier.is_none() && centers.any(|center| item.position.distance(center) <= radius_m)
-    }
+/// Whether the item lies where it is to be brought.
+#[must_use]
+pub fn is_delivered(promises: &Promises, item: &Item) -> bool {
+    let mut goals = promises.goals.iter();
+    item.carrier.is_none() && goals.any(|goal| goal.contains(item.position))
 }
 
 fn rectangle(component: &Component) -> Option<Rectangle> {

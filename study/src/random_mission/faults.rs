@@ -1,11 +1,10 @@
 //! Random fault plans: orders of every kind of fault, for a scenario's timeline.
 
 use alliance_proto::fault::{
-    Chance, Delay, Fault, Happening, Link, Loss, MoveRobot, Order, Partition, RadioQuality,
-    RangeFault, When, Who,
+    Chance, Delay, Fault, FaultRange, Happening, Link, Loss, MissionFault, MoveRobot, Order,
+    Partition, RadioQuality, RangeFault, When, Who,
 };
 use alliance_proto::scenario::{Obstacle, Robot, Scenario};
-use missions::waste::data::{WasteSection, move_waste, strew};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -110,16 +109,8 @@ const DRAWS: [Draw; 25] = [
             penetrability: dice.any(&[0.0, 0.0, 0.0, 0.3, 2.0]),
         }))
     },
-    |dice| {
-        let (x_m, y_m) = dice.place_for_waste();
-        let items = dice.rng.random_range(1..=3);
-        Some(strew(written(x_m), written(y_m), items))
-    },
-    |dice| {
-        let (x_m, y_m) = dice.place_for_waste();
-        let item = dice.item();
-        Some(move_waste(item, written(x_m), written(y_m)))
-    },
+    |dice| dice.own_fault().map(Fault::Mission),
+    |dice| dice.own_fault().map(Fault::Mission),
     |dice| {
         let (x_m, y_m) = dice.place();
         Some(Fault::MoveRobot(MoveRobot {
@@ -247,28 +238,49 @@ impl Dice<'_> {
         (x_m.min(room.width_m), y_m.min(room.height_m))
     }
 
-    /// A place within the border, half of the time in a spill: there robots look for waste, m.
-    fn place_for_waste(&mut self) -> (f32, f32) {
-        let anywhere = self.place();
-        let (room, waste) = (self.scenario.room, WasteSection::of(&self.scenario));
-        let spill = self.any(&waste.spills);
-        let half_m = f64::from(waste.spill_radius_m) / 2.0;
-        let mut beside = |fraction: f32, size_m: f32| {
-            let at_m = f64::from(fraction * size_m) + self.between(-half_m, half_m);
-            (at_m as f32).clamp(0.0, size_m)
-        };
-        let in_spill = (
-            beside(spill.x_fraction, room.width_m),
-            beside(spill.y_fraction, room.height_m),
-        );
-        self.any(&[anywhere, in_spill])
+    /// A fault of the mission's own, if it has any.
+    fn own_fault(&mut self) -> Option<MissionFault> {
+        let mission = self.scenario.mission();
+        let specs = mission.faults();
+        let spec = (!specs.is_empty()).then(|| self.any(specs))?;
+        let (x_m, y_m) = self.place_of_interest();
+        let items = mission.promises(self.scenario).items as u32;
+        let values = spec.arguments.iter().map(|argument| {
+            let value = match argument.range {
+                FaultRange::X => written(x_m),
+                FaultRange::Y => written(y_m),
+                FaultRange::Within(from, to) => self.between(from, to),
+                // Numbers of things, and the first that there is not; or a few.
+                FaultRange::Whole(0, to) => self.rng.random_range(0..=to.min(items)).into(),
+                FaultRange::Whole(from, to) => {
+                    let most = to.min(from.saturating_add(2));
+                    self.rng.random_range(from..=most).into()
+                }
+            };
+            (argument.key.to_owned(), value)
+        });
+        let values = values.collect();
+        Some(MissionFault {
+            name: spec.name.to_owned(),
+            values,
+        })
     }
 
-    /// The number of an item, or of the first that there is not.
-    fn item(&mut self) -> u32 {
-        let spills = &WasteSection::of(&self.scenario).spills;
-        let items: u32 = spills.iter().map(|spill| spill.items).sum();
-        self.rng.random_range(0..=items)
+    /// A place within the border, half of the time one where robots look for items, m.
+    fn place_of_interest(&mut self) -> (f32, f32) {
+        const TRIES: usize = 30;
+        let anywhere = self.place();
+        if self.rng.random_bool(0.5) {
+            return anywhere;
+        }
+        for _ in 0..TRIES {
+            let place = self.place();
+            let mission = self.scenario.mission();
+            if mission.is_looked_for(self.scenario, place.into()) {
+                return place;
+            }
+        }
+        anywhere
     }
 
     fn any<T: Clone>(&mut self, all: &[T]) -> T {

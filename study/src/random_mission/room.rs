@@ -1,7 +1,6 @@
 //! Random rooms: disjoint obstacles with corridors that a robot can pass.
 
 use alliance_proto::scenario::{Obstacle, Scenario};
-use missions::waste::data::WasteSection;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -11,10 +10,6 @@ const CORRIDOR_RADII: f32 = 5.0;
 const SMALL_M: f32 = 0.3;
 /// Greatest extent of an obstacle, m.
 const LARGE_M: f32 = 2.5;
-/// Around the deposit's center so much stays free, m.
-const DEPOSIT_FREE_M: f32 = 0.5;
-/// Right of the left wall so much stays free at the report site, m: the robots start there.
-const SITE_FREE_M: f32 = 1.2;
 /// Places tried for one obstacle.
 const TRIES: usize = 200;
 
@@ -22,7 +17,7 @@ const TRIES: usize = 200;
 type Rectangle = [f32; 4];
 
 /// So many obstacles of 0.3 to 2.5 m at random places in the scenario's room, or as many as find one. One in four stands at a
-/// wall; all others keep a corridor from the walls, and all keep it from each other. They may cover parts of the spills.
+/// wall; all others keep a corridor from the walls, and all keep it from each other. What the mission keeps free they leave free.
 #[must_use]
 pub fn obstacles(scenario: &Scenario, count: u32, rng: &mut ChaCha8Rng) -> Vec<Obstacle> {
     let room = scenario.room;
@@ -69,29 +64,11 @@ pub fn obstacles(scenario: &Scenario, count: u32, rng: &mut ChaCha8Rng) -> Vec<O
         .collect()
 }
 
-/// The middle of the deposit, and the place where robots start.
-fn kept_free(scenario: &Scenario) -> [Rectangle; 2] {
-    let room = scenario.room;
-    let deposit = WasteSection::of(&scenario).deposit;
-    let (x, y) = (
-        deposit.x_fraction * room.width_m,
-        deposit.y_fraction * room.height_m,
-    );
-    let site_half_m = WasteSection::of(&scenario).report_site.height_m / 2.0;
-    [
-        [
-            x - DEPOSIT_FREE_M,
-            y - DEPOSIT_FREE_M,
-            x + DEPOSIT_FREE_M,
-            y + DEPOSIT_FREE_M,
-        ],
-        [
-            0.0,
-            room.height_m / 2.0 - site_half_m,
-            SITE_FREE_M,
-            room.height_m / 2.0 + site_half_m,
-        ],
-    ]
+/// What the mission keeps free.
+fn kept_free(scenario: &Scenario) -> Vec<Rectangle> {
+    let kept = scenario.mission().kept_free(scenario).into_iter();
+    kept.map(|[low, high]| [low.x, low.y, high.x, high.y])
+        .collect()
 }
 
 /// Way between two rectangles, m; negative where they overlap.

@@ -5,9 +5,6 @@ use alliance_proto::time::SimTime;
 
 use super::spans::Span;
 
-/// Faults that happen in a moment and do not last.
-const MOMENTARY: [&str; 5] = ["continue", "restart", "waste", "move-waste", "move-robot"];
-
 /// An event to be marked in the figures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
@@ -109,7 +106,8 @@ pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
         });
         if let Some((owner, label)) = begun {
             let kind = event.detail.split(' ').next().unwrap_or_default();
-            let lasts = event.kind != "applied" || !MOMENTARY.contains(&kind);
+            let lasts = event.kind != "applied"
+                || !alliance_proto::fault::Fault::is_name_of_momentary(kind);
             if lasts {
                 open.push(all.len());
             }
@@ -140,7 +138,7 @@ pub fn fault_spans(events: &[EventRow], end: SimTime) -> Vec<FaultSpan> {
 fn in_words(detail: &str) -> String {
     let words: Vec<&str> = detail.split(' ').collect();
     let kind = words[0];
-    if matches!(kind, "obstacle" | "waste") {
+    if kind == "obstacle" || !alliance_proto::fault::Fault::COMMON.contains(&kind) {
         return kind.to_owned();
     }
     let option = |name: &str| {

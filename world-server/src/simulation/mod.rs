@@ -604,7 +604,10 @@ impl Simulation {
     /// Whether ids and numbers of a report are such as an agent of this run would send.
     fn is_well_formed(&self, report: &Report) -> bool {
         let robots = self.setup.scenario.robots.len();
-        let (sets, tasks) = (self.setup.catalog.sets.len(), self.setup.catalog.tasks.len());
+        let (sets, tasks) = (
+            self.setup.catalog.sets.len(),
+            self.setup.catalog.tasks.len(),
+        );
         let threshold = self.setup.alliance.threshold;
         report.robot.index() < robots
             && report.active.is_none_or(|active| active.index() < sets)

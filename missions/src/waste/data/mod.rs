@@ -8,6 +8,7 @@ mod items;
 mod kinds;
 pub mod notes;
 mod parameters;
+mod promises;
 mod section;
 #[cfg(test)]
 mod tests;
@@ -24,13 +25,15 @@ pub use items::ItemCounts;
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 
-use alliance_proto::fault::{FaultSpec, Order, OrderError};
+use alliance_proto::fault::{FaultSpec, MissionFault, Order, OrderError};
 use alliance_proto::mission::columns::Column;
 use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
+use alliance_proto::mission::promises::Promises;
 use alliance_proto::mission::section::{MissionSection, Section, section};
 use alliance_proto::scenario::{
     BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread,
 };
+use glam::Vec2;
 
 /// The default mission.
 #[must_use]
@@ -166,6 +169,34 @@ impl MissionData for WasteData {
 
     fn period_s(&self, scenario: &Scenario, column: &str) -> Option<f64> {
         (column == LAST_REPORT).then(|| WasteSection::of(scenario).report_period_s)
+    }
+
+    fn promises(&self, scenario: &Scenario) -> Promises {
+        promises::promises(scenario)
+    }
+
+    fn items_added(&self, fault: &MissionFault) -> usize {
+        let strews = fault.name == WASTE_FAULT;
+        strews
+            .then(|| fault.get("items").unwrap_or(1.0) as usize)
+            .unwrap_or_default()
+    }
+
+    fn is_looked_for(&self, scenario: &Scenario, place: Vec2) -> bool {
+        promises::is_looked_for(scenario, place)
+    }
+
+    fn due_every_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
+        let reports = BehaviorKind::of(behavior) == BehaviorKind::ReportProgress;
+        reports.then(|| WasteSection::of(scenario).report_period_s)
+    }
+
+    fn goes_on(&self, behavior: &BehaviorSpec) -> bool {
+        matches!(BehaviorKind::of(behavior), BehaviorKind::MoveSpill(_))
+    }
+
+    fn kept_free(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
+        promises::kept_free(scenario)
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {

@@ -1,0 +1,64 @@
+//! What holds of the clean-up's runs: items are neither lost nor doubled, and the deposit keeps what it gets.
+
+use alliance_proto::mission::promises::{Place, Promises};
+use alliance_proto::scenario::Scenario;
+use glam::Vec2;
+
+use super::WasteSection;
+
+/// Half the width of the free square round the middle of the deposit, m.
+const DEPOSIT_FREE_M: f32 = 0.5;
+/// Width of the free strip at the report site, m.
+const SITE_FREE_M: f32 = 1.2;
+
+pub(super) fn promises(scenario: &Scenario) -> Promises {
+    let waste = WasteSection::of(scenario);
+    let deposits = waste.deposits().map(|spot| Place {
+        center: spot.in_room(&scenario.room),
+        radius_m: waste.deposit.radius_m,
+    });
+    let deposits: Vec<Place> = deposits.collect();
+    Promises {
+        items: waste.spills.iter().map(|spill| spill.items as usize).sum(),
+        goals: deposits.clone(),
+        targets: deposits,
+        ends: true,
+    }
+}
+
+/// Whether a place is in a spill, or beside the straight way from one to the deposit, where it is seen also by a robot that
+/// goes round something.
+pub(super) fn is_looked_for(scenario: &Scenario, place: Vec2) -> bool {
+    let waste = WasteSection::of(scenario);
+    waste.spills.iter().any(|spill| {
+        let spill = spill.spot().in_room(&scenario.room);
+        let deposits = waste
+            .deposits()
+            .map(|deposit| deposit.in_room(&scenario.room));
+        let ways = deposits.map(|deposit| deposit - spill);
+        let way = ways
+            .min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+            .unwrap_or_default();
+        let share = (place - spill).dot(way) / way.length_squared().max(f32::MIN_POSITIVE);
+        let nearest = spill + way * share.clamp(0.0, 1.0);
+        place.distance(spill) <= waste.spill_radius_m
+            || place.distance(nearest) <= scenario.sensors.item_range_m / 2.0
+    })
+}
+
+/// The middle of the deposit, and the place where robots start.
+pub(super) fn kept_free(scenario: &Scenario) -> Vec<[Vec2; 2]> {
+    let (room, waste) = (scenario.room, WasteSection::of(scenario));
+    let deposit = Vec2::new(
+        waste.deposit.x_fraction * room.width_m,
+        waste.deposit.y_fraction * room.height_m,
+    );
+    let (middle_m, half_m) = (room.height_m / 2.0, waste.report_site.height_m / 2.0);
+    vec![
+        [deposit - DEPOSIT_FREE_M, deposit + DEPOSIT_FREE_M],
+        [
+            Vec2::new(0.0, middle_m - half_m),
+            Vec2::new(SITE_FREE_M, middle_m + half_m),
+        ],
+    ]
+}
