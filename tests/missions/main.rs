@@ -42,3 +42,4 @@ mod takeover;
 mod team;
 mod thesis;
 mod trapped;
+mod words;

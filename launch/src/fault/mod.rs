@@ -41,7 +41,7 @@ enum Part {
         id: Option<String>,
     },
     #[command(flatten)]
-    Order(args::OrderArgs),
+    Order(Box<args::OrderArgs>),
 }
 
 impl FaultArgs {

@@ -172,7 +172,7 @@ fn assign(scenario: &mut Scenario) {
             .map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
     };
     let robots: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
-    let spills: Vec<(f32, f32)> = WasteSection::of(&scenario)
+    let spills: Vec<(f32, f32)> = WasteSection::of(scenario)
         .spills
         .iter()
         .map(|spill| spill.spot().in_room(&scenario.room).into())

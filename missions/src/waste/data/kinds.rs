@@ -63,7 +63,7 @@ impl BehaviorKind {
 /// Tasks: find-locations, move-spill(NAME) of each spill, report-progress. Behavior sets: two that find the locations, and one
 /// of the task's name for each other task.
 pub(super) fn catalog(scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
-    let spills = WasteSection::of(&scenario).spills.iter();
+    let spills = WasteSection::of(scenario).spills.iter();
     let move_spill = spills.map(|spill| format!("move-spill({})", spill.name));
     let mut tasks = vec!["find-locations".to_owned()];
     tasks.extend(move_spill);

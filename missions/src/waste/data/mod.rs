@@ -176,10 +176,11 @@ impl MissionData for WasteData {
     }
 
     fn items_added(&self, fault: &MissionFault) -> usize {
-        let strews = fault.name == WASTE_FAULT;
-        strews
-            .then(|| fault.get("items").unwrap_or(1.0) as usize)
-            .unwrap_or_default()
+        if fault.name == WASTE_FAULT {
+            fault.get("items").unwrap_or(1.0) as usize
+        } else {
+            0
+        }
     }
 
     fn is_looked_for(&self, scenario: &Scenario, place: Vec2) -> bool {

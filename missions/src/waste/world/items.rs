@@ -225,7 +225,7 @@ impl WasteFloor {
 
 /// At the left wall, centered in y, cut off at the border: lower left and upper right corner, m.
 pub(super) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
-    let (room, site) = (scenario.room, WasteSection::of(&scenario).report_site);
+    let (room, site) = (scenario.room, WasteSection::of(scenario).report_site);
     let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
     [
         Vec2::new(0.0, center_y - half_height),

@@ -271,7 +271,7 @@ fn level(kind: &str) -> Level {
     }
 }
 
-/// `activated move-spill(top): threshold, move-spill(top)`.
+/// `activated push(left): threshold, push(left)`.
 fn text(row: &EventRow) -> String {
     let what = [&*row.kind, &*row.subject].join(" ");
     let why: Vec<&str> = [&*row.reason, &*row.detail]
