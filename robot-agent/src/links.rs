@@ -100,6 +100,7 @@ impl Links {
 
     /// Writes to `heard` what the robot hears in this tick. `arrived` has a place for each broadcast of the manifest, in its
     /// order, and is emptied; `None` is one that has not arrived.
+    #[inline]
     pub fn hear(
         &mut self,
         tick: &TickMessage,
@@ -111,8 +112,18 @@ impl Links {
         if tick.manifest.is_empty() && self.kept.is_empty() && self.copies.is_empty() {
             // As in most ticks.
             arrived.clear();
-            return;
+        } else {
+            self.hear_some(tick, arrived, heard);
         }
+    }
+
+    /// There is something to hear, perhaps.
+    fn hear_some(
+        &mut self,
+        tick: &TickMessage,
+        arrived: &mut Vec<Option<Arc<Broadcast>>>,
+        heard: &mut Heard,
+    ) {
         if self.kept.is_empty() && self.copies.is_empty() {
             self.take_in(tick, arrived, heard);
         } else {

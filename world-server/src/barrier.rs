@@ -467,11 +467,16 @@ impl Barrier {
     }
 
     /// Moves what a robot that is asked may hear into `manifest`, by (sender, tick), instead of what is there.
+    #[inline]
     pub fn hand_over(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
         let listed = &mut self.places[robot.index()].manifest;
-        if listed.is_empty() {
-            return manifest.clear();
+        // In most ticks both are empty.
+        if !(listed.is_empty() && manifest.is_empty()) {
+            Self::exchange(listed, manifest);
         }
+    }
+
+    fn exchange(listed: &mut Vec<ManifestEntry>, manifest: &mut Vec<ManifestEntry>) {
         std::mem::swap(listed, manifest);
         listed.clear();
         // They are listed like that, but for those of a sender that was asked before it.

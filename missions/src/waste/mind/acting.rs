@@ -25,6 +25,7 @@ const ROOM_M: f32 = 0.2;
 
 impl WasteMission {
     /// Second half of a step: writes to `action` what the active set wants, on the readings that were perceived.
+    #[inline]
     pub(super) fn carry_out(
         &mut self,
         now: SimTime,

@@ -16,7 +16,7 @@ use super::history::History;
 use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
-use crate::allocator::{Input, Mind, Outcome};
+use crate::allocator::{Draws, Input, Mind, Outcome, RouteCost};
 
 /// The motivational behaviors of one robot.
 ///
@@ -41,7 +41,7 @@ pub struct Engine {
     options: Vec<(usize, Next)>,
 }
 
-/// What a robot brings to a step.
+/// What of a robot's [`Input`] ALLIANCE looks at.
 #[derive(Clone, Copy, Debug)]
 pub struct StepInput<'a> {
     /// Time of the step; later than that of the step before.
@@ -111,79 +111,26 @@ impl Engine {
     /// # Panics
     /// If `applicable` has fewer entries than the robot has sets.
     pub fn step(&mut self, input: &StepInput<'_>, output: &mut Outcome) {
-        let now = input.now;
-        let own_task = |task| self.config.own_task(task);
-        let mut news = false;
-        for broadcast in input.heard {
-            if self.config.admits(broadcast) {
-                let switches = &self.config.switches;
-                news |= self.history.hear(now, broadcast, switches, own_task);
-                let claims = self
-                    .teammates
-                    .hear(now, broadcast, |task| own_task(task).is_some());
-                // Whoever executes a task gives way to no claim that has ended.
-                news |= claims && self.awake.waiting > 0;
-            }
-        }
-        for &task in input.progressed {
-            if let Some(own) = self.config.own_task(task) {
-                self.progress[own] += 1;
-            }
-        }
-
-        let Outcome {
-            motivations,
-            changes,
-            announcements,
-            active,
-            ..
-        } = output;
-        changes.clear();
-        announcements.clear();
-        if !news && self.is_steady(input) {
-            motivations.clear();
-            motivations.extend_from_slice(&self.rows);
-            *active = self.active();
-            return;
-        }
-        self.evaluate(input, changes, motivations);
-        self.choose(now, changes);
-        *active = self.active();
-        for change in changes.iter() {
-            // The last one of a set tells.
-            let changed = motivations.iter_mut().find(|row| row.set == change.set);
-            changed.into_iter().for_each(|row| row.state = change.to);
-        }
-        self.started = true;
-
-        let happened = Happened {
-            changes,
+        let input = Input {
+            now: input.now,
+            step_s: self.config.step_s,
+            position: None,
+            is_laden: false,
+            applicable: input.applicable,
+            choices: &[],
             progressed: input.progressed,
-            progress: &self.progress,
+            heard: input.heard,
+            route: &Nowhere,
+            draws: Draws::of(0, self.config.robot, 0),
         };
-        self.heartbeats.announce(
-            now,
-            &self.config,
-            &self.behaviors,
-            self.awake,
-            &happened,
-            announcements,
-        );
-        self.steady_until = SimTime::ZERO;
-        // A reset lasts for this step.
-        let is_reset = motivations.iter().any(|row| !row.impatience_reset);
-        if changes.is_empty() && !is_reset {
-            self.rows.clear();
-            self.rows.extend_from_slice(motivations);
-            self.steady_until = self.next_turn(now).unwrap_or_default();
-        }
+        Mind::step(self, &input, output);
     }
 
     /// (A) and (B) of ALLIANCE.md §2: the active set first, the others suppressed if it is still active. Writes a row per own
     /// set, with its state before the choice.
     fn evaluate(
         &mut self,
-        input: &StepInput<'_>,
+        input: &Input<'_>,
         changes: &mut Vec<StateChange>,
         rows: &mut Vec<Motivation>,
     ) {
@@ -205,7 +152,7 @@ impl Engine {
         &mut self,
         index: usize,
         suppressed: bool,
-        input: &StepInput<'_>,
+        input: &Input<'_>,
         changes: &mut Vec<StateChange>,
         row: &mut Motivation,
     ) {
@@ -388,15 +335,84 @@ impl Mind for Engine {
         false
     }
 
-    fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {
-        let input = StepInput {
-            now: input.now,
-            heard: input.heard,
-            applicable: input.applicable,
+    fn step(&mut self, input: &Input<'_>, output: &mut Outcome) {
+        let now = input.now;
+        let own_task = |task| self.config.own_task(task);
+        let mut news = false;
+        for broadcast in input.heard {
+            if self.config.admits(broadcast) {
+                let switches = &self.config.switches;
+                news |= self.history.hear(now, broadcast, switches, own_task);
+                let claims = self
+                    .teammates
+                    .hear(now, broadcast, |task| own_task(task).is_some());
+                // Whoever executes a task gives way to no claim that has ended.
+                news |= claims && self.awake.waiting > 0;
+            }
+        }
+        for &task in input.progressed {
+            if let Some(own) = self.config.own_task(task) {
+                self.progress[own] += 1;
+            }
+        }
+
+        let Outcome {
+            motivations,
+            rows,
+            changes,
+            announcements,
+            say,
+            active,
+        } = output;
+        rows.clear();
+        say.clear();
+        changes.clear();
+        announcements.clear();
+        if !news && self.is_steady(input) {
+            motivations.clear();
+            motivations.extend_from_slice(&self.rows);
+            *active = self.active();
+            return;
+        }
+        self.evaluate(input, changes, motivations);
+        self.choose(now, changes);
+        *active = self.active();
+        for change in changes.iter() {
+            // The last one of a set tells.
+            let changed = motivations.iter_mut().find(|row| row.set == change.set);
+            changed.into_iter().for_each(|row| row.state = change.to);
+        }
+        self.started = true;
+
+        let happened = Happened {
+            changes,
             progressed: input.progressed,
+            progress: &self.progress,
         };
-        outcome.rows.clear();
-        outcome.say.clear();
-        Self::step(self, &input, outcome);
+        self.heartbeats.announce(
+            now,
+            &self.config,
+            &self.behaviors,
+            self.awake,
+            &happened,
+            announcements,
+        );
+        self.steady_until = SimTime::ZERO;
+        // A reset lasts for this step.
+        let is_reset = motivations.iter().any(|row| !row.impatience_reset);
+        if changes.is_empty() && !is_reset {
+            self.rows.clear();
+            self.rows.extend_from_slice(motivations);
+            self.steady_until = self.next_turn(now).unwrap_or_default();
+        }
+    }
+}
+
+/// Where no route leads: ALLIANCE plans none.
+struct Nowhere;
+
+impl RouteCost for Nowhere {
+    fn seconds(&self, _after: &[TaskId], _task: TaskId) -> Option<f64> {
+        None
     }
 }

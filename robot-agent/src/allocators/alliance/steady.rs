@@ -7,7 +7,8 @@
 use alliance_proto::time::SimTime;
 
 use super::behavior::{Awake, Stance};
-use super::engine::{Engine, StepInput};
+use super::engine::Engine;
+use crate::allocator::Input;
 
 impl Engine {
     /// Makes the next step whole, whether or not anything can have changed.
@@ -18,7 +19,7 @@ impl Engine {
 
     /// Whether a step in which nothing new is heard would give the same as the latest one: a robot at work or one that waits, of
     /// which each set stays at θ or at 0, so that only time can change anything, and has not yet.
-    pub(super) fn is_steady(&self, input: &StepInput<'_>) -> bool {
+    pub(super) fn is_steady(&self, input: &Input<'_>) -> bool {
         let applicable = || self.rows.iter().map(|row| row.sensory_feedback);
         input.now < self.steady_until
             && input.progressed.is_empty()
