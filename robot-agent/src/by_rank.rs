@@ -22,18 +22,13 @@ impl<T> Default for ByRank<T> {
 impl<T> ByRank<T> {
     /// Where the value of a robot is, else where it would be.
     pub fn place(&self, robot: RobotId) -> Result<usize, usize> {
-        // Of a few ranks, to count those below takes less than to search: nothing has to be guessed, and several go at once.
-        const FEW: usize = 256;
-        if self.ranks.len() > FEW {
-            return self.ranks.binary_search(&robot);
-        }
-        let below: u16 = self.ranks.iter().map(|&rank| u16::from(rank < robot)).sum();
-        let place = usize::from(below);
-        if self.ranks.get(place) == Some(&robot) {
-            Ok(place)
-        } else {
-            Err(place)
-        }
+        // Where all teammates have a value, it is at the rank itself, or one before: the robot has none of its own.
+        let rank = robot.index();
+        let likely = [rank.wrapping_sub(1), rank].into_iter();
+        let mut found = likely.filter(|&place| self.ranks.get(place) == Some(&robot));
+        found
+            .next()
+            .map_or_else(|| self.ranks.binary_search(&robot), Ok)
     }
 
     /// The value at a [`ByRank::place`].

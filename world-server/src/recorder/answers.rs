@@ -27,6 +27,8 @@ pub struct Answer {
     /// What became of the messages that it lists.
     pub deliveries: Deliveries,
     hashes: Option<Hashes>,
+    /// Whether what the robot was told last is what its hash is of.
+    readings_hold: bool,
 }
 
 /// Number of messages by delivery. Counted when the report arrives: at the end of the tick the list is a cache miss.
@@ -90,11 +92,19 @@ impl Answers {
         }
     }
 
-    /// A robot that was told these readings has answered with a report. They are no news if they are those of its answer before.
+    /// A robot is told something else than before.
+    ///
+    /// # Panics
+    /// If there is no such robot.
+    pub fn readings_change(&mut self, robot: RobotId) {
+        self.by_rank[robot.index()].readings_hold = false;
+    }
+
+    /// A robot that was told these readings has answered with a report.
     ///
     /// # Panics
     /// If the report is of a robot that there is not.
-    pub fn take(&mut self, readings: &Readings, news: bool, report: &Report) {
+    pub fn take(&mut self, readings: &Readings, report: &Report) {
         let answer = &mut self.by_rank[report.robot.index()];
         let has_messages = report.broadcasts > 0 || !report.receptions.is_empty();
         let before = answer.hashes;
@@ -103,7 +113,7 @@ impl Answers {
         answer.hashes = Some(Hashes {
             readings: match before {
                 // A robot that waits where nobody comes by senses the same for many ticks.
-                Some(before) if !news => before.readings,
+                Some(before) if answer.readings_hold => before.readings,
                 _ => self.hash.of(readings),
             },
             messages: has_messages.then(|| self.hash.of(&(report.broadcasts, &report.receptions))),
@@ -123,6 +133,7 @@ impl Answers {
                 _ => self.hash.of(&report.actuation),
             },
         });
+        answer.readings_hold = true;
         answer.deliveries = Deliveries::of(&report.receptions);
         answer.keep(report, same_motivations);
     }

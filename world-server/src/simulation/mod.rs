@@ -55,8 +55,6 @@ pub struct Simulation {
     barrier: Barrier,
     /// What each robot was sent last, by rank.
     messages: Vec<TickMessage>,
-    /// Whether it senses something else than when it answered last, by rank.
-    news: Vec<bool>,
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<BehaviorId>>,
     answers: Answers,
@@ -123,7 +121,6 @@ impl Simulation {
             world,
             barrier,
             messages: vec![TickMessage::default(); robots],
-            news: vec![true; robots],
             active: vec![None; robots],
             answers: Answers::new(robots),
             schedule: Schedule::default(),
@@ -341,7 +338,7 @@ impl Simulation {
         if self.sensors.were_always_intact() && self.world.senses_the_same(robot) {
             return Some(robot);
         }
-        self.news[robot.index()] = true;
+        self.answers.readings_change(robot);
         self.world.sense(robot, &mut message.readings);
         let hits = self.sensors.distort(
             self.world.mission(),
@@ -396,8 +393,7 @@ impl Simulation {
             debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
             let robot = report.robot;
             let told = &self.messages[robot.index()];
-            let news = std::mem::replace(&mut self.news[robot.index()], false);
-            self.answers.take(&told.readings, news, report);
+            self.answers.take(&told.readings, report);
             // Before the next robot is asked, and hears of it.
             if self.steps_in_order() && self.schedule.waiting().next().is_some() {
                 self.trigger_by_report(report);

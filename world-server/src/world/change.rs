@@ -37,21 +37,14 @@ impl Floor {
     /// Puts a rectangle on the floor: an obstacle, or a patch that slows down or speeds up. It may lie anywhere; a robot
     /// that it covers is not moved, but can only leave it.
     pub fn add_obstacle(&mut self, obstacle: &Obstacle) -> ObstacleId {
-        self.floor_changed();
+        self.all_changed();
         self.space.add(obstacle)
     }
 
     /// Takes a rectangle away. Its id is not given again. Says whether it was there.
     pub fn remove_obstacle(&mut self, obstacle: ObstacleId) -> bool {
-        self.floor_changed();
+        self.all_changed();
         self.space.remove(obstacle)
-    }
-
-    /// Anybody may sense something else now.
-    fn floor_changed(&self) {
-        for robot in &self.robots {
-            robot.vicinity.unchanged.set(false);
-        }
     }
 
     /// Puts a robot's body elsewhere, with what it carries. Without a heading it keeps its own.
@@ -107,6 +100,7 @@ impl Floor {
     fn jumped(&mut self, robot: RobotId, to: Vec2) {
         let body = &mut self.robots[robot.index()];
         body.vicinity = Vicinity::default();
+        body.unchanged.end();
         body.jumps += 1;
         self.drift.jumps(self.space.size);
         self.relocated(robot, to);

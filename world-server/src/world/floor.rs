@@ -9,6 +9,7 @@ use glam::Vec2;
 use super::grid::Grid;
 use super::radio::RadioRange;
 use super::space::{Space, nearest_place};
+use super::unchanged::Unchanged;
 use super::vicinity::{Drift, Vicinity};
 use super::{Aspect, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses};
 use crate::mission::Happened;
@@ -52,6 +53,7 @@ pub(super) struct Robot {
     /// How often it has been put somewhere.
     pub jumps: u32,
     pub vicinity: Vicinity,
+    pub unchanged: Unchanged,
 }
 
 impl Robot {
@@ -60,7 +62,7 @@ impl Robot {
     }
 
     pub fn face(&mut self, heading_rad: f32) {
-        self.vicinity.unchanged.set(false);
+        self.unchanged.end();
         self.component.pose.heading_rad = heading_rad;
         self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
     }
@@ -108,6 +110,7 @@ impl Floor {
                 side_sensor: robot.has_device(RobotSpec::SIDE_BORDER),
                 jumps: 0,
                 vicinity: Vicinity::default(),
+                unchanged: Unchanged::default(),
             };
             robot.face(pose.heading_rad);
             robot
@@ -236,6 +239,7 @@ impl Floor {
     pub fn forget_surroundings(&mut self) {
         for robot in &mut self.robots {
             robot.vicinity = Vicinity::default();
+            robot.unchanged.end();
             // The mission, too, looks anew.
             robot.jumps += 1;
         }

@@ -8,7 +8,7 @@
 //!   properties that evolve each step, such as [`Energy`](Battery).
 //! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
 //! - `grid`: what is near a place. `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
-//! - `vicinity`: what is known of a robot's surroundings from steps before.
+//! - `vicinity`: what is known of a robot's surroundings from steps before. `unchanged`: whether what it sensed last still holds.
 //! - `radio`: who is in range of whom. `sensing`: what a robot reads, but for the devices of its mission.
 //! - `change`: what interruption handlers do to all of it between steps.
 //! - [`Floor`]: all of that. [`World`]: a floor and the [mission](crate::mission) on it.
@@ -39,6 +39,7 @@ mod radio;
 mod sensing;
 mod space;
 mod start;
+mod unchanged;
 mod vicinity;
 
 use std::ops::{Deref, DerefMut};
@@ -141,10 +142,9 @@ impl World {
     /// copy of the whole would cause a store-forwarding stall.
     pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
         let validity = self.look(robot, readings);
-        let vicinity = &self.floor.robots[robot.index()].vicinity;
         // Energy changes by itself.
         let lasts = validity == Validity::UntilChange && !self.floor.has_aspects;
-        vicinity.unchanged.set(lasts);
+        self.floor.sensed(robot, lasts);
     }
 
     fn look(&self, robot: RobotId, readings: &mut Readings) -> Validity {

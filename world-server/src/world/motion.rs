@@ -45,7 +45,7 @@ impl Floor {
 
     /// Keeps track of a body that has moved.
     pub(super) fn relocated(&mut self, robot: RobotId, to: Vec2) {
-        self.robots[robot.index()].vicinity.unchanged.set(false);
+        self.changed(robot);
         self.bodies.relocate(robot.index(), to);
         if let Some(range) = &mut self.range {
             range.relocate(robot.index(), to);

@@ -13,7 +13,7 @@ use super::Floor;
 const SKIRT_M: f32 = 2.0;
 
 /// What rounding may make of a distance, m.
-const ROUNDING_M: f32 = 0.01;
+pub(super) const ROUNDING_M: f32 = 0.01;
 
 /// What is known of one robot's surroundings. Nothing of it is part of the world's state: it only saves searches.
 #[derive(Clone, Debug, Default)]
@@ -21,8 +21,6 @@ pub(super) struct Vicinity {
     /// How far the nearest other body's center was when it was looked for, plus twice the [`Drift`] until then, m: two bodies come
     /// no nearer to each other than by twice the drift.
     others_m: Cell<f64>,
-    /// Whether nothing has happened to what the robot sensed last.
-    pub unchanged: Cell<bool>,
 }
 
 /// Around a point, m: where something is known to hold. By default it is empty.
@@ -113,27 +111,5 @@ impl Floor {
         let known_m = self.robots[robot.index()].vicinity.others_m.get();
         let apart_m = known_m - 2.0 * self.drift.total_m;
         apart_m > f64::from(reach_m + self.body.radius_m + ROUNDING_M)
-    }
-
-    /// Whether a robot senses what it sensed when [`World::sense`](super::World::sense) was called last, for certain.
-    #[must_use]
-    pub fn senses_the_same(&self, robot: RobotId) -> bool {
-        self.robots[robot.index()].vicinity.unchanged.get()
-    }
-
-    /// A body has come there, left from there, or moved by that way, m: whoever is near senses something else.
-    pub(super) fn disturbed(&self, at: Vec2, way_m: f32) {
-        self.changed_near(at, self.near_m() + self.body.radius_m + way_m);
-    }
-
-    /// A robot may sense something else than before.
-    pub fn changed(&self, robot: RobotId) {
-        self.robots[robot.index()].vicinity.unchanged.set(false);
-    }
-
-    /// Robots that near may sense something else than before.
-    pub fn changed_near(&self, at: Vec2, reach_m: f32) {
-        let near = self.bodies.near(at, reach_m + ROUNDING_M);
-        near.for_each(|(rank, _)| self.robots[rank].vicinity.unchanged.set(false));
     }
 }

@@ -126,10 +126,14 @@ impl WasteMission {
 
     /// Joins what a teammate knows; true if it tells new locations.
     fn learn(&mut self, told: &Knowledge, now: SimTime) -> bool {
-        let places = places(&self.briefing, &self.memory, &self.realms);
+        // As of what it knew before: few heartbeats tell of loose items, so that it is worked out for these alone.
+        let (briefing, realms, known) = (&self.briefing, &self.realms, self.memory.locations());
         let concern = |at| {
-            let spill = places.as_ref().map(|places| places.nearest_spill(at));
-            spill.is_none_or(|spill| self.briefing.own_spills.binary_search(&spill).is_ok())
+            known.is_none_or(|known| {
+                let places = briefing.map.places(&known.value, realms);
+                let spill = places.nearest_spill(at);
+                briefing.own_spills.binary_search(&spill).is_ok()
+            })
         };
         self.memory.hear(told, now, concern)
     }

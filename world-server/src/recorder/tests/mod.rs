@@ -46,7 +46,8 @@ impl OwnedTick {
         let bodies: Vec<_> = self.robots.iter().map(|(body, _)| *body).collect();
         let mut answers = Answers::new(self.robots.len());
         for (readings, report) in self.robots.iter().filter_map(|(_, it)| it.as_ref()) {
-            answers.take(readings, true, report);
+            answers.readings_change(report.robot);
+            answers.take(readings, report);
         }
         let counted: Vec<_> = self.robots.iter().map(|(_, it)| it.is_some()).collect();
         answers.count(&counted);
