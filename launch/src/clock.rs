@@ -65,11 +65,15 @@ pub fn describe(clock: &ClockStatus) -> String {
         None => "as fast as possible".to_owned(),
         Some(factor) => format!("at {factor}x"),
     };
-    match (clock.steps_left, clock.paused) {
+    let pace = match (clock.steps_left, clock.paused) {
         (0, true) => "paused".to_owned(),
         (0, false) => pace,
         (1, _) => format!("{pace}, 1 step left"),
         (steps, _) => format!("{pace}, {steps} steps left"),
+    };
+    match &clock.waits_for {
+        Some(whom) => format!("stands still: it waits for {whom}"),
+        None => pace,
     }
 }
 
@@ -85,6 +89,7 @@ mod tests {
                 speed,
                 steps_left,
                 tick: 7,
+                waits_for: None,
             })
         };
         assert_eq!(clock(true, Some(5.0), 0), "paused");

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use alliance_proto::control::wire::{Form, Wire};
 use alliance_proto::control::{ControlCommand, Reply, Request};
+use alliance_proto::os_process::OsProcess;
 use alliance_proto::rendezvous::{self, Rendezvous};
 use alliance_proto::secret::random;
 use alliance_proto::{tell, terminal};
@@ -94,6 +95,12 @@ impl ControlArgs {
     fn reply_to(&self, command: ControlCommand) -> anyhow::Result<(String, Reply)> {
         let run = Rendezvous::find(self.run.as_deref())?;
         let id = run.run.clone();
+        if OsProcess::of(run.pid).is_some_and(|world| world.is_stopped) {
+            let pid = run.pid;
+            bail!(
+                "run '{id}' stands still: its world (process {pid}) is stopped; `kill -CONT {pid}` lets it go on"
+            );
+        }
         let runtime = runtime::start()?;
         Ok((id, runtime.block_on(ask(run, command))?))
     }
@@ -192,6 +199,7 @@ mod tests {
         speed: None,
         steps_left: 0,
         tick: 7,
+        waits_for: None,
     };
 
     /// Asks a world that answers like this. The world gives the request's nonce and a way to write.
@@ -206,6 +214,7 @@ mod tests {
             endpoint: format!("tcp/127.0.0.1:{port}"),
             pid: std::process::id(),
             token: "abc".to_owned(),
+            started: 0,
         };
         let wire = Wire::new(&Keys::new(&run.run), Secret::of(&run.token));
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -213,7 +222,8 @@ mod tests {
             .build()
             .unwrap();
         runtime.block_on(async {
-            let config = alliance_proto::session::world(&run.endpoint);
+            let members = alliance_proto::session::Members::of(&run.token).unwrap();
+            let config = alliance_proto::session::world(&run.endpoint, &members);
             let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
                 .await
                 .unwrap();

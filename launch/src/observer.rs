@@ -27,8 +27,9 @@ impl Observer {
     /// # Errors
     /// When its world cannot be reached.
     pub async fn join(run: Rendezvous) -> anyhow::Result<Self> {
-        let config = zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint))
-            .map_err(anyhow::Error::from_boxed)?;
+        let config =
+            zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint, &run.token))
+                .map_err(anyhow::Error::from_boxed)?;
         let session = zenoh::open(config)
             .await
             .map_err(anyhow::Error::from_boxed)

@@ -5,7 +5,7 @@
 //!   and [`telemetry`] inside; [`join`]: the handshake before it.
 //! - [`mission`]: what only one mission senses and does. [`team`]: what robots tell each other; [`allocation`]: what their
 //!   allocators do.
-//! - [`process`]: the agents' processes, which the launcher owns; [`view`], [`event`]: what observers see.
+//! - [`process`]: the agents' processes, which the launcher owns; [`os_process`]: what the system says of one; [`view`], [`event`]: what observers see.
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
 //! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
@@ -27,6 +27,7 @@ pub mod link;
 pub mod log;
 pub mod mission;
 mod obstacle;
+pub mod os_process;
 pub mod panics;
 pub mod process;
 pub mod readings;

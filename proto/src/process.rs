@@ -56,6 +56,20 @@ pub enum ProcessAct {
     Continue,
 }
 
+impl ProcessAct {
+    /// As an order names it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Kill => "kill",
+            Self::Terminate => "terminate",
+            Self::Stop => "stop",
+            Self::Continue => "continue",
+        }
+    }
+}
+
 /// Launcher → world, the answer: done, which of a signal means that the operating system has seen it take effect, or not.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProcessReply {

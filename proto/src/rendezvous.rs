@@ -6,9 +6,10 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use nix::sys::signal::kill;
-use nix::unistd::{Pid, Uid};
+use nix::unistd::Uid;
 use serde::{Deserialize, Serialize};
+
+use crate::os_process::OsProcess;
 
 /// How to reach the world of a live run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,6 +22,9 @@ pub struct Rendezvous {
     pub pid: u32,
     /// Secret of the run: who can read this file may change the run.
     pub token: String,
+    /// When that process started, see [`OsProcess::started`]; 0: not known.
+    #[serde(default)]
+    pub started: u64,
 }
 
 /// Why no run was found, or none could be announced.
@@ -91,6 +95,12 @@ impl Rendezvous {
         Ok(Announcement { path })
     }
 
+    /// Whether its world lives; another process may have its id by now.
+    fn is_live(&self) -> bool {
+        let world = OsProcess::of(self.pid);
+        world.is_some_and(|world| self.started == 0 || world.started == self.started)
+    }
+
     /// The run of that id, or the newest live one.
     ///
     /// # Errors
@@ -129,7 +139,7 @@ pub fn live() -> Result<Vec<Rendezvous>, RendezvousError> {
         let Some((changed, run)) = read(&path) else {
             continue;
         };
-        if kill(Pid::from_raw(run.pid as i32), None).is_ok() {
+        if run.is_live() {
             found.push((changed, run));
         } else {
             let _ = fs::remove_file(&path);
@@ -145,12 +155,22 @@ fn read(path: &Path) -> Option<(SystemTime, Rendezvous)> {
     Some((changed, run))
 }
 
-/// `$XDG_RUNTIME_DIR/alliance`, or `alliance-<uid>` in the folder for temporary files.
+/// `$XDG_RUNTIME_DIR/alliance`; without it `alliance-<uid>` in the folder for temporary files, and where somebody else has made that
+/// one, `.cache/alliance` at home.
 fn folder() -> Result<PathBuf, RendezvousError> {
-    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
-        Some(base) if Path::new(&base).is_dir() => PathBuf::from(base).join("alliance"),
-        _ => std::env::temp_dir().join(format!("alliance-{}", Uid::effective())),
-    };
+    let base = |name: &str| std::env::var_os(name).map(PathBuf::from);
+    if let Some(base) = base("XDG_RUNTIME_DIR").filter(|base| base.is_dir()) {
+        return own_folder(base.join("alliance"));
+    }
+    let folder = own_folder(std::env::temp_dir().join(format!("alliance-{}", Uid::effective())));
+    match (&folder, base("HOME")) {
+        (Err(RendezvousError::Unsafe(_)), Some(home)) => own_folder(home.join(".cache/alliance")),
+        _ => folder,
+    }
+}
+
+/// A folder that this user alone can look into, made if it is not there.
+fn own_folder(folder: PathBuf) -> Result<PathBuf, RendezvousError> {
     let at = |error| RendezvousError::Io {
         path: folder.clone(),
         error,

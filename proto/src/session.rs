@@ -1,6 +1,12 @@
 //! Zenoh configuration of both ends of the star (ZENOH.md "Configuration"): every value that differs from zenoh's default,
 //! and why.
 
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::{AsRawFd, OwnedFd};
+
+use nix::sys::memfd::{MFdFlags, memfd_create};
+
 use crate::panics;
 
 /// Value of `ZENOH_RUNTIME` for every process: one worker for everything.
@@ -18,7 +24,31 @@ pub fn prepare_process() {
     panics::prepare();
 }
 
-/// What both ends share.
+/// Whoever connects to a world, as its user; the password is the run's token.
+const USER: &str = "alliance";
+
+/// Who may connect to the world of a run: whoever knows its token. Nobody else has a session, so that nobody else can fill its queues
+/// or hold its liveliness tokens. On the bus zenoh sends a hash of the password and a number drawn by the world.
+#[derive(Debug)]
+pub struct Members(OwnedFd);
+
+impl Members {
+    /// Those who know this token. Needed until the world's session is open.
+    ///
+    /// # Errors
+    /// When the operating system has no file for the list: zenoh reads it from one, which nobody else sees and nothing leaves behind.
+    pub fn of(token: &str) -> io::Result<Self> {
+        let list = memfd_create(c"alliance-members", MFdFlags::MFD_CLOEXEC)?;
+        File::from(list.try_clone()?).write_all(format!("{USER}:{token}\n").as_bytes())?;
+        Ok(Self(list))
+    }
+
+    fn path(&self) -> String {
+        format!("/proc/self/fd/{}", self.0.as_raw_fd())
+    }
+}
+
+/// What both ends share, with how they prove who they are.
 /// - Nobody is searched for: default scouting costs 500 ms in every open, and leaves the machine. A router
 ///   waits those 500 ms even with scouting off, unless told not to.
 /// - Simulated time is the only clock.
@@ -29,17 +59,22 @@ pub fn prepare_process() {
 ///   puts on the bus has a queue of its own and waits behind them.
 /// - No message is larger than 1 MiB: what claims to be is not buffered.
 /// - Senders die here on purpose, and shared mappings of a dead sender leak.
-const COMMON: &str = r"
-  scouting: { delay: 0, multicast: { enabled: false }, gossip: { enabled: false } },
-  timestamping: { enabled: false },
-  transport: {
-    link: {
-      tx: { lease: 600000, queue: { size: { interactive_high: 16, data: 16 }, congestion_control: { drop: { wait_before_drop: 0 } } } },
-      rx: { max_message_size: 1048576 },
-    },
-    shared_memory: { enabled: false },
-  },
-";
+fn common(auth: &str) -> String {
+    format!(
+        r"
+  scouting: {{ delay: 0, multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }},
+  timestamping: {{ enabled: false }},
+  transport: {{
+    auth: {{ usrpwd: {{ {auth} }} }},
+    link: {{
+      tx: {{ lease: 600000, queue: {{ size: {{ interactive_high: 16, data: 16 }}, congestion_control: {{ drop: {{ wait_before_drop: 0 }} }} }} }},
+      rx: {{ max_message_size: 1048576 }},
+    }},
+    shared_memory: {{ enabled: false }},
+  }},
+"
+    )
+}
 
 /// What the world passes on, it drops rather than waits with, whatever the sender asked for: a message for a stopped or slow
 /// receiver that must not be dropped would hold the world's one worker for five seconds, and then cut the receiver off.
@@ -51,17 +86,19 @@ const NEVER_WAIT: &str = r#"
 /// Configuration (JSON5) of the world: the router in the middle of the star, listening on a locator such as
 /// `tcp/127.0.0.1:7447`.
 #[must_use]
-pub fn world(endpoint: &str) -> String {
+pub fn world(endpoint: &str, members: &Members) -> String {
+    let common = common(&format!("dictionary_file: {:?}", members.path()));
     format!(
         r#"{{
   mode: "router", listen: {{ endpoints: ["{endpoint}"] }}, connect: {{ endpoints: [] }},
-  {NEVER_WAIT} {COMMON} }}"#
+  {NEVER_WAIT} {common} }}"#
     )
 }
 
-/// Configuration (JSON5) of everybody else: a client of the world at that locator.
+/// Configuration (JSON5) of everybody else: a client of the world at that locator, who knows the run's token.
 #[must_use]
-pub fn client(endpoint: &str) -> String {
+pub fn client(endpoint: &str, token: &str) -> String {
+    let common = common(&format!("user: {USER:?}, password: {token:?}"));
     format!(
         r#"{{
   mode: "client",
@@ -69,6 +106,6 @@ pub fn client(endpoint: &str) -> String {
   connect: {{
     endpoints: ["{endpoint}"], timeout_ms: 10000, exit_on_failure: true,
     retry: {{ period_init_ms: 20, period_max_ms: 200, period_increase_factor: 2 }},
-  }}, {COMMON} }}"#
+  }}, {common} }}"#
     )
 }

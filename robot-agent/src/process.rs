@@ -95,7 +95,8 @@ pub async fn live(
     let keys = Keys::new(&run.run);
     let secret = Secret::of(&run.token);
     let config =
-        zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint)).map_err(bus)?;
+        zenoh::Config::from_json5(&alliance_proto::session::client(&run.endpoint, &run.token))
+            .map_err(bus)?;
     let session = zenoh::open(config).await.map_err(bus)?;
 
     let (ended, end) = oneshot::channel();

@@ -1,5 +1,8 @@
 //! The control topic by `alliance fault`, `clock` and `status`, against a live run.
 
+use std::fs::DirBuilder;
+use std::os::unix::fs::DirBuilderExt;
+
 use serde_json::Value;
 
 use crate::harness::{Finished, Lab};
@@ -99,4 +102,41 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
         line(&gone),
         "alliance status: no run is live; start one with `alliance run` or `alliance world`"
     );
+}
+
+/// The announcement of a world that is gone, whose process id another process has by now.
+#[test]
+fn an_announcement_is_that_of_one_process_and_of_no_later_one() {
+    let lab = Lab::new();
+    let folder = lab.path("runtime/alliance");
+    DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(&folder)
+        .unwrap();
+    let pid = std::process::id();
+    let stale = format!(
+        r#"{{"run": "gone", "endpoint": "tcp/127.0.0.1:9", "pid": {pid}, "token": "t", "started": 1}}"#
+    );
+    std::fs::write(folder.join("gone.json"), stale).unwrap();
+    let status = lab.run(&["status"]).expect(3);
+    assert!(
+        status.stderr.contains("no run is live"),
+        "{}",
+        status.stderr
+    );
+}
+
+/// Without a runtime folder, and with the place for temporary files taken by somebody else, runs are found at home.
+#[test]
+fn a_folder_that_others_can_look_into_keeps_no_run_from_its_user() {
+    let lab = Lab::new();
+    let taken = format!("tmp/alliance-{}", nix::unistd::Uid::effective());
+    std::fs::create_dir_all(lab.path(&taken)).unwrap();
+    let at = |name: &str| lab.path(name).display().to_string();
+    let (tmp, home) = (at("tmp"), at("home"));
+    let variables = [("XDG_RUNTIME_DIR", ""), ("TMPDIR", &tmp), ("HOME", &home)];
+    let mission = ["run", "--no-page", "--limit", "5", "--out", "run"];
+    lab.start_with(&mission, &variables).wait().expect(1);
+    assert!(lab.path("home/.cache/alliance").is_dir());
 }

@@ -70,11 +70,11 @@ impl Lab {
         std::fs::create_dir_all(&runtime).unwrap();
         let child = Command::new(env!("CARGO_BIN_EXE_alliance-under-test"))
             .args(arguments)
-            .envs(variables.iter().copied())
             .current_dir(self.folder.path())
             .env("XDG_RUNTIME_DIR", &runtime)
             .env("RUST_BACKTRACE", "0")
             .env_remove("RUST_LOG")
+            .envs(variables.iter().copied())
             .stdin(Stdio::null())
             .stdout(File::create(output.with_extension("out")).unwrap())
             .stderr(File::create(output.with_extension("err")).unwrap())

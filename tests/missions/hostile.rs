@@ -91,7 +91,7 @@ impl Stranger {
     /// Joins the bus of the lab's only run, and listens to everything.
     fn intrude(lab: &Lab) -> Self {
         let run = announced(lab);
-        let config = alliance_proto::session::client(&run.endpoint);
+        let config = alliance_proto::session::client(&run.endpoint, &run.token);
         let config = zenoh::Config::from_json5(&config).unwrap();
         let session = zenoh::open(config).wait().unwrap();
         let keys = Keys::new(&run.run);
@@ -526,4 +526,49 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
             }
         }
     }
+}
+
+/// Who does not know the token has no session: without a password, with a wrong one, or with bytes that are no greeting at all. A crowd
+/// that tries, at the highest priorities that there are, changes no byte and leaves nothing to recover from.
+#[test]
+fn who_does_not_know_the_token_has_no_session() {
+    let lab = Lab::new();
+    lab.mission("quiet", &["--log", "off"]).expect(0);
+    let quiet = hash(&lab, "quiet");
+
+    let mut world = lab.start(&["world", "--out", "out", "--speed", "30x"]);
+    let run = announced(&lab);
+    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    world.wait_for_stderr("all robots are here; started");
+    let right = alliance_proto::session::client(&run.endpoint, &run.token);
+    let wrong = alliance_proto::session::client(&run.endpoint, "0f5c31c27ad2bd0a");
+    let auth = right.find("auth:").unwrap();
+    let (before, after) = right.split_at(auth);
+    let none = format!("{before}{}", &after[after.find("link:").unwrap()..]);
+    let address = run.endpoint.strip_prefix("tcp/").unwrap();
+    let (mut tried, mut sockets) = (0, Vec::new());
+    while world.is_running() {
+        for config in [&wrong, &none] {
+            let once = config.replace("timeout_ms: 10000", "timeout_ms: 0");
+            let config = zenoh::Config::from_json5(&once).unwrap();
+            let session = zenoh::open(config).wait();
+            assert!(session.is_err() || !world.is_running(), "{once}");
+            tried += 1;
+        }
+        // Half a greeting, and nothing more; they stay open.
+        if let Ok(mut socket) = std::net::TcpStream::connect(address)
+            && sockets.len() < 100
+        {
+            let _ = std::io::Write::write_all(&mut socket, &[9, 0, 1, 2, 3]);
+            sockets.push(socket);
+        }
+        let peak = peak_memory(&world).unwrap_or(0);
+        assert!(peak < MEMORY_MIB, "{peak} MiB");
+    }
+    assert!(tried > 10, "{tried}");
+    world.wait().expect(0);
+    for agent in agents {
+        agent.wait().expect(0);
+    }
+    assert_eq!(hash(&lab, "out"), quiet);
 }

@@ -16,6 +16,7 @@ mod ends;
 mod export;
 mod family;
 mod faults;
+mod first_moments;
 mod golden;
 mod harness;
 mod hostile;

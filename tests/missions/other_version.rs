@@ -40,7 +40,7 @@ fn the_world_refuses_an_agent_of_another_version() {
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
     let (session, secret) = (
-        session(&alliance_proto::session::client(&run.endpoint)),
+        session(&alliance_proto::session::client(&run.endpoint, &run.token)),
         Secret::of(&run.token),
     );
     let refused = JoinReply::Refused(Refusal::Version {
@@ -86,8 +86,10 @@ impl OtherWorld {
             endpoint: format!("tcp/127.0.0.1:{port}"),
             pid: std::process::id(),
             token: "secret".to_owned(),
+            started: 0,
         };
-        let session = session(&alliance_proto::session::world(&run.endpoint));
+        let members = alliance_proto::session::Members::of(&run.token).unwrap();
+        let session = session(&alliance_proto::session::world(&run.endpoint, &members));
         let (keys, secret) = (Keys::new(RUN), Secret::of(&run.token));
         let join = keys.join();
         session

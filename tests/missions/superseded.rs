@@ -37,7 +37,7 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
     let (keys, secret) = (Keys::new(RUN), Secret::of(&run.token));
-    let config = alliance_proto::session::client(&run.endpoint);
+    let config = alliance_proto::session::client(&run.endpoint, &run.token);
     let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
         .wait()
         .unwrap();

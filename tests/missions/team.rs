@@ -136,6 +136,12 @@ impl<'l> Team<'l> {
         found.unwrap()
     }
 
+    /// Waits until the launcher has written this to stderr.
+    #[track_caller]
+    pub fn wait_for_stderr(&mut self, text: &str) {
+        self.launcher.wait_for_stderr(text);
+    }
+
     /// Lets the mission go on for a while of wall-clock time.
     pub fn go_on(&self, span: Duration) {
         std::thread::sleep(span);

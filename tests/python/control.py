@@ -42,6 +42,8 @@ def connect(run):
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([run["endpoint"]]))
     config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("transport/auth/usrpwd/user", '"alliance"')
+    config.insert_json5("transport/auth/usrpwd/password", json.dumps(run["token"]))
     return zenoh.open(config)
 
 

@@ -143,10 +143,11 @@ impl Barrier {
         (place.presence != Presence::Empty).then_some(place.incarnation)
     }
 
-    /// Whether an agent has ever been invited to be that robot.
+    /// Whether an agent has ever been invited to be that robot, or would have been if it had not died before.
     #[must_use]
     pub fn has_lived(&self, robot: RobotId) -> bool {
-        self.places[robot.index()].incarnation > 0
+        let place = &self.places[robot.index()];
+        place.incarnation > 0 || place.missed
     }
 
     /// All robots, by rank.
@@ -183,6 +184,7 @@ impl Barrier {
             });
         }
         place.presence = Presence::Invited;
+        place.missed &= self.started;
         place.late = false;
         place.incarnation += 1;
         place.last_counted = None;
@@ -439,14 +441,34 @@ impl Barrier {
             && place.answer.is_none()
     }
 
-    /// Starts the clock if every robot has arrived; says whether it runs.
+    /// Before the clock has started: it shall not wait for this robot, whose process has ended or is stopped, unless one comes.
+    pub fn start_without(&mut self, robot: RobotId) {
+        let place = &mut self.places[robot.index()];
+        place.missed |= !self.started && place.presence == Presence::Empty && !place.absent;
+    }
+
+    /// Starts the clock if every robot has arrived, those left out that it [shall not wait for](Self::start_without); says whether it
+    /// runs. Somebody must be there.
     pub fn start_if_all_here(&mut self) -> bool {
-        let all_here = self
-            .places
-            .iter()
-            .all(|place| place.absent || matches!(place.presence, Presence::Entering { .. }));
-        if !self.started && all_here {
+        let is_here = |place: &Place| matches!(place.presence, Presence::Entering { .. });
+        let is_due = |place: &Place| !place.absent && !place.missed && !is_here(place);
+        let none_missed = self.places.iter().all(|place| !place.missed);
+        if !self.started
+            && !self.places.iter().any(is_due)
+            && (none_missed || self.places.iter().any(is_here))
+        {
             self.started = true;
+            for place in self.places.iter().filter(|place| place.missed) {
+                self.inputs.push(Input::Gone {
+                    robot: place.name.clone(),
+                    // None of its incarnations has taken part.
+                    incarnation: 0,
+                    last_counted: None,
+                    listed: true,
+                    moment: None,
+                    scripted: false,
+                });
+            }
             self.enter();
         }
         self.started

@@ -9,10 +9,12 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use alliance_proto::control::wire::Form;
 use alliance_proto::keys::Keys;
 use alliance_proto::log::LogLevel;
+use alliance_proto::os_process::OsProcess;
 use alliance_proto::panics;
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::{self, Secret};
+use alliance_proto::session::Members;
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
@@ -108,8 +110,8 @@ pub async fn serve(
     // A convenience: where it cannot be made, it is missing.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = Keys::new(&options.run);
-    let (session, endpoint) = open().await?;
     let token = format!("{:032x}", secret::random()?);
+    let (session, endpoint) = open(&Members::of(&token)?).await?;
     let secret = Secret::of(&token);
     let publishers = declare_publishers(&session, &keys, &setup).await?;
     let (ended, end) = oneshot::channel();
@@ -146,6 +148,7 @@ pub async fn serve(
         endpoint: endpoint.clone(),
         pid: std::process::id(),
         token,
+        started: OsProcess::of(std::process::id()).map_or(0, |me| me.started),
     }
     .announce()?;
     tracing::info!(run = options.run, endpoint, "waiting for robots");
@@ -175,7 +178,7 @@ pub async fn serve(
 
 /// Opens the router on a free port of loopback. Zenoh does not tell which port it took, so the port is chosen first; should
 /// somebody else take it in between, another one is tried.
-async fn open() -> Result<(Session, String), WorldError> {
+async fn open(members: &Members) -> Result<(Session, String), WorldError> {
     let mut attempt = 0;
     loop {
         attempt += 1;
@@ -183,7 +186,8 @@ async fn open() -> Result<(Session, String), WorldError> {
             .local_addr()?
             .port();
         let endpoint = format!("tcp/127.0.0.1:{port}");
-        let config = zenoh::Config::from_json5(&alliance_proto::session::world(&endpoint))?;
+        let config =
+            zenoh::Config::from_json5(&alliance_proto::session::world(&endpoint, members))?;
         match zenoh::open(config).await {
             Ok(session) => return Ok((session, endpoint)),
             Err(error) if attempt < PORT_ATTEMPTS => tracing::debug!(%error, port, "port taken"),

@@ -99,7 +99,8 @@ pub async fn serve(
         Ok(patience) = gone => {
             // Who has not been told by then is cut off with this process.
             let told = async {
-                let _ = server.await;
+                // Nor is anybody waited for who has begun a request and does not go on.
+                let _ = timeout(LEAVE, server).await;
                 // The server does not wait for those to whom it speaks by WebSocket.
                 if let Some(live) = live {
                     live.left_alone().await;

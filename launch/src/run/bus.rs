@@ -25,6 +25,8 @@ pub struct Bus {
     news: u64,
     /// Number of the latest order.
     obeyed: u64,
+    /// What came of it.
+    latest: Option<ProcessReply>,
     orders: mpsc::Receiver<(ProcessOrder, Query)>,
     events: mpsc::Receiver<EventLine>,
 }
@@ -94,6 +96,7 @@ impl Bus {
             secret,
             news: 0,
             obeyed: 0,
+            latest: None,
             orders,
             events,
         })
@@ -104,11 +107,12 @@ impl Bus {
         loop {
             tokio::select! {
                 Some((order, query)) = self.orders.recv() => {
-                    // One that somebody puts again is none.
                     if order.number > self.obeyed {
                         self.obeyed = order.number;
                         return Call::Order(order, query);
                     }
+                    // One that is put again is done once, and answered again: the answer may have come too late.
+                    self.reply(&query).await;
                 }
                 Some(line) = self.events.recv() => return Call::Event(line),
             }
@@ -116,13 +120,18 @@ impl Bus {
     }
 
     /// Answers an order.
-    pub async fn answer(&self, query: &Query, number: u64, result: anyhow::Result<u32>) {
-        let reply = ProcessReply {
+    pub async fn answer(&mut self, query: &Query, number: u64, result: anyhow::Result<u32>) {
+        self.latest = Some(ProcessReply {
             number,
             result: result.map_err(|error| format!("{error:#}")),
-        };
-        if let Ok(bytes) = self.secret.seal(&self.keys.process_order(), &reply) {
-            // An answer that is lost is one that the world's deadline misses.
+        });
+        self.reply(query).await;
+    }
+
+    async fn reply(&self, query: &Query) {
+        let Some(reply) = &self.latest else { return };
+        if let Ok(bytes) = self.secret.seal(&self.keys.process_order(), reply) {
+            // For an answer that is lost the world asks again.
             let _ = query.reply(self.keys.process(), bytes).await;
         }
     }

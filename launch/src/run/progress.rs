@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use alliance_proto::control::AgentState;
 use alliance_proto::event::EventLine;
-use alliance_proto::ids::Tick;
 use alliance_proto::mission::columns::{
     Column, ColumnValue, Progress as MissionProgress, in_short,
 };
@@ -20,63 +19,14 @@ use tokio::time::Instant;
 /// Least time between two lines where stderr is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// How long the clock may stand still before it is said for whom it waits.
-const STANDSTILL: Duration = Duration::from_secs(5);
-
-/// A clock that stands still, though nobody holds it.
-#[derive(Default)]
-struct Standstill {
-    /// The tick that it stands at, and since when.
-    at: Option<(Tick, Instant)>,
-    told: bool,
-}
-
-impl Standstill {
-    /// What is to be said of that, once.
-    fn see(&mut self, view: &View, names: &[String], now: Instant) -> Option<String> {
-        let held = view.clock.as_ref().is_some_and(|clock| clock.paused);
-        let since = match self.at {
-            Some((tick, since)) if tick == view.tick && !held => since,
-            _ => {
-                *self = Self {
-                    at: Some((view.tick, now)),
-                    told: false,
-                };
-                return None;
-            }
-        };
-        let is_long = now.duration_since(since) >= STANDSTILL;
-        if !is_long || std::mem::replace(&mut self.told, true) {
-            return None;
-        }
-        let robots = names.iter().zip(&view.robots);
-        let silent = robots.filter(|(_, robot)| robot.state == AgentState::Silent);
-        let silent: Vec<String> = silent
-            .map(|(name, robot)| match robot.pid {
-                Some(pid) => format!("{name} (process {pid})"),
-                None => name.clone(),
-            })
-            .collect();
-        let whom = if silent.is_empty() {
-            "an agent to start or to answer".to_owned()
-        } else {
-            silent.join(", ")
-        };
-        Some(format!(
-            "the clock stands at {}: it waits for {whom}; `kill -CONT` lets a stopped process go on, `alliance fault restart` starts \
-             it anew, Ctrl-C ends the run",
-            view.now
-        ))
-    }
-}
-
 /// Shows views as they come.
 pub struct Progress {
     names: Vec<String>,
     catalog: Arc<Catalog>,
     columns: &'static [Column],
     started: Option<(Instant, f64)>,
-    standstill: Standstill,
+    /// It has been said for whom the clock waits.
+    told: Option<String>,
     style: Style,
 }
 
@@ -125,7 +75,7 @@ impl Progress {
             catalog: Arc::clone(&setup.catalog),
             columns: setup.catalog.mission.terms().columns,
             started: None,
-            standstill: Standstill::default(),
+            told: None,
             style,
         }
     }
@@ -133,8 +83,18 @@ impl Progress {
     /// Shows a snapshot.
     pub fn show(&mut self, view: &View) {
         let now = Instant::now();
-        if let Some(line) = self.standstill.see(view, &self.names, now) {
-            self.say(&line);
+        let waits_for = view
+            .clock
+            .as_ref()
+            .and_then(|clock| clock.waits_for.as_ref());
+        if self.told.as_ref() != waits_for {
+            self.told = waits_for.cloned();
+            if let Some(whom) = waits_for {
+                self.say(&format!(
+                    "the clock stands at {}: it waits for {whom}; Ctrl-C ends the run",
+                    view.now
+                ));
+            }
         }
         let sim = view.now.as_secs_f64();
         let (since, from) = *self.started.get_or_insert((now, sim));

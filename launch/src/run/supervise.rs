@@ -173,6 +173,9 @@ impl Team {
         while self.world.ending().is_none() {
             if bus.is_none() && Rendezvous::find(Some(&plan.run)).is_ok() {
                 bus = self.observe(sender.clone()).await;
+                if let Some(bus) = &mut bus {
+                    self.tell_what_was(bus).await;
+                }
             }
             let pause = if bus.is_none() {
                 INTERVAL / 10
@@ -194,7 +197,7 @@ impl Team {
                 call = heard(bus.as_mut()) => match call {
                     Call::Order(order, query) => {
                         let done = self.obey(&order).await;
-                        if let Some(bus) = &bus {
+                        if let Some(bus) = &mut bus {
                             bus.answer(&query, order.number, done).await;
                         }
                     }
@@ -212,7 +215,7 @@ impl Team {
                         .iter()
                         .any(|robot| robot.state == AgentState::Present)
             });
-            if let Some(agent) = self.agents.iter().find(|agent| agent.ending().is_some())
+            if let Some(agent) = self.failed_agent()
                 && !begun
                 && interrupted.is_none()
                 && self.world.ending().is_none()
@@ -232,6 +235,30 @@ impl Team {
         Ok(())
     }
 
+    /// What became of agents before there was a bus to tell it.
+    async fn tell_what_was(&self, bus: &mut Bus) {
+        for agent in &self.agents {
+            let state = match agent.ending() {
+                Some(_) => ProcessState::Ended,
+                None if agent.is_stopped() => ProcessState::Stopped,
+                None => continue,
+            };
+            bus.tell(agent.name(), agent.pid(), state).await;
+        }
+    }
+
+    /// An agent without which a run cannot begin: one that failed, or any where all have ended. One that somebody ended is a dead
+    /// robot.
+    fn failed_agent(&self) -> Option<&Process> {
+        let all_ended = self.agents.iter().all(|agent| agent.ending().is_some());
+        let failed = |agent: &&Process| match agent.ending() {
+            Some(Ending::Exit(status)) => status != 0 || all_ended,
+            Some(Ending::Signal(_)) => all_ended,
+            None => false,
+        };
+        self.agents.iter().find(failed)
+    }
+
     /// Joins the bus. Without it the run goes on; only its progress is not seen, and no fault reaches a process.
     async fn observe(&self, views: watch::Sender<Option<View>>) -> Option<Bus> {
         match Bus::join(&self.run, views).await {
@@ -245,7 +272,19 @@ impl Team {
 
     /// Looks at every process, and tells the world and the person what has changed.
     async fn poll(&mut self, mut bus: Option<&mut Bus>) -> anyhow::Result<()> {
-        while self.world.poll()?.is_some() {}
+        while let Some(change) = self.world.poll()? {
+            match change {
+                Change::Stopped => {
+                    let pid = self.world.pid();
+                    let cure = format!("`kill -CONT {pid}` lets it go on, Ctrl-C ends the run");
+                    self.progress.say(&format!(
+                        "the world (process {pid}) is stopped, and the run stands still; {cure}"
+                    ));
+                }
+                Change::Continued => self.progress.say("the world goes on"),
+                Change::Ended(_) => {}
+            }
+        }
         let over = self.world.ending().is_some();
         if let Some(page) = &mut self.page {
             while let Some(change) = page.poll()? {

@@ -507,15 +507,15 @@ fn view() -> impl Strategy<Value = View> {
         receiver,
         reception,
     });
-    let clock =
-        (any::<(bool, Option<i32>, u64, u64)>()).prop_map(|(paused, speed, steps_left, tick)| {
-            ClockStatus {
-                paused,
-                speed: speed.map(f64::from),
-                steps_left,
-                tick,
-            }
-        });
+    let clock = (any::<(bool, Option<i32>, u64, u64, Option<String>)>()).prop_map(
+        |(paused, speed, steps_left, tick, waits_for)| ClockStatus {
+            paused,
+            speed: speed.map(f64::from),
+            steps_left,
+            tick,
+            waits_for,
+        },
+    );
     let world = (
         vec(option::of(any::<i32>().prop_map(f64::from)), 0..4),
         vec(item, 0..4),

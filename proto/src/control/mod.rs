@@ -193,7 +193,7 @@ pub struct Description {
 }
 
 /// The step clock.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ClockStatus {
     /// Whether no further tick begins.
     pub paused: bool,
@@ -203,6 +203,9 @@ pub struct ClockStatus {
     pub steps_left: u64,
     /// The tick under way, or the next one.
     pub tick: Tick,
+    /// For whom it waits, and what would help, once it has stood still for some seconds though nobody holds it.
+    #[serde(default)]
+    pub waits_for: Option<String>,
 }
 
 /// A robot.

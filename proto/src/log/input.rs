@@ -36,7 +36,7 @@ pub enum Input {
     Gone {
         /// The robot.
         robot: String,
-        /// The incarnation that ended.
+        /// The incarnation that ended; 0: the run began without the robot, whose process had ended, or was stopped, before it joined.
         incarnation: Incarnation,
         /// Latest tick in which it counted.
         last_counted: Option<Tick>,

@@ -270,6 +270,16 @@ impl<S: Sink> Team<S> {
                     self.simulation.admit(robot, *incarnation);
                 }
             }
+            // The run began without it.
+            Input::Gone {
+                robot,
+                incarnation: 0,
+                ..
+            } => {
+                if let Some(robot) = self.simulation.robot_named(robot) {
+                    self.simulation.start_without(robot);
+                }
+            }
             Input::StallEnd { robot, .. } => {
                 if let Some(robot) = self.simulation.robot_named(robot)
                     && let Some(incarnation) = self.simulation.barrier().incarnation(robot)

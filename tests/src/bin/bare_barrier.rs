@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use alliance_proto::keys::Keys;
-use alliance_proto::session;
+use alliance_proto::session::{self, Members};
 use clap::{Args, Parser, Subcommand};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::Signal;
@@ -19,6 +19,9 @@ use zenoh::pubsub::Publisher;
 use zenoh::qos::Priority;
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
+
+/// What its clients prove who they are with.
+const TOKEN: &str = "bare";
 
 /// Exchange the messages of a run, and nothing else.
 #[derive(Parser)]
@@ -147,7 +150,7 @@ impl Barrier {
 
 impl World {
     async fn run(&self) -> zenoh::Result<()> {
-        let session = open(&session::world(&self.endpoint)).await?;
+        let session = open(&session::world(&self.endpoint, &Members::of(TOKEN)?)).await?;
         let keys = keys();
         let mut ticks = Vec::new();
         for rank in 0..self.agents {
@@ -196,7 +199,7 @@ impl World {
 
 impl Agent {
     async fn run(&self) -> zenoh::Result<()> {
-        let session = open(&session::client(&self.endpoint)).await?;
+        let session = open(&session::client(&self.endpoint, TOKEN)).await?;
         let (keys, name) = (keys(), name(self.rank));
         let report = declare(&session, keys.report(&name)).await?;
         let team = declare(&session, keys.team(&name, "heartbeat")).await?;

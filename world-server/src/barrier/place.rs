@@ -53,6 +53,8 @@ pub(super) struct Place {
     pub gone: bool,
     /// Its robot is not in the mission.
     pub absent: bool,
+    /// The clock starts, or has started, without it: its process ended, or was stopped, before it came.
+    pub missed: bool,
     /// The scenario kills it in this tick: its report counts, its broadcasts are not listed.
     pub doomed: bool,
     /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
@@ -81,6 +83,7 @@ impl Place {
             listed: false,
             gone: false,
             absent: robot.absent,
+            missed: false,
             doomed: false,
             suspended: false,
             late: false,

@@ -653,3 +653,25 @@ fn who_was_given_up_may_still_come_unless_another_has_the_place() {
         assert_eq!(barrier.presence(RobotId(1)), Presence::Empty);
     }
 }
+
+#[test]
+fn the_clock_starts_without_robots_that_died_before_they_came_if_anybody_is_there() {
+    let robots = ["robot-0", "robot-1"].map(|name| Robot {
+        name: name.to_owned(),
+        ..Robot::default()
+    });
+    let mut barrier = Barrier::new(&robots, StepOrder::Simultaneous);
+    barrier.start_without(RobotId(0));
+    barrier.start_without(RobotId(1));
+    assert!(!barrier.start_if_all_here(), "nobody is there");
+    barrier.invite("robot-0").unwrap();
+    assert!(!barrier.start_if_all_here(), "one is on its way");
+    barrier.arrive(RobotId(0), 1);
+    assert!(barrier.start_if_all_here());
+    assert_eq!(everybody(&mut barrier).len(), 1);
+    let inputs = finish(&mut barrier).inputs;
+    let gone = |input: &Input| matches!(input, Input::Gone { robot, incarnation: 0, .. } if robot == "robot-1");
+    assert!(inputs.len() == 2 && inputs.iter().any(gone), "{inputs:?}");
+    // As any dead robot, it may come back.
+    assert_eq!(barrier.invite("robot-1").unwrap(), (RobotId(1), 1, 2));
+}

@@ -208,6 +208,11 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
         ),
         Input::Gone {
             robot,
+            incarnation: 0,
+            ..
+        } => (EventKind::Gone, robot, "", "never joined".to_owned()),
+        Input::Gone {
+            robot,
             incarnation,
             last_counted,
             listed,

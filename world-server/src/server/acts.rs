@@ -12,18 +12,18 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 
 use super::{Server, lock};
 
-/// How long the launcher and the process may take. Far more than they need on the busiest machine: it decides only that
-/// something is broken.
+/// How long a process may take to join, or to end, once the launcher has done its part. Far more than it needs on the busiest
+/// machine: it decides only that something is broken. For the launcher itself the run waits as long as that lives, for a stopped one
+/// may go on at any time.
 const ACT_DEADLINE: Duration = Duration::from_secs(30);
 
 /// What the launcher is doing.
 pub(super) struct UnderWay {
     order: ProcessOrder,
     robot: RobotId,
-    since: Instant,
     /// Dead once the query is over, be it answered or not.
     query: Weak<()>,
-    answered: bool,
+    answered: Option<Instant>,
     /// The process that was started.
     started: Option<u32>,
 }
@@ -43,9 +43,8 @@ impl Server {
             self.under_way = Some(UnderWay {
                 order,
                 robot,
-                since: Instant::now(),
                 query: Weak::new(),
-                answered: false,
+                answered: None,
                 started: None,
             });
             self.ask_launcher();
@@ -106,7 +105,7 @@ impl Server {
                 if let Some(asked) = &mut self.under_way
                     && asked.order.number == reply.number
                 {
-                    asked.answered = true;
+                    asked.answered.get_or_insert_with(Instant::now);
                     asked.started = reply.result.as_ref().ok().copied();
                 }
                 self.act_done(reply.number, reply.result.map(drop));
@@ -143,18 +142,26 @@ impl Server {
         }
     }
 
+    /// What is under way with a process: to which robot, what, and the process that the launcher has started for it.
+    pub(super) fn act_under_way(&self) -> Option<(RobotId, ProcessAct, Option<u32>)> {
+        let asked = self.under_way.as_ref();
+        let asked = asked.filter(|_| self.simulation.awaits_act())?;
+        Some((asked.robot, asked.order.act, asked.started))
+    }
+
     /// Asks again where nobody has answered, for a launcher that is still on its way to the bus has not heard it; one that has does
-    /// it once. Nothing is waited for forever.
+    /// it once.
     pub(super) fn look_after_act(&mut self, now: Instant) {
         let Some(asked) = &self.under_way else { return };
         if !self.simulation.awaits_act() {
             return;
         }
-        if now.duration_since(asked.since) > ACT_DEADLINE {
+        let is_late = |answered: Instant| now.duration_since(answered) > ACT_DEADLINE;
+        if asked.answered.is_some_and(is_late) {
             let late = format!("not done within {} s", ACT_DEADLINE.as_secs());
             self.simulation
                 .act_done(asked.robot, asked.order.act, Err(late));
-        } else if !asked.answered && asked.query.strong_count() == 0 {
+        } else if asked.answered.is_none() && asked.query.strong_count() == 0 {
             self.ask_launcher();
         }
     }

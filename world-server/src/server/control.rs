@@ -83,6 +83,7 @@ impl Server {
             },
             steps_left: self.pace.steps_left(),
             tick: self.simulation.tick(),
+            waits_for: self.waits_for(),
         }
     }
 

@@ -5,6 +5,7 @@
 
 mod acts;
 mod control;
+mod standstill;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ use crate::pace::Pace;
 use crate::recorder::{Background, Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
 use acts::UnderWay;
+use standstill::Standstill;
 
 /// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
 /// somebody starts one again.
@@ -54,6 +56,8 @@ struct Peer {
     asked: Option<Instant>,
     /// The launcher says that its process is stopped.
     stopped: bool,
+    /// The launcher says that its process ended, or is stopped: a clock that has not started does not wait for it.
+    lost: bool,
 }
 
 /// The run and its surroundings.
@@ -76,6 +80,7 @@ pub struct Server {
     /// The current tick has begun: its questions may be asked whatever the pace.
     begun: Option<u64>,
     deserted_since: Option<Instant>,
+    standstill: Standstill,
     first_tick: Option<Instant>,
     /// Nonces of all join requests: one that is put again is none.
     asked_to_join: BTreeSet<u128>,
@@ -141,6 +146,7 @@ impl Server {
                 invited: None,
                 asked: None,
                 stopped: false,
+                lost: false,
             })
             .collect();
         Ok(Self {
@@ -159,6 +165,7 @@ impl Server {
             stall_after,
             begun: None,
             deserted_since: None,
+            standstill: None,
             first_tick: None,
             asked_to_join: BTreeSet::new(),
             nonces: BTreeSet::new(),
@@ -265,7 +272,7 @@ impl Server {
                 let peer = &mut self.peers[robot.index()];
                 peer.pid = Some(request.pid);
                 peer.invited = Some((incarnation, Instant::now()));
-                peer.stopped = false;
+                (peer.stopped, peer.lost) = (false, false);
                 JoinReply::Welcome(Welcome {
                     robot,
                     incarnation,
@@ -343,12 +350,17 @@ impl Server {
         let Some(robot) = self.robot_named(&news.robot) else {
             return self.refuse("process", &"unknown robot");
         };
+        self.peers[robot.index()].lost = news.state != ProcessState::Continued;
         if news.state == ProcessState::Ended {
             // The death of an agent is told by its token; one that has not joined has none.
             self.stillborn(news.pid);
             return self.pump();
         }
         let peer = &mut self.peers[robot.index()];
+        if peer.pid != Some(news.pid) && !self.simulation.barrier().started() {
+            // It has not asked to join yet.
+            return;
+        }
         if peer.pid != Some(news.pid) {
             return self.refuse("process", &"unknown process");
         }
@@ -389,6 +401,11 @@ impl Server {
                 self.stall(robot);
             }
         }
+        if !self.simulation.barrier().started() {
+            for (index, _) in self.peers.iter().enumerate().filter(|(_, peer)| peer.lost) {
+                self.simulation.start_without(RobotId(index as u16));
+            }
+        }
         if self.simulation.barrier().started() && self.simulation.barrier().is_deserted() {
             let since = *self.deserted_since.get_or_insert(now);
             if now.duration_since(since) > GRACE {
@@ -398,6 +415,7 @@ impl Server {
             self.deserted_since = None;
         }
         self.look_after_act(now);
+        self.watch_the_clock(now);
         if let Err(error) = self.recorder.flush() {
             return self.fail(error);
         }

@@ -228,6 +228,12 @@ impl Simulation {
         }
     }
 
+    /// See [`Barrier::start_without`].
+    pub fn start_without(&mut self, robot: RobotId) {
+        self.barrier.start_without(robot);
+        self.barrier.start_if_all_here();
+    }
+
     /// See [`Barrier::gone`].
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;

@@ -1,7 +1,7 @@
 //! "Nothing has changed": what a robot sensed last still holds, so that it is not worked out again, and neither is its hash.
 //!
-//! It buys a quarter of the speed of a large team that mostly waits (docs/BENCHMARKS.md), and equals sensing anew in each step. Here is
-//! all of it: who moves, turns, comes, leaves or changes the floor says so by one of the functions below, and a mission says with
+//! It saves sensing and hashing for a robot that stands still where nothing moves (BENCHMARKS.md), and equals sensing anew in each
+//! step. Here is all of it: who moves, turns, comes, leaves or changes the floor says so by one of the functions below, and a mission says with
 //! [`Validity`](crate::mission::Validity) how long its part holds.
 
 use std::cell::Cell;

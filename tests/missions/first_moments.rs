@@ -1,0 +1,65 @@
+//! Signals from the first moment of a run on: a process that ends or is stopped before it has joined is treated as one that does so
+//! later, and a run that waits says for whom.
+
+use alliance_proto::log::Input;
+use nix::sys::signal::Signal;
+
+use crate::harness::Lab;
+use crate::team::Team;
+
+/// Whatever had become of gold when the signal came, the others carry on and a replay repeats it.
+#[test]
+fn a_robot_that_ends_before_it_joined_is_a_dead_robot() {
+    for signal in [Signal::SIGKILL, Signal::SIGTERM] {
+        let lab = Lab::new();
+        let mission = lab.mission_of(4);
+        let team = Team::start(&lab, &[&mission]);
+        team.try_signal("gold", signal);
+        let finished = team.wait().expect(0);
+        let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
+        assert_eq!(result["outcome"], "complete", "{signal}");
+        let gone = lab.log("run").inputs().unwrap();
+        let is_gold = |input: &Input| matches!(input, Input::Gone { robot, .. } if robot == "gold");
+        let gone = gone.iter().filter(|line| is_gold(&line.input)).count();
+        assert_eq!(gone, 1, "{signal}: told once\n{}", finished.stderr);
+        lab.run(&["replay", "run"]).expect(0);
+    }
+}
+
+/// One that is stopped is out until it goes on, and then takes part.
+#[test]
+fn a_robot_that_is_stopped_before_it_joined_comes_later() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["--speed", "20x"]);
+    team.signal("gold", Signal::SIGSTOP);
+    team.wait_for_row("events.csv", &[",activated,"]);
+    team.signal("gold", Signal::SIGCONT);
+    let row = team.wait_for_row("events.csv", &[",gold,"]);
+    assert!(!row.is_empty());
+    team.wait_for_row("events.csv", &[",activated,gold,"]);
+    team.signal("world", Signal::SIGTERM);
+    team.wait();
+    lab.run(&["replay", "run"]).expect(0);
+}
+
+/// Everybody who is left is stopped: the run says for whom it waits, on the terminal and in its status, and goes on when they do.
+#[test]
+fn a_run_that_stands_still_says_for_whom_it_waits() {
+    let lab = Lab::new();
+    let mission = lab.mission_of(4);
+    let mut team = Team::start(&lab, &[&mission, "--speed", "5x"]);
+    team.wait_for_row("events.csv", &[",activated,"]);
+    for robot in ["blue", "gold", "green"] {
+        team.signal(robot, Signal::SIGSTOP);
+    }
+    let blue = format!("blue (process {})", team.pid("blue"));
+    team.wait_for_stderr(&format!("it waits for {blue}"));
+    let status = lab.run(&["status"]).expect(0);
+    assert!(status.stdout.contains(&blue), "{}", status.stdout);
+    for robot in ["blue", "gold", "green"] {
+        team.signal(robot, Signal::SIGCONT);
+    }
+    let finished = team.wait().expect(0);
+    assert!(finished.stderr.contains("Ctrl-C ends the run"));
+    lab.run(&["replay", "run"]).expect(0);
+}
