@@ -189,7 +189,6 @@ function shortcuts({ model, choices, orders, player, clockwork, clock, timeline,
   ];
   const live = [
     key(["o"], "o", "draw an obstacle", () => tools.take("obstacle")),
-    key(["w"], "w", "add waste", () => tools.take("waste")),
     key(
       ["k"],
       "k",
@@ -218,7 +217,10 @@ function shortcuts({ model, choices, orders, player, clockwork, clock, timeline,
     key(["n"], "n", "next event of those listed", () => timeline.jump(1)),
     key(["p"], "p", "previous event of those listed", () => timeline.jump(-1)),
   ];
-  return [...both, ...(model.isLive ? live : log)];
+  if (!model.isLive) return [...both, ...log];
+  const taken = [...both, ...live].flatMap(({ keys }) => keys);
+  const own = tools.faultKeys(taken).map(({ letter, about, tool }) => key([letter], letter, about, () => tools.take(tool)));
+  return [...both, ...live, ...own];
 }
 
 start();

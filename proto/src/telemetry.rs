@@ -263,11 +263,13 @@ impl From<u32> for NoteKind {
     }
 }
 
-/// One row of allocation.csv: what a robot's allocator holds of a task at the end of a step.
+/// One row of allocation.csv: what a robot's allocator holds of one of its behaviors at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AllocationRow {
-    /// The task.
+    /// The behavior's task.
     pub task: TaskId,
+    /// The behavior.
+    pub behavior: BehaviorId,
     /// What it is worth to the robot, in the allocator's own measure; finite.
     pub utility: f64,
     /// Who has the task as far as the robot knows.

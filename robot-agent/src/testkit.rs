@@ -306,9 +306,10 @@ impl Trial {
             );
         }
         for row in &outcome.rows {
+            let mut own = self.me.behaviors.iter();
             assert!(
-                row.task.index() < self.me.tasks,
-                "{at}: rows are about tasks"
+                own.any(|own| (own.id, own.task) == (row.behavior, row.task)),
+                "{at}: rows are about own behaviors and their tasks"
             );
             assert!(
                 row.utility.is_finite(),

@@ -9,9 +9,9 @@ use alliance_proto::mission::section::{Section, section};
 use alliance_proto::scenario::{
     BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
 };
+use alliance_proto::testkit::default_setup;
 use alliance_proto::view::{Mark, MarkOutline, MarkRole};
 use glam::Vec2;
-use missions::waste::data::default_setup;
 
 pub const VISIT: Mission = Mission(&Visit);
 

@@ -71,7 +71,22 @@ fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
         lab.run(&["replay", &format!("{allocator}-many")]).expect(0);
         let log = lab.log(&out);
         assert!(log.rows::<MotivationRow>().unwrap().is_empty());
-        assert!(log.rows::<AllocationRow>().unwrap().len() > 1000);
+        let rows = log.rows::<AllocationRow>().unwrap();
+        assert!(rows.len() > 1000);
+        // Each is of one behavior: two of a task that the robot can do in two ways.
+        let catalog = &log.run.setup.catalog;
+        let of = |row: &AllocationRow| catalog.behavior_named(&row.behavior_set).unwrap();
+        let task = |row: &AllocationRow| catalog.task_name(catalog.sets[of(row).index()].task);
+        assert!(rows.iter().all(|row| task(row) == row.task));
+        let first = rows
+            .iter()
+            .filter(|row| row.robot == "blue" && row.t_ms == rows[0].t_ms);
+        let first: Vec<&str> = first.map(|row| row.behavior_set.as_str()).collect();
+        assert_eq!(
+            first,
+            ["find-locations-methodical", "find-locations-wander"],
+            "{allocator}"
+        );
     }
 }
 

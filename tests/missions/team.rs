@@ -23,9 +23,14 @@ impl<'l> Team<'l> {
 
     /// The same with its page, whose link is on the launcher's stderr, unless the arguments say otherwise.
     pub fn start_with_page(lab: &'l Lab, arguments: &[&str]) -> Self {
+        Self::start_with(lab, arguments, &[])
+    }
+
+    /// The same, with these environment variables.
+    pub fn start_with(lab: &'l Lab, arguments: &[&str], variables: &[(&str, &str)]) -> Self {
         let mut all = vec!["run", "--out", "run", "--json"];
         all.extend(arguments);
-        let mut launcher = lab.start(&all);
+        let mut launcher = lab.start_with(&all, variables);
         launcher.wait_for_stderr("process ids: ");
         let said = launcher.stderr();
         let after = |label: &str| {

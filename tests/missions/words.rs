@@ -14,7 +14,7 @@ const WORDS: [&str; 6] = [
 ];
 
 /// Where they may stand, and why.
-const EXCEPTIONS: [&str; 15] = [
+const EXCEPTIONS: [&str; 6] = [
     // Typed places on the bus, for speed.
     "proto/src/mission/mod.rs",
     "proto/src/mission/waste.rs",
@@ -25,17 +25,6 @@ const EXCEPTIONS: [&str; 15] = [
     "world-server/src/args.rs",
     // Names of built-in scenarios.
     "launch/src/scenarios.rs",
-    // The page's tool that puts waste on the floor with a click, and its list of devices.
-    "launch/page/index.html",
-    "launch/page/main.js",
-    "launch/page/panels.css",
-    "launch/page/model/faults.js",
-    "launch/page/panels/devices.js",
-    "launch/page/room/tools.js",
-    "launch/page/ui/choices.js",
-    "launch/page/ui/words.js",
-    // A mission of tests, in a run of the clean-up.
-    "study/src/visit.rs",
 ];
 
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -20,6 +20,7 @@ from runlog import rows, single
 # The columns that tell the topic of a table's rows.
 TOPICS = {
     "motivations": ("robot", "behavior_set"),
+    "allocation": ("robot", "behavior_set"),
     "poses": ("robot",),
     "messages": (),
     "events": (),
@@ -241,7 +242,8 @@ def main(folder, path):
     scenario = run["scenario"]
     step_ms = scenario["step_ms"]
     metadata, topics = read(path)
-    counts = {table: compare_table(folder, table, topics) for table in TOPICS}
+    tables = [table for table in TOPICS if (folder / f"{table}.csv").exists()]
+    counts = {table: compare_table(folder, table, topics) for table in tables}
     where = places(topics)
     compare_places(folder, where, step_ms)
     states = scene(topics)

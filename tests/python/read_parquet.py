@@ -16,6 +16,7 @@ INTEGER, TEXT, FLAG = "int64", "string", "bool"
 FLAGS = {"0": False, "1": True}
 COLUMNS = {
     "motivations": [INTEGER, TEXT, TEXT, TEXT, "double", "double", FLAG, FLAG, FLAG, FLAG, TEXT],
+    "allocation": [INTEGER, TEXT, TEXT, TEXT, "double", TEXT, TEXT],
     "messages": [INTEGER, TEXT, TEXT, INTEGER, INTEGER, TEXT, TEXT, INTEGER, TEXT, TEXT, INTEGER, INTEGER, TEXT],
     "events": [INTEGER, TEXT, TEXT, TEXT, TEXT, TEXT],
     "poses": [INTEGER, TEXT, "float", "float", "float", "float", FLAG, TEXT, "float"],

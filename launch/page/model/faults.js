@@ -2,13 +2,6 @@
 
 import { faultInWords, termsInWords } from "../ui/words.js";
 
-/** What happens in a moment can neither last nor be undone. */
-const MOMENTARY = new Set(["continue", "restart", "waste", "move-waste", "move-robot"]);
-
-export function isMomentary(fault) {
-  return MOMENTARY.has(Object.keys(fault)[0]);
-}
-
 /** Whether the fault befalls that robot as a whole: its process, its devices, its radio. */
 export function concernsRobot(fault, name) {
   const [it] = Object.values(fault);

@@ -61,6 +61,11 @@ export class Model {
     return this.view?.now ?? 0;
   }
 
+  /** Whether a fault happens in a moment, so that it can neither last nor be undone. */
+  isMomentary(fault) {
+    return this.run.momentary.includes(Object.keys(fault)[0]);
+  }
+
   /** Takes in the next view, or one of the same tick whose clock or faults are others. */
   absorb(view) {
     this.history.add(view, view.now);

@@ -1,21 +1,9 @@
 // The menus of a robot: break a sensor, break an actuator, and what else there is.
 
+import { devicesOf } from "../model/devices.js";
 import { lasts } from "../room/tools.js";
 import { el } from "../ui/dom.js";
 import { closeMenu, numberField, openMenu, selectField } from "../ui/menu.js";
-
-/** Sensors, and whether they tell lengths, so that they can be noisy or biased. */
-const SENSORS = [
-  ["position", "position", true],
-  ["front-border", "front border", true],
-  ["side-border", "side border", true],
-  ["avoidance", "collision avoidance", true],
-  ["waste", "waste", true],
-  ["spill-zone", "spill zone", false],
-  ["report-site", "report site", false],
-  ["gripper", "gripper", false],
-  ["ground", "ground", false],
-];
 
 const SENSOR_MODES = [
   ["dead", "dead: tells nothing"],
@@ -63,19 +51,20 @@ function form(orders, button, time, fault, ...fields) {
 /** Break a sensor of the robot. */
 export function openSensors(model, orders, rank, at) {
   const robot = model.names[rank];
-  const owned = SENSORS.filter(([device]) => device !== "side-border" || model.run.scenario.robots[rank].side_sensor);
-  const device = selectField("Sensor", owned, { "data-field": "device" });
+  const owned = devicesOf(model.run, rank);
+  const choice = owned.map(({ name, label }) => [name, label]);
+  const device = selectField("Sensor", choice, { "data-field": "device" });
   const mode = selectField("How", SENSOR_MODES, { "data-field": "mode" });
   const error = numberField("By, m", { step: "any", value: 0.2, "data-field": "m" });
   const turn = numberField("By, degrees", { step: "any", value: 0, "data-field": "deg" });
   const share = numberField("In this share of the steps, %", { min: 0, max: 100, step: 1, value: 25, "data-field": "share" });
   const adapt = () => {
-    const telling = owned.find(([name]) => name === device.input.value)[2];
-    for (const option of mode.input.options) option.disabled = !telling && (option.value === "noise" || option.value === "bias");
+    const { tells_lengths, tells_heading } = owned.find(({ name }) => name === device.input.value);
+    for (const option of mode.input.options) option.disabled = !tells_lengths && (option.value === "noise" || option.value === "bias");
     if (mode.input.selectedOptions[0].disabled) mode.input.value = "dead";
     const isOff = mode.input.value === "noise" || mode.input.value === "bias";
     error.element.hidden = !isOff;
-    turn.element.hidden = !isOff || device.input.value !== "position";
+    turn.element.hidden = !isOff || !tells_heading;
     share.element.hidden = mode.input.value !== "dropout";
   };
   for (const { input } of [device, mode]) input.addEventListener("change", adapt);

@@ -75,6 +75,16 @@ export class Room {
     return obstacle ? { obstacle } : null;
   }
 
+  /** The number of the item that lies under the pointer, or null. */
+  itemUnder(event) {
+    const point = this.pointUnder(event);
+    const far = ({ position, radius_m }) => Math.hypot(position[0] - point.x, position[1] - point.y) - radius_m;
+    const lying = (this.#model.view?.items ?? []).map((item, number) => ({ item, number })).filter(({ item }) => item.carrier === null);
+    const near = lying.filter(({ item }) => far(item) <= NEAR_PX / this.#projection.scale);
+    near.sort((a, b) => far(a.item) - far(b.item));
+    return near[0]?.number ?? null;
+  }
+
   /** The fault in force that put this obstacle there, if any. */
   faultBehind(obstacle) {
     return this.#model.view.faults.findLast(({ order, phase }) => {

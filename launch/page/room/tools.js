@@ -1,6 +1,7 @@
-// What the pointer does in the room: look at things, draw an obstacle, add waste, put a robot elsewhere.
+// What the pointer does in the room: look at things, draw an obstacle, break what the mission declares, put a robot elsewhere.
 
 import { attribute, byId, text } from "../ui/dom.js";
+import { FaultTools } from "./fault_tools.js";
 import { showPoint } from "./room.js";
 
 /** Rectangles snap to this grid, and smaller ones are a mere click, m. */
@@ -9,7 +10,6 @@ const GRID_M = 0.05;
 const HINTS = {
   look: "",
   obstacle: "Drag:",
-  waste: "Click:",
   move: "Click its new place.",
 };
 
@@ -21,6 +21,7 @@ export class Tools {
   #model;
   #choices;
   #orders;
+  #faults;
   #look;
   // Where the rectangle that is being drawn began, m.
   #start = null;
@@ -34,6 +35,7 @@ export class Tools {
     this.#model = model;
     this.#choices = choices;
     this.#orders = orders;
+    this.#faults = new FaultTools(model.run.mission.faults, orders);
     this.#look = look;
     canvas.addEventListener("pointerdown", (event) => this.#press(event));
     canvas.addEventListener("pointermove", (event) => this.#drag(event));
@@ -51,8 +53,14 @@ export class Tools {
   take(tool) {
     const wanted = this.#choices.tool === tool || !this.#model.isOpen ? "look" : tool;
     this.#forget();
+    this.#faults.take(wanted);
     this.#choices.set({ tool: wanted });
     this.draw();
+  }
+
+  /** What keys take up tools of the mission: see FaultTools.keys. */
+  faultKeys(taken) {
+    return this.#faults.keys(taken);
   }
 
   /** Brings buttons and hints up to date. */
@@ -65,8 +73,7 @@ export class Tools {
     this.#canvas.dataset.tool = tool;
     byId("tool-options").hidden = tool === "look";
     byId("penetrability").hidden = tool !== "obstacle";
-    byId("waste-options").hidden = tool !== "waste";
-    text(byId("tool-hint"), HINTS[tool]);
+    text(byId("tool-hint"), HINTS[tool] ?? this.#faults.hint(tool));
   }
 
   #forget() {
@@ -114,13 +121,12 @@ export class Tools {
 
   #click(event) {
     if (this.#hasDrawn) return;
-    const point = this.#room.pointUnder(event);
+    const { x, y } = this.#room.pointUnder(event);
+    const point = { x: snap(x), y: snap(y) };
     const { tool, selected } = this.#choices;
-    if (tool === "waste") {
-      const items = Math.max(1, Math.round(Number(byId("waste-items").value) || 1));
-      this.#orders.arm({ waste: { x_m: snap(point.x), y_m: snap(point.y), items } });
-    } else if (tool === "move" && selected !== null) {
-      this.#orders.arm({ "move-robot": { robot: this.#model.names[selected], x_m: snap(point.x), y_m: snap(point.y) } });
+    if (this.#faults.click(tool, point, this.#room.itemUnder(event))) return;
+    if (tool === "move" && selected !== null) {
+      this.#orders.arm({ "move-robot": { robot: this.#model.names[selected], x_m: point.x, y_m: point.y } });
       this.take("look");
     } else {
       this.#look(this.#room.pick(event), event);

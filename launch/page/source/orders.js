@@ -1,6 +1,5 @@
 // Orders to a live run: sent, and answered by a notice that says when they take effect or why not.
 
-import { isMomentary } from "../model/faults.js";
 import { notify } from "../ui/notices.js";
 import { faultInWords, seconds } from "../ui/words.js";
 
@@ -24,7 +23,7 @@ export class Orders {
 
   /** Arms a fault, for so many simulated seconds if it is one that lasts; null: until it is cleared. Gives its id, or null. */
   async arm(fault, for_s = null) {
-    const momentary = isMomentary(fault);
+    const momentary = this.#model.isMomentary(fault);
     const order = momentary || for_s === null ? { fault } : { fault, for_s };
     const reply = await this.#ask({ fault: order });
     if (!reply?.armed) return null;

@@ -9,7 +9,7 @@ export class Choices {
   trails = true;
   /** Who hears whom, as lines on the floor. */
   radio = false;
-  /** What the pointer does in the room: look, obstacle, waste or move. */
+  /** What the pointer does in the room: look, obstacle, move, or a fault of the mission (see room/fault_tools.js). */
   tool = "look";
 
   #changed;

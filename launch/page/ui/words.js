@@ -61,15 +61,17 @@ export function faultInWords(fault) {
       return `actuator ${it.robot} ${actuatorMode(it.mode)}`;
     case "obstacle":
       return `obstacle ${it.x_m} ${it.y_m} ${it.width_m} ${it.height_m}${option("penetrability", it.penetrability)}`;
-    case "waste":
-      return `waste ${it.x_m} ${it.y_m} --items ${it.items ?? 1}`;
-    case "move-waste":
-      return `move-waste ${it.item} ${it.x_m} ${it.y_m}`;
     case "move-robot":
       return `move-robot ${it.robot} ${it.x_m} ${it.y_m}${option("heading", it.heading_deg)}`;
+    // What only the mission knows.
     default:
-      return name;
+      return [name, ...Object.keys(it).sort().map((key) => `--${key.replaceAll("_", "-")} ${it[key]}`)].join(" ");
   }
+}
+
+/** `put an item elsewhere` → `Put an item elsewhere`. */
+export function sentence(text) {
+  return text.slice(0, 1).toUpperCase() + text.slice(1);
 }
 
 /** When and for how long an order holds, beside the fault itself: ` --at 60s --for 30s`. */

@@ -76,10 +76,7 @@ impl FromArgMatches for OwnFault {
 
 /// What must be stated has its place, and a name as faults are printed; what may be left out has a name alone.
 fn with_argument(command: Command, argument: &FaultArgument) -> Command {
-    let stem = argument
-        .key
-        .rsplit_once('_')
-        .map_or(argument.key, |it| it.0);
+    let (stem, _) = argument.stem_and_unit();
     let number = |id: String| {
         Arg::new(id)
             .value_name(stem.to_uppercase())

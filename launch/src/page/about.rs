@@ -1,9 +1,11 @@
 //! What the page is told of a run once: what does not change while it is shown.
 
-use alliance_proto::scenario::Setup;
+use alliance_proto::fault::{Device, Fault, FaultSpec};
+use alliance_proto::mission::data::Mission;
+use alliance_proto::scenario::{Room, Setup};
 use serde_json::{Value, json};
 
-/// Catalog and setup under the names of `GET /api/run`; the rest depends on where the run comes from.
+/// Catalog, setup and what can be broken, under the names of `GET /api/run`; the rest depends on where the run comes from.
 #[must_use]
 pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> Value {
     let catalog = &setup.catalog;
@@ -20,22 +22,129 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
     let terms = catalog.mission.terms();
+    let room = setup.scenario.room;
+    let own_faults = catalog.mission.faults().iter();
     let mission = json!({
         "name": catalog.mission.name(),
         "columns": terms.columns,
         "events": terms.events,
         "bulletins": terms.bulletins,
+        "faults": own_faults.map(|spec| own_fault(spec, room)).collect::<Vec<_>>(),
     });
-    let setup = json!(setup);
+    let setup_file = json!(setup);
     json!({
         "mode": mode,
         "run": run,
         "folder": folder,
-        "seed": setup["seed"],
-        "scenario": setup["scenario"],
-        "alliance": setup["alliance"],
+        "seed": setup_file["seed"],
+        "scenario": setup_file["scenario"],
+        "alliance": setup_file["alliance"],
         "catalog": {"tasks": tasks, "sets": sets},
+        "devices": devices(catalog.mission),
+        "momentary": momentary(catalog.mission),
         "mission": mission,
         "log": log,
     })
+}
+
+/// The sensing devices that can break, in the order in which they are listed to people.
+fn devices(mission: Mission) -> Vec<Value> {
+    let devices = Device::of(mission).map(|name| {
+        json!({
+            "name": name,
+            "label": Device::label(name),
+            "tells_lengths": Device::named(name).tells_lengths(mission),
+            "tells_heading": name == Device::POSITION,
+            "is_optional": Device::is_optional(name, mission),
+        })
+    });
+    devices.collect()
+}
+
+/// Names of the faults that happen in a moment.
+fn momentary(mission: Mission) -> Vec<&'static str> {
+    let own = mission.faults().iter().map(|spec| spec.name);
+    let all = Fault::COMMON.into_iter().chain(own);
+    all.filter(|name| Fault::is_name_of_momentary(name))
+        .collect()
+}
+
+/// A fault that only the mission knows: what can be stated of it, and which of that is a place on the floor or an item.
+fn own_fault(spec: &FaultSpec, room: Room) -> Value {
+    let arguments = spec.arguments.iter().map(|argument| {
+        let (stem, unit) = argument.stem_and_unit();
+        let (from, to) = argument.range.bounds(room);
+        json!({
+            "key": argument.key,
+            "label": stem.replace('_', " "),
+            "unit": unit,
+            "about": argument.about,
+            "from": from,
+            "to": to,
+            "is_whole": argument.range.is_whole(),
+            "default": argument.default,
+        })
+    });
+    json!({
+        "name": spec.name,
+        "about": spec.about,
+        "arguments": arguments.collect::<Vec<_>>(),
+        "place": spec.place(),
+        "item": spec.item(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::testkit::default_setup;
+
+    use super::*;
+
+    /// Nothing of the drill is known here: all of it is what the drill declares.
+    #[test]
+    fn what_can_be_broken_is_what_the_mission_declares() {
+        let about = about("live", "r", "runs/r", &default_setup(1), Value::Null);
+        let list = |place: &str, wanted: &str| -> Vec<String> {
+            let all = about.pointer(place).and_then(Value::as_array).unwrap();
+            let wanted = all
+                .iter()
+                .filter(|it| it[wanted] == true || wanted.is_empty());
+            wanted
+                .map(|it| it["name"].as_str().unwrap_or_default().to_owned())
+                .collect()
+        };
+        let devices = [
+            "position",
+            "front-border",
+            "side-border",
+            "avoidance",
+            "eye",
+            "hand",
+            "ground",
+        ];
+        assert_eq!(list("/devices", ""), devices);
+        assert_eq!(list("/devices", "tells_lengths"), devices[..5]);
+        assert_eq!(list("/devices", "tells_heading"), ["position"]);
+        assert_eq!(list("/devices", "is_optional"), ["side-border"]);
+        let momentary = ["continue", "restart", "move-robot", "shake"];
+        assert_eq!(about["momentary"], json!(momentary));
+        let shake = &about["mission"]["faults"][0];
+        assert_eq!(shake["name"], "shake");
+        assert_eq!(shake["place"], json!(["x_m", "y_m"]));
+        assert_eq!(shake["item"], Value::Null);
+        let argument = |key: &str, label: &str, unit: &str, about: &str| {
+            json!({
+                "key": key, "label": label, "unit": unit, "about": about,
+                "from": 0.0, "to": 12.0, "is_whole": false, "default": null,
+            })
+        };
+        assert_eq!(shake["arguments"][0], argument("x_m", "x", "m", "where, m"));
+        assert_eq!(
+            shake["arguments"][2],
+            json!({
+                "key": "times", "label": "times", "unit": "", "about": "how often",
+                "from": 1.0, "to": 9.0, "is_whole": true, "default": 1.0,
+            })
+        );
+    }
 }

@@ -64,6 +64,11 @@ mod tests {
     }
 
     #[test]
+    fn the_page_makes_faults_of_what_the_mission_declares() {
+        super::node(&mut Command::new("node"), "own_faults.test.js");
+    }
+
+    #[test]
     fn the_page_tells_of_a_mission_what_that_declares() {
         super::node(&mut Command::new("node"), "mission.test.js");
     }

@@ -381,14 +381,15 @@ fn reception() -> impl Strategy<Value = Reception> {
 }
 
 fn allocation_row() -> impl Strategy<Value = AllocationRow> {
-    (task(), real(), option::of(robot()), set_state()).prop_map(|(task, utility, holder, state)| {
-        AllocationRow {
+    (task(), set(), real(), option::of(robot()), set_state()).prop_map(
+        |(task, behavior, utility, holder, state)| AllocationRow {
             task,
+            behavior,
             utility: f64::from(utility),
             holder,
             state,
-        }
-    })
+        },
+    )
 }
 
 fn report() -> impl Strategy<Value = Report> {

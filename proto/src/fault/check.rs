@@ -1,8 +1,6 @@
 //! What is wrong with an order, whatever form it came in.
 
-use super::{
-    ActuatorMode, Device, Fault, FaultRange, Happening, MissionFault, Order, SensorMode, Who,
-};
+use super::{ActuatorMode, Device, Fault, Happening, MissionFault, Order, SensorMode, Who};
 use crate::keys::is_name;
 use crate::scenario::{Catalog, Scenario, instead};
 
@@ -212,20 +210,13 @@ impl Checker<'_> {
                     "give it a value",
                 ));
             };
-            let room = self.scenario.room;
-            match argument.range {
-                FaultRange::X => within(&at, value, 0.0, room.width_m.into(), "m")?,
-                FaultRange::Y => within(&at, value, 0.0, room.height_m.into(), "m")?,
-                FaultRange::Within(from, to) => within(&at, value, from, to, "")?,
-                FaultRange::Whole(from, to) => {
-                    if value.fract() != 0.0 {
-                        let what = format!("{value} is no whole number");
-                        let remedy = format!("write one from {from} to {to}");
-                        return Err(wrong(&at, what, &remedy));
-                    }
-                    within(&at, value, from.into(), to.into(), "")?;
-                }
+            let (from, to) = argument.range.bounds(self.scenario.room);
+            if argument.range.is_whole() && value.fract() != 0.0 {
+                let what = format!("{value} is no whole number");
+                return Err(wrong(&at, what, &format!("write one from {from} to {to}")));
             }
+            let (_, unit) = argument.stem_and_unit();
+            within(&at, value, from, to, unit)?;
         }
         Ok(())
     }

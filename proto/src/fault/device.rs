@@ -53,6 +53,21 @@ impl Device {
         first.into_iter().chain(own).chain([last])
     }
 
+    /// What people call the device of that name.
+    #[must_use]
+    pub fn label(name: &str) -> String {
+        match name {
+            Self::AVOIDANCE => "collision avoidance".to_owned(),
+            _ => name.replace('-', " "),
+        }
+    }
+
+    /// Whether there may be robots without the device of that name.
+    #[must_use]
+    pub fn is_optional(name: &str, mission: Mission) -> bool {
+        name == Self::SIDE_BORDER || mission.terms().optional_devices.contains(&name)
+    }
+
     /// Its name.
     #[must_use]
     pub fn as_str(&self) -> &str {

@@ -48,6 +48,7 @@ pub struct AllocationRow {
     pub t_ms: SimTime,
     pub robot: String,
     pub task: String,
+    pub behavior_set: String,
     pub utility: f64,
     pub holder: String,
     pub state: String,

@@ -5,7 +5,7 @@
 pub enum Table {
     /// The motivations of each robot's behavior sets, with their factors.
     Motivations,
-    /// What allocators without motivations hold of each task; there only if a robot of the run has one.
+    /// What allocators without motivations hold of each behavior set; there only if a robot of the run has one.
     Allocation,
     /// Every broadcast at every receiver.
     Messages,
@@ -64,7 +64,7 @@ impl Table {
                 "t_ms,robot,behavior_set,task,motivation,impatience,sensory_feedback,activity_suppression,\
                  impatience_reset,acquiescence,state\n"
             }
-            Self::Allocation => "t_ms,robot,task,utility,holder,state\n",
+            Self::Allocation => "t_ms,robot,task,behavior_set,utility,holder,state\n",
             Self::Messages => {
                 "t_ms,receiver,sender,incarnation,seq,kind,state,since_ms,behavior_set,task,progress,sent_ms,fate\n"
             }
@@ -99,7 +99,7 @@ mod tests {
                 ),
                 (
                     "allocation.csv",
-                    Some("t_ms,robot,task,utility,holder,state\n")
+                    Some("t_ms,robot,task,behavior_set,utility,holder,state\n")
                 ),
                 (
                     "messages.csv",

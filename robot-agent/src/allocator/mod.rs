@@ -180,7 +180,7 @@ pub struct Decision {
     pub reason: Option<Reason>,
     /// What to tell the team: at most one message more than the robot has tasks.
     pub say: Vec<AllocationMessage>,
-    /// What the log shows of the reasoning: a row per task that it says something about (allocation.csv).
+    /// What the log shows of the reasoning: a row at most per own behavior (allocation.csv).
     pub rows: Vec<AllocationRow>,
 }
 

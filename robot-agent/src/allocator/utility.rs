@@ -130,6 +130,7 @@ impl UnderWay {
             let is_active = decision.active == Some(choice.behavior);
             decision.rows.push(AllocationRow {
                 task: choice.task,
+                behavior: choice.behavior,
                 utility: self.utility(choice, input).unwrap_or(0.0),
                 holder: if is_active {
                     Some(me.robot)

@@ -250,8 +250,9 @@ impl Dice<'_> {
                 FaultRange::X => written(x_m),
                 FaultRange::Y => written(y_m),
                 FaultRange::Within(from, to) => self.between(from, to),
-                // Numbers of things, and the first that there is not; or a few.
-                FaultRange::Whole(0, to) => self.rng.random_range(0..=to.min(items)).into(),
+                // One of them, or the first that there is not.
+                FaultRange::Item => self.rng.random_range(0..=items).into(),
+                // A few.
                 FaultRange::Whole(from, to) => {
                     let most = to.min(from.saturating_add(2));
                     self.rng.random_range(from..=most).into()

@@ -86,6 +86,7 @@ pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
 
 #[cfg(test)]
 mod tests {
+    use alliance_proto::log::Table;
     use alliance_proto::scenario::{Scenario, Setup};
     use missions::waste::data::default_scenario;
     use tempfile::TempDir;
@@ -93,6 +94,7 @@ mod tests {
 
     use super::*;
     use crate::in_process::Team;
+    use crate::visit;
 
     const FILES: [&str; 14] = [
         "every-reported.svg",
@@ -113,9 +115,14 @@ mod tests {
 
     /// A folder with the log of the default mission's first 80 s.
     fn run(log: LogLevel) -> TempDir {
+        run_of("alliance", log)
+    }
+
+    fn run_of(allocator: &str, log: LogLevel) -> TempDir {
         let folder = TempDir::new().unwrap();
         let scenario = Scenario {
             limit_s: 80.0,
+            allocator: Some(allocator.to_owned()),
             ..default_scenario()
         };
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
@@ -153,15 +160,31 @@ mod tests {
 
     #[test]
     fn a_torn_log_is_reported_up_to_its_last_whole_tick() {
-        let folder = run(LogLevel::Full);
-        let table = folder.path().join("motivations.csv");
-        let bytes = fs::read(&table).unwrap();
-        fs::write(&table, &bytes[..bytes.len() / 2]).unwrap();
-        let log = RunLog::open(folder.path(), &Registry::built_in().vocabulary()).unwrap();
-        let end = History::read(&log).unwrap().end;
-        assert_eq!(end.0, log.last.unwrap().now.0 + 50);
-        assert!((30_000..50_000).contains(&end.0), "{end}");
-        report(folder.path(), &folder.path().join("report")).unwrap();
+        for (allocator, table) in [
+            ("alliance", "motivations.csv"),
+            ("nearest", "allocation.csv"),
+        ] {
+            let folder = run_of(allocator, LogLevel::Full);
+            let table = folder.path().join(table);
+            let bytes = fs::read(&table).unwrap();
+            fs::write(&table, &bytes[..bytes.len() / 2]).unwrap();
+            let log = RunLog::open(folder.path(), &Registry::built_in().vocabulary()).unwrap();
+            let end = History::read(&log).unwrap().end;
+            assert_eq!(end.0, log.last.unwrap().now.0 + 50);
+            assert!((10_000..70_000).contains(&end.0), "{allocator}: {end}");
+            report(folder.path(), &folder.path().join("report")).unwrap();
+        }
+    }
+
+    /// As one is that an older program wrote: whole, and no table of this program.
+    #[test]
+    fn a_table_with_other_columns_is_told_in_one_line() {
+        let old = "t_ms,robot,task,utility,holder,state\n0,blue,find-locations,0.5,,hibernating\n";
+        let tables = [(Table::Allocation, old.as_bytes().to_vec())];
+        let log = RunLog::from_tables(Path::new("runs/old"), visit::run_file(), tables.into());
+        let error = History::read(&log).unwrap_err().to_string();
+        let at = "runs/old/allocation.csv: CSV deserialize error: record 1 (line: 2, byte: 37)";
+        assert_eq!(error, format!("{at}: missing field `behavior_set`"));
     }
 
     #[test]

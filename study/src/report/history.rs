@@ -69,8 +69,7 @@ pub struct SetHistory {
     pub task: TaskId,
     /// Its parameters.
     pub params: BehaviorParams,
-    /// Motivation at the end of each step in which the robot took part; utility of its task at the end of each step in which it was
-    /// applicable.
+    /// Motivation at the end of each step in which the robot took part; utility at the end of each step in which it was applicable.
     pub levels: Vec<(SimTime, f64)>,
     /// sensory_feedback = 1.
     pub applicable: Spans,
@@ -260,8 +259,7 @@ impl History {
         }
     }
 
-    /// Adds a row of allocation.csv; they come in the order of the file. Where a robot has more than one behavior set for a task,
-    /// each has the utility of the best.
+    /// Adds a row of allocation.csv; they come in the order of the file.
     ///
     /// # Errors
     /// [`HistoryError::Unknown`].
@@ -269,19 +267,12 @@ impl History {
         const TABLE: &str = "allocation.csv";
         let tick = self.tick(row.t_ms);
         let rank = self.known_rank(TABLE, &row.robot)?;
-        let task = self
-            .task_named(&row.task)
-            .ok_or_else(|| unknown(TABLE, &row.task))?;
-        let sets = self.robots[rank].sets.iter_mut();
-        for set in sets.filter(|set| set.task == task) {
-            match set.levels.last_mut() {
-                Some((at, level)) if *at == row.t_ms => *level = level.max(row.utility),
-                _ => {
-                    set.levels.push((row.t_ms, row.utility));
-                    set.applicable.push(tick);
-                }
-            }
-        }
+        let mut sets = self.robots[rank].sets.iter_mut();
+        let set = sets
+            .find(|set| set.name == row.behavior_set)
+            .ok_or_else(|| unknown(TABLE, &row.behavior_set))?;
+        set.levels.push((row.t_ms, row.utility));
+        set.applicable.push(tick);
         Ok(())
     }
 

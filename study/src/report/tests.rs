@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::log::{
-    EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, PoseRow, RobotFigures, RunFile,
-    RunLog, RunOutcome, Table,
+    AllocationRow, EventRow, Figures, LogLevel, Memory, MessageRow, MotivationRow, PoseRow,
+    RobotFigures, RunFile, RunLog, RunOutcome, Table,
 };
 use alliance_proto::scenario::{Robot, Scenario, Setup, TaskSection};
 use alliance_proto::tick::Outcome;
@@ -615,6 +615,49 @@ fn rows_of_another_run_are_refused() {
         error.to_string(),
         "motivations.csv has a row about 'red', which run.json does not know"
     );
+    let row = AllocationRow {
+        t_ms: SimTime(0),
+        robot: "blue".to_owned(),
+        task: TOP.to_owned(),
+        behavior_set: "sing".to_owned(),
+        utility: 0.5,
+        holder: String::new(),
+        state: "hibernating".to_owned(),
+    };
+    let error = history.add_utility(&row).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "allocation.csv has a row about 'sing', which run.json does not know"
+    );
+}
+
+/// Blue finds the locations in two ways, which are not worth the same.
+#[test]
+fn each_behavior_set_has_its_own_utilities() {
+    let mut history = Made::run(10.0).history;
+    for (t_ms, behavior_set, utility) in [
+        (0, "find-locations-methodical", 0.5),
+        (0, "find-locations-wander", 0.25),
+        (50, "find-locations-wander", 1.0),
+    ] {
+        let row = AllocationRow {
+            t_ms: SimTime(t_ms),
+            robot: "blue".to_owned(),
+            task: "find-locations".to_owned(),
+            behavior_set: behavior_set.to_owned(),
+            utility,
+            holder: String::new(),
+            state: "hibernating".to_owned(),
+        };
+        history.add_utility(&row).unwrap();
+    }
+    let levels = |name: &str| {
+        let mut sets = history.robots[0].sets.iter();
+        sets.find(|set| set.name == name).unwrap().levels.clone()
+    };
+    assert_eq!(levels("find-locations-methodical"), [(SimTime(0), 0.5)]);
+    let wander = [(SimTime(0), 0.25), (SimTime(50), 1.0)];
+    assert_eq!(levels("find-locations-wander"), wander);
 }
 
 /// A mission that this program has never heard of has a map, figures and tables.

@@ -191,6 +191,38 @@ fn tables_that_were_not_logged_are_left_out_and_older_ones_do_not_pass_for_them(
     assert_eq!(found["events"]["rows"], rows(&lab, "summary", "events"));
 }
 
+/// What an allocator without motivations computes is in both, and nothing of it is left for a run without such a one.
+#[test]
+fn utilities_are_exported_like_motivations() {
+    let lab = Lab::new();
+    let short = ["--limit", "30", "--in-process"];
+    let nearest = [&short[..], &["--allocator", "nearest", "--mcap"]].concat();
+    lab.mission("nearest", &nearest).expect(1);
+    lab.run(&["export", "nearest", "--parquet=tables"])
+        .expect(0);
+    assert!(files(&lab, "tables").contains(&"allocation.parquet".to_owned()));
+    if let Some(python) = python(&[MCAP, PARQUET].concat()) {
+        let wanted = rows(&lab, "nearest", "allocation");
+        assert!(wanted > 1000);
+        let mcap = ["nearest", "nearest/run.mcap"];
+        let found = read(&lab, &python, "read_mcap.py", &mcap);
+        assert_eq!(found["counts"]["allocation"], wanted);
+        for set in ["find-locations-methodical", "find-locations-wander"] {
+            let topic = format!("/allocation/blue/{set}");
+            assert!(found["topics"][&topic].as_u64() > Some(100), "{topic}");
+        }
+        let found = read(&lab, &python, "read_parquet.py", &["nearest", "tables"]);
+        assert_eq!(found["allocation"]["rows"], wanted);
+    }
+    lab.mission("alliance", &short).expect(1);
+    let exported = lab
+        .run(&["export", "alliance", "--parquet=tables"])
+        .expect(0);
+    assert_eq!(exported.stderr, "parquet tables\n");
+    let names = TABLES.map(|table| format!("{table}.parquet"));
+    assert_eq!(files(&lab, "tables"), names);
+}
+
 #[test]
 fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
     let lab = Lab::new();
@@ -211,7 +243,8 @@ fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
         return;
     };
     // The tables as far as they are whole, which is what the readers are to find.
-    for table in alliance_proto::log::Table::ALL {
+    let tables = alliance_proto::log::Table::ALL.into_iter();
+    for table in tables.filter(|table| !table.is_optional()) {
         std::fs::write(lab.path("run").join(table.file_name()), log.table(table)).unwrap();
     }
     let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);

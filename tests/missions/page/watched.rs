@@ -19,7 +19,17 @@ const NOTICE: &str = "/f1: .* from .* s .tick /.test(document.querySelector('#no
 
 /// A run that stands at its beginning, on the page.
 fn open<'l>(lab: &'l Lab, browser: &Browser, arguments: &[&str]) -> (Team<'l>, Page) {
-    let mut team = Team::start_with_page(lab, &[arguments, &["--paused"]].concat());
+    open_with(lab, browser, arguments, &[])
+}
+
+/// The same, with these environment variables.
+fn open_with<'l>(
+    lab: &'l Lab,
+    browser: &Browser,
+    arguments: &[&str],
+    variables: &[(&str, &str)],
+) -> (Team<'l>, Page) {
+    let mut team = Team::start_with(lab, &[arguments, &["--paused"]].concat(), variables);
     team.wait_for_page();
     let page = Page::in_words(&team.launcher().stderr());
     browser.open(&page.link());
@@ -296,17 +306,27 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
     assert_eq!(browser.eval("alliance.view.items.length"), 24);
     browser.press('w');
     // With the tool come its options, and these move the room.
-    browser.wait_for("document.querySelector('#room-canvas').dataset.tool == 'waste'");
+    browser.wait_for("document.querySelector('#room-canvas').dataset.tool == 'fault-waste'");
     let place = canvas(&browser, 6.0, 4.5);
     browser.drag(place, place);
     browser.wait_for("alliance.view.items.length == 25");
     let lies = browser.eval("alliance.view.items[24].position");
     let off = |axis: usize, wanted: f64| (lies[axis].as_f64().unwrap() - wanted).abs();
     assert!(off(0, 6.0) < 0.1 && off(1, 4.5) < 0.1, "{lies}");
+    // A click on an item takes it, the next one says where to.
+    browser.click("[data-tool-button=fault-move-waste]");
+    let place = canvas(&browser, 6.0, 4.5);
+    browser.drag(place, place);
+    browser.wait_for("document.querySelector('#fault-fields [data-field=item]').value == '24'");
+    let place = canvas(&browser, 6.0, 3.0);
+    browser.drag(place, place);
+    browser.wait_for("alliance.view.items[24].position[1] < 3.1");
+    browser.screenshot("page-own-faults");
     assert_eq!(browser.console(), Vec::<String>::new());
     let_go(&page);
     team.wait().expect(1);
     let mut faults = lab.log("run").run.faults;
+    assert_eq!(faults.pop().unwrap().order.fault.name(), "move-waste");
     let waste = faults.pop().unwrap();
     assert_eq!((waste.order.fault.name(), waste.hits), ("waste", 1));
     let told: Vec<(&str, bool)> = faults
@@ -315,6 +335,78 @@ fn a_link_is_cut_and_a_sensor_broken_by_clicking_and_both_are_undone() {
         .collect();
     assert_eq!(told, [("partition", true), ("sensor", true)]);
     assert!(faults.iter().all(|fault| fault.healed_ms.is_some()));
+}
+
+/// The page has never heard of its mission: devices, tool, fields and words are what the mission declares.
+#[test]
+fn the_faults_and_devices_of_a_mission_of_somebody_else_are_on_the_page() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let scenario = include_str!("../../../docs/examples/own-mission/visit.toml");
+    let (without_faults, _) = scenario.split_once("[[faults.timeline]]").unwrap();
+    std::fs::write(lab.path("visit.toml"), without_faults).unwrap();
+    let arguments = ["visit.toml", "--speed", "max"];
+    let (team, page) = open_with(&lab, &browser, &arguments, &[("VISIT", "1")]);
+    let left = "alliance.view.mission[1]";
+    assert_eq!(browser.eval(left), 6);
+    let tools =
+        "[...document.querySelectorAll('#fault-tools button')].map(it => [it.innerText, it.title])";
+    let touch = ["Touch", "Somebody else touches all places there (c)"];
+    assert_eq!(browser.eval(tools), json!([touch]));
+    // By its key: what is no place is a field, with what the mission says of it.
+    browser.press('c');
+    let fields = "[...document.querySelectorAll('#fault-fields label')].map(it => [it.innerText, it.title, it.querySelector('input').value])";
+    browser.wait_for(&format!("({fields}).length == 1"));
+    let within = ["within\nm", "How far around it, m", "0.5"];
+    assert_eq!(browser.eval(fields), json!([within]));
+    // What is out of its range is not even sent.
+    let field = "document.querySelector('#fault-fields [data-field=within_m]')";
+    browser.eval(&format!("{field}.value = 101"));
+    let beside = |x, y| {
+        let place = canvas(&browser, x, y);
+        browser.drag(place, place);
+    };
+    beside(4.3, 2.0);
+    assert_eq!(browser.eval(&format!("{field}.matches(':invalid')")), true);
+    assert_eq!(page.control(r#""list""#)["faults"], json!([]));
+    // Place "d" is near enough; beside "e" no place is within so little.
+    browser.eval(&format!("{field}.value = ''"));
+    beside(4.3, 2.0);
+    browser.wait_for(&format!("{left} == 5"));
+    browser.wait_for(NOTICE);
+    browser.screenshot("page-of-somebody-else");
+    browser.eval(&format!("{field}.value = 0.2"));
+    beside(7.8, 1.0);
+    browser.click("[data-robot=blue] [data-action=sensors]");
+    let devices = "[...document.querySelectorAll('#menu [data-field=device] option')].map(it => it.innerText)";
+    assert_eq!(
+        browser.eval(devices),
+        json!([
+            "position",
+            "front border",
+            "collision avoidance",
+            "touch",
+            "ground"
+        ])
+    );
+    browser.choose("#menu [data-field=device]", "touch");
+    browser.click("#menu [data-action=break]");
+    browser.wait_for("alliance.view.faults.some(it => it.order.fault.sensor?.device == 'touch')");
+    // What has happened in a tick is told at its end.
+    run_to(&browser, &page, 1);
+    browser.click("#tab-faults");
+    let told = "touch --within-m 0.2 --x-m 7.8 --y-m 1";
+    browser.wait_for(&format!(
+        "document.querySelector('#fault-rows').innerText.includes({told:?})"
+    ));
+    assert_eq!(browser.eval(left), 5);
+    assert_eq!(browser.console(), Vec::<String>::new());
+    let_go(&page);
+    team.wait().expect(0);
+    let replayed = lab.start_with(&["replay", "run"], &[("VISIT", "1")]);
+    replayed.wait().expect(0);
 }
 
 /// An allocator without motivations has utilities, which have no threshold.

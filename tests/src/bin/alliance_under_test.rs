@@ -1,7 +1,20 @@
-//! The `alliance` command, for the tests of this package. One thing is added: an agent that gets SIGUSR1 panics, as an agent
-//! with a bug would.
+//! The `alliance` command, for the tests of this package. Two things are added: an agent that gets SIGUSR1 panics, as an agent
+//! with a bug would; and with the environment variable `VISIT` the command knows the mission of the examples, as its user's would.
+
+// As its author wrote and formats it.
+#[rustfmt::skip]
+#[path = "../../../docs/examples/own-mission/src/data.rs"]
+mod data;
+#[rustfmt::skip]
+#[path = "../../../docs/examples/own-mission/src/mind.rs"]
+mod mind;
+#[rustfmt::skip]
+#[path = "../../../docs/examples/own-mission/src/world.rs"]
+mod world;
 
 use std::process::ExitCode;
+
+use missions::MissionParts;
 
 use nix::sys::signal::{SigSet, Signal};
 
@@ -9,7 +22,14 @@ fn main() -> ExitCode {
     if std::env::args().nth(1).is_some_and(|part| part == "agent") {
         panic_on_signal();
     }
-    launch::main(launch::Registry::built_in())
+    let registry = launch::Registry::built_in();
+    launch::main(match std::env::var_os("VISIT") {
+        Some(_) => registry.mission(MissionParts {
+            world: world::VISIT,
+            mind: mind::VISIT,
+        }),
+        None => registry,
+    })
 }
 
 /// The thread does nothing but wait, so it is no concern of whoever needs to be alone in the process.

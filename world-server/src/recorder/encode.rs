@@ -44,7 +44,7 @@ pub(super) fn motivations(
     }
 }
 
-/// allocation.csv: a row per task that a robot's allocator says something about.
+/// allocation.csv: a row per behavior set that a robot's allocator says something about.
 pub(super) fn allocation(
     names: &Names,
     repeated: &Repeated,
@@ -57,6 +57,7 @@ pub(super) fn allocation(
                 .fields(&repeated.now)
                 .text(names.robot(answer.report.robot))
                 .text(names.task(Some(row.task)))
+                .text(names.set(Some(row.behavior)))
                 .real(row.utility)
                 .text(row.holder.map_or("", |holder| names.robot(holder)))
                 .word(row.state.as_str())

@@ -7,9 +7,9 @@ use alliance_proto::telemetry::{BehaviorState, Motivation};
 use alliance_proto::tick::Report;
 use alliance_proto::view::Measure;
 
-/// The levels after a step, in the order of the catalog: motivations; of an allocator without any the utilities of the tasks.
-/// Several behavior sets for one task have the best of its utilities each, 0 where it is not applicable. Before the first report
-/// there are none, and what there will be is told by the name of the allocator.
+/// The levels after a step, in the order of the catalog: motivations; of an allocator without any utilities, 0 where a
+/// behavior set is not applicable. Before the first report there are none, and what there will be is told by the name of the
+/// allocator.
 pub fn levels<'r>(
     report: &'r Report,
     setup: &Setup,
@@ -27,12 +27,11 @@ pub fn levels<'r>(
     }
     let catalog = &setup.catalog;
     let utilities = catalog.behaviors_of(robot).map(|set| {
-        let task = catalog.sets[set.index()].task;
-        let rows = report.allocation.iter().filter(|row| row.task == task);
+        let row = report.allocation.iter().find(|row| row.behavior == set);
         Motivation {
             set,
-            motivation: rows.map(|row| row.utility).fold(0.0, f64::max),
-            sensory_feedback: report.allocation.iter().any(|row| row.task == task),
+            motivation: row.map_or(0.0, |row| row.utility),
+            sensory_feedback: row.is_some(),
             state: if report.active == Some(set) {
                 BehaviorState::Active
             } else {

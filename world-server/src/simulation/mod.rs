@@ -617,6 +617,7 @@ impl Simulation {
             && report.allocation.len() <= sets
             && report.allocation.iter().all(|row| {
                 row.task.index() < tasks
+                    && row.behavior.index() < sets
                     && row.utility.is_finite()
                     && row.holder.is_none_or(|holder| holder.index() < robots)
             })

@@ -1,5 +1,6 @@
 //! What visit is in files: `[visit]` of a scenario, its tasks and its words.
 
+use alliance_proto::fault::{FaultArgument, FaultRange, FaultSpec};
 use alliance_proto::ids::TaskId;
 use alliance_proto::mission::columns::Column;
 use alliance_proto::mission::data::{Mission, MissionData, Terms};
@@ -11,6 +12,10 @@ use alliance_proto::scenario::{
 use serde::{Deserialize, Serialize};
 
 pub const VISIT: Mission = Mission(&Visit);
+
+/// A fault of its own, and how far it reaches where that is not said.
+pub const TOUCH: &str = "touch";
+pub const WITHIN_M: f64 = 0.5;
 
 /// `[visit]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,6 +91,23 @@ impl MissionData for Visit {
         };
         let behaviors = (0..).zip(&names).map(behavior).collect();
         (names, behaviors)
+    }
+
+    fn faults(&self) -> &'static [FaultSpec] {
+        const X: FaultArgument =
+            FaultArgument { key: "x_m", about: "where, m", range: FaultRange::X, default: None };
+        const Y: FaultArgument = FaultArgument { key: "y_m", range: FaultRange::Y, ..X };
+        const WITHIN: FaultArgument = FaultArgument {
+            key: "within_m",
+            about: "how far around it, m",
+            range: FaultRange::Within(0.0, 100.0),
+            default: Some(WITHIN_M),
+        };
+        &[FaultSpec {
+            name: TOUCH,
+            about: "somebody else touches all places there",
+            arguments: &[X, Y, WITHIN],
+        }]
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {

@@ -1,5 +1,6 @@
 //! What of visit happens in the world: a place within reach can be touched, once.
 
+use alliance_proto::fault::Fault;
 use alliance_proto::ids::RobotId;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
@@ -7,9 +8,9 @@ use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 use world_server::mission::{Happened, MissionWorld, TeamFigures, Typed, TypedMission, Validity, Value};
-use world_server::world::Floor;
+use world_server::world::{ChangeError, Floor};
 
-use crate::data::{self, VisitSection};
+use crate::data::{self, TOUCH, VisitSection, WITHIN_M};
 
 pub const VISIT: MissionWorld = MissionWorld {
     data: data::VISIT,
@@ -80,6 +81,23 @@ impl TypedMission for Visit {
     fn sense(&self, robot: RobotId, floor: &Floor) -> (Felt, Validity) {
         let place = self.left_within_reach(robot, floor);
         (place.map_or(Felt::Floor, |place| Felt::Place(place as u16)), Validity::UntilChange)
+    }
+
+    fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
+        let Fault::Mission(fault) = fault else { return None };
+        if fault.name != TOUCH {
+            return None;
+        }
+        // Checked when it was ordered: only what has a default may be left out.
+        let number = |key| fault.get(key).unwrap_or(WITHIN_M) as f32;
+        let (at, within_m) = (Vec2::new(number("x_m"), number("y_m")), number("within_m"));
+        let is_near = |place: &usize| at.distance(self.at(*place)) <= within_m;
+        let near: Vec<usize> = (0..self.visited.len()).filter(is_near).collect();
+        for &place in &near {
+            self.visited[place] = true;
+            floor.changed_near(self.at(place), self.section.reach_m);
+        }
+        Some(Ok(format!("{} places", near.len())))
     }
 
     fn end(&self, _: SimTime) -> Option<Outcome> {

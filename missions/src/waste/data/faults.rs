@@ -46,7 +46,7 @@ pub(super) const ALL: &[FaultSpec] = &[
             FaultArgument {
                 key: "item",
                 about: "number of the item: 7 for the item-7 of events.csv",
-                range: FaultRange::Whole(0, u32::MAX),
+                range: FaultRange::Item,
                 default: None,
             },
             X,

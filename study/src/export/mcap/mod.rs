@@ -8,7 +8,7 @@
 //! | `/tf` | where each robot is, as its frame in `world`; each tick |
 //! | `/scene/…` | the room, what the mission shows (marks), obstacles, items and robots; whenever they change |
 //! | `/sensors/ROBOT/…` | what the sensors with a range tell, in the robot's frame; while there is something |
-//! | `/motivations/ROBOT/SET`, `/poses/ROBOT`, `/messages`, `/events`, `/mission` | the rows of the tables, with all columns |
+//! | `/motivations/ROBOT/SET`, `/allocation/ROBOT/SET` of robots with another allocator than ALLIANCE, `/poses/ROBOT`, `/messages`, `/events`, `/mission` | the rows of the tables, with all columns |
 //! | `/threshold` | θ, at the beginning and the end: a line across a plot |
 //! | `/log` | events as sentences, those about failures as warnings |
 //!

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use alliance_proto::log::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, TableRow,
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, TableRow,
 };
 use alliance_proto::mission::columns::Column;
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::time::SimTime;
 use anyhow::Context;
 use foxglove::Encode;
@@ -30,10 +30,14 @@ const WARNINGS: [EventKind; 7] = [
     EventKind::Fault(FaultEvent::Failed),
 ];
 
+/// Channels by robot and behavior set.
+type ByBehavior<M> = BTreeMap<String, BTreeMap<String, Channel<M>>>;
+
 /// The topics of the tables. Those who plot ask for a topic, so what makes a curve has its own.
 pub struct Tables {
-    /// By robot and behavior set.
-    motivations: BTreeMap<String, BTreeMap<String, Channel<Motivation>>>,
+    motivations: ByBehavior<Motivation>,
+    /// Of robots that have another allocator than ALLIANCE.
+    allocation: ByBehavior<Allocation>,
     /// By robot.
     poses: BTreeMap<String, Channel<Pose>>,
     messages: Channel<Reception>,
@@ -57,6 +61,17 @@ struct Motivation {
     activity_suppression: bool,
     impatience_reset: bool,
     acquiescence: bool,
+    state: String,
+}
+
+#[derive(Encode)]
+struct Allocation {
+    t_ms: u64,
+    robot: String,
+    task: String,
+    behavior_set: String,
+    utility: f64,
+    holder: String,
     state: String,
 }
 
@@ -115,22 +130,23 @@ impl Tables {
         let catalog = &setup.catalog;
         let columns = catalog.mission.terms().columns;
         let mut motivations = BTreeMap::new();
+        let mut allocation = BTreeMap::new();
         let mut poses = BTreeMap::new();
         for robot in &setup.scenario.robots {
             let name = &robot.name;
-            let of_robot = catalog
-                .behaviors_of(robot)
-                .map(|set| {
-                    let set = catalog.behavior_name(set);
-                    let topic = format!("/motivations/{name}/{set}");
-                    Ok((set.to_owned(), recording.channel(&topic)?))
-                })
-                .collect::<anyhow::Result<_>>()?;
-            motivations.insert(name.clone(), of_robot);
+            let sets = catalog.behaviors_of(robot);
+            let sets: Vec<&str> = sets.map(|set| catalog.behavior_name(set)).collect();
+            let topics = by_behavior(recording, "motivations", name, &sets)?;
+            motivations.insert(name.clone(), topics);
+            if setup.scenario.allocator_of(robot) != Scenario::DEFAULT_ALLOCATOR {
+                let topics = by_behavior(recording, "allocation", name, &sets)?;
+                allocation.insert(name.clone(), topics);
+            }
             poses.insert(name.clone(), recording.channel(&format!("/poses/{name}"))?);
         }
         Ok(Self {
             motivations,
+            allocation,
             poses,
             messages: recording.channel("/messages")?,
             events: recording.channel("/events")?,
@@ -143,7 +159,7 @@ impl Tables {
     }
 
     /// All messages that come from the tables of a full log.
-    pub fn streams<'s>(&'s self, log: &'s RunLog) -> [Stream<'s>; 7] {
+    pub fn streams<'s>(&'s self, log: &'s RunLog) -> [Stream<'s>; 8] {
         let end = log.run.result.sim_time_ms;
         let threshold = Threshold {
             motivation: self.theta,
@@ -151,6 +167,7 @@ impl Tables {
         let ends = [SimTime::ZERO, end].map(|at| Ok(self.threshold.message(at, &threshold)));
         [
             stream(log, |row| self.motivation(row)),
+            stream(log, |row| self.allocation(row)),
             stream(log, |row| self.pose(row)),
             stream(log, |row| Ok(self.reception(row))),
             stream(log, |row| Ok(self.event(row))),
@@ -161,10 +178,7 @@ impl Tables {
     }
 
     fn motivation(&self, row: MotivationRow) -> anyhow::Result<Message> {
-        let robot = self.motivations.get(&row.robot);
-        let channel = robot
-            .and_then(|sets| sets.get(&row.behavior_set))
-            .with_context(|| format!("{} has no {}", row.robot, row.behavior_set))?;
+        let channel = channel(&self.motivations, &row.robot, &row.behavior_set)?;
         let message = Motivation {
             t_ms: row.t_ms.0,
             robot: row.robot,
@@ -176,6 +190,20 @@ impl Tables {
             activity_suppression: row.activity_suppression,
             impatience_reset: row.impatience_reset,
             acquiescence: row.acquiescence,
+            state: row.state,
+        };
+        Ok(channel.message(row.t_ms, &message))
+    }
+
+    fn allocation(&self, row: AllocationRow) -> anyhow::Result<Message> {
+        let channel = channel(&self.allocation, &row.robot, &row.behavior_set)?;
+        let message = Allocation {
+            t_ms: row.t_ms.0,
+            robot: row.robot,
+            task: row.task,
+            behavior_set: row.behavior_set,
+            utility: row.utility,
+            holder: row.holder,
             state: row.state,
         };
         Ok(channel.message(row.t_ms, &message))
@@ -255,6 +283,31 @@ impl Tables {
         };
         self.log.message(row.t_ms, &message)
     }
+}
+
+/// A topic for each behavior set of a robot.
+fn by_behavior<W: Write + Seek, M: Encode>(
+    recording: &mut Recording<W>,
+    table: &str,
+    robot: &str,
+    sets: &[&str],
+) -> anyhow::Result<BTreeMap<String, Channel<M>>> {
+    let topics = sets.iter().map(|set| {
+        let topic = format!("/{table}/{robot}/{set}");
+        Ok(((*set).to_owned(), recording.channel(&topic)?))
+    });
+    topics.collect()
+}
+
+fn channel<'c, M>(
+    channels: &'c ByBehavior<M>,
+    robot: &str,
+    set: &str,
+) -> anyhow::Result<&'c Channel<M>> {
+    let of_robot = channels.get(robot);
+    of_robot
+        .and_then(|sets| sets.get(set))
+        .with_context(|| format!("{robot} has no {set}"))
 }
 
 fn stream<'s, R: TableRow + 's>(

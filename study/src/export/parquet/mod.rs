@@ -17,7 +17,8 @@ use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use alliance_proto::log::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, Table, TableRow, TickRow,
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, Table,
+    TableRow, TickRow,
 };
 use anyhow::{Context, anyhow, bail};
 
@@ -32,14 +33,15 @@ const GROUP_ROWS: usize = 1 << 16;
 /// How a table is written.
 type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
 
-/// Writes the tables that the log's level keeps into a folder; says which it does not keep. Files that an older export has
+/// Writes the tables that the log has into a folder; says which its level does not keep. Files that an older export has
 /// left of those are removed: beside the new ones they would pass for tables of this run.
 ///
 /// # Errors
 /// When the log has no tables, holds what is no row, or a file cannot be written. Older files stay until all are written.
 pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
-    let tables: [(Table, WriteTable); 6] = [
+    let tables: [(Table, WriteTable); 7] = [
         (MotivationRow::TABLE, write_known::<MotivationRow>),
+        (AllocationRow::TABLE, write_known::<AllocationRow>),
         (MessageRow::TABLE, write_known::<MessageRow>),
         (EventRow::TABLE, write_known::<EventRow>),
         (PoseRow::TABLE, write_known::<PoseRow>),
@@ -48,7 +50,7 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
     ];
     let (kept, left_out): (Vec<_>, Vec<_>) = tables
         .into_iter()
-        .partition(|(table, _)| log.run.log.keeps(*table));
+        .partition(|(table, _)| log.run.log.keeps(*table) && !is_left_away(log, *table));
     if kept.is_empty() {
         bail!(
             "the run was logged with --log {}, which keeps no tables: run it again with --log full",
@@ -78,7 +80,17 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
             _ => {}
         }
     }
-    Ok(left_out.iter().map(|(table, _)| name(*table)).collect())
+    let left_out = left_out.into_iter().map(|(table, _)| table);
+    // What need not be there is not missed.
+    Ok(left_out
+        .filter(|table| !table.is_optional())
+        .map(name)
+        .collect())
+}
+
+/// Whether the run has no such file, because it would have no rows.
+fn is_left_away(log: &RunLog, table: Table) -> bool {
+    table.is_optional() && log.table(table).is_empty()
 }
 
 /// Without the ending of the CSV file.

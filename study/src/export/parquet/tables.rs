@@ -1,7 +1,7 @@
 //! The columns of each table, in the order of the CSV (DESIGN §8).
 
 use alliance_proto::log::{
-    EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
 };
 use alliance_proto::mission::columns as declared;
 
@@ -37,6 +37,18 @@ impl Columns for MotivationRow {
         Column("activity_suppression", Flag(|row| row.activity_suppression)),
         Column("impatience_reset", Flag(|row| row.impatience_reset)),
         Column("acquiescence", Flag(|row| row.acquiescence)),
+        Column("state", Text(|row| (&row.state).into())),
+    ];
+}
+
+impl Columns for AllocationRow {
+    const COLUMNS: &'static [Column<Self>] = &[
+        Column("t_ms", Integer(|row| row.t_ms.0)),
+        Column("robot", Text(|row| (&row.robot).into())),
+        Column("task", Text(|row| (&row.task).into())),
+        Column("behavior_set", Text(|row| (&row.behavior_set).into())),
+        Column("utility", Double(|row| row.utility)),
+        Column("holder", Text(|row| (&row.holder).into())),
         Column("state", Text(|row| (&row.state).into())),
     ];
 }
@@ -107,6 +119,7 @@ mod tests {
     #[test]
     fn every_column_under_its_name() {
         check::<MotivationRow>();
+        check::<AllocationRow>();
         check::<MessageRow>();
         check::<EventRow>();
         check::<PoseRow>();

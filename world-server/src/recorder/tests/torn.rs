@@ -3,7 +3,8 @@
 use alliance_proto::testkit::default_setup;
 use std::collections::BTreeMap;
 
-use alliance_proto::log::{InputLine, TableRow};
+use alliance_proto::log::{AllocationRow, InputLine, TableRow};
+use alliance_proto::telemetry;
 use proptest::prelude::*;
 use serde::Deserialize;
 
@@ -26,6 +27,7 @@ impl TableRow for DrillRow {
 
 type Rows = (
     Vec<MotivationRow>,
+    Vec<AllocationRow>,
     Vec<MessageRow>,
     Vec<EventRow>,
     Vec<PoseRow>,
@@ -42,13 +44,22 @@ fn everything(log: &RunLog) -> Rows {
         log.rows().unwrap(),
         log.rows().unwrap(),
         log.rows().unwrap(),
+        log.rows().unwrap(),
         log.inputs().unwrap(),
     )
 }
 
-/// A run whose tables have grown at some ticks and not at others, over more than a second.
+/// A run whose tables have grown at some ticks and not at others, over more than a second. Gold has no motivations.
 pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
-    let kinds = sample();
+    let mut kinds = sample();
+    let (_, gold) = kinds[1].robots[1].1.as_mut().unwrap();
+    gold.allocation = vec![telemetry::AllocationRow {
+        task: TaskId(1),
+        behavior: BehaviorId(2),
+        utility: 0.5,
+        holder: Some(BLUE),
+        state: BehaviorState::Hibernating,
+    }];
     (0..ticks)
         .map(|tick| OwnedTick {
             tick: tick as u64,
@@ -65,8 +76,10 @@ fn prefixes(ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Rows)> {
         .map(|end| {
             let (run, memory) = log(LogLevel::Full, &ticks[..end]);
             let mut tables = memory.tables;
-            // There is no inputs.jsonl before the first input.
-            tables.entry(Table::Inputs).or_default();
+            // They are not there before their first row.
+            for table in [Table::Inputs, Table::Allocation] {
+                tables.entry(table).or_default();
+            }
             let rows = everything(&RunLog::from_tables(Path::new(""), run, tables.clone()));
             (tables, rows)
         })

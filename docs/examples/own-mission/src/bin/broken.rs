@@ -52,7 +52,8 @@ impl Allocator for NotANumber {
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let utility = if input.now < WHEN { 1.0 } else { f64::NAN };
         let state = BehaviorState::Hibernating;
-        decision.rows.push(AllocationRow { task: TaskId(0), utility, holder: None, state });
+        let (task, behavior) = (TaskId(0), BehaviorId(0));
+        decision.rows.push(AllocationRow { task, behavior, utility, holder: None, state });
     }
 }
 

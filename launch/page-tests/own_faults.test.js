@@ -1,0 +1,52 @@
+// What the page makes of faults and devices that it has never heard of.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { devicesOf } from "../page/model/devices.js";
+import { fieldsOf, label, letters, ownFault } from "../page/model/own_faults.js";
+import { faultInWords, sentence } from "../page/ui/words.js";
+
+const SHAKE = {
+  name: "shake-floor",
+  about: "shakes the floor",
+  arguments: [{ key: "x_m" }, { key: "y_m" }, { key: "times" }],
+  place: ["x_m", "y_m"],
+  item: null,
+};
+
+test("a fault with a place takes it from the floor, and the rest from fields", () => {
+  assert.equal(label(SHAKE), "Shake floor");
+  assert.equal(sentence(SHAKE.about), "Shakes the floor");
+  assert.deepEqual(fieldsOf(SHAKE), [{ key: "times" }]);
+  assert.deepEqual(ownFault(SHAKE, { times: 2 }, { x: 3, y: 4.5 }), { "shake-floor": { times: 2, x_m: 3, y_m: 4.5 } });
+});
+
+test("what is left empty has the default of the mission", () => {
+  assert.deepEqual(ownFault(SHAKE, { times: NaN }, { x: 3, y: 4.5 }), { "shake-floor": { x_m: 3, y_m: 4.5 } });
+});
+
+test("a fault without a place has a field for everything", () => {
+  const blow = { name: "blow", arguments: [{ key: "x_m" }, { key: "speed_m_s" }], place: null };
+  assert.equal(fieldsOf(blow).length, 2);
+  assert.deepEqual(ownFault(blow, { x_m: 1, speed_m_s: 2 }, null), { blow: { x_m: 1, speed_m_s: 2 } });
+});
+
+test("each fault has a key that nothing else has, as long as there are any", () => {
+  const named = (...names) => names.map((name) => ({ name }));
+  assert.deepEqual(letters(named("waste", "move-waste", "was", "sa"), ["m", "o", "s"]), ["w", "v", "a", null]);
+});
+
+test("a fault is told as the command line takes it", () => {
+  const fault = { "shake-floor": { y_m: 4.5, x_m: 3, times: 2 } };
+  assert.equal(faultInWords(fault), "shake-floor --times 2 --x-m 3 --y-m 4.5");
+});
+
+test("a robot has the devices that all have, and its own", () => {
+  const devices = [{ name: "position" }, { name: "side-border", is_optional: true }, { name: "nose", is_optional: true }];
+  const robots = [{ side_sensor: true }, { side_sensor: false }, { side_sensor: false, devices: ["nose"] }];
+  const names = (rank) => devicesOf({ devices, scenario: { robots } }, rank).map(({ name }) => name);
+  assert.deepEqual(names(0), ["position", "side-border"]);
+  assert.deepEqual(names(1), ["position"]);
+  assert.deepEqual(names(2), ["position", "nose"]);
+});
