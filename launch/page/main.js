@@ -111,10 +111,14 @@ async function show(api, run) {
   const state = () => {
     if (!model.view) return "connecting";
     if (model.ended || (player?.paused && player.atEnd)) return "ended";
+    if (model.isFrozen) return "frozen";
     if (clockwork.paused) return "paused";
+    if (model.isOpen && model.view.clock.waits_for) return "standing";
     const isEverybodyHere = model.view.tick > 0 || model.view.robots.every(({ state: each }) => each === "present" || each === "absent");
     return isEverybodyHere ? "running" : "waiting";
   };
+  // A world that says nothing changes nothing here, but how long it has done so.
+  if (model.isLive) setInterval(changed, 1000);
   loop.before((wall_ms) => player?.advance(wall_ms));
   loop.add(0, () => {
     room.draw();

@@ -55,7 +55,7 @@ fn a_run_that_stands_still_says_for_whom_it_waits() {
     let blue = format!("blue (process {})", team.pid("blue"));
     team.wait_for_stderr(&format!("it waits for {blue}"));
     let status = lab.run(&["status"]).expect(0);
-    assert!(status.stdout.contains(&blue), "{}", status.stdout);
+    assert!(status.stderr.contains(&blue), "{}", status.stderr);
     for robot in ["blue", "gold", "green"] {
         team.signal(robot, Signal::SIGCONT);
     }

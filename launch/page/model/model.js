@@ -7,6 +7,9 @@ import { groupOf } from "./events.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
 
+/** A live world is heard of ten times a second; after so long without a word it stands still, ms of wall-clock. */
+const SILENCE_MS = 5000;
+
 /** Events that are remembered of a live run. */
 const EVENTS = 20_000;
 
@@ -31,6 +34,8 @@ export class Model {
 
   #changed;
   #nextEvent = 0;
+  // When the newest view came, ms of wall-clock.
+  #heardAt = 0;
 
   /** `changed` is called after every change. */
   constructor(run, changed) {
@@ -71,7 +76,13 @@ export class Model {
     this.history.add(view, view.now);
     if (view.tick !== this.view?.tick) this.traffic.absorb(view);
     this.view = view;
+    this.#heardAt = performance.now();
     this.#changed();
+  }
+
+  /** Whether a live world says nothing any more, though its run is not over. */
+  get isFrozen() {
+    return this.isOpen && this.view !== null && performance.now() - this.#heardAt > SILENCE_MS;
   }
 
   /** Goes to another place in the log: `view`, with the views right before it. */

@@ -24,6 +24,14 @@ export function drawState(model, state) {
   body.dataset.state = state;
   body.dataset.tick = model.view ? model.view.tick : "";
   text(byId("state"), state);
+  if (model.isLive) {
+    const warning = {
+      frozen: `Nothing has come from the world for some seconds: its process may be stopped. See: alliance status --run ${model.run.run}`,
+      standing: `The clock waits for ${model.view?.clock.waits_for}.`,
+    }[state];
+    byId("warning").hidden = warning === undefined;
+    text(byId("warning"), warning ?? "");
+  }
   const ended = byId("ended");
   ended.hidden = model.ended === null;
   if (model.ended) {

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use alliance_proto::log::{EventRow, PoseRow};
+use nix::sys::signal::Signal;
 use serde_json::{Value, json};
 
 use super::browser::{Browser, LAPTOP, PHONE};
@@ -561,4 +562,36 @@ fn it_fits_a_laptop_and_a_phone() {
         let_go(&page);
         team.wait().expect(1);
     }
+}
+
+#[test]
+fn a_run_that_stands_still_is_not_shown_as_running() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let (team, page) = open(&lab, &browser, &["--speed", "1x"]);
+    page.control(r#"{"clock": "resume"}"#);
+    browser.wait_for("document.body.dataset.state == 'running'");
+    team.signal("world", Signal::SIGSTOP);
+    browser.wait_for("document.body.dataset.state == 'frozen'");
+    let status = lab.run(&["status"]).expect(3);
+    let cure = format!("`kill -CONT {}` lets it go on", team.pid("world"));
+    assert!(status.stderr.contains(&cure), "{}", status.stderr);
+    team.signal("world", Signal::SIGCONT);
+    browser.wait_for("document.body.dataset.state == 'running'");
+
+    let robots = ["blue", "gold", "green"];
+    for robot in robots {
+        team.signal(robot, Signal::SIGSTOP);
+    }
+    let warning = "document.querySelector('#warning').innerText";
+    let blue = format!("blue (process {})", team.pid("blue"));
+    browser.wait_for(&format!("{warning}.includes('waits for {blue}')"));
+    for robot in robots {
+        team.signal(robot, Signal::SIGCONT);
+    }
+    browser.wait_for("document.body.dataset.state == 'running'");
+    team.signal("world", Signal::SIGTERM);
+    team.wait();
 }
