@@ -86,9 +86,9 @@ pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::log::Table;
+    use alliance_proto::log::{RunFile, Table};
     use alliance_proto::scenario::{Scenario, Setup};
-    use missions::waste::data::default_scenario;
+    use missions::waste::data::{default_scenario, default_setup};
     use tempfile::TempDir;
     use world_server::recorder::Folder;
 
@@ -181,7 +181,11 @@ mod tests {
     fn a_table_with_other_columns_is_told_in_one_line() {
         let old = "t_ms,robot,task,utility,holder,state\n0,blue,find-locations,0.5,,hibernating\n";
         let tables = [(Table::Allocation, old.as_bytes().to_vec())];
-        let log = RunLog::from_tables(Path::new("runs/old"), visit::run_file(), tables.into());
+        let run = RunFile {
+            setup: default_setup(1),
+            ..visit::run_file()
+        };
+        let log = RunLog::from_tables(Path::new("runs/old"), run, tables.into());
         let error = History::read(&log).unwrap_err().to_string();
         let at = "runs/old/allocation.csv: CSV deserialize error: record 1 (line: 2, byte: 37)";
         assert_eq!(error, format!("{at}: missing field `behavior_set`"));
