@@ -4,3 +4,4 @@ pub mod closed_loop;
 pub mod mishaps;
 pub mod recompute;
 pub mod rooms;
+pub mod storm;

@@ -94,6 +94,8 @@ pub struct Barrier {
     inputs: Vec<Input>,
     /// What moment of the tick it is, but while reports are gathered.
     moment: Option<u32>,
+    /// How much has come from outside at this moment.
+    came: u32,
     /// Who died before the current tick was asked for.
     dead: Vec<RobotId>,
 }
@@ -114,6 +116,7 @@ impl Barrier {
             expected: BTreeSet::new(),
             inputs: Vec::new(),
             moment: None,
+            came: 0,
             dead: Vec::new(),
         }
     }
@@ -219,6 +222,11 @@ impl Barrier {
         }
     }
 
+    /// How much has come from outside since this was asked last: whatever comes after it comes at a later moment.
+    pub fn take_came(&mut self) -> u32 {
+        std::mem::take(&mut self.came)
+    }
+
     /// What moment of the tick it is, for whatever comes from outside now; `None` while reports are gathered, which may come in
     /// any order.
     pub fn set_moment(&mut self, moment: Option<u32>) {
@@ -244,6 +252,7 @@ impl Barrier {
                 // One that has reported dies in this tick anyway; before, it has died of something else.
                 let owes = place.presence == Presence::Present && place.asked;
                 let scripted = place.doomed && (counted_now.is_some() || (asked_for && !owes));
+                self.came += u32::from(self.moment.is_some() && !scripted);
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
                     incarnation,
@@ -252,8 +261,9 @@ impl Barrier {
                     moment: self.moment.filter(|_| !scripted),
                     scripted,
                 });
-                // Its place is free at once for a successor that the scenario starts in the same tick.
-                if place.doomed && !place.asked {
+                // Its place is free at once for a successor that the scenario starts in the same tick. While reports are gathered in
+                // order, it means nothing whether it had been asked.
+                if place.doomed && !place.asked && self.moment.is_some() {
                     place.doomed = false;
                     place.presence = Presence::Empty;
                     self.dead.push(robot);
@@ -354,9 +364,9 @@ impl Barrier {
         self.places[robot.index()].absent
     }
 
-    /// In a replay: the agent that the log knows takes part again, in that incarnation, from the next tick on, or from this one
-    /// while nobody takes part.
-    pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation) {
+    /// In a replay: the agent that the log knows takes part again, in that incarnation, from the next tick on, or from this moment of
+    /// the current one.
+    pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation, at_once: bool) {
         let place = &mut self.places[robot.index()];
         let again = place.presence != Presence::Empty && place.incarnation == incarnation;
         if !again {
@@ -364,7 +374,13 @@ impl Barrier {
         }
         place.incarnation = incarnation;
         place.presence = Presence::Entering { again };
-        self.enter_if_idle();
+        if at_once {
+            let moment = self.moment;
+            place.enter(false, moment, &mut self.inputs);
+            self.came += 1;
+        } else {
+            self.enter_if_idle();
+        }
     }
 
     /// An agent's report.
@@ -632,10 +648,15 @@ impl Barrier {
         }
     }
 
+    /// Each at a moment of its own, but at the beginning of a tick.
     fn enter(&mut self) {
-        let moment = self.moment.filter(|moment| *moment > 0);
+        let begun = self.moment.filter(|moment| *moment > 0);
         for place in &mut self.places {
-            place.enter(false, moment, &mut self.inputs);
+            if matches!(place.presence, Presence::Entering { .. }) {
+                let moment = begun.map(|moment| moment + self.came);
+                place.enter(false, moment, &mut self.inputs);
+                self.came += u32::from(begun.is_some());
+            }
         }
     }
 }

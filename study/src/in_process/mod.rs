@@ -161,9 +161,9 @@ impl<S: Sink> Team<S> {
             loop {
                 // An act may have waited for a moment before it was asked for.
                 let mut is_fed = self.feed(&mut timed);
-                let next = self.simulation.next_act();
+                let next = self.simulation.take_act();
                 is_fed |= self.feed(&mut timed);
-                if let Some((robot, act)) = next {
+                if let Some(Some((robot, act))) = next {
                     self.act(robot, act, &outside);
                 }
                 if next.is_none() && !is_fed {
@@ -267,7 +267,8 @@ impl<S: Sink> Team<S> {
             } => {
                 if let Some(robot) = self.simulation.robot_named(robot) {
                     self.spawn_agent(robot, *incarnation);
-                    self.simulation.admit(robot, *incarnation);
+                    self.simulation
+                        .admit(robot, *incarnation, input.moment().is_some());
                 }
             }
             // The run began without it.
@@ -284,7 +285,8 @@ impl<S: Sink> Team<S> {
                 if let Some(robot) = self.simulation.robot_named(robot)
                     && let Some(incarnation) = self.simulation.barrier().incarnation(robot)
                 {
-                    self.simulation.admit(robot, incarnation);
+                    self.simulation
+                        .admit(robot, incarnation, input.moment().is_some());
                 }
             }
             _ => {}
@@ -436,9 +438,14 @@ impl<S: Sink> Team<S> {
             return true;
         }
         let mut asked = std::mem::take(&mut self.asked);
-        // Who dies after its report has done so before the last report of all.
+        // Who dies while reports are gathered has done so before the last of them was there, or missed: first of all who dies after its
+        // own, or after it was missed.
         let tick = self.simulation.tick();
-        asked.sort_by_key(|robot| self.death(*robot, outside) != Some(Some(tick)));
+        asked.sort_by_key(|robot| match self.death(*robot, outside) {
+            Some(counted) if counted == Some(tick) || self.stalls(*robot, outside) => 0,
+            Some(_) => 1,
+            None => 2,
+        });
         for robot in &asked {
             self.asked.clear();
             self.asked.push(*robot);
@@ -447,12 +454,17 @@ impl<S: Sink> Team<S> {
         true
     }
 
+    /// Whether the robot does not answer in this tick.
+    fn stalls(&self, robot: RobotId, outside: &[Input]) -> bool {
+        let name = self.name(robot);
+        outside
+            .iter()
+            .any(|input| matches!(input, Input::StallBegin { robot: of, .. } if of == name))
+    }
+
     fn ask(&mut self, robot: RobotId, outside: &[Input]) {
         let death = self.death(robot, outside);
-        let stalls = outside.iter().any(
-            |input| matches!(input, Input::StallBegin { robot: name, .. } if name == self.name(robot)),
-        );
-        if stalls {
+        if self.stalls(robot, outside) {
             self.simulation.stall(robot);
         } else if death.is_none_or(|counted| counted == Some(self.simulation.tick())) {
             self.answer(outside);

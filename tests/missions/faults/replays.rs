@@ -8,6 +8,7 @@ use std::time::Duration;
 use alliance_proto::log::{Input, RunLog};
 use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
+use alliance_tests::storm::{self, Coverage};
 use nix::sys::signal::Signal;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -163,6 +164,44 @@ fn whatever_happens_in_one_process_is_repeated() {
             "seed {seed}: {comparison}"
         );
     }
+}
+
+/// The model of `storm`: whatever comes from outside, in whatever order, the log has it in an order that repeats it. `ALLIANCE_STORMS`
+/// asks for more of them.
+#[test]
+fn every_storm_of_the_model_is_repeated() {
+    let storms = std::env::var("ALLIANCE_STORMS").map_or(300, |storms| storms.parse().unwrap());
+    let mut coverage = Coverage::new();
+    for seed in 0..storms {
+        let order = [StepOrder::Simultaneous, StepOrder::InOrder][seed as usize % 2];
+        let scenario = Scenario {
+            step_order: Some(order),
+            ..default_scenario()
+        };
+        let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
+        let recorder = storm::run(&setup, 150, seed, &mut coverage).unwrap();
+        let logged =
+            RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+        // Nobody may have come at all.
+        if logged.last.is_none() {
+            continue;
+        }
+        let (_, again) = replay(&logged, logged.run.log, |_| {}).unwrap();
+        let comparison = compare(&logged, &again).unwrap();
+        assert!(
+            matches!(comparison, Comparison::Identical { .. }),
+            "storm {seed}: {comparison}"
+        );
+    }
+    let words: std::collections::BTreeSet<_> = coverage.keys().map(|(word, _)| word).collect();
+    println!(
+        "{} kinds of words in {} states, {} in all",
+        words.len(),
+        coverage.len(),
+        coverage.values().sum::<u64>()
+    );
+    assert_eq!(words.len(), 12);
+    assert!(coverage.len() > 400, "{}", coverage.len());
 }
 
 #[test]

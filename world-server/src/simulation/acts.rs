@@ -64,50 +64,57 @@ impl Simulation {
     /// killed is [gone](Simulation::gone), one that is started has [arrived](Simulation::arrive), one that is stopped or
     /// continued is [done](Simulation::act_done).
     pub fn next_act(&mut self) -> Option<(RobotId, ProcessAct)> {
-        while self.acts.under_way.is_none() {
-            if self.acts.is_empty() {
-                // What comes after it before the tick comes even when a clock that stands still asks for no tick.
-                self.begin();
-            }
-            let mut next = self.acts.waiting.pop_front()?;
-            // Who is on its way has no part in the run yet, and a replay knows nothing of it.
-            let is_coming = self.barrier.is_coming(next.robot);
-            match next.act {
-                ProcessAct::Start if is_coming => self.barrier.expect(next.robot),
-                ProcessAct::Stop | ProcessAct::Continue if is_coming => continue,
-                ProcessAct::Kill | ProcessAct::Terminate if self.barrier.is_killed(next.robot) => {
-                    // Something else was faster in the same tick.
-                    self.hit(next.fault, 1);
-                    continue;
-                }
-                _ if self.is_moot(next) => continue,
-                ProcessAct::Start => self.barrier.expect(next.robot),
-                ProcessAct::Kill | ProcessAct::Terminate => next.takes_part = !is_coming,
-                ProcessAct::Stop | ProcessAct::Continue => {}
-            }
-            self.acts.under_way = Some(next);
-            self.count_act(next);
-            if next.act != ProcessAct::Start || !is_coming {
-                return Some((next.robot, next.act));
-            }
-            // Somebody else has started it: it is let in now.
-            if self.barrier.presence(next.robot) == Presence::Present {
-                self.conclude(next);
+        loop {
+            if let Some(act) = self.take_act()? {
+                return Some(act);
             }
         }
-        None
+    }
+
+    /// The same, one act at a time, be it done or not: `None` if none is waiting, `Some(None)` if the next one has nothing to do. Each
+    /// is a moment of its own, so that a replay can do what came from outside between any two of them.
+    pub fn take_act(&mut self) -> Option<Option<(RobotId, ProcessAct)>> {
+        if self.acts.under_way.is_some() {
+            return None;
+        }
+        if self.acts.is_empty() {
+            // What comes after it before the tick comes even when a clock that stands still asks for no tick.
+            self.begin();
+        }
+        let mut next = self.acts.waiting.pop_front()?;
+        self.moment += 1;
+        // Who is on its way has no part in the run yet, and a replay knows nothing of it.
+        let is_coming = self.barrier.is_coming(next.robot);
+        match next.act {
+            ProcessAct::Start if is_coming => self.barrier.expect(next.robot),
+            ProcessAct::Stop | ProcessAct::Continue if is_coming => return Some(None),
+            ProcessAct::Kill | ProcessAct::Terminate if self.barrier.is_killed(next.robot) => {
+                // Something else was faster in the same tick.
+                self.hit(next.fault, 1);
+                return Some(None);
+            }
+            _ if self.is_moot(next) => return Some(None),
+            ProcessAct::Start => self.barrier.expect(next.robot),
+            ProcessAct::Kill | ProcessAct::Terminate => next.takes_part = !is_coming,
+            ProcessAct::Stop | ProcessAct::Continue => {}
+        }
+        self.acts.under_way = Some(next);
+        // In a replay nobody is coming who takes no part, and nothing is done to such a one.
+        self.acts.asked += u32::from(next.takes_part);
+        if next.act != ProcessAct::Start || !is_coming {
+            return Some(Some((next.robot, next.act)));
+        }
+        // Somebody else has started it: it is let in now.
+        if self.barrier.presence(next.robot) == Presence::Present {
+            self.conclude(next);
+        }
+        Some(None)
     }
 
     /// Whether the tick waits for an act to have its effect.
     #[must_use]
     pub fn awaits_act(&self) -> bool {
         self.acts.under_way.is_some()
-    }
-
-    /// In a replay nobody is coming who takes no part, and nothing is done to such a one.
-    fn count_act(&mut self, act: Act) {
-        self.acts.asked += u32::from(act.takes_part);
-        self.moment += u32::from(act.takes_part);
     }
 
     /// How many acts had been asked for in this tick before the one that is under way.
@@ -195,6 +202,15 @@ impl Simulation {
             ProcessAct::Kill | ProcessAct::Terminate => self.barrier.cancel_kill(failed.robot),
             ProcessAct::Stop => self.barrier.readmit(failed.robot),
             ProcessAct::Continue => self.barrier.release(failed.robot),
+        }
+        if !failed.takes_part {
+            // The run knows of nobody to whom it could have happened.
+            tracing::warn!(
+                robot = self.name(failed.robot),
+                why,
+                "still on its way, and could not be ended"
+            );
+            return self.settle();
         }
         self.unscripted = true;
         self.failures.push(Input::Failed {

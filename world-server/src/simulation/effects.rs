@@ -150,7 +150,9 @@ impl Simulation {
 
     /// A robot that takes part still counts in this tick, unheard; any other dies at once.
     fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
-        if self.barrier.presence(robot) == Presence::Present {
+        // One that has died in this tick takes part no more, whether or not another one is on its way.
+        let is_present = self.barrier.presence(robot) == Presence::Present;
+        if is_present && !self.barrier.is_gone(robot) {
             self.barrier.kill_after_tick(robot);
             self.pending_kills.push(Act::new(robot, act, fault));
         } else {

@@ -223,6 +223,7 @@ impl Simulation {
         self.mark_moment();
         self.barrier.arrive(robot, incarnation);
         self.barrier.start_if_all_here();
+        self.moment += self.barrier.take_came();
         if self.barrier.presence(robot) == Presence::Present {
             self.conclude_if(robot, &[ProcessAct::Start]);
         }
@@ -240,6 +241,7 @@ impl Simulation {
         self.mark_moment();
         let asked_for = self.is_killing(robot);
         self.barrier.gone(robot, incarnation, asked_for);
+        self.moment += self.barrier.take_came();
         self.left(robot, was_invited, "its process ended before it joined");
     }
 
@@ -290,10 +292,11 @@ impl Simulation {
     }
 
     /// In a replay: see [`Barrier::admit`].
-    pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation) {
+    pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation, at_once: bool) {
         self.mark_moment();
-        self.barrier.admit(robot, incarnation);
+        self.barrier.admit(robot, incarnation, at_once);
         self.barrier.start_if_all_here();
+        self.moment += self.barrier.take_came();
     }
 
     /// See [`Barrier::stall`]. The scenario did not ask for it.
@@ -395,6 +398,7 @@ impl Simulation {
         }
         self.mark_moment();
         let verdict = self.barrier.report(report);
+        self.moment += self.barrier.take_came();
         if verdict == Verdict::Counted {
             debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
             let robot = report.robot;
