@@ -1,6 +1,6 @@
 //! Ranges and names: what is wrong with a scenario whatever its geometry and parameters are.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
@@ -11,6 +11,7 @@ use super::limits::{
 use super::path::Path;
 use super::{Robot, Scenario};
 use crate::fault::Campaign;
+use crate::ids::TaskId;
 
 /// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
 pub const MAX_ROBOTS: usize = 10_000;
@@ -111,6 +112,7 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
             known("skill", skill, skills.iter().map(String::as_str), &at)?;
             closed(0.0, 1e3, "").check(at, *level)?;
         }
+        has_a_behavior(robot, catalog, &at)?;
         let Some(start) = &robot.start else { continue };
         let at = at.key("start");
         let inside = |size: f32| closed(0.0, size.into(), "m");
@@ -119,6 +121,34 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         closed(-360.0, 360.0, "deg").check(at.key("heading_deg"), start.heading_deg)?;
     }
     Ok(())
+}
+
+/// Refuses a robot that could never do anything.
+fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &Path) -> Result<(), Problem> {
+    if catalog.behaviors_of(robot).next().is_some() {
+        return Ok(());
+    }
+    let of_any_task = Robot {
+        tasks: Vec::new(),
+        ..robot.clone()
+    };
+    let tasks: BTreeSet<TaskId> = catalog
+        .behaviors_of(&of_any_task)
+        .map(|behavior| catalog.sets[behavior.index()].task)
+        .collect();
+    let tasks: Vec<&str> = tasks.iter().map(|it| catalog.task_name(*it)).collect();
+    let remedy = if tasks.is_empty() {
+        "give it devices or skills that a task takes, or leave it out".to_owned()
+    } else {
+        format!("of all tasks it can do {}", tasks.join(", "))
+    };
+    let what = format!("{} has no behavior for any of its tasks", robot.name);
+    let stated = if robot.tasks.is_empty() {
+        at.clone()
+    } else {
+        at.key("tasks")
+    };
+    Err(Problem::at(stated, what, remedy))
 }
 
 fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
@@ -288,4 +318,25 @@ fn known<'a>(
     }
     let what = format!("there is no {what} '{name}'");
     Err(Problem::at(at.clone(), what, instead(name, known)))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::Scenario;
+    use crate::testkit::vocabulary;
+
+    #[test]
+    fn a_robot_without_a_behavior_is_refused_where_its_tasks_stand() {
+        let refusal = |robot: &str| {
+            let text = format!("[drill]\n[[robots]]\nname = 'a'\n{robot}");
+            Scenario::parse("s.toml", &text, &vocabulary()).map_err(|error| error.to_string())
+        };
+        let none = "s.toml:5: robots[0].tasks: a has no behavior for any of its tasks; of all tasks it can do find, report";
+        let moves = "tasks = ['move(top)', 'move(bottom)']\n";
+        let cannot = "skills = { lift = 0 }\n";
+        assert_eq!(refusal(&format!("{cannot}{moves}")), Err(none.to_owned()));
+        for robot in [cannot, moves] {
+            assert!(refusal(robot).is_ok(), "{robot}");
+        }
+    }
 }

@@ -10,7 +10,7 @@ use crate::scenario::{
 };
 
 /// The drill: tasks `find`, `move(top)`, `move(bottom)` and `report`; two behaviors for the first, of which one takes a device
-/// that not all robots have.
+/// that not all robots have. A robot whose skill `lift` is 0 cannot move anything.
 pub const DRILL: Mission = Mission(&Drill);
 
 /// Missions and allocators of tests: the drill, and ALLIANCE.
@@ -112,7 +112,15 @@ impl MissionData for Drill {
     }
 
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
-        behavior.kind != 0 || robot.has_device(Robot::SIDE_BORDER)
+        match behavior.kind {
+            0 => robot.has_device(Robot::SIDE_BORDER),
+            2 | 3 => robot.skills.get("lift") != Some(&0.0),
+            _ => true,
+        }
+    }
+
+    fn skills(&self, _scenario: &Scenario) -> Vec<String> {
+        vec!["lift".to_owned()]
     }
 
     fn built_in(&self, _scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
