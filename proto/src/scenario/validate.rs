@@ -40,6 +40,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     let body = &scenario.body;
     LENGTH.check(Path::of(["body", "radius_m"]), body.radius_m)?;
     SPEED.check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
+    SPEED.check(Path::of(["body", "push_m_s"]), body.push_m_s)?;
     TURN_RATE.check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
     LENGTH.check(Path::of(["body", "reach_m"]), body.reach_m)?;
     PENETRABILITY.check(
@@ -82,7 +83,8 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         let remedy = "let at least one be there from the start";
         return Err(Problem::at(robots, what, remedy));
     }
-    let skills = catalog.mission.skills(scenario);
+    let equipment = Equipment::of(scenario, catalog);
+    equipment.check(&scenario.devices, &scenario.skills, &Path::default())?;
     for (index, robot) in scenario.robots.iter().enumerate() {
         for (number, task) in robot.tasks.iter().enumerate() {
             if catalog.task_named(task).is_none() {
@@ -95,23 +97,14 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         if let Some(speed_m_s) = robot.speed_m_s {
             SPEED.check(at.key("speed_m_s"), speed_m_s)?;
         }
+        if let Some(push_m_s) = robot.push_m_s {
+            SPEED.check(at.key("push_m_s"), push_m_s)?;
+        }
         if let Some(turn_deg_s) = robot.turn_deg_s {
             TURN_RATE.check(at.key("turn_deg_s"), turn_deg_s)?;
         }
-        for (number, device) in robot.devices.iter().enumerate() {
-            let at = at.key("devices").index(number);
-            known(
-                "optional device",
-                device,
-                [Robot::SIDE_BORDER].into_iter(),
-                &at,
-            )?;
-        }
-        for (skill, level) in &robot.skills {
-            let at = at.key("skills").key(skill);
-            known("skill", skill, skills.iter().map(String::as_str), &at)?;
-            closed(0.0, 1e3, "").check(at, *level)?;
-        }
+        let devices = robot.devices.iter().flatten();
+        equipment.check(devices, robot.skills.iter().flatten(), &at)?;
         has_a_behavior(robot, catalog, &at)?;
         let Some(start) = &robot.start else { continue };
         let at = at.key("start");
@@ -121,6 +114,45 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         closed(-360.0, 360.0, "deg").check(at.key("heading_deg"), start.heading_deg)?;
     }
     Ok(())
+}
+
+/// What a robot of a scenario may have.
+struct Equipment {
+    devices: BTreeSet<&'static str>,
+    skills: Vec<String>,
+}
+
+impl Equipment {
+    fn of(scenario: &Scenario, catalog: &Catalog) -> Self {
+        let of_mission = catalog.mission.terms().optional_devices;
+        Self {
+            devices: of_mission
+                .iter()
+                .copied()
+                .chain([Robot::SIDE_BORDER])
+                .collect(),
+            skills: catalog.mission.skills(scenario),
+        }
+    }
+
+    /// Refuses what nobody can have, below `at`.
+    fn check<'a>(
+        &self,
+        devices: impl IntoIterator<Item = &'a String>,
+        skills: impl IntoIterator<Item = (&'a String, &'a f64)>,
+        at: &Path,
+    ) -> Result<(), Problem> {
+        for (number, device) in devices.into_iter().enumerate() {
+            let at = at.key("devices").index(number);
+            known("optional device", device, self.devices.iter().copied(), &at)?;
+        }
+        for (skill, level) in skills {
+            let at = at.key("skills").key(skill);
+            known("skill", skill, self.skills.iter().map(String::as_str), &at)?;
+            closed(0.0, 1e3, "").check(at, *level)?;
+        }
+        Ok(())
+    }
 }
 
 /// Refuses a robot that could never do anything.

@@ -39,6 +39,31 @@ pub fn default_setup(seed: u64) -> Setup {
     resolved.setup
 }
 
+/// The drill for blue, which has all that the team has, and gold, which has values of its own.
+#[must_use]
+pub fn unlike_robots() -> Setup {
+    const TEXT: &str = "devices = ['horn']
+        body.push_m_s = 0.3
+        skills.lift = 2
+        drill = {}
+        [[robots]]
+        name = 'blue'
+        [[robots]]
+        name = 'gold'
+        speed_m_s = 0.25
+        push_m_s = 0.1
+        turn_deg_s = 45
+        devices = ['side-border']
+        skills = {}
+        tasks = ['find', 'report']";
+    // Cannot fail: nothing in it depends on anything.
+    #[allow(clippy::expect_used)]
+    let scenario = Scenario::parse("unlike.toml", TEXT, &vocabulary()).expect("it is valid");
+    #[allow(clippy::expect_used)]
+    let resolved = Setup::resolve(scenario, 1, None).expect("it is valid");
+    resolved.setup
+}
+
 #[derive(Debug)]
 struct Drill;
 
@@ -73,7 +98,7 @@ impl MissionData for Drill {
     fn terms(&self) -> Terms {
         Terms {
             devices: &["eye", "hand"],
-            optional_devices: &[Robot::SIDE_BORDER],
+            optional_devices: &[Robot::SIDE_BORDER, "horn"],
             measuring_devices: &["eye"],
             notes: &["noticed"],
             events: &["done"],
@@ -114,7 +139,7 @@ impl MissionData for Drill {
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
         match behavior.kind {
             0 => robot.has_device(Robot::SIDE_BORDER),
-            2 | 3 => robot.skills.get("lift") != Some(&0.0),
+            2 | 3 => robot.skill("lift") != Some(0.0),
             _ => true,
         }
     }

@@ -2,9 +2,9 @@
 
 use alliance_proto::codec;
 use alliance_proto::mission::{Bytes, Deed, Payload, Sensed};
+use alliance_proto::scenario::SetupFile;
 use alliance_proto::team::{About, BulletinKind, Content};
-use alliance_proto::testkit::DRILL;
-use alliance_proto::testkit::default_setup;
+use alliance_proto::testkit::{DRILL, default_setup, unlike_robots, vocabulary};
 use alliance_proto::tick::{ManifestEntry, TickMessage};
 use serde::{Deserialize, Serialize};
 
@@ -258,4 +258,20 @@ fn its_bulletins_count_for_alliance_as_messages_about_their_task() {
             setup.catalog.sets[row.set.index()].task == TaskId(1) && !row.impatience_reset
         });
     assert!(reset.is_some(), "{:?}", heard.report.motivations);
+}
+
+/// The briefing, as it comes over the bus, is what a mind is made of.
+#[test]
+fn a_mind_knows_what_it_and_its_teammates_can() {
+    let sent = serde_json::to_string(&unlike_robots().briefing()).unwrap();
+    let file: SetupFile = serde_json::from_str(&sent).unwrap();
+    let setup = file.read(&vocabulary()).unwrap();
+    setup.check().unwrap();
+    let able = |robot: RobotId| {
+        let own = &setup.scenario.robots[robot.index()];
+        let push_m_s = setup.scenario.body_of(own).push_m_s;
+        (push_m_s, own.has_device("horn"), own.skill("lift"))
+    };
+    assert_eq!(able(BLUE), (0.3, true, Some(2.0)));
+    assert_eq!(able(GOLD), (0.1, false, Some(0.0)));
 }

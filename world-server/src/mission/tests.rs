@@ -3,7 +3,7 @@
 use alliance_proto::mission::Bytes;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Robot, Start};
-use alliance_proto::testkit::{DRILL, default_setup};
+use alliance_proto::testkit::{DRILL, default_setup, unlike_robots};
 use alliance_proto::view::{Mark, MarkOutline, MarkRole};
 use serde::{Deserialize, Serialize};
 
@@ -179,4 +179,19 @@ fn what_is_no_deed_of_it_does_nothing() {
         };
         assert_eq!(world.step(&[Some(actuation)]), []);
     }
+}
+
+/// What `new` and every step of a mission are given.
+#[test]
+fn a_mission_knows_what_each_robot_can() {
+    let setup = unlike_robots();
+    let world = World::new(&setup, VISIT);
+    let able = |robot: u16| {
+        let own = &setup.scenario.robots[usize::from(robot)];
+        let body = world.body_of(RobotId(robot));
+        let driving = (body.speed_m_s, body.push_m_s, body.turn_deg_s);
+        (driving, own.has_device("horn"), own.skill("lift"))
+    };
+    assert_eq!(able(0), ((0.5, 0.3, 90.0), true, Some(2.0)));
+    assert_eq!(able(1), ((0.25, 0.1, 45.0), false, Some(0.0)));
 }
