@@ -28,6 +28,7 @@ mod values;
 mod vocabulary;
 
 use serde::{Deserialize, Serialize, Serializer};
+use std::any::Any;
 use std::collections::BTreeMap;
 
 use crate::fault::Faults;
@@ -165,6 +166,16 @@ impl Scenario {
     #[must_use]
     pub fn mission(&self) -> Mission {
         self.mission.mission()
+    }
+
+    /// What it says of its mission, in the mission's own type.
+    ///
+    /// # Panics
+    /// If that is another type: nobody but its mission asks.
+    #[must_use]
+    pub fn section<T: Any>(&self) -> &T {
+        let section = self.mission.values();
+        section.unwrap_or_else(|| panic!("[{}] has another type", self.mission().name()))
     }
 
     /// Body and drive of one robot of the team.

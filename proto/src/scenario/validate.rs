@@ -67,12 +67,30 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     if let Some(range_m) = scenario.radio.range_m {
         above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
     }
-    catalog.mission.check(scenario)?;
+    mission(scenario, catalog)?;
     robots(scenario, catalog)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
     faults(scenario, catalog)?;
     alliance(scenario, catalog)
+}
+
+/// What the mission says is wrong with its section, and what does not fit to what it declares.
+fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let mission = catalog.mission;
+    mission.check(scenario)?;
+    let declared = mission.parameters();
+    if declared.is_empty() {
+        return Ok(());
+    }
+    let at = Path::of([mission.name()]);
+    let section = serde_json::to_value(&scenario.mission).map_err(|error| {
+        let remedy = "its section must be such as can be written";
+        Problem::at(at.clone(), error.to_string(), remedy)
+    })?;
+    let section = section.get(mission.name()).unwrap_or(&section);
+    let mut declared = declared.iter();
+    declared.try_for_each(|it| it.check_in(section, &at, &scenario.room))
 }
 
 fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {

@@ -5,9 +5,7 @@ use crate::ids::TaskId;
 use crate::mission::columns::Column;
 use crate::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use crate::mission::section::{Section, section};
-use crate::scenario::{
-    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread, Vocabulary,
-};
+use crate::scenario::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, Unread, Vocabulary};
 
 /// The drill: tasks `find`, `move(top)`, `move(bottom)` and `report`; two behaviors for the first, of which one takes a device
 /// that not all robots have. A robot whose skill `lift` is 0 cannot move anything.
@@ -89,10 +87,6 @@ impl MissionData for Drill {
         [("blue", true), ("gold", false), ("green", false)]
             .map(robot)
             .to_vec()
-    }
-
-    fn parameters(&self) -> Vec<ParameterSpec> {
-        Vec::new()
     }
 
     fn terms(&self) -> Terms {
@@ -195,9 +189,5 @@ impl MissionData for Drill {
                 },
             ],
         }]
-    }
-
-    fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
-        Ok(())
     }
 }

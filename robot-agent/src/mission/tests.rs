@@ -18,28 +18,7 @@ const GOLD: RobotId = RobotId(1);
 const FASTEST: u16 = 3;
 
 /// With the drill's tasks and behaviors.
-const VISIT: MissionMind = MissionMind {
-    data: DRILL,
-    shared: |_| Arc::new(Places),
-};
-
-#[derive(Debug)]
-struct Places;
-
-impl SharedMission for Places {
-    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        let catalog = &setup.catalog;
-        let own = catalog.behaviors_of(&setup.scenario.robots[robot.index()]);
-        Box::new(Typed::new(
-            Visit {
-                own: own.map(|id| (id, catalog.sets[id.index()].task)).collect(),
-                touched: Vec::new(),
-            },
-            robot,
-            setup,
-        ))
-    }
-}
+const VISIT: MissionMind = MissionMind::of::<Visit>(DRILL);
 
 #[derive(Clone, Debug)]
 struct Visit {
@@ -68,6 +47,15 @@ impl TypedMind for Visit {
     type Deed = Touch;
     type Lore = Vec<u16>;
     type Bulletin = Touch;
+
+    fn new(robot: RobotId, setup: &Setup) -> Self {
+        let catalog = &setup.catalog;
+        let own = catalog.behaviors_of(&setup.scenario.robots[robot.index()]);
+        Self {
+            own: own.map(|id| (id, catalog.sets[id.index()].task)).collect(),
+            touched: Vec::new(),
+        }
+    }
 
     fn perceive(
         &mut self,
@@ -130,7 +118,7 @@ impl TypedMind for Visit {
         self.touched.clone()
     }
 
-    fn position(&self) -> Option<Vec2> {
+    fn position(&self, _: Option<Vec2>) -> Option<Vec2> {
         None
     }
 }

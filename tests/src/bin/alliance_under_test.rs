@@ -39,10 +39,7 @@ fn main() -> ExitCode {
     }
     let registry = launch::Registry::built_in().mission(READ_ONLY);
     launch::main(match std::env::var_os("VISIT") {
-        Some(_) => registry.mission(MissionParts {
-            world: world::VISIT,
-            mind: mind::VISIT,
-        }),
+        Some(_) => registry.mission(MissionParts::of::<world::Visit, mind::Visitor>(data::VISIT)),
         None => registry,
     })
 }

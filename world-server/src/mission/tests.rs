@@ -15,17 +15,7 @@ const BLUE: RobotId = RobotId(0);
 const REACH_M: f32 = 0.3;
 
 /// With the drill's tasks and words.
-const VISIT: MissionWorld = MissionWorld {
-    data: DRILL,
-    start_area: |scenario| [Vec2::ZERO, Vec2::new(0.6, scenario.room.height_m)],
-    new: |_, floor| {
-        Box::new(Typed(Visit {
-            places: vec![Vec2::new(3.0, 2.0), Vec2::new(5.0, 2.0)],
-            visited: vec![false; 2],
-            visits: vec![0; floor.robot_count()],
-        }))
-    },
-};
+const VISIT: MissionWorld = MissionWorld::of::<Visit>(DRILL);
 
 /// The state is which places have been visited: where they are never changes.
 #[derive(Clone, Serialize)]
@@ -51,6 +41,14 @@ enum Touch {
 impl TypedMission for Visit {
     type Sensed = Near;
     type Deed = Touch;
+
+    fn new(_: &Setup, floor: &Floor) -> Self {
+        Self {
+            places: vec![Vec2::new(3.0, 2.0), Vec2::new(5.0, 2.0)],
+            visited: vec![false; 2],
+            visits: vec![0; floor.robot_count()],
+        }
+    }
 
     fn act(
         &mut self,
