@@ -192,9 +192,9 @@ impl ParameterSpec {
             Some(false) => {
                 let remedy = format!("it must be {} {}", self.range, self.unit);
                 // Of single precision if it may be, as it was written.
-                let single = number.map(|it| it as f32);
+                let single = number.filter(|_| value.is_f64()).map(|it| it as f32);
                 let what = match single.filter(|it| Some(f64::from(*it)) == number) {
-                    Some(single) => format!("{single} is out of range"),
+                    Some(single) => format!("{single:?} is out of range"),
                     None => format!("{value} is out of range"),
                 };
                 Err(Problem::at(at.clone(), what, remedy.trim_end()))
