@@ -31,14 +31,6 @@ use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenari
 /// }
 ///
 /// impl MissionData for Knock {
-///     fn name(&self) -> &'static str {
-///         "knock"
-///     }
-///
-///     fn about(&self) -> &'static str {
-///         "doors to be knocked at"
-///     }
-///
 ///     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
 ///         section::<KnockSection>(text)
 ///     }
@@ -62,7 +54,8 @@ use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenari
 ///     }
 /// }
 ///
-/// let vocabulary = Vocabulary { missions: vec![Mission(&Knock)], allocators: Vec::new() };
+/// let missions = vec![Mission::new("knock", "doors to be knocked at", &Knock)];
+/// let vocabulary = Vocabulary { missions, allocators: Vec::new() };
 /// let read = |text| Scenario::parse("knock.toml", text, &vocabulary).map_err(|error| error.to_string());
 /// assert_eq!(read("[knock]\ndoors = 3").unwrap().section::<KnockSection>().doors, 3);
 /// assert_eq!(
@@ -71,13 +64,8 @@ use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenari
 /// );
 /// ```
 pub trait MissionData: Debug + Send + Sync + 'static {
-    /// One word: its section in a scenario file.
-    fn name(&self) -> &'static str;
-
-    /// What there is to do, in a line.
-    fn about(&self) -> &'static str;
-
-    /// Its section, read by [`section`](super::section::section) as a type of its own. What is not stated has its default.
+    /// Its section, read by [`section`](super::section::section) as a type of its own. Keys at its top that are not stated have the
+    /// defaults that its [`parameters`](MissionData::parameters) declare.
     ///
     /// # Errors
     /// The first key or value that does not fit.
@@ -86,9 +74,9 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Takes out of its section what robots are not told beforehand.
     fn brief(&self, _section: &mut MissionSection) {}
 
-    /// Name of a scenario that states none.
-    fn scenario_name(&self) -> &'static str {
-        self.name()
+    /// Name of a scenario that states none; `None`: the mission's.
+    fn scenario_name(&self) -> Option<&'static str> {
+        None
     }
 
     /// The team of a scenario that states none.
@@ -282,13 +270,47 @@ impl Terms {
 
 /// A mission that is known; two are the same if their names are.
 #[derive(Clone, Copy)]
-pub struct Mission(pub &'static dyn MissionData);
+pub struct Mission {
+    name: &'static str,
+    about: &'static str,
+    data: &'static dyn MissionData,
+}
+
+impl Mission {
+    /// A mission by its name, one word, which is its section in a scenario file, and what there is to do in it, in a line.
+    #[must_use]
+    pub const fn new(
+        name: &'static str,
+        about: &'static str,
+        data: &'static dyn MissionData,
+    ) -> Self {
+        Self { name, about, data }
+    }
+
+    /// One word: its section in a scenario file.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// What there is to do, in a line.
+    #[must_use]
+    pub fn about(&self) -> &'static str {
+        self.about
+    }
+
+    /// Name of a scenario of it that states none.
+    #[must_use]
+    pub fn scenario_name(&self) -> &'static str {
+        self.data.scenario_name().unwrap_or(self.name)
+    }
+}
 
 impl Deref for Mission {
     type Target = dyn MissionData;
 
     fn deref(&self) -> &Self::Target {
-        self.0
+        self.data
     }
 }
 
@@ -307,20 +329,12 @@ impl Debug for Mission {
 }
 
 /// Nothing to do: the mission of a scenario that has none.
-pub const NO_MISSION: Mission = Mission(&Nothing);
+pub const NO_MISSION: Mission = Mission::new("none", "nothing to do", &Nothing);
 
 #[derive(Debug)]
 struct Nothing;
 
 impl MissionData for Nothing {
-    fn name(&self) -> &'static str {
-        "none"
-    }
-
-    fn about(&self) -> &'static str {
-        "nothing to do"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         super::section::section::<()>(text)
     }

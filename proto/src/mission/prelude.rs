@@ -1,5 +1,7 @@
 //! What the signatures of a mission's data are written with.
 
+pub use glam::Vec2;
+
 pub use super::columns::Column;
 pub use super::data::{BuiltIn, Mission, MissionData, Terms, one_behavior_each};
 pub use super::section::{Section, section};

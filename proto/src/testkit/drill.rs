@@ -9,7 +9,7 @@ use crate::scenario::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, Unrea
 
 /// The drill: tasks `find`, `move(top)`, `move(bottom)` and `report`; two behaviors for the first, of which one takes a device
 /// that not all robots have. A robot whose skill `lift` is 0 cannot move anything.
-pub const DRILL: Mission = Mission(&Drill);
+pub const DRILL: Mission = Mission::new("drill", "tasks for tests", &Drill);
 
 /// Missions and allocators of tests: the drill, and ALLIANCE.
 #[must_use]
@@ -66,14 +66,6 @@ pub fn unlike_robots() -> Setup {
 struct Drill;
 
 impl MissionData for Drill {
-    fn name(&self) -> &'static str {
-        "drill"
-    }
-
-    fn about(&self) -> &'static str {
-        "tasks for tests"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         section::<std::collections::BTreeMap<String, u32>>(text)
     }

@@ -3,10 +3,9 @@
 use alliance_proto::mission::prelude::ParameterDefault::{Number, Required};
 use alliance_proto::mission::prelude::ParameterRange::{Above, List, Name, X, Y};
 use alliance_proto::mission::prelude::*;
-use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-pub const VISIT: Mission = Mission(&Visit);
+pub const VISIT: Mission = Mission::new("visit", "places to be touched once", &Visit);
 
 /// How far the fault `touch` reaches where that is not said.
 pub const WITHIN_M: f64 = 0.5;
@@ -16,7 +15,6 @@ pub const WITHIN_M: f64 = 0.5;
 #[serde(deny_unknown_fields)]
 pub struct VisitSection {
     pub places: Vec<Place>,
-    #[serde(default = "reach_m")]
     pub reach_m: f32,
 }
 
@@ -34,29 +32,17 @@ impl VisitSection {
     }
 }
 
-fn reach_m() -> f32 {
-    0.3
-}
-
 #[derive(Debug)]
 struct Visit;
 
 impl MissionData for Visit {
-    fn name(&self) -> &'static str {
-        "visit"
-    }
-
-    fn about(&self) -> &'static str {
-        "places to be touched once"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         section::<VisitSection>(text)
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
         vec![
-            ParameterSpec::new("places", "", Required, "what is to be touched", List(1, 1000)),
+            ParameterSpec::new("places", "", Required, "what is to be touched", List(1, 300)),
             ParameterSpec::new("places.name", "", Required, "names the place and its task", Name),
             ParameterSpec::new("places.x_m", "m", Required, "where it is", X),
             ParameterSpec::new("places.y_m", "m", Required, "where it is", Y),

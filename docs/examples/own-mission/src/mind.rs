@@ -12,7 +12,7 @@ pub struct Visitor {
     section: VisitSection,
     driver: Driver,
     /// As far as it knows.
-    visited: BTreeSet<u16>,
+    visited: BTreeSet<usize>,
     /// What it has touched in the step before.
     progressed: Option<TaskId>,
 }
@@ -20,7 +20,7 @@ pub struct Visitor {
 impl TypedMind for Visitor {
     type Sensed = Felt;
     type Deed = Touch;
-    type Lore = BTreeSet<u16>;
+    type Lore = BTreeSet<usize>;
     type Bulletin = ();
 
     fn new(robot: RobotId, setup: &Setup) -> Self {
@@ -33,17 +33,16 @@ impl TypedMind for Visitor {
     }
 
     fn perceive(&mut self, moment: &TypedMoment<Self>, heard: &[Heard<Self>], perception: &mut Perception) {
-        let places = || 0..self.section.places.len() as u16;
+        let places = || 0..self.section.places.len();
         let told = heard.iter().flat_map(|heard| heard.lore.iter().flatten());
         self.visited.extend(told.filter(|place| places().contains(place)));
         // Where nothing is left to be touched, somebody has been.
         if let (Some(position), Felt::Floor) = (moment.position, moment.sensed) {
-            let at = |place: &u16| self.section.at(usize::from(*place));
-            let is_here = |place: &u16| position.distance(at(place)) < 0.9 * self.section.reach_m;
+            let is_here = |&place: &usize| position.distance(self.section.at(place)) < 0.9 * self.section.reach_m;
             self.visited.extend(places().filter(is_here));
         }
         perception.progressed.extend(self.progressed.take());
-        let is_left = |task: TaskId| !self.visited.contains(&task.0);
+        let is_left = |task: TaskId| !self.visited.contains(&task.index());
         perception.applicable.extend(moment.own.iter().map(|own| is_left(own.task)));
     }
 
@@ -54,17 +53,17 @@ impl TypedMind for Visitor {
         action: &mut Action,
     ) -> Option<Touch> {
         let task = moment.task_of(active)?;
-        if matches!(moment.sensed, Felt::Place(place) if *place == task.0) {
-            self.visited.insert(task.0);
+        if matches!(moment.sensed, Felt::Place(place) if *place == task.index()) {
+            self.visited.insert(task.index());
             self.progressed = Some(task);
-            return Some(Touch(task.0));
+            return Some(Touch(task.index()));
         }
         let (at, within) = (self.section.at(task.index()), 0.8 * self.section.reach_m);
         action.actuation = self.driver.drive_to(at, within, moment.readings, moment.now);
         None
     }
 
-    fn lore(&self) -> BTreeSet<u16> {
+    fn lore(&self) -> BTreeSet<usize> {
         self.visited.clone()
     }
 

@@ -20,12 +20,12 @@ pub enum Felt {
     Nothing,
     /// No place that is left to be touched is within reach.
     Floor,
-    Place(u16),
+    Place(usize),
 }
 
 /// What a robot does beside driving: it touches a place.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Touch(pub u16);
+pub struct Touch(pub usize);
 
 impl Visit {
     fn left_within_reach(&self, robot: RobotId, floor: &Floor) -> Option<usize> {
@@ -45,7 +45,6 @@ impl TypedMission for Visit {
     }
 
     fn act(&mut self, robot: RobotId, Touch(place): Touch, floor: &mut Floor, happened: &mut Happened) {
-        let place = usize::from(place);
         if self.left_within_reach(robot, floor) == Some(place) {
             self.visited[place] = true;
             happened.tell("visited", Some(robot)).subject = self.section.places[place].name.clone();
@@ -55,8 +54,7 @@ impl TypedMission for Visit {
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor) -> (Felt, Validity) {
-        let place = self.left_within_reach(robot, floor);
-        (place.map_or(Felt::Floor, |place| Felt::Place(place as u16)), Validity::UntilChange)
+        (self.left_within_reach(robot, floor).map_or(Felt::Floor, Felt::Place), Validity::UntilChange)
     }
 
     /// The only fault that there is.
@@ -84,12 +82,11 @@ impl TypedMission for Visit {
 
     fn show(&self, _: &Floor, view: &mut View) {
         for (place, visited) in self.visited.iter().enumerate() {
+            let (id, at) = (format!("place-{place}"), self.section.at(place));
             view.mark(Mark {
-                id: format!("place-{place}"),
-                outline: MarkOutline::Disc { center: self.section.at(place), radius_m: self.section.reach_m },
-                role: MarkRole::Target,
-                share: Some(f32::from(u8::from(*visited))),
+                share: Some(f32::from(*visited)),
                 label: self.section.places[place].name.clone(),
+                ..Mark::disc(id, at, self.section.reach_m, MarkRole::Target)
             });
         }
     }
