@@ -2,10 +2,11 @@
 
 use std::sync::OnceLock;
 
+use alliance_proto::mission::data::Mission;
 use alliance_proto::scenario::Vocabulary;
 use robot_agent::allocator::{AgentRegistry, Allocator};
-use robot_agent::mission::MissionMind;
-use world_server::mission::{MissionWorld, Worlds};
+use robot_agent::mission::{MissionMind, TypedMind};
+use world_server::mission::{MissionWorld, TypedMission, Worlds};
 
 /// What the program at hand knows: written once, by its `main`, before anything reads it.
 static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
@@ -19,7 +20,35 @@ pub struct MissionParts {
     pub mind: MissionMind,
 }
 
+impl MissionParts {
+    /// Both sides of a mission in types of its own: they mean the same by what is sensed and done.
+    #[must_use]
+    pub const fn of<W, M>(data: Mission) -> Self
+    where
+        W: TypedMission,
+        M: TypedMind<Sensed = W::Sensed, Deed = W::Deed>,
+    {
+        Self {
+            world: MissionWorld::of::<W>(data),
+            mind: MissionMind::of::<M>(data),
+        }
+    }
+}
+
 /// The missions and the allocators that a program knows, by name.
+///
+/// ```
+/// use alliance_proto::scenario::Scenario;
+/// use missions::Registry;
+/// use robot_agent::allocators::nearest::Nearest;
+///
+/// let registry = Registry::built_in().allocator::<Nearest>("mine", "a rule of one's own");
+/// let read = |text| Scenario::parse("mine.toml", text, &registry.vocabulary());
+/// assert!(read("allocator = 'mine'").is_ok());
+/// let error = read("allocator = 'yours'").unwrap_err().to_string();
+/// assert!(error.starts_with("mine.toml:1: allocator: there is no allocator 'yours'"));
+/// ```
+/// A `main` hands it on: `launch::main(registry)`.
 #[derive(Clone, Debug)]
 pub struct Registry {
     worlds: Worlds,

@@ -7,13 +7,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use alliance_proto::codec::encode;
-use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId, Tick};
 use alliance_proto::mission::{Bytes, Deed, LORE_MAX, Lore, Payload, Sensed};
+use alliance_proto::panics;
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::scenario::{Scenario, Setup};
-use alliance_proto::team::{Broadcast, Bulletin, BulletinKind, Content};
+use alliance_proto::team::{Broadcast, Bulletin, BulletinKind, Content, Heartbeat};
 use alliance_proto::tick::{ManifestEntry, TickMessage};
 use alliance_proto::time::SimTime;
+use glam::Vec2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -23,13 +25,16 @@ use world_server::world::World;
 
 use crate::{MissionParts, Registry};
 
+#[cfg(test)]
+mod tests;
+
 /// Steps of each trial.
 const STEPS: u64 = 1500;
 
 /// Plays the scenario, a file's text, in many ways, and asks for the laws: the catalog is in order; a scenario is written as it is
 /// read; equal inputs give equal bytes; the state tells apart all that the mission tells; a step that did not count leaves no trace;
-/// the active behavior is one's own; foreign words, deeds and readings change nothing, or at least end nothing; all
-/// [holds](world_server::mission::WorldMission::holds) after each step.
+/// the active behavior is one's own; foreign words, deeds and readings change nothing, or at least end nothing; what is told is a
+/// number; all [holds](world_server::mission::WorldMission::holds) after each step.
 ///
 /// # Panics
 /// With the law that does not hold.
@@ -115,7 +120,7 @@ struct Trial<'s> {
     trace: Vec<u8>,
 }
 
-/// An agent, and one that takes only the steps that count.
+/// An agent, and one that takes only the steps that count. They have nothing in common.
 struct Member {
     tentative: TentativeAgent,
     undisturbed: Agent,
@@ -126,14 +131,19 @@ struct Member {
 impl<'s> Trial<'s> {
     fn new(registry: &Registry, parts: MissionParts, setup: &'s Setup, seed: Option<u64>) -> Self {
         let briefing = setup.briefing();
-        let team = TeamConfig::of(&briefing, registry.agents());
-        let team = team.unwrap_or_else(|error| panic!("{error}"));
+        let team = || {
+            let team = TeamConfig::of(&briefing, registry.agents());
+            team.unwrap_or_else(|error| panic!("{error}"))
+        };
+        let teams = [team(), team()];
         let robots = (0..setup.scenario.robots.len() as u16).map(RobotId);
         let member = |robot| {
-            let agent = Agent::new(robot, 1, &briefing, &team);
+            let [tentative, undisturbed] = teams
+                .each_ref()
+                .map(|team| Agent::new(robot, 1, &briefing, team));
             Member {
-                tentative: TentativeAgent::new(agent.clone()),
-                undisturbed: agent,
+                tentative: TentativeAgent::new(tentative),
+                undisturbed,
                 last_counted: None,
                 readings: Readings::default(),
             }
@@ -149,14 +159,18 @@ impl<'s> Trial<'s> {
         }
     }
 
-    /// Its trace: all reports, and the state after each step.
+    /// Its trace: all readings, reports and rows, and the state after each step.
     fn run(mut self) -> Vec<u8> {
         for tick in 0..STEPS {
             if self.world.mission().end(self.world.now()).is_some() {
                 break;
             }
             let commands = self.agents_step(tick);
-            self.world.step(&commands);
+            let world = &mut self.world;
+            goes_on(tick, "the world goes on whatever robots do", || {
+                whole(tick, world, &commands);
+                world.step(&commands);
+            });
             if let Err(violation) = self.world.mission().holds(&self.world) {
                 panic!("tick {tick}: {violation}");
             }
@@ -176,6 +190,11 @@ impl<'s> Trial<'s> {
             columns.len(),
             "mission.csv has a value for each column"
         );
+        assert!(
+            row.iter()
+                .all(|value| value.number().is_none_or(f64::is_finite)),
+            "tick {tick}: mission.csv tells numbers, not {row:?}"
+        );
         let copy = self.world.clone();
         assert_eq!(
             copy.mission().state(),
@@ -183,6 +202,7 @@ impl<'s> Trial<'s> {
             "a copy of the world has its state"
         );
         self.trace.extend(state.to_le_bytes());
+        self.trace.extend(encode(&row).unwrap_or_default());
         let before = self.rows.entry(state).or_insert_with(|| row.clone());
         assert_eq!(
             *before, row,
@@ -236,8 +256,13 @@ impl<'s> Trial<'s> {
                 .map(|it| Some(Arc::new(it.clone())))
                 .collect();
             let arrived = space.arrived.clone();
+            self.trace
+                .extend(encode(&message.readings).unwrap_or_default());
             let member = &mut self.agents[rank];
-            member.tentative.step(Box::new(message.clone()), &mut space);
+            let law = "a mind goes on whatever it is told, and does what is a number";
+            goes_on(tick, law, || {
+                member.tentative.step(Box::new(message.clone()), &mut space);
+            });
             if !counts {
                 commands.push(None);
                 continue;
@@ -262,13 +287,22 @@ impl<'s> Trial<'s> {
                 );
             }
             let mut command = space.report.actuation;
+            for said in &space.broadcasts {
+                if let Content::Heartbeat(heartbeat) = &said.body {
+                    let place = heartbeat.position;
+                    assert!(
+                        place.is_none_or(Vec2::is_finite),
+                        "tick {tick}: {robot} is at a place that is a number, not {place:?}"
+                    );
+                }
+            }
             self.said[rank] = space.broadcasts;
             if let Some(chance) = &mut self.chance {
                 if chance.random_bool(0.02) {
-                    command.deed = junk_deed(chance);
+                    junk_deed(chance, &mut command.deed);
                 }
                 for said in &mut self.said[rank] {
-                    if chance.random_bool(0.05) {
+                    if chance.random_bool(0.1) {
                         junk_said(chance, &mut said.body);
                     }
                 }
@@ -279,23 +313,97 @@ impl<'s> Trial<'s> {
     }
 }
 
+/// Does what a mission must not panic in.
+///
+/// # Panics
+/// With the law, and what the mission said.
+fn goes_on(tick: Tick, law: &str, step: impl FnOnce()) {
+    if let Err(said) = panics::catch(step) {
+        panic!("tick {tick}: {law}: {said}");
+    }
+}
+
+/// What deeds change is in the state: if it is the same with them and without, so is all that is sensed.
+fn whole(tick: Tick, world: &World, commands: &[Option<Actuation>]) {
+    let idle = |command: Actuation| Actuation {
+        deed: Deed::Nothing,
+        ..command
+    };
+    let without: Vec<_> = commands.iter().map(|command| command.map(idle)).collect();
+    if without == commands {
+        return;
+    }
+    let [one, other] = [commands, without.as_slice()].map(|commands| {
+        let mut world = world.clone();
+        world.step(commands);
+        world
+    });
+    if one.mission().state() != other.mission().state() {
+        return;
+    }
+    for robot in (0..one.robot_count() as u16).map(RobotId) {
+        if one.pose(robot) == other.pose(robot) {
+            let [one, other] = [&one, &other].map(|world| world.readings(robot).mission);
+            assert_eq!(
+                one, other,
+                "tick {tick}: equal states, and {robot} senses something else after deeds than without"
+            );
+        }
+    }
+}
+
 /// Readings of another mission, or of none.
 fn junk_sensed(chance: &mut ChaCha8Rng) -> Sensed {
     let bytes: [u8; 24] = chance.random();
     Bytes::encode(&bytes).map_or(Sensed::Nothing, |bytes| Sensed::Open(bytes.into()))
 }
 
-fn junk_deed(chance: &mut ChaCha8Rng) -> Deed {
-    let bytes: [u8; 8] = chance.random();
-    Bytes::encode(&bytes).map_or(Deed::Nothing, Deed::Open)
+/// What somebody else's robots do, or one's own that mean something else.
+fn junk_deed(chance: &mut ChaCha8Rng, deed: &mut Deed) {
+    let own = match deed {
+        Deed::Open(own) => own.as_slice(),
+        _ => &[],
+    };
+    let junk = junk(chance, own, 8);
+    *deed = Bytes::copied(&junk).map_or(Deed::Nothing, Deed::Open);
 }
 
-/// What somebody else's robots say.
+/// Bytes of any length, or those with some others in their places.
+fn junk(chance: &mut ChaCha8Rng, own: &[u8], most: usize) -> Vec<u8> {
+    if own.is_empty() || chance.random_bool(0.5) {
+        let length = chance.random_range(0..most);
+        return (0..length).map(|_| chance.random()).collect();
+    }
+    let mut junk = own.to_vec();
+    for byte in &mut junk {
+        if chance.random_bool(0.5) {
+            *byte = chance.random();
+        }
+    }
+    junk
+}
+
+/// What somebody else's robots say, or one's own that mean something else.
 fn junk_said(chance: &mut ChaCha8Rng, body: &mut Content) {
-    let length = chance.random_range(0..LORE_MAX);
-    let bytes: Vec<u8> = (0..length).map(|_| chance.random()).collect();
+    let own = match body {
+        Content::Heartbeat(Heartbeat {
+            lore: Lore::Open(own),
+            ..
+        })
+        | Content::Bulletin(Bulletin {
+            payload: Payload::Open(own),
+            ..
+        }) => own.as_slice(),
+        _ => &[],
+    };
+    let bytes = junk(chance, own, LORE_MAX);
     match body {
-        Content::Heartbeat(heartbeat) => heartbeat.lore = Lore::Open(bytes),
+        Content::Heartbeat(heartbeat) => {
+            heartbeat.lore = Lore::Open(bytes);
+            heartbeat.task = Some(TaskId(chance.random()));
+            heartbeat.set = Some(BehaviorId(chance.random()));
+            heartbeat.position = Some(Vec2::splat(f32::NAN));
+        }
         other => {
             *other = Content::Bulletin(Bulletin {
                 kind: BulletinKind::First,

@@ -76,6 +76,20 @@ pub struct Mark {
     pub label: String,
 }
 
+impl Mark {
+    /// A disc: what of it is done means nothing, and it has no name.
+    #[must_use]
+    pub fn disc(id: String, center: Vec2, radius_m: f32, role: MarkRole) -> Self {
+        Self {
+            id,
+            outline: MarkOutline::Disc { center, radius_m },
+            role,
+            share: None,
+            label: String::new(),
+        }
+    }
+}
+
 /// The outline of a mark, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

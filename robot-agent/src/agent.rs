@@ -14,9 +14,8 @@ use alliance_proto::time::SimTime;
 
 use crate::allocator::{
     AgentRegistry, Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior,
-    Prepared,
+    Prepared, assignment,
 };
-use crate::allocators::fixed;
 use crate::links::{Heard, Links};
 use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
 
@@ -67,8 +66,8 @@ impl TeamConfig {
         }
         let mission = registry.shared(setup)?;
         // The work of an assignment grows with the cube of the team, so it is made only for those who look at it.
-        let assignment = if prepared.contains_key("static") {
-            fixed::assign(&mission.planned_cost_ms(setup))
+        let assignment = if prepared.values().any(|it| it.wants_assignment()) {
+            assignment::assign(&mission.planned_cost_ms(setup))
         } else {
             Vec::new()
         };
@@ -95,7 +94,7 @@ impl TeamConfig {
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             heartbeat_period: longest(|values| 1.0 / values.broadcast_rate_hz),
             ceased_after: longest(|values| values.ceased_after_s),
-            assigned: fixed::of(&self.assignment, robot),
+            assigned: assignment::of(&self.assignment, robot),
         }
     }
 }
@@ -169,11 +168,11 @@ impl Agent {
                 space.choices.iter().find(|choice| !is_number(choice))
             );
         }
-        let mut input = Input {
+        let input = Input {
             now: tick.now,
             step_s: self.step_s,
-            position: None,
-            is_laden: false,
+            position: self.mission.position(),
+            is_laden: self.mission.is_laden(),
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
@@ -181,10 +180,6 @@ impl Agent {
             route: &*self.mission,
             draws: Draws::of(self.seed, self.robot, tick.tick),
         };
-        if self.weighs_costs {
-            input.position = self.mission.position();
-            input.is_laden = self.mission.is_laden();
-        }
         self.mind.step(&input, &mut space.outcome);
         space.heard.inbox.clear();
     }

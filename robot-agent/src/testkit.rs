@@ -12,6 +12,7 @@ use alliance_proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessag
 use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::Lore;
+use alliance_proto::panics;
 use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
@@ -44,7 +45,11 @@ pub fn allocator<A: Allocator>(config: &A::Config) {
 /// As [`allocator`].
 pub fn minds(mut make: impl FnMut(Me) -> Box<dyn Mind>) {
     for seed in 0..TEAMS {
-        Trial::new(seed, &mut make).run();
+        let [one, again] = std::array::from_fn(|_| Trial::new(seed, &mut make).run());
+        assert!(
+            one == again,
+            "seed {seed}: G1, the same inputs give the same decisions"
+        );
     }
 }
 
@@ -53,8 +58,8 @@ struct Trial {
     seed: u64,
     chance: ChaCha8Rng,
     me: Me,
-    /// The robot's own, and three more that must always give the same: one is a copy of its clone now and then, one hears everything
-    /// twice, one hears junk from robots that there are not.
+    /// The robot's own, which goes back now and then, and three more that must always give the same: one never goes back, one hears
+    /// everything twice, one hears junk from robots that there are not.
     minds: [Box<dyn Mind>; 4],
     /// A teammate's, whose words are heard.
     other: Box<dyn Mind>,
@@ -100,8 +105,10 @@ impl Trial {
         }
     }
 
-    fn run(mut self) {
+    /// What came of each step.
+    fn run(mut self) -> Vec<Outcome> {
         let mut choices = Vec::new();
+        let mut trace = Vec::new();
         for tick in 0..STEPS {
             let now = SimTime(50 * tick);
             self.situation(now, &mut choices);
@@ -132,11 +139,17 @@ impl Trial {
 
             let lists = [&heard, &heard, &twice, &with_junk];
             let mut outcomes: [Outcome; 4] = Default::default();
-            for ((mind, outcome), list) in self.minds.iter_mut().zip(&mut outcomes).zip(lists) {
-                mind.step(&input(list, self.me.robot), outcome);
-            }
             let at = format!("seed {}, step {tick}", self.seed);
-            assert_eq!(outcomes[0], outcomes[1], "{at}: G1, a clone goes on alike");
+            for ((mind, outcome), list) in self.minds.iter_mut().zip(&mut outcomes).zip(lists) {
+                let step = || mind.step(&input(list, self.me.robot), outcome);
+                if let Err(said) = panics::catch(step) {
+                    panic!("{at}: G3, no message makes it panic: {said}");
+                }
+            }
+            assert_eq!(
+                outcomes[0], outcomes[1],
+                "{at}: G1, a clone goes on alike, and a step that does not count leaves no trace"
+            );
             assert_eq!(
                 outcomes[0], outcomes[2],
                 "{at}: G1, a second copy changes nothing"
@@ -154,8 +167,9 @@ impl Trial {
 
             let [outcome, ..] = &outcomes;
             self.check(&at, outcome, &choices);
+            trace.push(outcome.clone());
             if self.chance.random_bool(0.1) {
-                // A step that does not count leaves no trace: the clone of before is the copy's state from now on.
+                // A step that does not count, and the clone of before goes on.
                 let kept = self.minds[0].checkpoint();
                 let mut astray = Outcome::default();
                 let later = Input {
@@ -163,10 +177,10 @@ impl Trial {
                     ..input(&[], self.me.robot)
                 };
                 self.minds[0].step(&later, &mut astray);
-                self.minds[0] = kept.checkpoint();
-                self.minds[1] = kept;
+                self.minds[0] = kept;
             }
         }
+        trace
     }
 
     /// What the robot could do: mostly as before.
@@ -261,16 +275,22 @@ impl Trial {
         })
     }
 
+    /// What the allocator says; if it is wild, with other bytes.
     fn allocation(&mut self, wild: bool) -> AllocationMessage {
-        if !wild && !self.said.is_empty() {
-            let place = self.chance.random_range(0..self.said.len());
-            return self.said[place].clone();
-        }
         let length = self.chance.random_range(0..40);
-        AllocationMessage::Open(OpenMessage {
-            schema: "somebody/else".to_owned(),
-            bytes: (0..length).map(|_| self.chance.random()).collect(),
-        })
+        let junk = (0..length).map(|_| self.chance.random()).collect();
+        if self.said.is_empty() {
+            return AllocationMessage::Open(OpenMessage {
+                schema: "somebody/else".to_owned(),
+                bytes: junk,
+            });
+        }
+        let place = self.chance.random_range(0..self.said.len());
+        let AllocationMessage::Open(mut said) = self.said[place].clone();
+        if wild {
+            said.bytes = junk;
+        }
+        AllocationMessage::Open(said)
     }
 
     fn check(&mut self, at: &str, outcome: &Outcome, choices: &[Choice]) {

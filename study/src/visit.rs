@@ -13,7 +13,7 @@ use alliance_proto::testkit::default_setup;
 use alliance_proto::view::{Mark, MarkOutline, MarkRole};
 use glam::Vec2;
 
-pub const VISIT: Mission = Mission(&Visit);
+pub const VISIT: Mission = Mission::new("visit", "places to be visited", &Visit);
 
 /// Its mission.csv after three visits.
 pub const TABLE: &str = "\
@@ -27,14 +27,6 @@ t_ms,places_left,places_visited,last_visit_ms,way_m
 struct Visit;
 
 impl MissionData for Visit {
-    fn name(&self) -> &'static str {
-        "visit"
-    }
-
-    fn about(&self) -> &'static str {
-        "places to be visited"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         section::<std::collections::BTreeMap<String, u32>>(text)
     }

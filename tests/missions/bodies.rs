@@ -59,7 +59,7 @@ fn a_body_like_the_teams_is_the_teams() {
 fn the_side_sensor_is_a_device_like_others() {
     let stated = poses(|scenario| {
         scenario.robots[0].side_sensor = false;
-        scenario.robots[0].devices = vec!["side-border".to_owned()];
+        scenario.robots[0].devices = Some(vec!["side-border".to_owned()]);
     });
     assert!(stated == poses(|_| {}));
 }

@@ -92,6 +92,10 @@ fn scenarios_and_parameter_files() {
     write("torn.toml", "name = 'mine'\n[room\n");
     write("crowded.toml", "[room]\nwidth_m = 0.5\nheight_m = 0.5\n");
     write(
+        "idle.toml",
+        "[drill]\n[[robots]]\nname = 'a'\nskills = { lift = 0 }\ntasks = ['move(top)']\n",
+    );
+    write(
         "key.properties",
         "# comment\nimpatience.report-progress = 1\n",
     );
@@ -117,6 +121,13 @@ fn scenarios_and_parameter_files() {
         ),
         (&["torn.toml"], &["torn.toml:2: ", "`]`"]),
         (&["crowded.toml"], &["crowded.toml"]),
+        (
+            &["idle.toml"],
+            &[
+                "idle.toml:5: robots[0].tasks: a has no behavior for any of its tasks",
+                "it can do find, report",
+            ],
+        ),
         (
             &["--params", "nowhere.properties"],
             &["nowhere.properties: "],

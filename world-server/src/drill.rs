@@ -5,10 +5,9 @@ use alliance_proto::mission::{Deed, Sensed};
 use alliance_proto::testkit;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
-use alliance_proto::view::View;
 use glam::Vec2;
 
-use crate::mission::{Happened, MissionWorld, TeamFigures, Validity, Value, WorldMission};
+use crate::mission::{Happened, MissionWorld, Validity, Value, WorldMission};
 use crate::world::Floor;
 
 /// The drill: robots begin in the middle of the left wall.
@@ -32,8 +31,6 @@ impl WorldMission for Drill {
         Validity::UntilChange
     }
 
-    fn lose(&mut self, _: RobotId, _: &mut Floor, _: &mut Happened) {}
-
     fn end(&self, _: SimTime) -> Option<Outcome> {
         None
     }
@@ -46,10 +43,6 @@ impl WorldMission for Drill {
     fn state(&self) -> u64 {
         0
     }
-
-    fn figures(&self, _: &mut TeamFigures) {}
-
-    fn show(&self, _: &Floor, _: &mut View) {}
 
     fn boxed(&self) -> Box<dyn WorldMission> {
         Box::new(self.clone())

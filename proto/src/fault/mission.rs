@@ -90,6 +90,22 @@ pub struct FaultArgument {
 }
 
 impl FaultArgument {
+    /// All of it.
+    #[must_use]
+    pub const fn new(
+        key: &'static str,
+        about: &'static str,
+        range: FaultRange,
+        default: Option<f64>,
+    ) -> Self {
+        Self {
+            key,
+            about,
+            range,
+            default,
+        }
+    }
+
     /// What keys end with, and the unit that it stands for; one that ends with another comes before it.
     const UNITS: [(&str, &str); 10] = [
         ("_deg_s", "degrees/s"),

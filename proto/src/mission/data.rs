@@ -10,17 +10,62 @@ use super::columns::Column;
 use super::promises::Promises;
 use super::section::{MissionSection, Section};
 use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
+use crate::ids::TaskId;
 use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
 /// A mission's data. A scenario whose file has the section `[NAME]` is one of this mission.
+///
+/// ```
+/// use alliance_proto::mission::prelude::*;
+/// use alliance_proto::scenario::Vocabulary;
+/// use serde::{Deserialize, Serialize};
+///
+/// /// Doors to be knocked at.
+/// #[derive(Debug)]
+/// struct Knock;
+///
+/// #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// #[serde(deny_unknown_fields)]
+/// struct KnockSection {
+///     doors: i64,
+/// }
+///
+/// impl MissionData for Knock {
+///     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+///         section::<KnockSection>(text)
+///     }
+///
+///     fn parameters(&self) -> Vec<ParameterSpec> {
+///         let (default, range) = (ParameterDefault::Required, ParameterRange::Whole(1, 9));
+///         vec![ParameterSpec::new("doors", "", default, "how many there are", range)]
+///     }
+///
+///     fn terms(&self) -> Terms {
+///         Terms {
+///             columns: const { &[Column::done("knocked", "knocked"), Column::left("left")] },
+///             events: &["knocked"],
+///             ..Terms::NONE
+///         }
+///     }
+///
+///     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+///         let doors = 0..scenario.section::<KnockSection>().doors;
+///         one_behavior_each(doors.map(|door| format!("knock(door-{door})")))
+///     }
+/// }
+///
+/// let missions = vec![Mission::new("knock", "doors to be knocked at", &Knock)];
+/// let vocabulary = Vocabulary { missions, allocators: Vec::new() };
+/// let read = |text| Scenario::parse("knock.toml", text, &vocabulary).map_err(|error| error.to_string());
+/// assert_eq!(read("[knock]\ndoors = 3").unwrap().section::<KnockSection>().doors, 3);
+/// assert_eq!(
+///     read("[knock]\ndoors = 0").unwrap_err(),
+///     "knock.toml:2: knock.doors: 0 is out of range; it must be a whole number from 1 to 9"
+/// );
+/// ```
 pub trait MissionData: Debug + Send + Sync + 'static {
-    /// One word: its section in a scenario file.
-    fn name(&self) -> &'static str;
-
-    /// What there is to do, in a line.
-    fn about(&self) -> &'static str;
-
-    /// Its section, read by [`section`](super::section::section) as a type of its own. What is not stated has its default.
+    /// Its section, read by [`section`](super::section::section) as a type of its own. Keys at its top that are not stated have the
+    /// defaults that its [`parameters`](MissionData::parameters) declare.
     ///
     /// # Errors
     /// The first key or value that does not fit.
@@ -29,9 +74,9 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Takes out of its section what robots are not told beforehand.
     fn brief(&self, _section: &mut MissionSection) {}
 
-    /// Name of a scenario that states none.
-    fn scenario_name(&self) -> &'static str {
-        self.name()
+    /// Name of a scenario that states none; `None`: the mission's.
+    fn scenario_name(&self) -> Option<&'static str> {
+        None
     }
 
     /// The team of a scenario that states none.
@@ -48,7 +93,7 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         None
     }
 
-    /// The keys of its section, in the order in which they are listed to people.
+    /// The keys of its section, in the order in which they are listed to people. What a scenario states is checked against them.
     fn parameters(&self) -> Vec<ParameterSpec> {
         Vec::new()
     }
@@ -56,7 +101,8 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// The words that it adds to those of every run.
     fn terms(&self) -> Terms;
 
-    /// Tasks by name, and the behaviors in the order of their tasks: complete, and the same for the whole run.
+    /// Tasks by name, and the behaviors in the order of their tasks: complete, and the same for the whole run. See
+    /// [`one_behavior_each`].
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>);
 
     /// Whether a robot that has the task of a behavior has the behavior: by devices and skills. All have all, where it is not said.
@@ -133,11 +179,26 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Checks what the scenario says of this mission. Names and ranges of everything else have not been checked yet.
+    /// Checks what the scenario says of this mission, beyond what its [`parameters`](MissionData::parameters) say: it comes before
+    /// that. Names and ranges of everything else have not been checked yet.
     ///
     /// # Errors
     /// The first mistake.
-    fn check(&self, scenario: &Scenario) -> Result<(), Problem>;
+    fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
+        Ok(())
+    }
+}
+
+/// The [catalog](MissionData::catalog) of a mission whose tasks have a behavior each, of the task's name; its kind is the task's number.
+pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, Vec<BehaviorSpec>) {
+    let tasks: Vec<String> = tasks.collect();
+    let behaviors = (0..=u16::MAX).zip(&tasks).map(|(task, name)| BehaviorSpec {
+        name: name.clone(),
+        task: TaskId(task),
+        kind: task.into(),
+    });
+    let behaviors = behaviors.collect();
+    (tasks, behaviors)
 }
 
 /// ALLIANCE's values of one behavior (ALLIANCE.md §1). They keep the rules among themselves.
@@ -209,13 +270,47 @@ impl Terms {
 
 /// A mission that is known; two are the same if their names are.
 #[derive(Clone, Copy)]
-pub struct Mission(pub &'static dyn MissionData);
+pub struct Mission {
+    name: &'static str,
+    about: &'static str,
+    data: &'static dyn MissionData,
+}
+
+impl Mission {
+    /// A mission by its name, one word, which is its section in a scenario file, and what there is to do in it, in a line.
+    #[must_use]
+    pub const fn new(
+        name: &'static str,
+        about: &'static str,
+        data: &'static dyn MissionData,
+    ) -> Self {
+        Self { name, about, data }
+    }
+
+    /// One word: its section in a scenario file.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// What there is to do, in a line.
+    #[must_use]
+    pub fn about(&self) -> &'static str {
+        self.about
+    }
+
+    /// Name of a scenario of it that states none.
+    #[must_use]
+    pub fn scenario_name(&self) -> &'static str {
+        self.data.scenario_name().unwrap_or(self.name)
+    }
+}
 
 impl Deref for Mission {
     type Target = dyn MissionData;
 
     fn deref(&self) -> &Self::Target {
-        self.0
+        self.data
     }
 }
 
@@ -234,20 +329,12 @@ impl Debug for Mission {
 }
 
 /// Nothing to do: the mission of a scenario that has none.
-pub const NO_MISSION: Mission = Mission(&Nothing);
+pub const NO_MISSION: Mission = Mission::new("none", "nothing to do", &Nothing);
 
 #[derive(Debug)]
 struct Nothing;
 
 impl MissionData for Nothing {
-    fn name(&self) -> &'static str {
-        "none"
-    }
-
-    fn about(&self) -> &'static str {
-        "nothing to do"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         super::section::section::<()>(text)
     }
@@ -258,9 +345,5 @@ impl MissionData for Nothing {
 
     fn catalog(&self, _scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         (Vec::new(), Vec::new())
-    }
-
-    fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
-        Ok(())
     }
 }

@@ -7,6 +7,7 @@
 pub mod columns;
 pub mod data;
 mod figures;
+pub mod prelude;
 pub mod promises;
 pub mod section;
 pub mod waste;
@@ -162,7 +163,9 @@ impl<const N: usize> Bytes<N> {
         &self.bytes[..usize::from(self.length)]
     }
 
-    fn copied(bytes: &[u8]) -> Option<Self> {
+    /// Those bytes, whatever they mean; `None` above `N` of them.
+    #[must_use]
+    pub fn copied(bytes: &[u8]) -> Option<Self> {
         let mut new = Self::default();
         new.bytes.get_mut(..bytes.len())?.copy_from_slice(bytes);
         new.length = u8::try_from(bytes.len()).ok()?;

@@ -54,7 +54,7 @@ impl MissionSection {
     /// # Errors
     /// The first key or value that does not fit.
     pub fn read(mission: Mission, text: Unread<'_>) -> Result<Self, Problem> {
-        let values = mission.section(text)?;
+        let values = mission.section(text.completed(&mission.parameters()))?;
         Ok(Self { mission, values })
     }
 

@@ -89,7 +89,7 @@ impl Scenario {
                 let at = at.key(key);
                 let mut parameters = allocator.parameters.iter();
                 match parameters.find(|parameter| parameter.key == key) {
-                    Some(parameter) => parameter.check(value, &at)?,
+                    Some(parameter) => parameter.check(value, &at, &self.room)?,
                     None => return Err(unknown_parameter(allocator, key, known, at)),
                 }
             }

@@ -58,7 +58,7 @@ impl Catalog {
         let tasks: Vec<TaskSpec> = tasks.collect();
         let names = tasks.iter().map(|task| task.name.clone());
         Self {
-            task_ids: names.zip((0..).map(TaskId)).collect(),
+            task_ids: names.zip((0..=u16::MAX).map(TaskId)).collect(),
             mission,
             tasks,
             sets,

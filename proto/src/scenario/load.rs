@@ -43,7 +43,9 @@ impl Scenario {
 /// The scenario, if nothing is wrong with it.
 fn checked(scenario: Scenario, vocabulary: &Vocabulary) -> Result<Scenario, Problem> {
     scenario.allocator_problem(&vocabulary.allocators)?;
-    check(&scenario, &Catalog::of(&scenario), None)?;
+    let mut complete = scenario.clone();
+    complete.hand_down();
+    check(&complete, &Catalog::of(&complete), None)?;
     Ok(scenario)
 }
 

@@ -28,6 +28,7 @@ mod values;
 mod vocabulary;
 
 use serde::{Deserialize, Serialize, Serializer};
+use std::any::Any;
 use std::collections::BTreeMap;
 
 use crate::fault::Faults;
@@ -75,8 +76,14 @@ pub struct Scenario {
     pub allocator: Option<String>,
     /// The border.
     pub room: Room,
-    /// Body and drive; robots may have a speed and a turn rate of their own.
+    /// Body and drive; robots may have speeds and a turn rate of their own.
     pub body: Body,
+    /// Devices of the robots that state none of their own; see [`Robot::devices`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub devices: Vec<String>,
+    /// Skills of the robots that state none of their own; see [`Robot::skills`].
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub skills: BTreeMap<String, f64>,
     /// Ranges of the sensors.
     pub sensors: Sensors,
     /// The robots' radio.
@@ -115,6 +122,8 @@ impl Default for Scenario {
             allocator: None,
             room: Room::default(),
             body: Body::default(),
+            devices: Vec::new(),
+            skills: BTreeMap::new(),
             sensors: Sensors::default(),
             radio: Radio::default(),
             energy: None,
@@ -159,13 +168,36 @@ impl Scenario {
         self.mission.mission()
     }
 
+    /// What it says of its mission, in the mission's own type.
+    ///
+    /// # Panics
+    /// If that is another type: nobody but its mission asks.
+    #[must_use]
+    pub fn section<T: Any>(&self) -> &T {
+        let section = self.mission.values();
+        section.unwrap_or_else(|| panic!("[{}] has another type", self.mission().name()))
+    }
+
     /// Body and drive of one robot of the team.
     #[must_use]
     pub fn body_of(&self, robot: &Robot) -> Body {
         Body {
             speed_m_s: robot.speed_m_s.unwrap_or(self.body.speed_m_s),
+            push_m_s: robot.push_m_s.unwrap_or(self.body.push_m_s),
             turn_deg_s: robot.turn_deg_s.unwrap_or(self.body.turn_deg_s),
             ..self.body
+        }
+    }
+
+    /// Gives the team's devices and skills to the robots that state none of their own.
+    fn hand_down(&mut self) {
+        for robot in &mut self.robots {
+            if robot.devices.is_none() && !self.devices.is_empty() {
+                robot.devices = Some(self.devices.clone());
+            }
+            if robot.skills.is_none() && !self.skills.is_empty() {
+                robot.skills = Some(self.skills.clone());
+            }
         }
     }
 }
@@ -197,6 +229,8 @@ pub struct Body {
     pub radius_m: f32,
     /// Top speed on neutral ground, m/s.
     pub speed_m_s: f32,
+    /// Top speed at which it pushes what gives way to it, m/s. What does is the mission's.
+    pub push_m_s: f32,
     /// Top turn rate, degrees per second.
     pub turn_deg_s: f32,
     /// How far from the robot's edge the gripper reaches, m. With more than the radius, a body that no longer moves keeps no
@@ -211,6 +245,7 @@ impl Default for Body {
         Self {
             radius_m: 0.20,
             speed_m_s: 0.5,
+            push_m_s: 0.2,
             turn_deg_s: 90.0,
             reach_m: 0.25,
             robot_penetrability: 0.0,
@@ -300,15 +335,18 @@ pub struct Robot {
     /// Top speed on neutral ground, m/s; absent: that of `[body]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_m_s: Option<f32>,
+    /// Top speed at which it pushes, m/s; absent: that of `[body]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub push_m_s: Option<f32>,
     /// Top turn rate, degrees per second; absent: that of `[body]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_deg_s: Option<f32>,
-    /// Devices that it has beside those that all robots have.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub devices: Vec<String>,
-    /// How good it is at what a mission calls skills, by their names; what is not named it cannot do.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub skills: BTreeMap<String, f64>,
+    /// Devices that it has beside those that all robots have; absent: the team's, which the [setup](Setup) of a run states here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub devices: Option<Vec<String>>,
+    /// How good it is at what a mission calls skills, by their names; what is not named it cannot do. Absent: as with devices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skills: Option<BTreeMap<String, f64>>,
     /// Its own allocator; absent: the team's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,
@@ -322,7 +360,14 @@ impl Robot {
     #[must_use]
     pub fn has_device(&self, device: &str) -> bool {
         let by_flag = self.side_sensor && device == Self::SIDE_BORDER;
-        by_flag || self.devices.iter().any(|own| own == device)
+        by_flag || self.devices.iter().flatten().any(|own| own == device)
+    }
+
+    /// How good it is at something, 0 and more; `None` if no skills of it are stated at all.
+    #[must_use]
+    pub fn skill(&self, name: &str) -> Option<f64> {
+        let skills = self.skills.as_ref()?;
+        Some(skills.get(name).copied().unwrap_or(0.0))
     }
 }
 

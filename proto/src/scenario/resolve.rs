@@ -34,10 +34,11 @@ impl Setup {
     /// # Errors
     /// The first mistake in the scenario, or the first rule of ALLIANCE.md §1 that the values in force break.
     pub fn resolve(
-        scenario: Scenario,
+        mut scenario: Scenario,
         seed: u64,
         parameters: Option<&ParameterFile>,
     ) -> Result<Resolved, ScenarioError> {
+        scenario.hand_down();
         let catalog = Catalog::of(&scenario);
         let (alliance, skipped) =
             check(&scenario, &catalog, parameters).map_err(|problem| problem.located(None))?;

@@ -1,6 +1,6 @@
 //! Ranges and names: what is wrong with a scenario whatever its geometry and parameters are.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
@@ -11,6 +11,7 @@ use super::limits::{
 use super::path::Path;
 use super::{Robot, Scenario};
 use crate::fault::Campaign;
+use crate::ids::TaskId;
 
 /// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
 pub const MAX_ROBOTS: usize = 10_000;
@@ -39,6 +40,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     let body = &scenario.body;
     LENGTH.check(Path::of(["body", "radius_m"]), body.radius_m)?;
     SPEED.check(Path::of(["body", "speed_m_s"]), body.speed_m_s)?;
+    SPEED.check(Path::of(["body", "push_m_s"]), body.push_m_s)?;
     TURN_RATE.check(Path::of(["body", "turn_deg_s"]), body.turn_deg_s)?;
     LENGTH.check(Path::of(["body", "reach_m"]), body.reach_m)?;
     PENETRABILITY.check(
@@ -65,12 +67,30 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     if let Some(range_m) = scenario.radio.range_m {
         above_zero(1e4, "m").check(Path::of(["radio", "range_m"]), range_m)?;
     }
-    catalog.mission.check(scenario)?;
+    mission(scenario, catalog)?;
     robots(scenario, catalog)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
     faults(scenario, catalog)?;
     alliance(scenario, catalog)
+}
+
+/// What the mission says is wrong with its section, and what does not fit to what it declares.
+fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let mission = catalog.mission;
+    mission.check(scenario)?;
+    let declared = mission.parameters();
+    if declared.is_empty() {
+        return Ok(());
+    }
+    let at = Path::of([mission.name()]);
+    let section = serde_json::to_value(&scenario.mission).map_err(|error| {
+        let remedy = "its section must be such as can be written";
+        Problem::at(at.clone(), error.to_string(), remedy)
+    })?;
+    let section = section.get(mission.name()).unwrap_or(&section);
+    let mut declared = declared.iter();
+    declared.try_for_each(|it| it.check_in(section, &at, &scenario.room))
 }
 
 fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
@@ -81,7 +101,8 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         let remedy = "let at least one be there from the start";
         return Err(Problem::at(robots, what, remedy));
     }
-    let skills = catalog.mission.skills(scenario);
+    let equipment = Equipment::of(scenario, catalog);
+    equipment.check(&scenario.devices, &scenario.skills, &Path::default())?;
     for (index, robot) in scenario.robots.iter().enumerate() {
         for (number, task) in robot.tasks.iter().enumerate() {
             if catalog.task_named(task).is_none() {
@@ -94,23 +115,15 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         if let Some(speed_m_s) = robot.speed_m_s {
             SPEED.check(at.key("speed_m_s"), speed_m_s)?;
         }
+        if let Some(push_m_s) = robot.push_m_s {
+            SPEED.check(at.key("push_m_s"), push_m_s)?;
+        }
         if let Some(turn_deg_s) = robot.turn_deg_s {
             TURN_RATE.check(at.key("turn_deg_s"), turn_deg_s)?;
         }
-        for (number, device) in robot.devices.iter().enumerate() {
-            let at = at.key("devices").index(number);
-            known(
-                "optional device",
-                device,
-                [Robot::SIDE_BORDER].into_iter(),
-                &at,
-            )?;
-        }
-        for (skill, level) in &robot.skills {
-            let at = at.key("skills").key(skill);
-            known("skill", skill, skills.iter().map(String::as_str), &at)?;
-            closed(0.0, 1e3, "").check(at, *level)?;
-        }
+        let devices = robot.devices.iter().flatten();
+        equipment.check(devices, robot.skills.iter().flatten(), &at)?;
+        has_a_behavior(robot, catalog, &at)?;
         let Some(start) = &robot.start else { continue };
         let at = at.key("start");
         let inside = |size: f32| closed(0.0, size.into(), "m");
@@ -119,6 +132,73 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         closed(-360.0, 360.0, "deg").check(at.key("heading_deg"), start.heading_deg)?;
     }
     Ok(())
+}
+
+/// What a robot of a scenario may have.
+struct Equipment {
+    devices: BTreeSet<&'static str>,
+    skills: Vec<String>,
+}
+
+impl Equipment {
+    fn of(scenario: &Scenario, catalog: &Catalog) -> Self {
+        let of_mission = catalog.mission.terms().optional_devices;
+        Self {
+            devices: of_mission
+                .iter()
+                .copied()
+                .chain([Robot::SIDE_BORDER])
+                .collect(),
+            skills: catalog.mission.skills(scenario),
+        }
+    }
+
+    /// Refuses what nobody can have, below `at`.
+    fn check<'a>(
+        &self,
+        devices: impl IntoIterator<Item = &'a String>,
+        skills: impl IntoIterator<Item = (&'a String, &'a f64)>,
+        at: &Path,
+    ) -> Result<(), Problem> {
+        for (number, device) in devices.into_iter().enumerate() {
+            let at = at.key("devices").index(number);
+            known("optional device", device, self.devices.iter().copied(), &at)?;
+        }
+        for (skill, level) in skills {
+            let at = at.key("skills").key(skill);
+            known("skill", skill, self.skills.iter().map(String::as_str), &at)?;
+            closed(0.0, 1e3, "").check(at, *level)?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a robot that could never do anything.
+fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &Path) -> Result<(), Problem> {
+    if catalog.behaviors_of(robot).next().is_some() {
+        return Ok(());
+    }
+    let of_any_task = Robot {
+        tasks: Vec::new(),
+        ..robot.clone()
+    };
+    let tasks: BTreeSet<TaskId> = catalog
+        .behaviors_of(&of_any_task)
+        .map(|behavior| catalog.sets[behavior.index()].task)
+        .collect();
+    let tasks: Vec<&str> = tasks.iter().map(|it| catalog.task_name(*it)).collect();
+    let remedy = if tasks.is_empty() {
+        "give it devices or skills that a task takes, or leave it out".to_owned()
+    } else {
+        format!("of all tasks it can do {}", tasks.join(", "))
+    };
+    let what = format!("{} has no behavior for any of its tasks", robot.name);
+    let stated = if robot.tasks.is_empty() {
+        at.clone()
+    } else {
+        at.key("tasks")
+    };
+    Err(Problem::at(stated, what, remedy))
 }
 
 fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
@@ -288,4 +368,25 @@ fn known<'a>(
     }
     let what = format!("there is no {what} '{name}'");
     Err(Problem::at(at.clone(), what, instead(name, known)))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::Scenario;
+    use crate::testkit::vocabulary;
+
+    #[test]
+    fn a_robot_without_a_behavior_is_refused_where_its_tasks_stand() {
+        let refusal = |robot: &str| {
+            let text = format!("[drill]\n[[robots]]\nname = 'a'\n{robot}");
+            Scenario::parse("s.toml", &text, &vocabulary()).map_err(|error| error.to_string())
+        };
+        let none = "s.toml:5: robots[0].tasks: a has no behavior for any of its tasks; of all tasks it can do find, report";
+        let moves = "tasks = ['move(top)', 'move(bottom)']\n";
+        let cannot = "skills = { lift = 0 }\n";
+        assert_eq!(refusal(&format!("{cannot}{moves}")), Err(none.to_owned()));
+        for robot in [cannot, moves] {
+            assert!(refusal(robot).is_ok(), "{robot}");
+        }
+    }
 }

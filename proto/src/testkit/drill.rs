@@ -5,13 +5,11 @@ use crate::ids::TaskId;
 use crate::mission::columns::Column;
 use crate::mission::data::{BuiltIn, Mission, MissionData, Terms};
 use crate::mission::section::{Section, section};
-use crate::scenario::{
-    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, Unread, Vocabulary,
-};
+use crate::scenario::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, Unread, Vocabulary};
 
 /// The drill: tasks `find`, `move(top)`, `move(bottom)` and `report`; two behaviors for the first, of which one takes a device
-/// that not all robots have.
-pub const DRILL: Mission = Mission(&Drill);
+/// that not all robots have. A robot whose skill `lift` is 0 cannot move anything.
+pub const DRILL: Mission = Mission::new("drill", "tasks for tests", &Drill);
 
 /// Missions and allocators of tests: the drill, and ALLIANCE.
 #[must_use]
@@ -39,18 +37,35 @@ pub fn default_setup(seed: u64) -> Setup {
     resolved.setup
 }
 
+/// The drill for blue, which has all that the team has, and gold, which has values of its own.
+#[must_use]
+pub fn unlike_robots() -> Setup {
+    const TEXT: &str = "devices = ['horn']
+        body.push_m_s = 0.3
+        skills.lift = 2
+        drill = {}
+        [[robots]]
+        name = 'blue'
+        [[robots]]
+        name = 'gold'
+        speed_m_s = 0.25
+        push_m_s = 0.1
+        turn_deg_s = 45
+        devices = ['side-border']
+        skills = {}
+        tasks = ['find', 'report']";
+    // Cannot fail: nothing in it depends on anything.
+    #[allow(clippy::expect_used)]
+    let scenario = Scenario::parse("unlike.toml", TEXT, &vocabulary()).expect("it is valid");
+    #[allow(clippy::expect_used)]
+    let resolved = Setup::resolve(scenario, 1, None).expect("it is valid");
+    resolved.setup
+}
+
 #[derive(Debug)]
 struct Drill;
 
 impl MissionData for Drill {
-    fn name(&self) -> &'static str {
-        "drill"
-    }
-
-    fn about(&self) -> &'static str {
-        "tasks for tests"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         section::<std::collections::BTreeMap<String, u32>>(text)
     }
@@ -66,14 +81,10 @@ impl MissionData for Drill {
             .to_vec()
     }
 
-    fn parameters(&self) -> Vec<ParameterSpec> {
-        Vec::new()
-    }
-
     fn terms(&self) -> Terms {
         Terms {
             devices: &["eye", "hand"],
-            optional_devices: &[Robot::SIDE_BORDER],
+            optional_devices: &[Robot::SIDE_BORDER, "horn"],
             measuring_devices: &["eye"],
             notes: &["noticed"],
             events: &["done"],
@@ -112,7 +123,15 @@ impl MissionData for Drill {
     }
 
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
-        behavior.kind != 0 || robot.has_device(Robot::SIDE_BORDER)
+        match behavior.kind {
+            0 => robot.has_device(Robot::SIDE_BORDER),
+            2 | 3 => robot.skill("lift") != Some(0.0),
+            _ => true,
+        }
+    }
+
+    fn skills(&self, _scenario: &Scenario) -> Vec<String> {
+        vec!["lift".to_owned()]
     }
 
     fn built_in(&self, _scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
@@ -162,9 +181,5 @@ impl MissionData for Drill {
                 },
             ],
         }]
-    }
-
-    fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
-        Ok(())
     }
 }

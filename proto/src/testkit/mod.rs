@@ -3,5 +3,5 @@
 mod drill;
 mod faults;
 
-pub use drill::{DRILL, default_scenario, default_setup, vocabulary};
+pub use drill::{DRILL, default_scenario, default_setup, unlike_robots, vocabulary};
 pub use faults::one_of_each;

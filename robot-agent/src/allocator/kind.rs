@@ -23,6 +23,11 @@ pub trait Kind: Debug + Send + Sync {
 
 /// An allocator with the parameters of a run.
 pub trait Prepared: Debug + Send + Sync {
+    /// See [`Allocator::wants_assignment`].
+    fn wants_assignment(&self) -> bool {
+        false
+    }
+
     /// A robot's allocator at the start of an incarnation.
     fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind>;
 }
@@ -94,6 +99,10 @@ impl<A: Allocator> Debug for Parameters<A> {
 }
 
 impl<A: Allocator> Prepared for Parameters<A> {
+    fn wants_assignment(&self) -> bool {
+        A::wants_assignment()
+    }
+
     fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
         Box::new(Framed::<A>::new(me, &self.0))
     }

@@ -6,6 +6,7 @@
 //!
 //! - [`kind`](Kind): an allocator by name, as scenarios state it, with its parameters.
 //! - [`registry`](AgentRegistry): the allocators that a program knows.
+//! - [`assignment`]: tasks that are given before the start.
 //! - `framed`: what is done for an [`Allocator`] around its step.
 //! - [`utility`]: the utility that rules which compare costs have in common.
 //!
@@ -15,6 +16,7 @@
 //! - What is sent at tick *t* is heard at *t* + 1 or later, doubled, or never. Messages of other allocators are ignored.
 //! - The active behavior is one of the choices that are applicable in that step.
 
+pub mod assignment;
 mod framed;
 mod kind;
 mod registry;
@@ -41,6 +43,31 @@ pub use kind::{ConfigError, Kind, Prepared, Typed};
 pub use registry::AgentRegistry;
 
 /// A rule by which one robot chooses its task; pure.
+///
+/// ```
+/// use robot_agent::allocator::{Allocator, Decision, Input, Me, NoParameters};
+///
+/// /// Goes on with what it has begun, and else takes the first task that it can do.
+/// #[derive(Clone, Debug)]
+/// struct First;
+///
+/// impl Allocator for First {
+///     type Config = NoParameters;
+///
+///     fn new(_: &Me, _: &NoParameters) -> Self {
+///         Self
+///     }
+///
+///     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+///         let mut can = input.choices.iter().filter(|choice| choice.applicable);
+///         if !can.clone().any(|choice| Some(choice.behavior) == decision.active) {
+///             decision.active = can.next().map(|choice| choice.behavior);
+///         }
+///     }
+/// }
+///
+/// robot_agent::testkit::allocator::<First>(&NoParameters {});
+/// ```
 pub trait Allocator: Clone + Debug + Send + 'static {
     /// Its parameters, as `[allocators.NAME]` of a scenario states them; every key has a default, and unknown keys are refused.
     type Config: serde::de::DeserializeOwned + Send + Sync + 'static;
@@ -49,6 +76,12 @@ pub trait Allocator: Clone + Debug + Send + 'static {
     #[must_use]
     fn parameters() -> Vec<ParameterSpec> {
         Vec::new()
+    }
+
+    /// Whether it goes by the tasks that are given to its robot before the start, [`Me::assigned`]: else nobody works them out.
+    #[must_use]
+    fn wants_assignment() -> bool {
+        false
     }
 
     /// A robot at the start of an incarnation: it has heard nothing yet.
@@ -82,8 +115,8 @@ pub struct Me {
     pub heartbeat_period: SimTime,
     /// τ: a teammate that has been silent for so long has ceased.
     pub ceased_after: SimTime,
-    /// The tasks that the scenario gives to this robot beforehand, for allocators that do not negotiate; see
-    /// [`crate::allocators::fixed`].
+    /// The tasks that are given to this robot beforehand; none where no allocator of the team
+    /// [wants](Allocator::wants_assignment) it.
     pub assigned: Arc<[TaskId]>,
 }
 
@@ -126,9 +159,9 @@ pub struct Input<'a> {
     pub now: SimTime,
     /// Length of a step, s. A step made late is still one step.
     pub step_s: f64,
-    /// Where the robot believes to be, m; `None` while its position sensor is dead, and for a [`Mind`] that does not weigh costs.
+    /// Where the robot believes to be, m; `None` while its position sensor is dead.
     pub position: Option<Vec2>,
-    /// Whether it carries something that its task is about; `false` for a [`Mind`] that does not weigh costs.
+    /// Whether it carries something that its task is about.
     pub is_laden: bool,
     /// Whether each own behavior can be active in this step (sensory feedback, eq. 2.1), in the order of [`Me::behaviors`].
     pub applicable: &'a [bool],
@@ -250,8 +283,7 @@ pub trait Mind: Debug + Send {
     /// A checkpoint.
     fn checkpoint(&self) -> Box<dyn Mind>;
 
-    /// Whether it looks at costs, rounds and rewards, at its place and its load: where nobody does they are not worked out. It says
-    /// the same at all times.
+    /// Whether it looks at [`Input::choices`]: where nobody does they are not worked out. It says the same at all times.
     fn weighs_costs(&self) -> bool {
         true
     }

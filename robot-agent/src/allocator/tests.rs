@@ -2,7 +2,9 @@
 
 use alliance_proto::testkit::default_setup;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use alliance_proto::allocation::{AllocationMessage, OpenMessage};
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::Lore;
 use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
@@ -11,11 +13,13 @@ use alliance_proto::time::SimTime;
 use proptest::prelude::*;
 
 use super::utility::DISCOUNT_PER_S;
-use super::{Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost};
+use super::{
+    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, assignment,
+};
 use crate::agent::TeamConfig;
 use crate::allocator::AgentRegistry;
 use crate::allocators::first_come::FirstCome;
-use crate::allocators::fixed::{self, Fixed};
+use crate::allocators::fixed::Fixed;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::{self, Random};
 use crate::testkit;
@@ -66,6 +70,80 @@ fn a_rule_that_counts_copies_is_found() {
         }
     }
     testkit::allocator::<Counts>(&());
+}
+
+/// Two rules that remember what is not in their clones.
+#[test]
+#[should_panic(expected = "G1, the same inputs give the same decisions")]
+fn a_rule_with_a_static_is_found() {
+    static SEEN: AtomicU32 = AtomicU32::new(0);
+    #[derive(Clone, Debug)]
+    struct Remembers;
+    impl Allocator for Remembers {
+        type Config = ();
+        fn new(_: &Me, (): &()) -> Self {
+            Self
+        }
+        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
+            // What somebody has seen once, everybody knows for ever.
+            SEEN.fetch_max((input.now.0 / 50) as u32, Relaxed);
+            let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
+            decision.active = (SEEN.load(Relaxed) > 300)
+                .then(|| applicable.next().map(|choice| choice.behavior))
+                .flatten();
+        }
+    }
+    testkit::allocator::<Remembers>(&());
+}
+
+#[test]
+#[should_panic(expected = "a step that does not count leaves no trace")]
+fn a_rule_whose_clones_share_a_cell_is_found() {
+    #[derive(Clone, Debug)]
+    struct Shares(Arc<AtomicU32>);
+    impl Allocator for Shares {
+        type Config = ();
+        fn new(_: &Me, (): &()) -> Self {
+            Self(Arc::default())
+        }
+        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
+            let steps = self.0.fetch_add(1, Relaxed);
+            let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
+            decision.active = (steps % 3 == 1)
+                .then(|| applicable.next().map(|choice| choice.behavior))
+                .flatten();
+        }
+    }
+    testkit::allocator::<Shares>(&());
+}
+
+/// It reads what it takes for its own without looking.
+#[test]
+#[should_panic(expected = "G3, no message makes it panic")]
+fn a_rule_that_trusts_words_is_found() {
+    #[derive(Clone, Debug)]
+    struct Trusts;
+    impl Allocator for Trusts {
+        type Config = ();
+        fn new(_: &Me, (): &()) -> Self {
+            Self
+        }
+        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
+            for heard in input.heard {
+                if let Content::Allocation(AllocationMessage::Open(message)) = &heard.body
+                    && message.schema == "trusts"
+                {
+                    assert_eq!(message.bytes.len(), 3, "my own words");
+                }
+            }
+            let message = OpenMessage {
+                schema: "trusts".to_owned(),
+                bytes: vec![1, 2, 3],
+            };
+            decision.say.push(AllocationMessage::Open(message));
+        }
+    }
+    testkit::allocator::<Trusts>(&());
 }
 
 struct Flat;
@@ -296,7 +374,7 @@ proptest! {
             .iter()
             .map(|row| row.iter().copied().map(Some).collect())
             .collect();
-        let given = fixed::assign(&rows);
+        let given = assignment::assign(&rows);
         let total: i64 = given.iter().zip(&costs).map(|(tasks, row)| row[tasks[0].index()]).sum();
         let mut least = i64::MAX;
         for code in 0..256_usize {
@@ -317,7 +395,7 @@ proptest! {
             prop::collection::vec(prop::collection::vec(cell, tasks), robots)
         }),
     ) {
-        let given = fixed::assign(&costs);
+        let given = assignment::assign(&costs);
         for task in 0..costs[0].len() {
             let owners: Vec<usize> = (0..costs.len())
                 .filter(|&robot| given[robot].contains(&TaskId(task as u16)))

@@ -12,6 +12,7 @@
 //! - Its state is all in the value: a copy is a checkpoint, to which a robot goes back when its step did not count.
 //! - What is sent at tick *t* is heard at *t* + 1 or later, doubled, or never. Lore and bulletins of another mission are ignored.
 
+pub mod prelude;
 #[cfg(test)]
 mod tests;
 mod typed;
@@ -42,6 +43,17 @@ pub struct MissionMind {
     pub shared: fn(&Setup) -> Arc<dyn SharedMission>,
 }
 
+impl MissionMind {
+    /// That of a [`TypedMind`], whose robots have nothing in common that would be worth making once.
+    #[must_use]
+    pub const fn of<M: TypedMind>(data: Mission) -> Self {
+        Self {
+            data,
+            shared: |_| Arc::new(typed::Each::<M>::new()),
+        }
+    }
+}
+
 /// What all robots of a run have in common.
 pub trait SharedMission: Debug + Send + Sync {
     /// A robot at the start of an incarnation: it has sensed and heard nothing yet.
@@ -63,7 +75,7 @@ pub trait SharedMission: Debug + Send + Sync {
     }
 }
 
-/// One robot's mind for a mission; pure. Its [`RouteCost`] is that of its state after [`AgentMission::perceive`].
+/// One robot's mind for a mission; pure. Most are shorter as a [`TypedMind`]; there is an example. Its [`RouteCost`] is that of its state after [`AgentMission::perceive`].
 pub trait AgentMission: RouteCost + Debug + Send {
     /// First part of a step: joins what the robot senses and hears to what it knows. `perception` is empty when it comes.
     fn perceive(

@@ -2,9 +2,9 @@
 
 use alliance_proto::codec;
 use alliance_proto::mission::{Bytes, Deed, Payload, Sensed};
+use alliance_proto::scenario::SetupFile;
 use alliance_proto::team::{About, BulletinKind, Content};
-use alliance_proto::testkit::DRILL;
-use alliance_proto::testkit::default_setup;
+use alliance_proto::testkit::{DRILL, default_setup, unlike_robots, vocabulary};
 use alliance_proto::tick::{ManifestEntry, TickMessage};
 use serde::{Deserialize, Serialize};
 
@@ -18,28 +18,7 @@ const GOLD: RobotId = RobotId(1);
 const FASTEST: u16 = 3;
 
 /// With the drill's tasks and behaviors.
-const VISIT: MissionMind = MissionMind {
-    data: DRILL,
-    shared: |_| Arc::new(Places),
-};
-
-#[derive(Debug)]
-struct Places;
-
-impl SharedMission for Places {
-    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        let catalog = &setup.catalog;
-        let own = catalog.behaviors_of(&setup.scenario.robots[robot.index()]);
-        Box::new(Typed::new(
-            Visit {
-                own: own.map(|id| (id, catalog.sets[id.index()].task)).collect(),
-                touched: Vec::new(),
-            },
-            robot,
-            setup,
-        ))
-    }
-}
+const VISIT: MissionMind = MissionMind::of::<Visit>(DRILL);
 
 #[derive(Clone, Debug)]
 struct Visit {
@@ -68,6 +47,15 @@ impl TypedMind for Visit {
     type Deed = Touch;
     type Lore = Vec<u16>;
     type Bulletin = Touch;
+
+    fn new(robot: RobotId, setup: &Setup) -> Self {
+        let catalog = &setup.catalog;
+        let own = catalog.behaviors_of(&setup.scenario.robots[robot.index()]);
+        Self {
+            own: own.map(|id| (id, catalog.sets[id.index()].task)).collect(),
+            touched: Vec::new(),
+        }
+    }
 
     fn perceive(
         &mut self,
@@ -130,7 +118,7 @@ impl TypedMind for Visit {
         self.touched.clone()
     }
 
-    fn position(&self) -> Option<Vec2> {
+    fn position(&self, _: Option<Vec2>) -> Option<Vec2> {
         None
     }
 }
@@ -258,4 +246,20 @@ fn its_bulletins_count_for_alliance_as_messages_about_their_task() {
             setup.catalog.sets[row.set.index()].task == TaskId(1) && !row.impatience_reset
         });
     assert!(reset.is_some(), "{:?}", heard.report.motivations);
+}
+
+/// The briefing, as it comes over the bus, is what a mind is made of.
+#[test]
+fn a_mind_knows_what_it_and_its_teammates_can() {
+    let sent = serde_json::to_string(&unlike_robots().briefing()).unwrap();
+    let file: SetupFile = serde_json::from_str(&sent).unwrap();
+    let setup = file.read(&vocabulary()).unwrap();
+    setup.check().unwrap();
+    let able = |robot: RobotId| {
+        let own = &setup.scenario.robots[robot.index()];
+        let push_m_s = setup.scenario.body_of(own).push_m_s;
+        (push_m_s, own.has_device("horn"), own.skill("lift"))
+    };
+    assert_eq!(able(BLUE), (0.3, true, Some(2.0)));
+    assert_eq!(able(GOLD), (0.1, false, Some(0.0)));
 }

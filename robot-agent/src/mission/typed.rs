@@ -1,6 +1,7 @@
 //! A mission's mind in types of its own, for missions that have no typed place on the bus.
 
 use std::fmt::Debug;
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use alliance_proto::codec;
@@ -14,10 +15,64 @@ use glam::Vec2;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Action, AgentMission, Moment, Perception};
+use super::{Action, AgentMission, Moment, Perception, SharedMission};
 use crate::allocator::{Choice, OwnBehavior, RouteCost};
 
 /// An [`AgentMission`] in types of its own: see there what each method is for. [`Typed`] makes it one.
+///
+/// ```
+/// use alliance_proto::testkit::{DRILL, default_setup};
+/// use robot_agent::agent::{Agent, TeamConfig};
+/// use robot_agent::allocator::AgentRegistry;
+/// use robot_agent::mission::prelude::*;
+/// use serde::{Deserialize, Serialize};
+///
+/// /// Rings a bell whenever it has nothing better to do than its task; heartbeats say how often it has.
+/// #[derive(Clone, Debug)]
+/// struct Ringer {
+///     rung: u32,
+/// }
+///
+/// #[derive(Serialize, Deserialize)]
+/// struct Ring;
+///
+/// impl TypedMind for Ringer {
+///     type Sensed = bool;
+///     type Deed = Ring;
+///     type Lore = u32;
+///     type Bulletin = ();
+///
+///     fn new(_: RobotId, _: &Setup) -> Self {
+///         Self { rung: 0 }
+///     }
+///
+///     fn perceive(&mut self, moment: &TypedMoment<Self>, _: &[Heard<Self>], perception: &mut Perception) {
+///         perception.applicable.extend(moment.own.iter().map(|_| self.rung < 10));
+///     }
+///
+///     fn act(
+///         &mut self,
+///         moment: &TypedMoment<Self>,
+///         active: Option<BehaviorId>,
+///         _: &mut Action,
+///     ) -> Option<Ring> {
+///         moment.task_of(active)?;
+///         self.rung += 1;
+///         Some(Ring)
+///     }
+///
+///     fn lore(&self) -> u32 {
+///         self.rung
+///     }
+/// }
+///
+/// // With the words of the drill, a mission for tests.
+/// let registry = AgentRegistry::built_in().mission(MissionMind::of::<Ringer>(DRILL));
+/// let setup = default_setup(1);
+/// let team = TeamConfig::of(&setup.briefing(), &registry)?;
+/// let blue = Agent::new(RobotId(0), 1, &setup.briefing(), &team);
+/// # Ok::<(), robot_agent::allocator::ConfigError>(())
+/// ```
 pub trait TypedMind: Clone + Debug + Send + 'static {
     /// What its devices tell, as the mission's world side has it.
     type Sensed: DeserializeOwned + Default + Clone + Debug + Send;
@@ -30,6 +85,9 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
 
     /// What is told at once: [`LORE_MAX`] bytes on the bus at most.
     type Bulletin: Serialize + DeserializeOwned;
+
+    /// A robot at the start of an incarnation: it has sensed and heard nothing yet.
+    fn new(robot: RobotId, setup: &Setup) -> Self;
 
     /// See [`AgentMission::perceive`].
     fn perceive(
@@ -53,7 +111,7 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
                 task: own.task,
                 round: SimTime::ZERO,
                 applicable,
-                cost_s: self.seconds(&[], own.task),
+                cost_s: self.seconds(self.position(moment.position), &[], own.task),
                 reward: 1.0,
                 priority: own.priority,
                 max_robots: own.max_robots,
@@ -72,16 +130,18 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
     /// See [`AgentMission::lore`].
     fn lore(&self) -> Self::Lore;
 
-    /// See [`AgentMission::position`].
-    fn position(&self) -> Option<Vec2>;
+    /// See [`AgentMission::position`]. Where its position sensor says, where it is not said.
+    fn position(&self, sensed: Option<Vec2>) -> Option<Vec2> {
+        sensed
+    }
 
     /// See [`AgentMission::is_laden`].
     fn is_laden(&self) -> bool {
         false
     }
 
-    /// See [`RouteCost::seconds`].
-    fn seconds(&self, _after: &[TaskId], _task: TaskId) -> Option<f64> {
+    /// See [`RouteCost::seconds`]. `from` is where the robot is.
+    fn seconds(&self, _from: Option<Vec2>, _after: &[TaskId], _task: TaskId) -> Option<f64> {
         None
     }
 }
@@ -93,6 +153,8 @@ pub struct TypedMoment<'a, M: TypedMind> {
     pub now: SimTime,
     /// What the robot senses.
     pub readings: &'a Readings,
+    /// Where its position sensor says that it is, m.
+    pub position: Option<Vec2>,
     /// What the mission's devices tell; the default if they tell nothing.
     pub sensed: &'a M::Sensed,
     /// The robot's behaviors, in the order of `Catalog::behaviors_of`.
@@ -169,6 +231,7 @@ fn encode<T: Serialize>(what: &str, value: &T, bytes: &mut Vec<u8>) {
 pub struct Typed<M: TypedMind> {
     mind: M,
     sensed: M::Sensed,
+    position: Option<Vec2>,
     own: Arc<[OwnBehavior]>,
 }
 
@@ -179,6 +242,7 @@ impl<M: TypedMind> Typed<M> {
         Self {
             mind,
             sensed: M::Sensed::default(),
+            position: None,
             own: OwnBehavior::all_of(robot, setup).into(),
         }
     }
@@ -189,15 +253,37 @@ impl<'a, M: TypedMind> TypedMoment<'a, M> {
         Self {
             now: moment.now,
             readings: moment.readings,
+            position: moment.readings.pose.map(|pose| pose.position),
             sensed,
             own,
         }
     }
 }
 
+/// Robots that have nothing in common.
+pub(super) struct Each<M>(PhantomData<fn() -> M>);
+
+impl<M> Each<M> {
+    pub fn new() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<M> Debug for Each<M> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Each")
+    }
+}
+
+impl<M: TypedMind> SharedMission for Each<M> {
+    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        Box::new(Typed::new(M::new(robot, setup), robot, setup))
+    }
+}
+
 impl<M: TypedMind> RouteCost for Typed<M> {
     fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
-        self.mind.seconds(after, task)
+        self.mind.seconds(self.position(), after, task)
     }
 }
 
@@ -214,6 +300,7 @@ impl<M: TypedMind> AgentMission for Typed<M> {
         };
         let heard: Vec<Heard<'_, M>> = heard.iter().map(|it| Heard::of(it)).collect();
         let moment = TypedMoment::of(moment, &self.sensed, &self.own);
+        self.position = moment.position;
         self.mind.perceive(&moment, &heard, perception);
     }
 
@@ -244,7 +331,7 @@ impl<M: TypedMind> AgentMission for Typed<M> {
     }
 
     fn position(&self) -> Option<Vec2> {
-        self.mind.position()
+        self.mind.position(self.position)
     }
 
     fn is_laden(&self) -> bool {

@@ -43,6 +43,7 @@ impl Termination {
         let bodies = scenario.robots.iter().map(|robot| scenario.body_of(robot));
         let slowest = bodies.fold(scenario.body, |slowest, body| Body {
             speed_m_s: slowest.speed_m_s.min(body.speed_m_s),
+            push_m_s: slowest.push_m_s.min(body.push_m_s),
             turn_deg_s: slowest.turn_deg_s.min(body.turn_deg_s),
             ..slowest
         });

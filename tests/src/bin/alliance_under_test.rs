@@ -1,5 +1,6 @@
-//! The `alliance` command, for the tests of this package. Two things are added: an agent that gets SIGUSR1 panics, as an agent
-//! with a bug would; and with the environment variable `VISIT` the command knows the mission of the examples, as its user's would.
+//! The `alliance` command, for the tests of this package. Three things are added: an agent that gets SIGUSR1 panics, as an agent
+//! with a bug would; it reads scenarios of the drill, whose robots may lack any behavior; and with the environment variable `VISIT` the
+//! command knows the mission of the examples, as its user's would.
 
 // As its author wrote and formats it.
 #[rustfmt::skip]
@@ -14,20 +15,31 @@ mod world;
 
 use std::process::ExitCode;
 
-use missions::MissionParts;
-
+use alliance_proto::testkit::DRILL;
+use missions::{MissionParts, waste};
 use nix::sys::signal::{SigSet, Signal};
+use robot_agent::mission::MissionMind;
+use world_server::mission::MissionWorld;
+
+/// It can be read, and is never run.
+const READ_ONLY: MissionParts = MissionParts {
+    world: MissionWorld {
+        data: DRILL,
+        ..waste::PARTS.world
+    },
+    mind: MissionMind {
+        data: DRILL,
+        ..waste::PARTS.mind
+    },
+};
 
 fn main() -> ExitCode {
     if std::env::args().nth(1).is_some_and(|part| part == "agent") {
         panic_on_signal();
     }
-    let registry = launch::Registry::built_in();
+    let registry = launch::Registry::built_in().mission(READ_ONLY);
     launch::main(match std::env::var_os("VISIT") {
-        Some(_) => registry.mission(MissionParts {
-            world: world::VISIT,
-            mind: mind::VISIT,
-        }),
+        Some(_) => registry.mission(MissionParts::of::<world::Visit, mind::Visitor>(data::VISIT)),
         None => registry,
     })
 }

@@ -12,6 +12,7 @@
 //! A mission depends on nothing but its setup, the deeds, the faults and its own state: no clock, no address, no order of a
 //! hash map. Its [`state`](WorldMission::state) covers all that its steps depend on.
 
+pub mod prelude;
 #[cfg(test)]
 mod tests;
 mod typed;
@@ -47,6 +48,16 @@ pub struct MissionWorld {
 }
 
 impl MissionWorld {
+    /// That of a [`TypedMission`].
+    #[must_use]
+    pub const fn of<M: TypedMission>(data: Mission) -> Self {
+        Self {
+            data,
+            start_area: M::start_area,
+            new: |setup, floor| Box::new(Typed(M::new(setup, floor))),
+        }
+    }
+
     /// Where the robots of a scenario begin, by rank.
     ///
     /// # Errors
@@ -89,7 +100,7 @@ impl Worlds {
     }
 }
 
-/// A mission in the world.
+/// A mission in the world. Most are shorter as a [`TypedMission`]; there is an example.
 pub trait WorldMission: Any + Send {
     /// What happens by itself, before robots act.
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
@@ -105,7 +116,7 @@ pub trait WorldMission: Any + Send {
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity;
 
     /// A robot lets go of what it has: its agent has died, or its body is about to be taken away.
-    fn lose(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut Happened);
+    fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
 
     /// Makes the change that a fault of this mission asks for, and tells what is where now; `None`: it is no fault of this
     /// mission.
@@ -140,11 +151,12 @@ pub trait WorldMission: Any + Send {
     /// Hash of everything that the steps to come depend on.
     fn state(&self) -> u64;
 
-    /// What run.json tells of it, in the order in which it is to be told.
-    fn figures(&self, figures: &mut TeamFigures);
+    /// What run.json tells of it, in the order in which it is to be told. What is done and left by the columns of mission.csv is
+    /// told where nothing here tells it, and so is how much each robot has done where nothing is told of any.
+    fn figures(&self, _figures: &mut TeamFigures) {}
 
     /// Adds to a view what there is to see of it.
-    fn show(&self, floor: &Floor, view: &mut View);
+    fn show(&self, _floor: &Floor, _view: &mut View) {}
 
     /// Whether all is as it must be after a step, whatever went wrong in it.
     ///

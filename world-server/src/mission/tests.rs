@@ -3,7 +3,7 @@
 use alliance_proto::mission::Bytes;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Robot, Start};
-use alliance_proto::testkit::{DRILL, default_setup};
+use alliance_proto::testkit::{DRILL, default_setup, unlike_robots};
 use alliance_proto::view::{Mark, MarkOutline, MarkRole};
 use serde::{Deserialize, Serialize};
 
@@ -15,17 +15,7 @@ const BLUE: RobotId = RobotId(0);
 const REACH_M: f32 = 0.3;
 
 /// With the drill's tasks and words.
-const VISIT: MissionWorld = MissionWorld {
-    data: DRILL,
-    start_area: |scenario| [Vec2::ZERO, Vec2::new(0.6, scenario.room.height_m)],
-    new: |_, floor| {
-        Box::new(Typed(Visit {
-            places: vec![Vec2::new(3.0, 2.0), Vec2::new(5.0, 2.0)],
-            visited: vec![false; 2],
-            visits: vec![0; floor.robot_count()],
-        }))
-    },
-};
+const VISIT: MissionWorld = MissionWorld::of::<Visit>(DRILL);
 
 /// The state is which places have been visited: where they are never changes.
 #[derive(Clone, Serialize)]
@@ -51,6 +41,14 @@ enum Touch {
 impl TypedMission for Visit {
     type Sensed = Near;
     type Deed = Touch;
+
+    fn new(_: &Setup, floor: &Floor) -> Self {
+        Self {
+            places: vec![Vec2::new(3.0, 2.0), Vec2::new(5.0, 2.0)],
+            visited: vec![false; 2],
+            visits: vec![0; floor.robot_count()],
+        }
+    }
 
     fn act(
         &mut self,
@@ -179,4 +177,19 @@ fn what_is_no_deed_of_it_does_nothing() {
         };
         assert_eq!(world.step(&[Some(actuation)]), []);
     }
+}
+
+/// What `new` and every step of a mission are given.
+#[test]
+fn a_mission_knows_what_each_robot_can() {
+    let setup = unlike_robots();
+    let world = World::new(&setup, VISIT);
+    let able = |robot: u16| {
+        let own = &setup.scenario.robots[usize::from(robot)];
+        let body = world.body_of(RobotId(robot));
+        let driving = (body.speed_m_s, body.push_m_s, body.turn_deg_s);
+        (driving, own.has_device("horn"), own.skill("lift"))
+    };
+    assert_eq!(able(0), ((0.5, 0.3, 90.0), true, Some(2.0)));
+    assert_eq!(able(1), ((0.25, 0.1, 45.0), false, Some(0.0)));
 }

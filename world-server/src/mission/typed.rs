@@ -1,12 +1,14 @@
 //! A mission with types of its own, which cross the bus as bytes.
 
 use alliance_proto::codec;
-use alliance_proto::fault::Fault;
+use alliance_proto::fault::{Fault, MissionFault};
 use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::mission::{Bytes, Deed, Sensed};
+use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::View;
+use glam::Vec2;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
@@ -19,12 +21,74 @@ const STATE_ROOM: usize = 1024;
 
 /// A [`WorldMission`] in types of its own: see there what each method is for. [`Typed`] makes it one. It is serialized for its
 /// hash, so that it skips what never changes, and nothing else.
+///
+/// ```
+/// use alliance_proto::mission::{Bytes, Deed};
+/// use alliance_proto::readings::Actuation;
+/// use alliance_proto::testkit::{DRILL, default_setup};
+/// use serde::{Deserialize, Serialize};
+/// use world_server::mission::prelude::*;
+/// use world_server::world::World;
+///
+/// /// A bell that has to be rung twice, by whomever.
+/// #[derive(Clone, Serialize)]
+/// struct Bell {
+///     rung: u64,
+/// }
+///
+/// #[derive(Serialize, Deserialize)]
+/// struct Ring;
+///
+/// impl TypedMission for Bell {
+///     /// Whether it has been rung: everybody hears it.
+///     type Sensed = bool;
+///     type Deed = Ring;
+///
+///     fn new(_: &Setup, _: &Floor) -> Self {
+///         Self { rung: 0 }
+///     }
+///
+///     fn act(&mut self, robot: RobotId, _: Ring, _: &mut Floor, happened: &mut Happened) {
+///         self.rung += 1;
+///         happened.tell("done", Some(robot));
+///     }
+///
+///     fn sense(&self, _: RobotId, _: &Floor) -> (bool, Validity) {
+///         (self.rung > 0, Validity::ThisTick)
+///     }
+///
+///     fn end(&self, _: SimTime) -> Option<Outcome> {
+///         (self.rung >= 2).then_some(Outcome::Complete)
+///     }
+///
+///     fn row(&self, row: &mut Vec<Value>) {
+///         row.extend([2_u64.saturating_sub(self.rung), 0, 0, self.rung].map(Value::from));
+///         row.push(Value::None);
+///     }
+/// }
+///
+/// // With the words of the drill, a mission for tests.
+/// let mut world = World::new(&default_setup(1), MissionWorld::of::<Bell>(DRILL));
+/// let deed = Deed::Open(Bytes::encode(&Ring)?);
+/// let command = Some(Actuation { deed, ..Actuation::default() });
+/// world.step(&[command, command]);
+/// assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
+/// # Ok::<(), alliance_proto::codec::CodecError>(())
+/// ```
 pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// What its devices tell: [`SENSED_MAX`](alliance_proto::mission::SENSED_MAX) bytes on the bus at most.
     type Sensed: Serialize + DeserializeOwned + Default;
 
     /// What a robot does beside driving: [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the bus at most.
     type Deed: DeserializeOwned;
+
+    /// See [`MissionWorld::new`](super::MissionWorld::new).
+    fn new(setup: &Setup, floor: &Floor) -> Self;
+
+    /// See [`MissionWorld::start_area`](super::MissionWorld::start_area). Along the left wall, where it is not said.
+    fn start_area(scenario: &Scenario) -> [Vec2; 2] {
+        [Vec2::ZERO, Vec2::new(1.0, scenario.room.height_m)]
+    }
 
     /// See [`WorldMission::begin`].
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
@@ -41,10 +105,10 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// See [`WorldMission::lose`].
     fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
 
-    /// See [`WorldMission::change`].
+    /// See [`WorldMission::change`]. Only the faults that the mission declares come here.
     fn change(
         &mut self,
-        _fault: &Fault,
+        _fault: &MissionFault,
         _floor: &mut Floor,
     ) -> Option<Result<String, ChangeError>> {
         None
@@ -141,7 +205,10 @@ impl<M: TypedMission> WorldMission for Typed<M> {
     }
 
     fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
-        self.0.change(fault, floor)
+        match fault {
+            Fault::Mission(fault) => self.0.change(fault, floor),
+            _ => None,
+        }
     }
 
     fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {

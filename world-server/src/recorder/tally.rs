@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::log::{Figures, Input, RobotFigures};
+use alliance_proto::mission::columns::ColumnKind;
 use alliance_proto::mission::{MissionFigures, TeamFigures};
 use alliance_proto::scenario::{Roster, Setup};
 use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
 
 use super::answers::Answer;
-use super::record::TickRecord;
+use super::record::{EventKind, TickRecord};
 
 /// What a run that ends knows of itself and its log does not.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,12 +33,33 @@ pub struct Tally {
     robots: Vec<RobotFigures>,
     roster: Arc<Roster>,
     step: SimTime,
+    /// What each robot has done, by column of mission.csv that counts what is done.
+    done: Vec<Done>,
+}
+
+/// A column that counts what is done, and by whom.
+#[derive(Clone, Debug)]
+struct Done {
+    column: &'static str,
+    event: &'static str,
+    /// By rank.
+    by: Vec<u64>,
 }
 
 impl Tally {
     pub fn new(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
+        let columns = setup.catalog.mission.terms().columns.iter();
+        let done = columns.filter(|column| column.kind == ColumnKind::Done);
+        let done = done.filter_map(|column| {
+            Some(Done {
+                column: column.name,
+                event: column.event?,
+                by: vec![0; scenario.robots.len()],
+            })
+        });
         Self {
+            done: done.collect(),
             figures: Figures::default(),
             robots: vec![RobotFigures::default(); scenario.robots.len()],
             roster: Arc::clone(&setup.roster),
@@ -55,6 +77,13 @@ impl Tally {
                 self.robots[robot.index()].lives += 1;
             }
         }
+        for event in record.events {
+            if let (EventKind::Mission(kind), Some(robot)) = (event.kind, event.robot) {
+                for done in self.done.iter_mut().filter(|done| done.event == kind) {
+                    done.by[robot.index()] += 1;
+                }
+            }
+        }
         for (figures, answer) in self.robots.iter_mut().zip(record.answers) {
             if answer.counts {
                 count(figures, answer);
@@ -64,7 +93,17 @@ impl Tally {
 
     /// The figures so far, with those of the mission.
     pub fn figures(&self, of_mission: TeamFigures) -> Figures {
-        let TeamFigures { mission, robots } = of_mission;
+        let TeamFigures {
+            mission,
+            mut robots,
+        } = of_mission;
+        if robots.iter().all(MissionFigures::is_empty) {
+            for done in &self.done {
+                for (figures, count) in robots.iter_mut().zip(&done.by) {
+                    figures.add(done.column, *count);
+                }
+            }
+        }
         let of_mission = robots
             .into_iter()
             .chain(iter::repeat_with(MissionFigures::default));

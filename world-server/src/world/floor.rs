@@ -217,6 +217,12 @@ impl Floor {
         &self.body
     }
 
+    /// The body of a robot, with its own speeds and turn rate.
+    #[must_use]
+    pub fn body_of(&self, robot: RobotId) -> &Body {
+        &self.robots[robot.index()].body
+    }
+
     /// How far sensors reach.
     #[must_use]
     pub fn sensors(&self) -> &Sensors {

@@ -1,20 +1,13 @@
 //! What visit is in files: `[visit]` of a scenario, its tasks and its words.
 
-use alliance_proto::fault::{FaultArgument, FaultRange, FaultSpec};
-use alliance_proto::ids::TaskId;
-use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{Mission, MissionData, Terms};
-use alliance_proto::mission::section::{Section, section};
-use alliance_proto::scenario::ParameterDefault::{Number, Required};
-use alliance_proto::scenario::{
-    BehaviorSpec, ParameterRange, ParameterSpec, Path, Problem, Scenario, Unread, limits,
-};
+use alliance_proto::mission::prelude::ParameterDefault::{Number, Required};
+use alliance_proto::mission::prelude::ParameterRange::{Above, List, Name, X, Y};
+use alliance_proto::mission::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub const VISIT: Mission = Mission(&Visit);
+pub const VISIT: Mission = Mission::new("visit", "places to be touched once", &Visit);
 
-/// A fault of its own, and how far it reaches where that is not said.
-pub const TOUCH: &str = "touch";
+/// How far the fault `touch` reaches where that is not said.
 pub const WITHIN_M: f64 = 0.5;
 
 /// `[visit]`.
@@ -22,7 +15,6 @@ pub const WITHIN_M: f64 = 0.5;
 #[serde(deny_unknown_fields)]
 pub struct VisitSection {
     pub places: Vec<Place>,
-    #[serde(default = "reach_m")]
     pub reach_m: f32,
 }
 
@@ -34,13 +26,9 @@ pub struct Place {
     pub y_m: f32,
 }
 
-fn reach_m() -> f32 {
-    0.3
-}
-
 impl VisitSection {
-    pub fn of(scenario: &Scenario) -> &Self {
-        scenario.mission.values().expect("a scenario of visit")
+    pub fn at(&self, place: usize) -> Vec2 {
+        Vec2::new(self.places[place].x_m, self.places[place].y_m)
     }
 }
 
@@ -48,29 +36,18 @@ impl VisitSection {
 struct Visit;
 
 impl MissionData for Visit {
-    fn name(&self) -> &'static str {
-        "visit"
-    }
-
-    fn about(&self) -> &'static str {
-        "places to be touched once"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         section::<VisitSection>(text)
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
-        let length = ParameterRange::Above(0.0, 1e3);
-        let place = ParameterRange::Within(0.0, 1e3);
-        [
-            ("places.name", "", Required, "names the place and its task", ParameterRange::Other("a name")),
-            ("places.x_m", "m", Required, "where it is", place.clone()),
-            ("places.y_m", "m", Required, "where it is", place),
-            ("reach_m", "m", Number(0.3), "from how far it can be touched", length),
+        vec![
+            ParameterSpec::new("places", "", Required, "what is to be touched", List(1, 300)),
+            ParameterSpec::new("places.name", "", Required, "names the place and its task", Name),
+            ParameterSpec::new("places.x_m", "m", Required, "where it is", X),
+            ParameterSpec::new("places.y_m", "m", Required, "where it is", Y),
+            ParameterSpec::new("reach_m", "m", Number(0.3), "from how far", Above(0.0, 1e3)),
         ]
-        .map(|(key, unit, default, about, range)| ParameterSpec { key, unit, default, about, range })
-        .to_vec()
     }
 
     fn terms(&self) -> Terms {
@@ -83,45 +60,17 @@ impl MissionData for Visit {
         }
     }
 
-    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
-        let places = VisitSection::of(scenario).places.iter();
-        let names: Vec<String> = places.map(|place| format!("visit({})", place.name)).collect();
-        let behavior = |(kind, name): (u32, &String)| {
-            BehaviorSpec { name: name.clone(), task: TaskId(kind as u16), kind }
-        };
-        let behaviors = (0..).zip(&names).map(behavior).collect();
-        (names, behaviors)
-    }
-
     fn faults(&self) -> &'static [FaultSpec] {
-        const X: FaultArgument =
-            FaultArgument { key: "x_m", about: "where, m", range: FaultRange::X, default: None };
-        const Y: FaultArgument = FaultArgument { key: "y_m", range: FaultRange::Y, ..X };
-        const WITHIN: FaultArgument = FaultArgument {
-            key: "within_m",
-            about: "how far around it, m",
-            range: FaultRange::Within(0.0, 100.0),
-            default: Some(WITHIN_M),
-        };
-        &[FaultSpec {
-            name: TOUCH,
-            about: "somebody else touches all places there",
-            arguments: &[X, Y, WITHIN],
-        }]
+        const ARGUMENTS: &[FaultArgument] = &[
+            FaultArgument::new("x_m", "where, m", FaultRange::X, None),
+            FaultArgument::new("y_m", "where, m", FaultRange::Y, None),
+            FaultArgument::new("within_m", "how far around it, m", FaultRange::Within(0.0, 100.0), Some(WITHIN_M)),
+        ];
+        &[FaultSpec { name: "touch", about: "somebody else touches all places there", arguments: ARGUMENTS }]
     }
 
-    fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
-        let VisitSection { places, reach_m } = VisitSection::of(scenario);
-        let at = Path::of(["visit"]);
-        limits::LENGTH.check(at.key("reach_m"), *reach_m)?;
-        let at = at.key("places");
-        limits::named(&at, places.iter().map(|place| place.name.as_str()), 1000)?;
-        let inside = |size_m: f32| limits::closed(0.0, size_m.into(), "m");
-        for (index, place) in places.iter().enumerate() {
-            let at = at.index(index);
-            inside(scenario.room.width_m).check(at.key("x_m"), place.x_m)?;
-            inside(scenario.room.height_m).check(at.key("y_m"), place.y_m)?;
-        }
-        Ok(())
+    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        let places = scenario.section::<VisitSection>().places.iter();
+        one_behavior_each(places.map(|place| format!("visit({})", place.name)))
     }
 }

@@ -7,10 +7,7 @@ pub mod world;
 use missions::MissionParts;
 
 /// All of it.
-pub const VISIT: MissionParts = MissionParts {
-    world: world::VISIT,
-    mind: mind::VISIT,
-};
+pub const VISIT: MissionParts = MissionParts::of::<world::Visit, mind::Visitor>(data::VISIT);
 
 #[cfg(test)]
 mod tests {

@@ -53,20 +53,16 @@ pub fn default_setup(seed: u64) -> Setup {
 }
 
 /// The waste clean-up.
-pub const WASTE: Mission = Mission(&WasteData);
+pub const WASTE: Mission = Mission::new(
+    "waste",
+    "hazardous waste clean-up: find the spills, carry their items to a deposit, report (thesis 4.1)",
+    &WasteData,
+);
 
 #[derive(Debug)]
 struct WasteData;
 
 impl MissionData for WasteData {
-    fn name(&self) -> &'static str {
-        "waste"
-    }
-
-    fn about(&self) -> &'static str {
-        "hazardous waste clean-up: find the spills, carry their items to a deposit, report (thesis 4.1)"
-    }
-
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
         section::<WasteSection>(text)
     }
@@ -80,8 +76,8 @@ impl MissionData for WasteData {
         }
     }
 
-    fn scenario_name(&self) -> &'static str {
-        "waste-cleanup"
+    fn scenario_name(&self) -> Option<&'static str> {
+        Some("waste-cleanup")
     }
 
     fn team(&self) -> Vec<Robot> {

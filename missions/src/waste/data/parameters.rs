@@ -2,120 +2,120 @@
 
 use super::check::MAX_ITEMS;
 use alliance_proto::scenario::ParameterDefault::{Flag, Number, Required, Whole, Words};
-use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
+use alliance_proto::scenario::{ParameterRange, ParameterSpec};
 
 const LENGTH: ParameterRange = ParameterRange::Above(0.0, 1e3);
 const FRACTION: ParameterRange = ParameterRange::Within(0.0, 1.0);
 
 pub(super) fn all() -> Vec<ParameterSpec> {
     let items = i64::from(MAX_ITEMS);
-    [
-        (
+    vec![
+        ParameterSpec::new(
             "spills",
             "",
             Words("two, top and bottom"),
             "the initial spill locations",
             ParameterRange::Other("a list of 1 to 10,000 tables"),
         ),
-        (
+        ParameterSpec::new(
             "spills.name",
             "",
             Required,
             "names the spill, its task and its behavior set",
             ParameterRange::Other("a name"),
         ),
-        (
+        ParameterSpec::new(
             "spills.items",
             "",
             Whole(12),
             "items at the start",
             ParameterRange::Whole(0, items),
         ),
-        (
+        ParameterSpec::new(
             "spills.x_fraction",
             "",
             Words("1/3"),
             "center, of the room's width",
             FRACTION,
         ),
-        (
+        ParameterSpec::new(
             "spills.y_fraction",
             "",
             Number(0.5),
             "center, of the room's height",
             FRACTION,
         ),
-        (
+        ParameterSpec::new(
             "spill_radius_m",
             "m",
             Number(0.8),
             "radius of each spill",
             LENGTH,
         ),
-        (
+        ParameterSpec::new(
             "item_radius_m",
             "m",
             Number(0.05),
             "radius of an item, at most that of a spill",
             LENGTH,
         ),
-        (
+        ParameterSpec::new(
             "deposit.radius_m",
             "m",
             Number(1.0),
             "radius of each deposit",
             LENGTH,
         ),
-        (
+        ParameterSpec::new(
             "deposit.x_fraction",
             "",
             Number(0.8),
             "center of the deposit, of the room's width",
             FRACTION,
         ),
-        (
+        ParameterSpec::new(
             "deposit.y_fraction",
             "",
             Number(0.5),
             "center of the deposit, of the room's height",
             FRACTION,
         ),
-        (
+        ParameterSpec::new(
             "further_deposits",
             "",
             Words("none"),
             "centers of more deposits",
             ParameterRange::Other("a list of up to 9,999 tables"),
         ),
-        (
+        ParameterSpec::new(
             "report_site.width_m",
             "m",
             Number(0.6),
             "extent of the report site in x",
             LENGTH,
         ),
-        (
+        ParameterSpec::new(
             "report_site.height_m",
             "m",
             Number(3.0),
             "extent of the report site in y",
             LENGTH,
         ),
-        (
+        ParameterSpec::new(
             "report_site.color_s",
             "s",
             Number(5.0),
             "how long it shows a report",
             ParameterRange::Within(0.0, 1e9),
         ),
-        (
+        ParameterSpec::new(
             "report_period_s",
             "s",
             Number(120.0),
             "wanted time between two reports",
             ParameterRange::Above(0.0, 1e9),
         ),
-        (
+        ParameterSpec::new(
             "border_known",
             "",
             Flag(false),
@@ -123,16 +123,6 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             ParameterRange::Flag,
         ),
     ]
-    .map(
-        |(key, unit, default, about, range): (_, _, ParameterDefault, _, _)| ParameterSpec {
-            key,
-            unit,
-            default,
-            about,
-            range,
-        },
-    )
-    .to_vec()
 }
 
 #[cfg(test)]

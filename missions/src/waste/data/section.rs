@@ -36,8 +36,7 @@ impl WasteSection {
     /// If the scenario is of another one: nobody but this mission asks.
     #[must_use]
     pub fn of(scenario: &Scenario) -> &Self {
-        let section = scenario.mission.values();
-        section.expect("a scenario of the waste clean-up")
+        scenario.section()
     }
 
     /// The same, to be written to.

@@ -56,3 +56,19 @@ fn figures_of_the_mission_are_among_the_others_and_come_back() {
         run
     );
 }
+
+/// Blue has done one thing, by the column that counts what is done.
+#[test]
+fn what_each_robot_has_done_is_told_where_the_mission_does_not() {
+    let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
+    for tick in sample() {
+        tick.record(&mut recorder).unwrap();
+    }
+    let ending = Ending {
+        figures: TeamFigures::new(3),
+        ..Ending::default()
+    };
+    let run = recorder.finish(Outcome::TimeLimit, ending).unwrap();
+    let done = |robot: &str| run.result.robots[robot].mission.count("done");
+    assert_eq!((done("blue"), done("gold")), (1, 0));
+}

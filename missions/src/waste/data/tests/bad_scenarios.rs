@@ -45,7 +45,7 @@ fn unknown_keys() {
     check(&[
         (
             "nam = 'a'",
-            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste)",
+            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste)",
         ),
         (
             "\n\n[room]\nwidht_m = 3",
@@ -53,11 +53,11 @@ fn unknown_keys() {
         ),
         (
             "a.b.c = 1",
-            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste",
+            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste",
         ),
         (
             "\"a\\nb\" = 1",
-            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste",
+            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste",
         ),
         (
             "[[obstacles]]\nx_m = 1\ny_m = 1\nwidth_m = 1\nheight_m = 1\ncolor = 'red'",
@@ -211,6 +211,22 @@ fn out_of_range() {
         (
             "[[robots]]\nname = 'a'\nspeed_m_s = 0",
             "s.toml:3: robots[0].speed_m_s: 0 is out of range; it must be above 0 and at most 1000 m/s",
+        ),
+        (
+            "[[robots]]\nname = 'a'\npush_m_s = 0",
+            "s.toml:3: robots[0].push_m_s: 0 is out of range; it must be above 0 and at most 1000 m/s",
+        ),
+        (
+            "[body]\npush_m_s = nan",
+            "s.toml:2: body.push_m_s: NaN is out of range; it must be above 0 and at most 1000 m/s",
+        ),
+        (
+            "devices = ['side-boarder']",
+            "s.toml:1: devices[0]: there is no optional device 'side-boarder'; did you mean 'side-border'? (there is only 'side-border')",
+        ),
+        (
+            "[skills]\ndust = 1",
+            "s.toml:2: skills.dust: there is no skill 'dust'; there are none",
         ),
         (
             "[[robots]]\nname = 'a'\nturn_deg_s = -1",

@@ -170,10 +170,13 @@ fn populated() -> Scenario {
         body: Body {
             radius_m: 1.0,
             speed_m_s: 1.0,
+            push_m_s: 1.0,
             turn_deg_s: 1.0,
             reach_m: 1.0,
             robot_penetrability: 0.0,
         },
+        devices: vec!["x".to_owned()],
+        skills: BTreeMap::new(),
         sensors: Sensors {
             border_range_m: 1.0,
             avoidance_range_m: 1.0,
@@ -219,9 +222,10 @@ fn populated() -> Scenario {
             side_sensor: true,
             speed_m_s: Some(1.0),
             turn_deg_s: Some(1.0),
-            devices: vec!["x".to_owned()],
+            push_m_s: Some(1.0),
+            devices: Some(vec!["x".to_owned()]),
             // The waste clean-up knows none.
-            skills: BTreeMap::new(),
+            skills: None,
             allocator: Some("x".to_owned()),
             absent: true,
             start: Some(Start {

@@ -1,0 +1,221 @@
+//! Missions with a flaw each: the testkit finds it, and names the law.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use alliance_proto::testkit::DRILL;
+use robot_agent::mission::prelude::*;
+use serde::{Deserialize, Serialize};
+use world_server::mission::prelude::*;
+
+use crate::MissionParts;
+use crate::testkit::mission;
+
+/// What is wrong with it.
+const NOTHING: u8 = 0;
+const SHARES_A_CELL: u8 = 1;
+const HAS_A_STATIC: u8 = 2;
+const TRUSTS_WORDS: u8 = 3;
+const DRIVES_AT_NAN: u8 = 4;
+const IS_NOWHERE: u8 = 5;
+const TELLS_A_SECRET: u8 = 6;
+const SHOWS_A_SECRET: u8 = 7;
+const DIFFERS_BY_RUN: u8 = 8;
+const TELLS_NAN: u8 = 9;
+const TRUSTS_DEEDS: u8 = 10;
+
+/// The drill with a bell: whoever is active rings it, and everybody hears whether it was rung an odd number of times.
+fn ring<const FLAW: u8>() {
+    let parts = MissionParts::of::<Bell<FLAW>, Ringer<FLAW>>(DRILL);
+    mission(parts, "[drill]\n");
+}
+
+#[derive(Clone, Serialize)]
+struct Bell<const FLAW: u8> {
+    /// Up to 3.
+    rung: u32,
+    /// More than is needed.
+    #[serde(skip)]
+    secret: u32,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Ring(u8);
+
+impl<const FLAW: u8> TypedMission for Bell<FLAW> {
+    type Sensed = bool;
+    type Deed = Ring;
+
+    fn new(_: &Setup, _: &Floor) -> Self {
+        static RUNS: AtomicU32 = AtomicU32::new(0);
+        let runs = RUNS.fetch_add(1, Relaxed);
+        let rung = if FLAW == DIFFERS_BY_RUN { runs % 2 } else { 0 };
+        Self { rung, secret: 0 }
+    }
+
+    fn act(&mut self, _: RobotId, Ring(deed): Ring, floor: &mut Floor, _: &mut Happened) {
+        self.rung = 3.min(self.rung + 1);
+        self.secret += 1;
+        assert!(FLAW != TRUSTS_DEEDS || deed == 1, "nobody can do that");
+        // Everybody feels it.
+        floor.changed_near(Vec2::ZERO, 100.0);
+    }
+
+    fn sense(&self, _: RobotId, _: &Floor) -> (bool, Validity) {
+        let shown = if FLAW == SHOWS_A_SECRET {
+            self.secret
+        } else {
+            self.rung
+        };
+        (shown % 2 == 1, Validity::UntilChange)
+    }
+
+    fn end(&self, _: SimTime) -> Option<Outcome> {
+        None
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        let told = if FLAW == TELLS_A_SECRET {
+            self.secret
+        } else {
+            self.rung
+        };
+        row.extend([told, 0, 0, 0].map(Value::from));
+        let last = (FLAW == TELLS_NAN).then_some(f64::NAN);
+        row.push(Value::from(last));
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Ringer<const FLAW: u8> {
+    rung: u8,
+    cell: Arc<AtomicU32>,
+}
+
+impl<const FLAW: u8> TypedMind for Ringer<FLAW> {
+    type Sensed = bool;
+    type Deed = Ring;
+    type Lore = u8;
+    type Bulletin = ();
+
+    fn new(_: RobotId, _: &Setup) -> Self {
+        let cell = Arc::default();
+        Self { rung: 0, cell }
+    }
+
+    fn perceive(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        heard: &[Heard<'_, Self>],
+        perception: &mut Perception,
+    ) {
+        if FLAW == TRUSTS_WORDS {
+            for lore in heard.iter().filter_map(|heard| heard.lore) {
+                assert!(lore < 2, "everybody is as I am");
+            }
+        }
+        perception
+            .applicable
+            .extend(moment.own.iter().map(|_| true));
+    }
+
+    fn act(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        active: Option<BehaviorId>,
+        action: &mut Action,
+    ) -> Option<Ring> {
+        static STEPS: AtomicU32 = AtomicU32::new(0);
+        let steps = match FLAW {
+            SHARES_A_CELL => self.cell.fetch_add(1, Relaxed),
+            HAS_A_STATIC => STEPS.fetch_add(1, Relaxed),
+            _ => 0,
+        };
+        action.actuation.turn_rad_s = (steps % 7) as f32 / 7.0;
+        if FLAW == DRIVES_AT_NAN && *moment.sensed {
+            action.actuation.speed_m_s = f32::NAN;
+        }
+        active?;
+        self.rung = (self.rung + 1) % 2;
+        Some(Ring(1))
+    }
+
+    fn lore(&self) -> u8 {
+        self.rung
+    }
+
+    fn position(&self, sensed: Option<Vec2>) -> Option<Vec2> {
+        sensed.map(|at| {
+            if FLAW == IS_NOWHERE {
+                at * f32::NAN
+            } else {
+                at
+            }
+        })
+    }
+}
+
+#[test]
+fn a_sound_mission_passes() {
+    ring::<NOTHING>();
+}
+
+#[test]
+#[should_panic(expected = "a step that did not count left a trace")]
+fn what_checkpoints_share_is_found() {
+    ring::<SHARES_A_CELL>();
+}
+
+#[test]
+#[should_panic(expected = "a step that did not count left a trace")]
+fn a_static_is_found() {
+    ring::<HAS_A_STATIC>();
+}
+
+#[test]
+#[should_panic(expected = "a mind goes on whatever it is told")]
+fn a_mind_that_trusts_words_is_found() {
+    ring::<TRUSTS_WORDS>();
+}
+
+#[test]
+#[should_panic(expected = "does what is a number: panicked: the mission's mind drives at NaN")]
+fn a_mind_that_drives_at_nan_is_found() {
+    ring::<DRIVES_AT_NAN>();
+}
+
+#[test]
+#[should_panic(expected = "is at a place that is a number")]
+fn a_mind_that_is_nowhere_is_found() {
+    ring::<IS_NOWHERE>();
+}
+
+#[test]
+#[should_panic(expected = "equal states, and the mission tells something else")]
+fn what_is_told_and_not_hashed_is_found() {
+    ring::<TELLS_A_SECRET>();
+}
+
+#[test]
+#[should_panic(expected = "equal states, and robot#0 senses something else")]
+fn what_is_sensed_and_not_hashed_is_found() {
+    ring::<SHOWS_A_SECRET>();
+}
+
+#[test]
+#[should_panic(expected = "the same inputs give the same bytes")]
+fn a_world_that_differs_from_run_to_run_is_found() {
+    ring::<DIFFERS_BY_RUN>();
+}
+
+#[test]
+#[should_panic(expected = "mission.csv tells numbers")]
+fn a_row_that_is_no_number_is_found() {
+    ring::<TELLS_NAN>();
+}
+
+#[test]
+#[should_panic(expected = "the world goes on whatever robots do")]
+fn a_world_that_trusts_deeds_is_found() {
+    ring::<TRUSTS_DEEDS>();
+}
