@@ -14,7 +14,7 @@ use alliance_proto::time::SimTime;
 
 use crate::allocator::{
     AgentRegistry, Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior,
-    Prepared,
+    Prepared, TaskBrief,
 };
 use crate::allocators::fixed;
 use crate::links::{Heard, Links};
@@ -45,6 +45,7 @@ pub struct TeamConfig {
     allocators: Vec<Arc<dyn Prepared>>,
     /// Tasks given beforehand, by rank.
     assignment: Vec<Arc<[TaskId]>>,
+    tasks: Arc<[TaskBrief]>,
 }
 
 impl TeamConfig {
@@ -76,6 +77,7 @@ impl TeamConfig {
             mission,
             allocators,
             assignment,
+            tasks: TaskBrief::all(setup),
         })
     }
 
@@ -91,6 +93,7 @@ impl TeamConfig {
             incarnation,
             team: setup.scenario.robots.len(),
             tasks: setup.catalog.tasks.len(),
+            briefs: Arc::clone(&self.tasks),
             behaviors: OwnBehavior::all_of(robot, setup),
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             heartbeat_period: longest(|values| 1.0 / values.broadcast_rate_hz),

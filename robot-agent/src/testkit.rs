@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use alliance_proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessage};
-use alliance_proto::codec::encoded_len;
+use alliance_proto::codec::{decode, encode, encoded_len};
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::Lore;
 use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
@@ -21,7 +21,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use crate::allocator::{
-    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost,
+    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
 };
 
 /// Random teams that are tried.
@@ -73,10 +73,16 @@ impl Trial {
             max_robots: chance.random_range(1..3),
             priority: chance.random_range(-1..2),
         });
+        let behaviors: Vec<OwnBehavior> = behaviors.collect();
+        let brief = |own: &OwnBehavior| TaskBrief {
+            max_robots: own.max_robots,
+            priority: own.priority,
+        };
         let me = Me {
             robot: RobotId(1),
             incarnation: 1,
-            behaviors: behaviors.collect(),
+            briefs: behaviors.iter().map(brief).collect(),
+            behaviors,
             team: chance.random_range(2..5),
             tasks: usize::from(tasks),
             step_s: 0.05,
@@ -262,15 +268,28 @@ impl Trial {
     }
 
     fn allocation(&mut self, wild: bool) -> AllocationMessage {
-        if !wild && !self.said.is_empty() {
+        if !self.said.is_empty() {
             let place = self.chance.random_range(0..self.said.len());
-            return self.said[place].clone();
+            let said = self.said[place].clone();
+            return if wild { self.garbled(said) } else { said };
         }
         let length = self.chance.random_range(0..40);
         AllocationMessage::Open(OpenMessage {
             schema: "somebody/else".to_owned(),
             bytes: (0..length).map(|_| self.chance.random()).collect(),
         })
+    }
+
+    /// The same message with some of its bytes changed, as far as it is one then: other tasks and times, numbers that are none.
+    fn garbled(&mut self, message: AllocationMessage) -> AllocationMessage {
+        let mut bytes = encode(&message).unwrap_or_default();
+        let from = self.chance.random_range(0..bytes.len().max(1));
+        let length = self.chance.random_range(1..9);
+        let ones = self.chance.random_bool(0.5);
+        for byte in bytes.iter_mut().skip(from).take(length) {
+            *byte = if ones { 0xff } else { self.chance.random() };
+        }
+        decode(&bytes).unwrap_or(message)
     }
 
     fn check(&mut self, at: &str, outcome: &Outcome, choices: &[Choice]) {

@@ -28,7 +28,7 @@ use std::sync::Arc;
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::{ParameterSpec, Setup};
+use alliance_proto::scenario::{ParameterSpec, Setup, TaskSpec};
 use alliance_proto::team::{Broadcast, TaskState};
 use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
 use alliance_proto::time::SimTime;
@@ -74,6 +74,8 @@ pub struct Me {
     pub team: usize,
     /// Number of tasks of the scenario.
     pub tasks: usize,
+    /// What everybody knows of each task beforehand, by its id; once for all robots of a process.
+    pub briefs: Arc<[TaskBrief]>,
     /// Its own behaviors, in the order of [`Input::choices`].
     pub behaviors: Vec<OwnBehavior>,
     /// Length of a step, s.
@@ -85,6 +87,27 @@ pub struct Me {
     /// The tasks that the scenario gives to this robot beforehand, for allocators that do not negotiate; see
     /// [`crate::allocators::fixed`].
     pub assigned: Arc<[TaskId]>,
+}
+
+/// What everybody knows of a task beforehand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskBrief {
+    /// How many robots may perform it at once.
+    pub max_robots: usize,
+    /// Higher goes first.
+    pub priority: i32,
+}
+
+impl TaskBrief {
+    /// Those of all tasks, by id.
+    #[must_use]
+    pub fn all(setup: &Setup) -> Arc<[Self]> {
+        let of = |spec: &TaskSpec| Self {
+            max_robots: spec.max_robots as usize,
+            priority: spec.priority,
+        };
+        setup.catalog.tasks.iter().map(of).collect()
+    }
 }
 
 /// A behavior that a robot has.

@@ -6,6 +6,7 @@ use alliance_proto::scenario::{Setup, Vocabulary};
 
 use super::{Allocator, ConfigError, Kind, Prepared, Typed};
 use crate::allocators::alliance::Alliance;
+use crate::allocators::ble::Ble;
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
 use crate::allocators::nearest::Nearest;
@@ -42,6 +43,10 @@ impl AgentRegistry {
         .allocator::<Fixed>(
             "static",
             "the tasks that an assignment before the start gave to the robot",
+        )
+        .allocator::<Ble>(
+            "ble",
+            "broadcast of local eligibility: the best pairs of robots and tasks, decided anew by all at once",
         )
     }
 

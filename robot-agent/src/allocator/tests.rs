@@ -11,7 +11,9 @@ use alliance_proto::time::SimTime;
 use proptest::prelude::*;
 
 use super::utility::DISCOUNT_PER_S;
-use super::{Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost};
+use super::{
+    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
+};
 use crate::agent::TeamConfig;
 use crate::allocator::AgentRegistry;
 use crate::allocators::first_come::FirstCome;
@@ -82,6 +84,12 @@ fn me(robot: u16, tasks: u16) -> Me {
         incarnation: 1,
         team: 3,
         tasks: usize::from(tasks),
+        briefs: (0..tasks)
+            .map(|_| TaskBrief {
+                max_robots: 1,
+                priority: 0,
+            })
+            .collect(),
         behaviors: (0..tasks)
             .map(|task| OwnBehavior {
                 id: BehaviorId(task),

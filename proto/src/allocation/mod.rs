@@ -1,4 +1,6 @@
-//! What allocators tell each other.
+//! What allocators tell each other: a file for the messages of each.
+
+pub mod ble;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +13,8 @@ pub const OPEN_MESSAGE_MAX: usize = 1200;
 pub enum AllocationMessage {
     /// Of an allocator that has no place of its own here.
     Open(OpenMessage),
+    /// Of BLE.
+    Ble(ble::Eligibility),
 }
 
 /// A message in an encoding of its allocator's own.
