@@ -22,6 +22,7 @@ mod hostile;
 mod in_process;
 mod killed;
 mod log_folder;
+mod negotiation;
 mod on_time;
 mod other_version;
 mod page;

@@ -1,7 +1,9 @@
 //! The one message of BLE.
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
+use super::few;
 use crate::ids::TaskId;
 use crate::time::SimTime;
 
@@ -13,7 +15,8 @@ pub const ELIGIBLE_MAX: usize = 64;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Eligibility {
     /// At most [`ELIGIBLE_MAX`], the best first.
-    pub entries: Vec<Eligible>,
+    #[serde(with = "few")]
+    pub entries: SmallVec<[Eligible; 6]>,
 }
 
 /// How eligible a robot is for a task.

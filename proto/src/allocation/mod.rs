@@ -1,6 +1,7 @@
 //! What allocators tell each other: a file for the messages of each.
 
 pub mod ble;
+mod few;
 
 use serde::{Deserialize, Serialize};
 

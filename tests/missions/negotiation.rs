@@ -1,0 +1,221 @@
+//! Allocators that talk: what ALLOCATORS.md §2 says happens under each fault, in whole missions, and what must hold in all of them.
+//! That processes and one process write the same bytes, and that a log is replayed, is asked in `allocators.rs`.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow, RunLog};
+use alliance_proto::mission::Value;
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::tick::Outcome;
+use missions::Registry;
+use missions::waste::data::family;
+use study::in_process::Team as InProcess;
+use study::invariants::{Invariants, Violation};
+
+use crate::allocators::{activations, scenario};
+use crate::harness::Lab;
+use crate::team::Team;
+
+pub const NEGOTIATORS: [&str; 1] = ["ble"];
+
+const STEP_MS: u64 = 50;
+
+/// Who holds a task dies with its first load, for good.
+const KILL: &str = "[[faults.timeline]]\nwhen = \"any picks\"\nfault.kill = \"gold\"\n";
+
+/// A run, after each tick of which is looked at what must hold.
+fn checked(scenario: Scenario) -> (Outcome, RunLog, Option<Violation>) {
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let mut invariants = Invariants::new(&setup);
+    let mut violation = None;
+    let team = InProcess::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let see = |simulation: &mut _| {
+        if violation.is_none() {
+            violation = invariants.see(simulation).err();
+        }
+    };
+    let (outcome, recorder) = team.run_for(u64::MAX, Outcome::TimeLimit, see).unwrap();
+    let vocabulary = Registry::built_in().vocabulary();
+    let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
+    (outcome, log, violation)
+}
+
+/// Runs it to its end: complete, with all that must hold.
+#[track_caller]
+fn complete(allocator: &str, faults: &str) -> RunLog {
+    let (outcome, log, violation) = checked(scenario(allocator, faults));
+    assert_eq!(violation, None, "{allocator}: {faults}");
+    assert_eq!(outcome, Outcome::Complete, "{allocator}: {faults}");
+    let delivered = log.run.result.mission.get("items.delivered");
+    assert_eq!(delivered, Value::Count(24), "{allocator}: {faults}");
+    log
+}
+
+/// Time in which each task has had more executors than may be, ms.
+fn doubled_ms(log: &RunLog) -> u64 {
+    let mut executors: BTreeMap<String, i64> = BTreeMap::new();
+    let (mut since, mut doubled) = (0, 0);
+    for row in log.rows::<EventRow>().unwrap() {
+        let more = match row.kind.as_str() {
+            "activated" => 1,
+            "hibernated" => -1,
+            _ => continue,
+        };
+        let surplus = executors.values().filter(|count| **count > 1).count() as u64;
+        doubled += surplus * (row.t_ms.0 - since);
+        since = row.t_ms.0;
+        *executors.entry(row.detail).or_default() += more;
+    }
+    doubled
+}
+
+/// When a robot was last heard to say anything of that kind, ms.
+fn last_heard(log: &RunLog, robot: &str, kind: &str) -> u64 {
+    let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
+    rows.filter(|row| row.sender == robot && row.kind == kind && row.fate == "heard")
+        .map(|row| row.t_ms.0)
+        .max()
+        .unwrap()
+}
+
+/// The task that a robot was at in the end.
+fn last_task(log: &RunLog, robot: &str) -> String {
+    let rows = log.rows::<EventRow>().unwrap();
+    let mut own = rows.into_iter().rev().filter(|row| row.robot == robot);
+    own.find(|row| row.kind == "activated").unwrap().detail
+}
+
+/// Who took a task up first after a time: when, who, why.
+fn taken_up(log: &RunLog, task: &str, after_ms: u64) -> (u64, String, String) {
+    let rows = log.rows::<EventRow>().unwrap().into_iter();
+    let mut taken = rows.filter(|row| row.kind == "activated" && row.detail == task);
+    let row = taken.find(|row| row.t_ms.0 > after_ms).unwrap();
+    (row.t_ms.0, row.robot, row.reason)
+}
+
+/// The task of the dead is taken over when the allocator's rule says, to the step.
+#[track_caller]
+fn assert_taken_over(allocator: &str, log: &RunLog, victim: &str) {
+    let task = last_task(log, victim);
+    let rows = log.rows::<EventRow>().unwrap();
+    let mut gone = rows
+        .iter()
+        .filter(|row| row.kind == "gone" && row.robot == victim);
+    let died = gone.next().unwrap().t_ms.0;
+    let (when, who, why) = taken_up(log, &task, died);
+    assert_ne!(who, victim);
+    match allocator {
+        // Rows count for τ after they were heard, which is a step after they were sent.
+        "ble" => {
+            let heard = last_heard(log, victim, "allocation");
+            assert_eq!(
+                (when, why.as_str()),
+                (heard + 5000, "claimed"),
+                "{who} {task}"
+            );
+        }
+        other => panic!("when does {other} take over?"),
+    }
+}
+
+#[test]
+fn without_faults_nobody_doubles_and_all_is_delivered() {
+    for allocator in NEGOTIATORS {
+        let log = complete(allocator, "");
+        // All begin to search at once, and hear of each other a step later; so it is with each task that falls due for all.
+        assert!(
+            doubled_ms(&log) <= 20 * STEP_MS,
+            "{allocator}: {} ms",
+            doubled_ms(&log)
+        );
+    }
+}
+
+/// By the clock of the run, with the process of whoever holds the task really killed.
+#[test]
+fn the_task_of_a_killed_process_is_taken_over_in_time() {
+    for allocator in NEGOTIATORS {
+        let lab = Lab::new();
+        let arguments = ["--speed", "60x", "--allocator", allocator];
+        let mut team = Team::start(&lab, &arguments);
+        let row = team.wait_for_row("events.csv", &[",picked,"]);
+        let victim = row.split(',').nth(2).unwrap().to_owned();
+        team.kill(&victim);
+        let finished = team.wait().expect(0);
+        assert_eq!(
+            finished.json()["result"]["items"]["delivered"],
+            24,
+            "{allocator}"
+        );
+        assert_taken_over(allocator, &lab.log("run"), &victim);
+    }
+}
+
+#[test]
+fn the_task_of_the_dead_is_taken_over_in_time() {
+    for allocator in NEGOTIATORS {
+        let log = complete(allocator, KILL);
+        assert_taken_over(allocator, &log, "gold");
+    }
+}
+
+#[test]
+fn lost_words_double_work_and_end_nothing() {
+    for allocator in NEGOTIATORS {
+        for p in [0.3, 0.6] {
+            complete(
+                allocator,
+                &format!("[[faults.timeline]]\nat_s = 0.0\nfault.drop = {{ p = {p} }}\n"),
+            );
+        }
+        complete(
+            allocator,
+            "[[faults.timeline]]\nat_s = 0.0\nfault.radio = \"severe-radio\"\n",
+        );
+    }
+}
+
+/// Each side does all; healed, one executor is left after 1/ρ and two steps.
+#[test]
+fn a_partition_doubles_until_it_heals() {
+    let faults = "[[faults.timeline]]\nat_s = 120.0\nfor_s = 60.0\n\
+                  fault.partition = { groups = [[\"blue\"], [\"gold\", \"green\"]] }\n";
+    for allocator in NEGOTIATORS {
+        complete(allocator, faults);
+    }
+}
+
+#[test]
+fn a_robot_that_starts_again_joins_in() {
+    let faults =
+        "[[faults.timeline]]\nwhen = \"gold picks\"\nfor_s = 60.0\nfault.kill = \"gold\"\n";
+    for allocator in NEGOTIATORS {
+        let log = complete(allocator, faults);
+        let back = log.rows::<EventRow>().unwrap();
+        let back = back
+            .iter()
+            .rfind(|row| row.kind == "joined" && row.robot == "gold")
+            .unwrap();
+        let mut rows = log.rows::<EventRow>().unwrap().into_iter();
+        assert!(
+            rows.any(|row| row.kind == "activated" && row.robot == "gold" && row.t_ms > back.t_ms),
+            "{allocator}: gold works again"
+        );
+    }
+}
+
+#[test]
+fn thirty_robots_carry_all_to_their_deposits() {
+    for allocator in NEGOTIATORS {
+        let mut scenario = family(30, 20);
+        scenario.allocator = Some(allocator.to_owned());
+        let (outcome, log, violation) = checked(scenario);
+        assert_eq!(
+            (outcome, violation),
+            (Outcome::Complete, None),
+            "{allocator}"
+        );
+        let delivered = log.run.result.mission.get("items.delivered");
+        assert_eq!(delivered, Value::Count(240), "{allocator}");
+    }
+}
