@@ -216,7 +216,7 @@ impl Agent {
 
         broadcasts.clear();
         for announcement in &outcome.announcements {
-            let body = self.heartbeat(announcement, spent.pop());
+            let body = self.heartbeat(announcement, spent);
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
         // To drain a list that is empty, as in most steps, takes longer than to look.
@@ -252,11 +252,15 @@ impl Agent {
     }
 
     /// A heartbeat, in the memory of an old one.
-    fn heartbeat(&self, announcement: &Announcement, spent: Option<Broadcast>) -> Content {
-        let mut lore = match spent.map(|broadcast| broadcast.body) {
-            Some(Content::Heartbeat(heartbeat)) => heartbeat.lore,
-            _ => Lore::default(),
-        };
+    fn heartbeat(&self, announcement: &Announcement, spent: &mut Vec<Broadcast>) -> Content {
+        let mut lore = Lore::default();
+        while let Some(broadcast) = spent.pop() {
+            // Others have no memory that is worth keeping.
+            if let Content::Heartbeat(heartbeat) = broadcast.body {
+                lore = heartbeat.lore;
+                break;
+            }
+        }
         self.mission.lore(&mut lore);
         Content::Heartbeat(Heartbeat {
             state: announcement.state,

@@ -280,11 +280,6 @@ impl<A: Allocator> Team<A> {
         robot.outcome = Outcome::default();
     }
 
-    /// Whether it lives.
-    pub fn lives(&self, rank: usize) -> bool {
-        self.robots[rank].mind.is_some()
-    }
-
     /// Who is at a task.
     pub fn executors(&self, task: usize) -> Vec<usize> {
         let task = Some(TaskId(task as u16));

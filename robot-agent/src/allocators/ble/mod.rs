@@ -7,6 +7,8 @@
 //!   one's own row were always fresh, two robots could each believe to be the better one until both have spoken again.
 //! - A unit counts as under way (u = r) from the second step after activation: by then the words of all who began in the same step
 //!   have crossed, and the nearest of them stays, not the one of the lowest rank.
+//! - A row of a robot of which nothing was known, or no more, is answered at once: a newcomer, and the other side of a partition
+//!   that heals, hear within two steps what is under way, and not within 1/ρ.
 //! - A row counts for τ after it was heard. Of what is heard, entries for tasks that there are not, of rounds to come and without a
 //!   finite utility are left out.
 
@@ -26,7 +28,7 @@ use smallvec::SmallVec;
 
 use crate::allocator::utility::{Bid, UnderWay};
 use crate::allocator::{Allocator, Choice, Decision, Input, Me};
-use table::Table;
+use table::{News, Table};
 
 /// One robot's choice.
 #[derive(Clone, Debug)]
@@ -130,12 +132,12 @@ impl Allocator for Ble {
         self.under_way.note_progress(&self.me, input);
         self.weigh(input);
 
-        let mut has_changed = self.hear(input);
-        has_changed |= self.forget(input.now);
+        let news = self.hear(input);
+        let mut has_changed = self.forget(input.now) || news.changed;
         let is_due = self
             .spoke
             .is_none_or(|spoke| input.now.since(spoke) >= self.period);
-        if is_due || !self.has_said_this_order() {
+        if is_due || news.newcomer || !self.has_said_this_order() {
             self.speak(input.now, decision);
             has_changed = true;
         }
@@ -200,9 +202,8 @@ impl Ble {
         })
     }
 
-    /// Says whether the table has changed.
-    fn hear(&mut self, input: &Input<'_>) -> bool {
-        let mut has_changed = false;
+    fn hear(&mut self, input: &Input<'_>) -> News {
+        let mut all = News::default();
         for broadcast in input.heard {
             let Content::Allocation(AllocationMessage::Ble(eligibility)) = &broadcast.body else {
                 continue;
@@ -218,9 +219,11 @@ impl Ble {
                     && entry.utility.is_finite()
             });
             let word = (broadcast.incarnation, broadcast.seq);
-            has_changed |= self.table.hear(robot, word, sound, input.now);
+            let news = self.table.hear(robot, word, sound, input.now);
+            all.changed |= news.changed;
+            all.newcomer |= news.newcomer;
         }
-        has_changed
+        all
     }
 
     /// Drops rows older than τ. Says whether there were any.

@@ -24,11 +24,21 @@ pub struct Table {
     scratch: Scratch,
 }
 
+/// What came of a word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct News {
+    /// The table has changed.
+    pub changed: bool,
+    /// Nothing was known of its sender, or no more.
+    pub newcomer: bool,
+}
+
 /// What a robot said last. It is kept when the robot has ceased, without entries, so that older words stay older.
 #[derive(Clone, Debug, Default)]
 struct Row {
     word: Word,
-    heard: SimTime,
+    /// `None` once it has ceased.
+    heard: Option<SimTime>,
     entries: SmallVec<[Eligible; 6]>,
 }
 
@@ -56,30 +66,24 @@ struct Task {
 }
 
 impl Table {
-    /// Takes a word in, unless it is none that is newer. Says whether it changes the table.
+    /// Takes a word in, if it is a newer one.
     pub fn hear(
         &mut self,
         robot: RobotId,
         word: Word,
         entries: impl Iterator<Item = Eligible> + Clone,
         now: SimTime,
-    ) -> bool {
-        let row = match self.rows.place(robot) {
-            Ok(place) => {
-                let row = self.rows.at_mut(place);
-                if word <= row.word {
-                    return false;
-                }
-                row
-            }
-            Err(place) => {
-                self.rows.insert(place, robot, Row::default());
-                self.rows.at_mut(place)
-            }
-        };
-        row.word = word;
-        row.heard = now;
-        set(&mut row.entries, entries)
+    ) -> News {
+        let row = self.rows.get_or_insert_with(robot, Row::default);
+        if word <= row.word {
+            return News::default();
+        }
+        let newcomer = row.heard.is_none() || word.0 > row.word.0;
+        (row.word, row.heard) = (word, Some(now));
+        News {
+            changed: set(&mut row.entries, entries),
+            newcomer,
+        }
     }
 
     /// Replaces the row of the robot whose table it is.
@@ -102,14 +106,15 @@ impl Table {
         let own = self.rows.place(me).ok();
         let (mut dropped, mut oldest) = (false, None);
         for (place, row) in self.rows.values_mut().enumerate() {
-            if Some(place) == own || row.entries.is_empty() {
+            let Some(heard) = row.heard.filter(|_| Some(place) != own) else {
                 continue;
-            }
-            if row.heard <= than {
+            };
+            if heard <= than {
+                row.heard = None;
                 row.entries.clear();
                 dropped = true;
             } else {
-                oldest = Some(oldest.map_or(row.heard, |other: SimTime| other.min(row.heard)));
+                oldest = Some(oldest.map_or(heard, |other: SimTime| other.min(heard)));
             }
         }
         (dropped, oldest)

@@ -12,7 +12,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::table::Table;
+use super::table::{News, Table};
 use super::{Ble, Config};
 use crate::allocator::TaskBrief;
 use crate::allocator::utility::{Bid, DISCOUNT_PER_S};
@@ -294,7 +294,8 @@ fn of_two_that_begin_at_once_the_nearer_one_stays() {
 #[test]
 fn the_task_of_the_dead_is_claimed_after_tau_and_not_before() {
     let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
-    team.run(21);
+    // Both have answered each other's first words, and spoken again 1/ρ later.
+    team.run(2 + PERIOD.0 / STEP.0);
     let last_word = team.now() - STEP;
     assert!(words(&team.air).any(|(sender, _)| sender == RobotId(0)));
     team.run(7);
@@ -304,11 +305,11 @@ fn the_task_of_the_dead_is_claimed_after_tau_and_not_before() {
     }
     assert_eq!(team.now() - STEP, last_word + TAU + STEP);
     assert_eq!(team.robots[1].outcome.changes[0].reason, Reason::Claimed);
-    // Back again it knows nothing, begins, and hears within 1/ρ and a step that the other is better.
+    // Back again it knows nothing, begins, and hears two steps later that the other is better.
     team.restart(0);
     team.step();
     assert_eq!(team.executors(0), [0, 1]);
-    team.run(1 + PERIOD.0 / STEP.0);
+    team.run(2);
     assert_eq!(team.executors(0), [1]);
 }
 
@@ -370,18 +371,23 @@ fn rounds_and_words_are_told_apart() {
     let (me, other) = (RobotId(1), RobotId(0));
     let mut table = Table::default();
     table.set_own(me, [entry(1000, 0.9)].into_iter());
-    assert!(table.hear(other, (2, 7), [entry(2000, 0.1)].into_iter(), SimTime(5000)));
+    let news = table.hear(other, (2, 7), [entry(2000, 0.1)].into_iter(), SimTime(5000));
+    assert!(news.changed && news.newcomer);
     table.assign(&briefs);
     assert_eq!(
         (table.task_of(me), table.holder_of(TaskId(0))),
         (None, Some(other))
     );
     for word in [(2, 7), (2, 6), (1, 99)] {
-        assert!(!table.hear(other, word, [].into_iter(), SimTime(6000)));
+        assert_eq!(
+            table.hear(other, word, [].into_iter(), SimTime(6000)),
+            News::default()
+        );
     }
     // Silent for too long it is eligible for nothing, and its older words are still older.
     assert_eq!(table.drop_older(SimTime(5000), me), (true, None));
-    assert!(!table.hear(other, (2, 5), [entry(2000, 0.1)].into_iter(), SimTime(6000)));
+    let late = table.hear(other, (2, 5), [entry(2000, 0.1)].into_iter(), SimTime(6000));
+    assert_eq!(late, News::default());
     table.assign(&briefs);
     assert_eq!(table.task_of(me), Some(TaskId(0)));
 }

@@ -18,7 +18,6 @@ use crate::by_rank::ByRank;
 pub struct Auctioneer {
     me: RobotId,
     incarnation: Incarnation,
-    team: usize,
     terms: Terms,
     /// Number of the next auction.
     number: u32,
@@ -67,7 +66,6 @@ impl Auctioneer {
         Self {
             me: me.robot,
             incarnation: me.incarnation,
-            team: me.team,
             terms,
             number: 0,
             desks: tasks.iter().map(desk).collect(),
@@ -104,15 +102,15 @@ impl Auctioneer {
         &mut self,
         offers: &Offers<'_>,
         input: &Input<'_>,
+        me: &Me,
         alive: &ByRank<SimTime>,
-        briefs: &Me,
         ledger: &mut Ledger,
-        said: &mut SmallVec<[Negotiation; 4]>,
+        said: &mut Vec<Negotiation>,
     ) {
         let now = input.now;
         self.bans.retain(|(_, _, until)| now < *until);
         for place in 0..self.desks.len() {
-            self.take_office(place, offers, alive, briefs, now);
+            self.take_office(place, offers, me, alive, now);
             if let Some(offer) = &offers[place] {
                 ledger.void(place, offer.choice.round);
             }
@@ -129,8 +127,8 @@ impl Auctioneer {
         &mut self,
         place: usize,
         offers: &Offers<'_>,
-        alive: &ByRank<SimTime>,
         me: &Me,
+        alive: &ByRank<SimTime>,
         now: SimTime,
     ) {
         let Terms {
@@ -161,7 +159,7 @@ impl Auctioneer {
         &mut self,
         place: usize,
         ledger: &mut Ledger,
-        said: &mut SmallVec<[Negotiation; 4]>,
+        said: &mut Vec<Negotiation>,
         now: SimTime,
     ) {
         let desk = &self.desks[place];
@@ -196,7 +194,7 @@ impl Auctioneer {
     fn close(
         &mut self,
         ledger: &mut Ledger,
-        said: &mut SmallVec<[Negotiation; 4]>,
+        said: &mut Vec<Negotiation>,
         now: SimTime,
     ) {
         let closes = |desk: &Desk| desk.open.as_ref().is_some_and(|open| open.closes <= now);
@@ -253,7 +251,7 @@ impl Auctioneer {
         &mut self,
         offers: &Offers<'_>,
         ledger: &Ledger,
-        said: &mut SmallVec<[Negotiation; 4]>,
+        said: &mut Vec<Negotiation>,
         now: SimTime,
     ) {
         let mut running = 0;

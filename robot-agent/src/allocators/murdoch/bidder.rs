@@ -59,7 +59,7 @@ impl Bidder {
         closes: SimTime,
         offer: &Option<Offer<'_>>,
         now: SimTime,
-        answers: &mut SmallVec<[Negotiation; 4]>,
+        answers: &mut Vec<Negotiation>,
     ) {
         let is_free =
             self.contract.is_none() && self.delivers.is_none_or(|(task, _)| task == place);
@@ -84,7 +84,7 @@ impl Bidder {
         said: &Negotiation,
         offer: &Option<Offer<'_>>,
         now: SimTime,
-        answers: &mut SmallVec<[Negotiation; 4]>,
+        answers: &mut Vec<Negotiation>,
     ) {
         if let Some(held) = &mut self.contract
             && (held.place, held.auction) == (place, said.auction)
@@ -117,7 +117,7 @@ impl Bidder {
         input: &Input<'_>,
         ledger: &Ledger,
         decision: &mut Decision,
-        said: &mut SmallVec<[Negotiation; 4]>,
+        said: &mut Vec<Negotiation>,
     ) {
         let now = input.now;
         if let Some(mut held) = self.contract.take() {
@@ -134,6 +134,7 @@ impl Bidder {
             if let Some((status, reason)) = ended {
                 said.push(ack(&about, status, held.progress));
                 self.reason = reason;
+                self.bids[held.place] = None;
                 let has_load = input.is_laden && status == Status::Abort;
                 self.delivers = has_load.then_some((held.place, now));
             } else {

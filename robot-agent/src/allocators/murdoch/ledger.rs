@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use alliance_proto::allocation::murdoch::{AuctionId, Negotiation, Status};
+use alliance_proto::allocation::murdoch::{AuctionId, Negotiation};
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
@@ -50,13 +50,7 @@ impl Ledger {
         }
     }
 
-    /// Contracts for a task; the first that hold.
-    pub fn of(&self, place: usize) -> &[Contract] {
-        let all = &self.contracts[place];
-        &all[..all.len().min(self.max_robots[place])]
-    }
-
-    /// The same, to be changed.
+    /// The contracts for a task that hold.
     pub fn of_mut(&mut self, place: usize) -> &mut [Contract] {
         let all = &mut self.contracts[place];
         let most = all.len().min(self.max_robots[place]);
@@ -111,25 +105,19 @@ impl Ledger {
         }
     }
 
-    /// A robot says how its contract stands.
-    #[allow(clippy::too_many_arguments)] // What is said, by whom, and what the auctioneer thinks of it.
+    /// A robot says what it has achieved so far; `None`: that its contract has ended.
     pub fn note_ack(
         &mut self,
         place: usize,
         said: &Negotiation,
         sender: RobotId,
-        status: Status,
-        progress: u32,
-        banned: bool,
+        progress: Option<u32>,
         now: SimTime,
     ) {
-        if status != Status::Ongoing {
+        let Some(progress) = progress else {
             self.contracts[place].retain(|it| it.winner != sender || it.auction != said.auction);
             return;
-        }
-        if banned {
-            return;
-        }
+        };
         self.note_award(place, said, sender, now);
         let mut contracts = self.contracts[place].iter_mut();
         if let Some(known) = contracts.find(|it| it.winner == sender && it.auction == said.auction)

@@ -27,7 +27,7 @@ mod ledger;
 mod tests;
 
 use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::murdoch::{Negotiation, Word};
+use alliance_proto::allocation::murdoch::{Negotiation, Status, Word};
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use alliance_proto::team::Content;
@@ -56,8 +56,9 @@ pub struct Murdoch {
     ledger: Ledger,
     auctioneer: Auctioneer,
     bidder: Bidder,
-    /// What it said in the step before.
-    own_words: SmallVec<[Negotiation; 4]>,
+    /// What it said in the step before, and the memory of the one before that.
+    own_words: Vec<Negotiation>,
+    spare: Vec<Negotiation>,
 }
 
 /// `[allocators.murdoch]`.
@@ -214,7 +215,8 @@ impl Allocator for Murdoch {
             ledger: Ledger::new(me, &tasks, terms),
             auctioneer: Auctioneer::new(me, &tasks, terms),
             bidder: Bidder::new(me, &tasks, terms),
-            own_words: SmallVec::new(),
+            own_words: Vec::new(),
+            spare: Vec::new(),
             tasks,
             me: me.clone(),
         }
@@ -222,7 +224,7 @@ impl Allocator for Murdoch {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         self.under_way.note_progress(&self.me, input);
-        let mut said = SmallVec::new();
+        let mut said = std::mem::take(&mut self.spare);
         let offers = self.offers(input);
 
         for broadcast in input.heard {
@@ -247,7 +249,7 @@ impl Allocator for Murdoch {
         self.bidder
             .act(&offers, input, &self.ledger, decision, &mut said);
         self.auctioneer
-            .act(&offers, input, &self.alive, &mut self.ledger, &mut said);
+            .act(&offers, input, &self.me, &self.alive, &mut self.ledger, &mut said);
 
         // What goes on is more urgent than what is to begin.
         said.sort_by_key(|it: &Negotiation| match it.word {
@@ -260,6 +262,8 @@ impl Allocator for Murdoch {
         let words = said.iter().copied().map(AllocationMessage::Murdoch);
         decision.say.extend(words);
         self.own_words = said;
+        self.spare = own_words;
+        self.spare.clear();
 
         let holder = |task| self.ledger.holder_of(self.place_of(task)?);
         self.under_way.log(&self.me, input, decision, holder);
@@ -307,7 +311,7 @@ impl Murdoch {
         said: &Negotiation,
         offers: &Offers<'_>,
         input: &Input<'_>,
-        answers: &mut SmallVec<[Negotiation; 4]>,
+        answers: &mut Vec<Negotiation>,
     ) {
         let Some(place) = self.place_of(said.task) else {
             return;
@@ -343,8 +347,12 @@ impl Murdoch {
             }
             Word::Ack { status, progress } => {
                 self.auctioneer.attended(place, said.auction.auctioneer, input.now);
-                let banned = self.auctioneer.is_banned(place, sender, input.now);
-                self.ledger.note_ack(place, said, sender, status, progress, banned, input.now);
+                let goes_on = status == Status::Ongoing;
+                if !goes_on || !self.auctioneer.is_banned(place, sender, input.now) {
+                    let progress = goes_on.then_some(progress);
+                    self.ledger
+                        .note_ack(place, said, sender, progress, input.now);
+                }
             }
         }
     }
