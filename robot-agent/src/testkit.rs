@@ -74,16 +74,19 @@ impl Trial {
             priority: chance.random_range(-1..2),
         });
         let behaviors: Vec<OwnBehavior> = behaviors.collect();
+        let team = chance.random_range(2..5);
         let brief = |own: &OwnBehavior| TaskBrief {
             max_robots: own.max_robots,
             priority: own.priority,
+            unit_s: 2.0,
+            robots: (0..team as u16).map(RobotId).collect(),
         };
         let me = Me {
             robot: RobotId(1),
             incarnation: 1,
             briefs: behaviors.iter().map(brief).collect(),
             behaviors,
-            team: chance.random_range(2..5),
+            team,
             tasks: usize::from(tasks),
             step_s: 0.05,
             heartbeat_period: SimTime(1000),

@@ -33,7 +33,7 @@ fn run(scenario: Scenario, seed: u64) -> (Outcome, RunLog) {
 }
 
 /// Activations of a task after a time: when, who, why.
-pub fn activations(log: &RunLog, task: &str, after_ms: u64) -> Vec<(u64, String, String)> {
+fn activations(log: &RunLog, task: &str, after_ms: u64) -> Vec<(u64, String, String)> {
     let rows = log.rows::<EventRow>().unwrap().into_iter();
     rows.filter(|row| row.kind == "activated" && row.subject == task && row.t_ms.0 >= after_ms)
         .map(|row| (row.t_ms.0, row.robot, row.reason))

@@ -13,11 +13,11 @@ use study::in_process::Team as InProcess;
 use study::invariants::{Invariants, Violation};
 use world_server::simulation::Simulation;
 
-use crate::allocators::{activations, scenario};
+use crate::allocators::scenario;
 use crate::harness::Lab;
 use crate::team::Team;
 
-pub const NEGOTIATORS: [&str; 1] = ["ble"];
+pub const NEGOTIATORS: [&str; 2] = ["ble", "murdoch"];
 
 const STEP_MS: u64 = 50;
 
@@ -116,6 +116,18 @@ fn assert_taken_over(allocator: &str, log: &RunLog, victim: &str) {
                 (heard + 5000, "claimed"),
                 "{who} {task}"
             );
+        }
+        // A step for the lease to be over, half a second of bids, a step for the award to be heard. If the auctioneer has died, the
+        // next one takes office τ after the last that it heard of it, and listens for a lease.
+        "murdoch" => {
+            let auction_ms = 500 + STEP_MS;
+            let due = if victim == "blue" {
+                let heartbeat = last_heard(log, victim, "heartbeat");
+                heartbeat.max(last_heard(log, victim, "allocation")) + 5000 + 6000 + auction_ms
+            } else {
+                last_heard(log, victim, "allocation") + 6000 + STEP_MS + auction_ms
+            };
+            assert_eq!((when, why.as_str()), (due, "awarded"), "{who} {task}");
         }
         other => panic!("when does {other} take over?"),
     }

@@ -2,6 +2,7 @@
 
 pub mod ble;
 mod few;
+pub mod murdoch;
 
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,8 @@ pub enum AllocationMessage {
     Open(OpenMessage),
     /// Of BLE.
     Ble(ble::Eligibility),
+    /// Of MURDOCH.
+    Murdoch(murdoch::Negotiation),
 }
 
 /// A message in an encoding of its allocator's own.

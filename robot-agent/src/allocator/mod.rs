@@ -90,23 +90,43 @@ pub struct Me {
 }
 
 /// What everybody knows of a task beforehand.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TaskBrief {
     /// How many robots may perform it at once.
     pub max_robots: usize,
     /// Higher goes first.
     pub priority: i32,
+    /// Longest unit of its work, from one sign of progress to the next, for any robot that can do it, s: an estimate.
+    pub unit_s: f64,
+    /// The robots that have a behavior for it, by rank.
+    pub robots: Vec<RobotId>,
 }
 
 impl TaskBrief {
     /// Those of all tasks, by id.
     #[must_use]
     pub fn all(setup: &Setup) -> Arc<[Self]> {
+        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
         let of = |spec: &TaskSpec| Self {
             max_robots: spec.max_robots as usize,
             priority: spec.priority,
+            unit_s: 0.0,
+            robots: Vec::new(),
         };
-        setup.catalog.tasks.iter().map(of).collect()
+        let mut all: Vec<Self> = catalog.tasks.iter().map(of).collect();
+        for (robot, rank) in scenario.robots.iter().zip(0..) {
+            let body = scenario.body_of(robot);
+            for id in catalog.behaviors_of(robot) {
+                let behavior = &catalog.sets[id.index()];
+                let brief = &mut all[behavior.task.index()];
+                let unit_s = catalog.mission.unit_s(scenario, &body, behavior);
+                brief.unit_s = brief.unit_s.max(unit_s);
+                if brief.robots.last() != Some(&RobotId(rank)) {
+                    brief.robots.push(RobotId(rank));
+                }
+            }
+        }
+        all.into()
     }
 }
 

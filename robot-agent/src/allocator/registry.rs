@@ -9,6 +9,7 @@ use crate::allocators::alliance::Alliance;
 use crate::allocators::ble::Ble;
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
+use crate::allocators::murdoch::Murdoch;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::Random;
 use crate::mission::{MissionMind, SharedMission};
@@ -47,6 +48,10 @@ impl AgentRegistry {
         .allocator::<Ble>(
             "ble",
             "broadcast of local eligibility: the best pairs of robots and tasks, decided anew by all at once",
+        )
+        .allocator::<Murdoch>(
+            "murdoch",
+            "auctions: the best bid of those who are free gets a contract, renewed as long as it answers",
         )
     }
 

@@ -88,6 +88,8 @@ fn me(robot: u16, tasks: u16) -> Me {
             .map(|_| TaskBrief {
                 max_robots: 1,
                 priority: 0,
+                unit_s: 10.0,
+                robots: (0..3).map(RobotId).collect(),
             })
             .collect(),
         behaviors: (0..tasks)
@@ -344,6 +346,6 @@ fn an_unknown_allocator_and_a_wrong_key_are_one_line() {
     let error = TeamConfig::of(&setup, &AgentRegistry::built_in()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "allocators.telepathy: there is no such allocator; there are alliance, nearest, first-come, random, static"
+        "allocators.telepathy: there is no such allocator; there are alliance, nearest, first-come, random, static, ble, murdoch"
     );
 }

@@ -142,12 +142,7 @@ impl<A: Allocator> Team<A> {
             incarnation,
             team: self.situation.cost_s.len(),
             tasks: self.situation.tasks.len(),
-            briefs: tasks()
-                .map(|(task, _)| TaskBrief {
-                    max_robots: task.max_robots,
-                    priority: task.priority,
-                })
-                .collect(),
+            briefs: self.briefs(),
             behaviors: able
                 .map(|(spec, task)| OwnBehavior {
                     id: BehaviorId(task),
@@ -161,6 +156,24 @@ impl<A: Allocator> Team<A> {
             ceased_after: TAU,
             assigned: [].into(),
         }
+    }
+
+    /// What everybody knows of the tasks.
+    pub fn briefs(&self) -> Arc<[TaskBrief]> {
+        let brief = |(task, id): (&Task, u16)| {
+            let ranks = 0..self.situation.cost_s.len();
+            let able = ranks.filter(|&rank| self.cost_s(rank, TaskId(id)).is_some());
+            let costs = able
+                .clone()
+                .filter_map(|rank| self.cost_s(rank, TaskId(id)));
+            TaskBrief {
+                max_robots: task.max_robots,
+                priority: task.priority,
+                unit_s: costs.fold(0.0, f64::max),
+                robots: able.map(|rank| RobotId(rank as u16)).collect(),
+            }
+        };
+        self.situation.tasks.iter().zip(0..).map(brief).collect()
     }
 
     fn cost_s(&self, rank: usize, task: TaskId) -> Option<f64> {

@@ -14,7 +14,6 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::table::{News, Table};
 use super::{Ble, Config};
-use crate::allocator::TaskBrief;
 use crate::allocator::utility::{Bid, DISCOUNT_PER_S};
 use crate::allocators::team::{PERIOD, STEP, Situation, TAU, Task, Team, words};
 use crate::testkit;
@@ -234,7 +233,7 @@ proptest! {
         who in any::<prop::sample::Index>(),
         more in 0.0..10.0_f32,
     ) {
-        let briefs: Vec<TaskBrief> = situation.tasks.iter().map(|task| TaskBrief { max_robots: task.max_robots, priority: task.priority }).collect();
+        let briefs = Team::<Ble>::new(situation.clone(), Config::default()).briefs();
         let me = RobotId(who.index(situation.cost_s.len()) as u16);
         let table = |raised: Option<TaskId>| {
             let mut table = Table::default();
@@ -359,10 +358,7 @@ fn a_third_robot_that_one_alone_hears_breaks_what_two_agree_on() {
 /// An older round is void, be it one's own; an unknown word, an old one, and one of another incarnation change nothing.
 #[test]
 fn rounds_and_words_are_told_apart() {
-    let briefs = [TaskBrief {
-        max_robots: 1,
-        priority: 0,
-    }];
+    let briefs = Team::<Ble>::new(Situation::of(&[&[1.0]]), Config::default()).briefs();
     let entry = |round_ms, utility| Eligible {
         task: TaskId(0),
         round: SimTime(round_ms),

@@ -132,7 +132,9 @@ impl Auctioneer {
         now: SimTime,
     ) {
         let Terms {
-            lease, ceased_after, ..
+            lease,
+            ceased_after,
+            ..
         } = self.terms;
         let desk = &mut self.desks[place];
         if offers[place].is_none() {
@@ -191,12 +193,7 @@ impl Auctioneer {
     }
 
     /// Awards the auctions that close, the best bid first.
-    fn close(
-        &mut self,
-        ledger: &mut Ledger,
-        said: &mut Vec<Negotiation>,
-        now: SimTime,
-    ) {
+    fn close(&mut self, ledger: &mut Ledger, said: &mut Vec<Negotiation>, now: SimTime) {
         let closes = |desk: &Desk| desk.open.as_ref().is_some_and(|open| open.closes <= now);
         if !self.desks.iter().any(closes) {
             return;
@@ -205,7 +202,11 @@ impl Auctioneer {
             let desk = &mut self.desks[place];
             let Some(open) = desk.open.take() else { break };
             ledger.award(place, open.auction, open.round, robot, now);
-            if let Some(contract) = ledger.of_mut(place).iter_mut().find(|it| it.winner == robot) {
+            if let Some(contract) = ledger
+                .of_mut(place)
+                .iter_mut()
+                .find(|it| it.winner == robot)
+            {
                 contract.renewed = Some(now);
             }
             said.push(Negotiation {

@@ -82,7 +82,14 @@ impl Ledger {
     }
 
     /// A contract begins.
-    pub fn award(&mut self, place: usize, auction: AuctionId, round: SimTime, winner: RobotId, now: SimTime) {
+    pub fn award(
+        &mut self,
+        place: usize,
+        auction: AuctionId,
+        round: SimTime,
+        winner: RobotId,
+        now: SimTime,
+    ) {
         self.insert(
             place,
             Contract {

@@ -232,9 +232,7 @@ impl Allocator for Murdoch {
             if sender == self.me.robot || sender.index() >= self.me.team {
                 continue;
             }
-            *self
-                .alive
-                .get_or_insert_with(sender, SimTime::default) = input.now;
+            *self.alive.get_or_insert_with(sender, SimTime::default) = input.now;
             if let Content::Allocation(AllocationMessage::Murdoch(negotiation)) = &broadcast.body {
                 let word = (broadcast.incarnation, broadcast.seq);
                 self.hear(sender, Some(word), negotiation, &offers, input, &mut said);
@@ -248,8 +246,14 @@ impl Allocator for Murdoch {
         self.ledger.forget(input.now);
         self.bidder
             .act(&offers, input, &self.ledger, decision, &mut said);
-        self.auctioneer
-            .act(&offers, input, &self.me, &self.alive, &mut self.ledger, &mut said);
+        self.auctioneer.act(
+            &offers,
+            input,
+            &self.me,
+            &self.alive,
+            &mut self.ledger,
+            &mut said,
+        );
 
         // What goes on is more urgent than what is to begin.
         said.sort_by_key(|it: &Negotiation| match it.word {
@@ -330,7 +334,8 @@ impl Murdoch {
         match said.word {
             Word::Announce { closes } => {
                 self.auctioneer.attended(place, sender, input.now);
-                self.bidder.invited(place, said, closes, &offers[place], input.now, answers);
+                self.bidder
+                    .invited(place, said, closes, &offers[place], input.now, answers);
             }
             Word::Bid { utility } => {
                 self.auctioneer.bid(place, said.auction, sender, utility);
@@ -342,11 +347,13 @@ impl Murdoch {
                 self.auctioneer.attended(place, sender, input.now);
                 self.ledger.note_award(place, said, winner, input.now);
                 if winner == self.me.robot {
-                    self.bidder.renewed(place, said, &offers[place], input.now, answers);
+                    self.bidder
+                        .renewed(place, said, &offers[place], input.now, answers);
                 }
             }
             Word::Ack { status, progress } => {
-                self.auctioneer.attended(place, said.auction.auctioneer, input.now);
+                self.auctioneer
+                    .attended(place, said.auction.auctioneer, input.now);
                 let goes_on = status == Status::Ongoing;
                 if !goes_on || !self.auctioneer.is_banned(place, sender, input.now) {
                     let progress = goes_on.then_some(progress);
