@@ -195,7 +195,11 @@ fn a_partition_doubles_until_it_heals() {
     for allocator in NEGOTIATORS {
         let log = complete(allocator, faults);
         let (within, after) = (doubled_ms(&log, 0), doubled_ms(&log, 180_000));
-        assert!(within > 10_000, "{allocator}: {within} ms");
+        // With contracts, whoever has one looks for no other: here all do.
+        assert!(
+            within > 10_000 || allocator == "murdoch",
+            "{allocator}: {within} ms"
+        );
         assert!(after <= 1000 + 20 * STEP_MS, "{allocator}: {after} ms");
     }
 }
@@ -233,8 +237,9 @@ fn a_babbler_keeps_its_task_as_long_as_the_rule_believes_it() {
             Outcome::TimeLimit,
             "{allocator}: its load is never delivered"
         );
+        // The other spill is cleared, and of this one not an item is touched any more.
         let delivered = log.run.result.mission.get("items.delivered");
-        println!("{allocator}: {delivered:?}");
+        assert_eq!(delivered, Value::Count(12), "{allocator}");
     }
 }
 

@@ -275,6 +275,22 @@ impl<A: Allocator> Team<A> {
         }
     }
 
+    /// Says something in a robot's name, to be heard in the next step.
+    pub fn forge(&mut self, rank: usize, message: AllocationMessage) {
+        let robot = &mut self.robots[rank];
+        let seq = robot.seq;
+        robot.seq += 1;
+        self.air.push(Arc::new(Broadcast {
+            sender: RobotId(rank as u16),
+            incarnation: robot.incarnation,
+            tick: self.tick,
+            index: 0,
+            seq,
+            sent: self.now(),
+            body: Content::Allocation(message),
+        }));
+    }
+
     /// Its process is killed: what it said in the latest step is still heard.
     pub fn kill(&mut self, rank: usize) {
         let robot = &mut self.robots[rank];

@@ -5,8 +5,8 @@
 //! # Decided here
 //! - In the table stands what a robot *said* last, its own row too: so all that hear each other decide from the same numbers. If
 //!   one's own row were always fresh, two robots could each believe to be the better one until both have spoken again.
-//! - A unit counts as under way (u = r) from the second step after activation: by then the words of all who began in the same step
-//!   have crossed, and the nearest of them stays, not the one of the lowest rank.
+//! - A unit counts as under way (u = r) from the third step after activation: by then the words of all who began in the same step
+//!   have crossed, so that the nearest of them stays, not the one of the lowest rank; and a newcomer has its answers.
 //! - A row of a robot of which nothing was known, or no more, is answered at once: a newcomer, and the other side of a partition
 //!   that heals, hear within two steps what is under way, and not within 1/ρ.
 //! - A row counts for τ after it was heard. Of what is heard, entries for tasks that there are not, of rounds to come and without a
@@ -30,6 +30,9 @@ use crate::allocator::utility::{Bid, UnderWay};
 use crate::allocator::{Allocator, Choice, Decision, Input, Me};
 use table::{News, Table};
 
+/// Steps after activation before a unit counts as under way.
+const SETTLED: u8 = 2;
+
 /// One robot's choice.
 #[derive(Clone, Debug)]
 pub struct Ble {
@@ -39,6 +42,8 @@ pub struct Ble {
     commit: bool,
     under_way: UnderWay,
     table: Table,
+    /// For how many steps its task has been the same, up to [`SETTLED`].
+    unchanged: u8,
     /// When it spoke last; `None` before its first step.
     spoke: Option<SimTime>,
     /// Before then no row is too old.
@@ -121,6 +126,7 @@ impl Allocator for Ble {
             table: Table::default(),
             spoke: None,
             look_again: SimTime::ZERO,
+            unchanged: 0,
             task: None,
             holders: SmallVec::new(),
             offers: SmallVec::new(),
@@ -144,18 +150,20 @@ impl Allocator for Ble {
         if has_changed {
             self.assign();
         }
-        if self.behavior() != before && decision.say.is_empty() {
-            self.speak(input.now, decision);
-            self.assign();
-        }
-
         decision.active = self.behavior();
-        if decision.active != before {
+        if decision.active == before {
+            self.unchanged = (self.unchanged + 1).min(SETTLED);
+        } else {
+            self.unchanged = 0;
             decision.reason = self.reason(before);
+            if decision.say.is_empty() {
+                // Once more what all have decided from, for those who missed it.
+                self.say(input.now, decision);
+            }
         }
         let holder = |task| self.holder_of(task);
         self.under_way.log(&self.me, input, decision, holder);
-        let settled = decision.active.filter(|_| decision.active == before);
+        let settled = decision.active.filter(|_| self.unchanged == SETTLED);
         if self.commit {
             self.under_way.note_active(settled, input.now);
         }
@@ -246,12 +254,17 @@ impl Ble {
             .eq(offers.map(|entry| (entry.task, entry.round)))
     }
 
+    /// Its row is what it could begin now, and all are told.
     fn speak(&mut self, now: SimTime, decision: &mut Decision) {
         let entries = self.offers.iter().map(|offer| offer.entry);
-        self.table.set_own(self.me.robot, entries.clone());
+        self.table.set_own(self.me.robot, entries);
+        self.say(now, decision);
+    }
+
+    fn say(&mut self, now: SimTime, decision: &mut Decision) {
         self.spoke = Some(now);
         decision.say.push(AllocationMessage::Ble(Eligibility {
-            entries: entries.collect(),
+            entries: self.table.row(self.me.robot).into(),
         }));
     }
 

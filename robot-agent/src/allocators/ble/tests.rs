@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::ble::Eligible;
+use alliance_proto::allocation::ble::{Eligibility, Eligible};
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::telemetry::Reason;
 use alliance_proto::time::SimTime;
@@ -304,12 +304,55 @@ fn the_task_of_the_dead_is_claimed_after_tau_and_not_before() {
     }
     assert_eq!(team.now() - STEP, last_word + TAU + STEP);
     assert_eq!(team.robots[1].outcome.changes[0].reason, Reason::Claimed);
+    team.run(5);
     // Back again it knows nothing, begins, and hears two steps later that the other is better.
     team.restart(0);
     team.step();
     assert_eq!(team.executors(0), [0, 1]);
     team.run(2);
     assert_eq!(team.executors(0), [1]);
+}
+
+/// What is no number, of a round to come or of a task that there is not takes no task away.
+#[test]
+fn forged_rows_change_nothing() {
+    let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
+    team.run(5);
+    let sound = Eligible {
+        task: TaskId(0),
+        round: SimTime::ZERO,
+        utility: 9.0,
+    };
+    for entry in [
+        Eligible {
+            utility: f32::NAN,
+            ..sound
+        },
+        Eligible {
+            utility: f32::INFINITY,
+            ..sound
+        },
+        Eligible {
+            round: SimTime(u64::MAX),
+            ..sound
+        },
+        Eligible {
+            task: TaskId(7),
+            ..sound
+        },
+    ] {
+        let entries = [entry].into_iter().collect();
+        team.forge(1, AllocationMessage::Ble(Eligibility { entries }));
+        team.step();
+        assert_eq!(team.executors(0), [0], "{entry:?}");
+    }
+    let entries = [sound].into_iter().collect();
+    team.forge(1, AllocationMessage::Ble(Eligibility { entries }));
+    team.step();
+    assert!(
+        team.executors(0).is_empty(),
+        "a liar beats whoever believes it"
+    );
 }
 
 /// The paper's opportunism: a nearer newcomer takes a task over, unless what is under way is worth more; and not for ever: a claim
