@@ -345,7 +345,10 @@ impl Murdoch {
                     return;
                 }
                 self.auctioneer.attended(place, sender, input.now);
-                self.ledger.note_award(place, said, winner, input.now);
+                // Its own awards stand in its ledger, unless they have been given back since.
+                if sender != self.me.robot {
+                    self.ledger.note_award(place, said, winner, input.now);
+                }
                 if winner == self.me.robot {
                     self.bidder
                         .renewed(place, said, &offers[place], input.now, answers);

@@ -224,6 +224,17 @@ proptest! {
             }
         }
         prop_assert!(awards > 0);
+        // What goes on costs a renewal and an answer a second, what nobody has time for two announcements.
+        for task in &mut team.situation.tasks {
+            task.units = None;
+        }
+        team.run(200);
+        let mut words = 0;
+        for _ in 0..200 {
+            team.step();
+            words += negotiations(&team).len();
+        }
+        prop_assert!(words <= 10 * 3 * team.situation.tasks.len() * 2, "{words} in 10 s");
     }
 
     /// M3, whatever is lost: of nobody two contracts are alive by its own words.
