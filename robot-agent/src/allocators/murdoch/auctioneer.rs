@@ -8,7 +8,7 @@ use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
 
 use super::ledger::Ledger;
-use super::{Monitor, Offers, Terms};
+use super::{Life, Monitor, Offers, Terms};
 use crate::allocator::utility::Bid;
 use crate::allocator::{Input, Me};
 use crate::by_rank::ByRank;
@@ -103,7 +103,7 @@ impl Auctioneer {
         offers: &Offers<'_>,
         input: &Input<'_>,
         me: &Me,
-        alive: &ByRank<SimTime>,
+        alive: &ByRank<Life>,
         ledger: &mut Ledger,
         said: &mut Vec<Negotiation>,
     ) {
@@ -128,7 +128,7 @@ impl Auctioneer {
         place: usize,
         offers: &Offers<'_>,
         me: &Me,
-        alive: &ByRank<SimTime>,
+        alive: &ByRank<Life>,
         now: SimTime,
     ) {
         let Terms {
@@ -143,8 +143,8 @@ impl Auctioneer {
         let able = &me.briefs[desk.task.index()].robots;
         let mut lower = able.iter().take_while(|robot| **robot < self.me);
         let is_alive = |robot: &RobotId| {
-            let known = alive.place(*robot).ok().map(|it| *alive.at(it));
-            known.is_some_and(|heard| now.since(heard) < ceased_after)
+            let known = alive.place(*robot).ok().map(|it| alive.at(it));
+            known.is_some_and(|life| now.since(life.heard) < ceased_after)
         };
         let is_first = !lower.any(is_alive);
         let is_unattended = now.since(desk.attended) >= lease + ceased_after;

@@ -142,6 +142,13 @@ impl Ledger {
         self.contracts[place].retain(|it| it.winner != winner);
     }
 
+    /// Ends all contracts of a robot.
+    pub fn end_all(&mut self, winner: RobotId) {
+        for place in 0..self.contracts.len() {
+            self.end(place, winner);
+        }
+    }
+
     /// Ends what has not been answered for the time of a lease.
     pub fn forget(&mut self, now: SimTime) {
         for contracts in &mut self.contracts {

@@ -49,8 +49,7 @@ pub struct Murdoch {
     under_way: UnderWay,
     /// The own tasks, by id.
     tasks: SmallVec<[TaskId; 6]>,
-    /// When each teammate was heard last.
-    alive: ByRank<SimTime>,
+    alive: ByRank<Life>,
     /// The latest word of each teammate, by place of the task.
     latest: SmallVec<[ByRank<(Incarnation, u64)>; 6]>,
     ledger: Ledger,
@@ -59,6 +58,14 @@ pub struct Murdoch {
     /// What it said in the step before, and the memory of the one before that.
     own_words: Vec<Negotiation>,
     spare: Vec<Negotiation>,
+}
+
+/// What is known of a teammate's life.
+#[derive(Clone, Copy, Debug, Default)]
+struct Life {
+    incarnation: Incarnation,
+    /// When it was heard last.
+    heard: SimTime,
 }
 
 /// `[allocators.murdoch]`.
@@ -232,7 +239,13 @@ impl Allocator for Murdoch {
             if sender == self.me.robot || sender.index() >= self.me.team {
                 continue;
             }
-            *self.alive.get_or_insert_with(sender, SimTime::default) = input.now;
+            let life = self.alive.get_or_insert_with(sender, Life::default);
+            life.heard = input.now;
+            if broadcast.incarnation > life.incarnation {
+                life.incarnation = broadcast.incarnation;
+                // It knows nothing of what it had.
+                self.ledger.end_all(sender);
+            }
             if let Content::Allocation(AllocationMessage::Murdoch(negotiation)) = &broadcast.body {
                 let word = (broadcast.incarnation, broadcast.seq);
                 self.hear(sender, Some(word), negotiation, &offers, input, &mut said);

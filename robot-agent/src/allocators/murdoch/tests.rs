@@ -468,10 +468,51 @@ fn a_new_life_gives_its_old_contract_back() {
     until_taken(&mut team, 0);
     team.run(5);
     assert_eq!(team.executors(0), [1]);
+    let mut renewed = None;
+    while renewed.is_none() {
+        team.step();
+        let mut said = negotiations(&team).into_iter();
+        renewed = said.find(|(_, it)| matches!(it.word, Word::Renew { .. }));
+    }
     team.restart(1);
     let back = team.now();
+    // A renewal that is still on its way names it, and is given back.
+    let (_, renewed) = renewed.unwrap();
+    team.step();
+    assert!(team.executors(0).is_empty());
+    assert!(negotiations(&team).iter().any(|(robot, it)| {
+        let gives_back = matches!(
+            it.word,
+            Word::Ack {
+                status: Status::Abort,
+                ..
+            }
+        );
+        *robot == RobotId(1) && gives_back && it.auction == renewed.auction
+    }));
     until_taken(&mut team, 0);
-    // The next renewal names it; it says no; an auction; the same robot wins.
     assert_eq!(team.executors(0), [1]);
-    assert!(team.now() - STEP <= back + SimTime(1000) + AUCTION + steps(4));
+    assert_eq!(team.now() - STEP, back + STEP + AUCTION + STEP);
+}
+
+/// An answer that is overtaken by a later one of its sender, or comes twice, is none.
+#[test]
+fn old_words_bring_no_contract_back() {
+    let mut team = Team::<Murdoch>::new(Situation::of(&[&[90.0], &[10.0]]), Config::default());
+    until_taken(&mut team, 0);
+    let answer = team
+        .air
+        .iter()
+        .find(|it| it.sender == RobotId(1) && matches!(it.body, Content::Allocation(_)));
+    let answer = answer.unwrap().clone();
+    team.run(5);
+    team.situation.tasks[0].units = Some(0);
+    team.run(5);
+    assert!(team.executors(0).is_empty());
+    team.air.push(answer);
+    team.step();
+    team.situation.tasks[0].units = None;
+    let due = team.now();
+    until_taken(&mut team, 0);
+    assert_eq!(team.now() - STEP, due + AUCTION + STEP);
 }
