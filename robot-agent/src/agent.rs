@@ -14,7 +14,7 @@ use alliance_proto::time::SimTime;
 
 use crate::allocator::{
     AgentRegistry, Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior,
-    Prepared, assignment,
+    Prepared, TaskBrief, assignment,
 };
 use crate::links::{Heard, Links};
 use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
@@ -44,6 +44,7 @@ pub struct TeamConfig {
     allocators: Vec<Arc<dyn Prepared>>,
     /// Tasks given beforehand, by rank.
     assignment: Vec<Arc<[TaskId]>>,
+    tasks: Arc<[TaskBrief]>,
 }
 
 impl TeamConfig {
@@ -75,6 +76,7 @@ impl TeamConfig {
             mission,
             allocators,
             assignment,
+            tasks: TaskBrief::all(setup),
         })
     }
 
@@ -90,6 +92,7 @@ impl TeamConfig {
             incarnation,
             team: setup.scenario.robots.len(),
             tasks: setup.catalog.tasks.len(),
+            briefs: Arc::clone(&self.tasks),
             behaviors: OwnBehavior::all_of(robot, setup),
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             heartbeat_period: longest(|values| 1.0 / values.broadcast_rate_hz),
@@ -208,7 +211,7 @@ impl Agent {
 
         broadcasts.clear();
         for announcement in &outcome.announcements {
-            let body = self.heartbeat(announcement, spent.pop());
+            let body = self.heartbeat(announcement, spent);
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
         // To drain a list that is empty, as in most steps, takes longer than to look.
@@ -244,11 +247,15 @@ impl Agent {
     }
 
     /// A heartbeat, in the memory of an old one.
-    fn heartbeat(&self, announcement: &Announcement, spent: Option<Broadcast>) -> Content {
-        let mut lore = match spent.map(|broadcast| broadcast.body) {
-            Some(Content::Heartbeat(heartbeat)) => heartbeat.lore,
-            _ => Lore::default(),
-        };
+    fn heartbeat(&self, announcement: &Announcement, spent: &mut Vec<Broadcast>) -> Content {
+        let mut lore = Lore::default();
+        while let Some(broadcast) = spent.pop() {
+            // Others have no memory that is worth keeping.
+            if let Content::Heartbeat(heartbeat) = broadcast.body {
+                lore = heartbeat.lore;
+                break;
+            }
+        }
         self.mission.lore(&mut lore);
         Content::Heartbeat(Heartbeat {
             state: announcement.state,

@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use alliance_proto::allocation::{AllocationMessage, OPEN_MESSAGE_MAX, OpenMessage};
-use alliance_proto::codec::encoded_len;
+use alliance_proto::codec::{decode, encode, encoded_len};
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::mission::Lore;
 use alliance_proto::panics;
@@ -22,7 +22,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use crate::allocator::{
-    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost,
+    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
 };
 
 /// Random teams that are tried.
@@ -78,11 +78,20 @@ impl Trial {
             max_robots: chance.random_range(1..3),
             priority: chance.random_range(-1..2),
         });
+        let behaviors: Vec<OwnBehavior> = behaviors.collect();
+        let team = chance.random_range(2..5);
+        let brief = |own: &OwnBehavior| TaskBrief {
+            max_robots: own.max_robots,
+            priority: own.priority,
+            unit_s: 2.0,
+            robots: (0..team as u16).map(RobotId).collect(),
+        };
         let me = Me {
             robot: RobotId(1),
             incarnation: 1,
-            behaviors: behaviors.collect(),
-            team: chance.random_range(2..5),
+            briefs: behaviors.iter().map(brief).collect(),
+            behaviors,
+            team,
             tasks: usize::from(tasks),
             step_s: 0.05,
             heartbeat_period: SimTime(1000),
@@ -286,11 +295,26 @@ impl Trial {
             });
         }
         let place = self.chance.random_range(0..self.said.len());
-        let AllocationMessage::Open(mut said) = self.said[place].clone();
-        if wild {
-            said.bytes = junk;
+        match self.said[place].clone() {
+            AllocationMessage::Open(said) if wild => AllocationMessage::Open(OpenMessage {
+                bytes: junk,
+                ..said
+            }),
+            said if wild => self.garbled(said),
+            said => said,
         }
-        AllocationMessage::Open(said)
+    }
+
+    /// The same message with some of its bytes changed, as far as it is one then: other tasks and times, numbers that are none.
+    fn garbled(&mut self, message: AllocationMessage) -> AllocationMessage {
+        let mut bytes = encode(&message).unwrap_or_default();
+        let from = self.chance.random_range(0..bytes.len().max(1));
+        let length = self.chance.random_range(1..9);
+        let ones = self.chance.random_bool(0.5);
+        for byte in bytes.iter_mut().skip(from).take(length) {
+            *byte = if ones { 0xff } else { self.chance.random() };
+        }
+        decode(&bytes).unwrap_or(message)
     }
 
     fn check(&mut self, at: &str, outcome: &Outcome, choices: &[Choice]) {

@@ -9,13 +9,14 @@ use missions::Registry;
 use study::in_process::Team;
 
 use crate::harness::Lab;
+use crate::negotiation::NEGOTIATORS;
 
 const BASELINES: [&str; 4] = ["nearest", "first-come", "random", "static"];
 
 /// Gold dies in the middle of its work, and comes back no more.
 const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 
-fn scenario(allocator: &str, rest: &str) -> Scenario {
+pub fn scenario(allocator: &str, rest: &str) -> Scenario {
     let known = missions::Registry::built_in().vocabulary();
     let text = format!("allocator = \"{allocator}\"\nlimit_s = 1800.0\n{rest}");
     Scenario::parse("s.toml", &text, &known).unwrap()
@@ -43,7 +44,7 @@ fn activations(log: &RunLog, task: &str, after_ms: u64) -> Vec<(u64, String, Str
 fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
     let lab = Lab::new();
     std::fs::write(lab.path("kill.toml"), KILL).unwrap();
-    for allocator in BASELINES {
+    for allocator in BASELINES.into_iter().chain(NEGOTIATORS) {
         let arguments = ["kill.toml", "--limit", "200", "--allocator", allocator];
         let many = lab.mission(&format!("{allocator}-many"), &arguments);
         let out = format!("{allocator}-one");

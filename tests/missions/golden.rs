@@ -2,7 +2,7 @@
 //!
 //! `golden/waste-cleanup.json` holds hash and figures of some runs of the default mission. The hash covers every reading,
 //! command, message, motivation and event of every tick, on any machine; the figures tell a reader of the diff what a change
-//! has done to the missions. After a change that is meant to change them, renew the file and look at its diff:
+//! has done to the missions; `golden/allocators.json` the same of allocators other than ALLIANCE. After a change that is meant to change them, renew the file and look at its diff:
 //! `UPDATE_GOLDEN=1 cargo test -p alliance-tests --test missions golden`.
 //!
 //! The runs are made within one process; that processes give the same bytes is another test's promise.
@@ -10,10 +10,11 @@
 use std::path::PathBuf;
 
 use alliance_proto::log::{Document, LogLevel};
-use alliance_proto::scenario::StepOrder;
+use alliance_proto::scenario::{Setup, StepOrder};
 use serde_json::{Map, Value, json};
 
 use crate::in_process::{run, setup};
+use crate::negotiation::NEGOTIATORS;
 
 /// Seed, simulated seconds, order of steps. The first run is a short one; the others go on until the mission is complete.
 const RUNS: [(u64, f64, StepOrder); 5] = [
@@ -24,31 +25,47 @@ const RUNS: [(u64, f64, StepOrder); 5] = [
     (1, 3600.0, StepOrder::InOrder),
 ];
 
-fn pinned_runs() -> Value {
-    let mut runs = Map::new();
-    for (seed, limit_s, order) in RUNS {
-        let (_, recorder) = run(setup(seed, limit_s, order), LogLevel::Off);
-        let memory = recorder.into_sink();
-        let file: Value = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
-        let name = format!("seed {seed}, at most {limit_s} s, {}", order.as_str());
-        let pinned = json!({
-            "hash": file["hash"],
-            "outcome": file["outcome"],
-            "result": file["result"],
-        });
-        runs.insert(name, pinned);
-    }
-    Value::Object(runs)
+fn pinned(setup: Setup) -> Value {
+    let (_, recorder) = run(setup, LogLevel::Off);
+    let memory = recorder.into_sink();
+    let file: Value = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+    json!({
+        "hash": file["hash"],
+        "outcome": file["outcome"],
+        "result": file["result"],
+    })
 }
 
 #[test]
 fn golden_runs_are_as_they_were() {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/waste-cleanup.json");
-    let now = format!("{:#}\n", pinned_runs());
+    let mut runs = Map::new();
+    for (seed, limit_s, order) in RUNS {
+        let name = format!("seed {seed}, at most {limit_s} s, {}", order.as_str());
+        runs.insert(name, pinned(setup(seed, limit_s, order)));
+    }
+    assert_as_before("golden/waste-cleanup.json", runs);
+}
+
+/// The default mission by each allocator that talks.
+#[test]
+fn golden_runs_of_allocators_are_as_they_were() {
+    let mut runs = Map::new();
+    for allocator in NEGOTIATORS {
+        let mut setup = setup(1, 3600.0, StepOrder::Simultaneous);
+        setup.scenario.allocator = Some(allocator.to_owned());
+        runs.insert(allocator.to_owned(), pinned(setup));
+    }
+    assert_as_before("golden/allocators.json", runs);
+}
+
+#[track_caller]
+fn assert_as_before(file: &str, runs: Map<String, Value>) {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(file);
+    let now = format!("{:#}\n", Value::Object(runs));
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
         std::fs::write(&path, &now).unwrap();
     }
-    let golden = std::fs::read_to_string(&path).unwrap();
+    let golden = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         now == golden,
         "{} does not hold any more; if this is meant, renew it with UPDATE_GOLDEN=1\nnow:\n{now}\npinned:\n{golden}",

@@ -23,6 +23,7 @@ mod hostile;
 mod in_process;
 mod killed;
 mod log_folder;
+mod negotiation;
 mod on_time;
 mod other_version;
 mod page;

@@ -9,6 +9,7 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use study::in_process::Team;
 
+use crate::negotiation::NEGOTIATORS;
 use crate::recompute::log_of;
 
 /// Ticks before the first that counts: by then everybody has said and heard everything once.
@@ -16,9 +17,10 @@ const WARM: u64 = 1_200;
 /// The last.
 const END: u64 = 4_000;
 
-fn setup(robots: usize, spills: usize) -> Setup {
+fn setup(robots: usize, spills: usize, allocator: &str) -> Setup {
     let mut scenario = family(robots, spills);
     WasteSection::of_mut(&mut scenario).border_known = true;
+    scenario.allocator = Some(allocator.to_owned());
     scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
@@ -35,29 +37,38 @@ fn eventful(setup: &Setup) -> BTreeSet<u64> {
 fn a_tick_without_events_asks_for_no_memory() {
     // Of the larger team everybody hears some and nobody all.
     for (robots, spills) in [(3, 2), (30, 20)] {
-        let setup = setup(robots, spills);
-        let eventful = eventful(&setup);
-        let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
-        let (mut quiet, mut asking) = (0_u64, Vec::new());
-        for tick in 0..END {
-            let asked = allocation_counter::measure(|| {
-                team.tick().unwrap();
-            });
-            if tick < WARM || eventful.contains(&tick) {
-                continue;
-            }
-            quiet += 1;
-            if asked.count_total > 0 {
-                asking.push((tick, asked.count_total));
-            }
+        for allocator in ["alliance"].into_iter().chain(NEGOTIATORS) {
+            steady(robots, setup(robots, spills, allocator));
         }
-        assert!(quiet > 500, "{robots} robots: {quiet} ticks without events");
-        // Messages are written into the memory of old ones, which has to grow where somebody knows of more places than before.
-        assert!(
-            asking.len() as u64 * 20 <= quiet,
-            "{robots} robots: of {quiet} ticks without events {} ask for memory: {:?}",
-            asking.len(),
-            &asking[..asking.len().min(20)]
-        );
     }
+}
+
+fn steady(robots: usize, setup: Setup) {
+    let allocator = setup.scenario.allocator.clone();
+    let eventful = eventful(&setup);
+    let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+    let (mut quiet, mut asking) = (0_u64, Vec::new());
+    for tick in 0..END {
+        let asked = allocation_counter::measure(|| {
+            team.tick().unwrap();
+        });
+        if tick < WARM || eventful.contains(&tick) {
+            continue;
+        }
+        quiet += 1;
+        if asked.count_total > 0 {
+            asking.push((tick, asked.count_total));
+        }
+    }
+    assert!(
+        quiet > 500,
+        "{allocator:?}, {robots} robots: {quiet} ticks without events"
+    );
+    // Messages are written into the memory of old ones, which has to grow where somebody knows of more places than before.
+    assert!(
+        asking.len() as u64 * 20 <= quiet,
+        "{allocator:?}, {robots} robots: of {quiet} ticks without events {} ask for memory: {:?}",
+        asking.len(),
+        &asking[..asking.len().min(20)]
+    );
 }

@@ -30,7 +30,7 @@ use std::sync::Arc;
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::{ParameterSpec, Setup};
+use alliance_proto::scenario::{ParameterSpec, Setup, TaskSpec};
 use alliance_proto::team::{Broadcast, TaskState};
 use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
 use alliance_proto::time::SimTime;
@@ -107,6 +107,8 @@ pub struct Me {
     pub team: usize,
     /// Number of tasks of the scenario.
     pub tasks: usize,
+    /// What everybody knows of each task beforehand, by its id; once for all robots of a process.
+    pub briefs: Arc<[TaskBrief]>,
     /// Its own behaviors, in the order of [`Input::choices`].
     pub behaviors: Vec<OwnBehavior>,
     /// Length of a step, s.
@@ -118,6 +120,47 @@ pub struct Me {
     /// The tasks that are given to this robot beforehand; none where no allocator of the team
     /// [wants](Allocator::wants_assignment) it.
     pub assigned: Arc<[TaskId]>,
+}
+
+/// What everybody knows of a task beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TaskBrief {
+    /// How many robots may perform it at once.
+    pub max_robots: usize,
+    /// Higher goes first.
+    pub priority: i32,
+    /// Longest unit of its work, from one sign of progress to the next, for any robot that can do it, s: an estimate.
+    pub unit_s: f64,
+    /// The robots that have a behavior for it, by rank.
+    pub robots: Vec<RobotId>,
+}
+
+impl TaskBrief {
+    /// Those of all tasks, by id.
+    #[must_use]
+    pub fn all(setup: &Setup) -> Arc<[Self]> {
+        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
+        let of = |spec: &TaskSpec| Self {
+            max_robots: spec.max_robots as usize,
+            priority: spec.priority,
+            unit_s: 0.0,
+            robots: Vec::new(),
+        };
+        let mut all: Vec<Self> = catalog.tasks.iter().map(of).collect();
+        for (robot, rank) in scenario.robots.iter().zip(0..) {
+            let body = scenario.body_of(robot);
+            for id in catalog.behaviors_of(robot) {
+                let behavior = &catalog.sets[id.index()];
+                let brief = &mut all[behavior.task.index()];
+                let unit_s = catalog.mission.unit_s(scenario, &body, behavior);
+                brief.unit_s = brief.unit_s.max(unit_s);
+                if brief.robots.last() != Some(&RobotId(rank)) {
+                    brief.robots.push(RobotId(rank));
+                }
+            }
+        }
+        all.into()
+    }
 }
 
 /// A behavior that a robot has.

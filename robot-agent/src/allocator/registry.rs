@@ -6,8 +6,10 @@ use alliance_proto::scenario::{Setup, Vocabulary};
 
 use super::{Allocator, ConfigError, Kind, Prepared, Typed};
 use crate::allocators::alliance::Alliance;
+use crate::allocators::ble::Ble;
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
+use crate::allocators::murdoch::Murdoch;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::Random;
 use crate::mission::{MissionMind, SharedMission};
@@ -42,6 +44,14 @@ impl AgentRegistry {
         .allocator::<Fixed>(
             "static",
             "the tasks that an assignment before the start gave to the robot",
+        )
+        .allocator::<Ble>(
+            "ble",
+            "broadcast of local eligibility: the best pairs of robots and tasks, decided anew by all at once",
+        )
+        .allocator::<Murdoch>(
+            "murdoch",
+            "auctions: the best bid of those who are free gets a contract, renewed as long as it answers",
         )
     }
 

@@ -14,7 +14,8 @@ use proptest::prelude::*;
 
 use super::utility::DISCOUNT_PER_S;
 use super::{
-    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, assignment,
+    Allocator, Choice, Draws, Framed, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief,
+    assignment,
 };
 use crate::agent::TeamConfig;
 use crate::allocator::AgentRegistry;
@@ -160,6 +161,14 @@ fn me(robot: u16, tasks: u16) -> Me {
         incarnation: 1,
         team: 3,
         tasks: usize::from(tasks),
+        briefs: (0..tasks)
+            .map(|_| TaskBrief {
+                max_robots: 1,
+                priority: 0,
+                unit_s: 10.0,
+                robots: (0..3).map(RobotId).collect(),
+            })
+            .collect(),
         behaviors: (0..tasks)
             .map(|task| OwnBehavior {
                 id: BehaviorId(task),
@@ -414,6 +423,6 @@ fn an_unknown_allocator_and_a_wrong_key_are_one_line() {
     let error = TeamConfig::of(&setup, &AgentRegistry::built_in()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "allocators.telepathy: there is no such allocator; there are alliance, nearest, first-come, random, static"
+        "allocators.telepathy: there is no such allocator; there are alliance, nearest, first-come, random, static, ble, murdoch"
     );
 }

@@ -2,10 +2,16 @@
 //! another, and none knows a mission.
 //!
 //! - [`alliance`]: motivational behaviors (Parker 1998).
+//! - [`ble`]: broadcast of local eligibility (Werger and Matarić 2000).
+//! - [`murdoch`]: auctions and contracts (Gerkey and Matarić 2002).
 //! - [`nearest`], [`first_come`], [`random`], [`fixed`]: baselines, simple rules that any other should be held against.
 
 pub mod alliance;
+pub mod ble;
 pub mod first_come;
 pub mod fixed;
+pub mod murdoch;
 pub mod nearest;
 pub mod random;
+#[cfg(test)]
+mod team;

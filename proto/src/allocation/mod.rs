@@ -1,4 +1,8 @@
-//! What allocators tell each other.
+//! What allocators tell each other: a file for the messages of each.
+
+pub mod ble;
+mod few;
+pub mod murdoch;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +15,10 @@ pub const OPEN_MESSAGE_MAX: usize = 1200;
 pub enum AllocationMessage {
     /// Of an allocator that has no place of its own here.
     Open(OpenMessage),
+    /// Of BLE.
+    Ble(ble::Eligibility),
+    /// Of MURDOCH.
+    Murdoch(murdoch::Negotiation),
 }
 
 /// A message in an encoding of its allocator's own.

@@ -1,0 +1,46 @@
+//! Lists that are short as a rule, written as any list: a message with a few entries takes no memory of its own.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+use serde::ser::{Serialize, Serializer};
+use smallvec::{Array, SmallVec};
+
+/// More entries than this make a message too long for an allocator's.
+const MOST: usize = super::OPEN_MESSAGE_MAX;
+
+pub fn serialize<A: Array, S: Serializer>(list: &SmallVec<A>, to: S) -> Result<S::Ok, S::Error>
+where
+    A::Item: Serialize,
+{
+    list.as_slice().serialize(to)
+}
+
+pub fn deserialize<'de, A: Array, D: Deserializer<'de>>(from: D) -> Result<SmallVec<A>, D::Error>
+where
+    A::Item: Deserialize<'de>,
+{
+    struct Few<A>(PhantomData<A>);
+
+    impl<'de, A: Array<Item: Deserialize<'de>>> Visitor<'de> for Few<A> {
+        type Value = SmallVec<A>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "at most {MOST} entries")
+        }
+
+        fn visit_seq<S: SeqAccess<'de>>(self, mut entries: S) -> Result<SmallVec<A>, S::Error> {
+            let mut list = SmallVec::new();
+            while let Some(entry) = entries.next_element()? {
+                if list.len() == MOST {
+                    return Err(S::Error::invalid_length(MOST + 1, &self));
+                }
+                list.push(entry);
+            }
+            Ok(list)
+        }
+    }
+
+    from.deserialize_seq(Few(PhantomData))
+}

@@ -1,0 +1,432 @@
+//! The laws of BLE (ALLOCATORS.md §4), and those for all.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::allocation::ble::{Eligibility, Eligible};
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::telemetry::Reason;
+use alliance_proto::time::SimTime;
+use proptest::prelude::*;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::table::{News, Table};
+use super::{Ble, Config};
+use crate::allocator::utility::{Bid, DISCOUNT_PER_S};
+use crate::allocators::team::{PERIOD, STEP, Situation, TAU, Task, Team, words};
+use crate::testkit;
+
+type Rows = BTreeMap<RobotId, Vec<Eligible>>;
+
+fn opportunist() -> Config {
+    Config {
+        commit: false,
+        ..Config::default()
+    }
+}
+
+#[test]
+fn it_keeps_the_laws_for_all() {
+    testkit::allocator::<Ble>(&Config::default());
+    testkit::allocator::<Ble>(&opportunist());
+}
+
+/// The central greedy assignment, as it is written: the best of all pairs, strike both, repeat.
+fn greedy(rows: &Rows, tasks: &[Task]) -> BTreeMap<RobotId, TaskId> {
+    let mut free: Vec<usize> = tasks.iter().map(|task| task.max_robots).collect();
+    let mut given = BTreeMap::new();
+    loop {
+        let pairs = rows.iter().flat_map(|(&robot, row)| {
+            row.iter().map(move |entry| Bid {
+                priority: tasks[entry.task.index()].priority,
+                utility: f64::from(entry.utility),
+                robot,
+                task: entry.task,
+            })
+        });
+        let left = pairs.filter(|it| free[it.task.index()] > 0 && !given.contains_key(&it.robot));
+        let Some(best) = left.max_by(Bid::order) else {
+            return given;
+        };
+        free[best.task.index()] -= 1;
+        given.insert(best.robot, best.task);
+    }
+}
+
+/// What was said last by each, as of the latest step. Says whether that differs from before.
+fn note(rows: &mut Rows, team: &Team<Ble>) -> bool {
+    let before = rows.clone();
+    for (robot, word) in words(&team.air) {
+        if let AllocationMessage::Ble(said) = word {
+            rows.insert(robot, said.entries.to_vec());
+        }
+    }
+    *rows != before
+}
+
+/// Changes some costs, and which tasks are due.
+fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
+    for row in &mut situation.cost_s {
+        for cost_s in row.iter_mut().flatten() {
+            if chance.random_bool(0.3) {
+                *cost_s = chance.random_range(0.0..100.0);
+            }
+        }
+    }
+    for task in &mut situation.tasks {
+        if chance.random_bool(0.2) {
+            task.units = if task.units.is_none() { Some(0) } else { None };
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// B1: where all know the same rows the active behaviors are the central greedy assignment, so an exclusive task has one
+    /// executor.
+    #[test]
+    fn b1_the_same_rows_give_the_central_greedy_assignment(
+        situation in Situation::any(5, 5),
+        commit in any::<bool>(),
+        seed in any::<u64>(),
+    ) {
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let config = Config { commit, ..Config::default() };
+        let mut team = Team::<Ble>::new(situation, config);
+        let (mut rows, mut changed) = (Rows::new(), 0);
+        let mut settled = 0;
+        for step in 0..300_u64 {
+            if chance.random_bool(0.04) {
+                change(&mut team.situation, &mut chance);
+            }
+            team.step();
+            if note(&mut rows, &team) {
+                changed = step;
+            }
+            if step > changed {
+                settled += 1;
+                let given = greedy(&rows, &team.situation.tasks);
+                for (rank, robot) in team.robots.iter().enumerate() {
+                    prop_assert_eq!(robot.active, given.get(&RobotId(rank as u16)).copied());
+                }
+            }
+        }
+        prop_assert!(settled > 100);
+    }
+
+    /// B2: with equal priorities the sum of utilities is at least half of the best there is.
+    #[test]
+    fn b2_it_is_at_least_half_as_good_as_the_best(mut situation in Situation::any(4, 4)) {
+        for task in &mut situation.tasks {
+            task.priority = 0;
+        }
+        let mut team = Team::<Ble>::new(situation.clone(), opportunist());
+        team.run(5);
+        let utility = |rank: usize, task: usize| {
+            let worth = situation.tasks[task].reward;
+            situation.cost_s[rank][task].map(|cost_s| worth * DISCOUNT_PER_S.powf(cost_s))
+        };
+        let of_all = |given: &mut dyn Iterator<Item = (usize, Option<usize>)>| {
+            given.map(|(rank, task)| task.and_then(|task| utility(rank, task)).unwrap_or(0.0)).sum::<f64>()
+        };
+        let ours = team.robots.iter().map(|it| it.active.map(|task| task.index()));
+        let ours = of_all(&mut ours.enumerate());
+        let (robots, tasks) = (situation.cost_s.len(), situation.tasks.len());
+        let mut best = 0.0_f64;
+        for code in 0..(tasks + 1).pow(robots as u32) {
+            let task = |rank: usize| Some(code / (tasks + 1).pow(rank as u32) % (tasks + 1)).filter(|it| *it < tasks);
+            let fits = |id: usize| (0..robots).filter(|&rank| task(rank) == Some(id)).count() <= situation.tasks[id].max_robots;
+            if (0..tasks).all(fits) {
+                best = best.max(of_all(&mut (0..robots).map(|rank| (rank, task(rank)))));
+            }
+        }
+        prop_assert!(ours >= 0.5 * best - 1e-6, "{ours} of {best}");
+    }
+
+    /// B3: whatever is lost, of robots that know the same rows no more are at a task than may be.
+    #[test]
+    fn b3_who_know_the_same_rows_share_no_last_place(
+        situation in Situation::any(4, 3),
+        seed in any::<u64>(),
+        loss in 0.0..0.9_f64,
+    ) {
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let mut team = Team::<Ble>::new(situation, Config::default());
+        let robots = team.robots.len();
+        // What each knows of each, itself included, and when.
+        let mut known = vec![vec![(Vec::<Eligible>::new(), SimTime::ZERO); robots]; robots];
+        let mut compared = 0;
+        for _ in 0..400 {
+            if chance.random_bool(0.02) {
+                change(&mut team.situation, &mut chance);
+            }
+            let now = team.now();
+            team.step_with(|broadcast, receiver| {
+                let passes = !chance.random_bool(loss);
+                if passes && let Some((sender, AllocationMessage::Ble(said))) = words(&[broadcast.clone().into()]).next() {
+                    known[receiver.index()][sender.index()] = (said.entries.to_vec(), now);
+                }
+                passes
+            });
+            for (sender, word) in words(&team.air) {
+                if let AllocationMessage::Ble(said) = word {
+                    known[sender.index()][sender.index()] = (said.entries.to_vec(), now);
+                }
+            }
+            let table = |rank: usize| -> Vec<_> {
+                let rows = known[rank].iter().enumerate();
+                rows.map(|(of, (row, heard))| {
+                    let counts = of == rank || now.since(*heard) < TAU;
+                    if counts { row.clone() } else { Vec::new() }
+                })
+                .collect()
+            };
+            for one in 0..robots {
+                let like: Vec<usize> = (0..robots).filter(|&it| table(it) == table(one)).collect();
+                compared += like.len() - 1;
+                for (id, task) in team.situation.tasks.iter().enumerate() {
+                    let executors = team.executors(id).into_iter().filter(|it| like.contains(it)).count();
+                    prop_assert!(executors <= task.max_robots);
+                }
+            }
+        }
+        prop_assert!(compared > 0 || robots == 1 || loss > 0.5);
+    }
+
+    /// B4: the tasks of a robot that falls silent are claimed within τ + 2δt of its last word by one that is idle and can.
+    #[test]
+    fn b4_the_tasks_of_the_silent_are_claimed(
+        situation in Situation::any(5, 3),
+        victim in any::<prop::sample::Index>(),
+        at in 3..60_u64,
+    ) {
+        let mut team = Team::<Ble>::new(situation, Config::default());
+        let mut last_word = SimTime::ZERO;
+        let victim = victim.index(team.robots.len());
+        for _ in 0..at {
+            let now = team.now();
+            team.step();
+            if words(&team.air).any(|(sender, _)| sender.index() == victim) {
+                last_word = now;
+            }
+        }
+        let Some(task) = team.robots[victim].active else { return Ok(()) };
+        let can = |rank: usize| team.situation.cost_s[rank][task.index()].is_some();
+        let is_idle = |rank: usize| team.robots[rank].active.is_none();
+        let others = || (0..team.robots.len()).filter(|&rank| rank != victim);
+        prop_assume!(others().any(|rank| is_idle(rank) && can(rank)));
+        prop_assume!(team.executors(task.index()) == [victim]);
+        team.kill(victim);
+        while team.now() < last_word + TAU + STEP + STEP {
+            team.step();
+        }
+        prop_assert!(!team.executors(task.index()).is_empty());
+    }
+
+    /// B5: whoever raises its utility for the task that it has keeps that task.
+    #[test]
+    fn b5_more_utility_loses_no_task(
+        situation in Situation::any(5, 5),
+        who in any::<prop::sample::Index>(),
+        more in 0.0..10.0_f32,
+    ) {
+        let briefs = Team::<Ble>::new(situation.clone(), Config::default()).briefs();
+        let me = RobotId(who.index(situation.cost_s.len()) as u16);
+        let table = |raised: Option<TaskId>| {
+            let mut table = Table::default();
+            for (costs, rank) in situation.cost_s.iter().zip(0..) {
+                let entries = costs.iter().zip(0..).filter_map(|(cost_s, task)| {
+                    let raise = if raised == Some(TaskId(task)) && me == RobotId(rank) { more } else { 0.0 };
+                    Some(Eligible { task: TaskId(task), round: SimTime::ZERO, utility: 1.0 / (*cost_s)? as f32 + raise })
+                });
+                table.set_own(RobotId(rank), entries);
+            }
+            table.assign(&briefs);
+            table
+        };
+        if let Some(task) = table(None).task_of(me) {
+            prop_assert_eq!(table(Some(task)).task_of(me), Some(task));
+        }
+    }
+
+    /// G5: alone, or deaf to all others, a robot that can do everything completes it.
+    #[test]
+    fn g5_with_all_links_cut_everything_is_done(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
+        let costs: Vec<f64> = costs.into_iter().map(f64::from).collect();
+        let mut situation = Situation::of(&vec![&costs[..]; robots]);
+        for task in &mut situation.tasks {
+            task.units = Some(2);
+        }
+        let mut team = Team::<Ble>::new(situation, Config::default());
+        let limit_s = 2.0 * costs.iter().sum::<f64>() + 1.0;
+        while team.now().as_secs_f64() < limit_s {
+            team.step_with(|_, _| false);
+        }
+        prop_assert!(team.is_done());
+    }
+}
+
+/// Two begin the same task in the same step: the nearer one keeps it, whatever its rank, and the other takes the next best in the
+/// step after.
+#[test]
+fn of_two_that_begin_at_once_the_nearer_one_stays() {
+    let mut team = Team::<Ble>::new(
+        Situation::of(&[&[20.0, 30.0], &[10.0, 80.0]]),
+        Config::default(),
+    );
+    team.step();
+    assert_eq!(team.executors(0), [0, 1]);
+    team.step();
+    assert_eq!((team.executors(0), team.executors(1)), (vec![1], vec![0]));
+    assert_eq!(team.robots[0].outcome.changes[0].reason, Reason::Outbid);
+    assert_eq!(team.robots[1].outcome.changes, []);
+    // From now on the task under way is worth more than any that is near.
+    team.situation.cost_s[0][0] = Some(1.0);
+    team.run(3 * PERIOD.0 / STEP.0);
+    assert_eq!((team.executors(0), team.executors(1)), (vec![1], vec![0]));
+}
+
+/// To the step: a word is heard a step after it was sent, and counts for τ.
+#[test]
+fn the_task_of_the_dead_is_claimed_after_tau_and_not_before() {
+    let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
+    // Both have answered each other's first words, and spoken again 1/ρ later.
+    team.run(2 + PERIOD.0 / STEP.0);
+    let last_word = team.now() - STEP;
+    assert!(words(&team.air).any(|(sender, _)| sender == RobotId(0)));
+    team.run(7);
+    team.kill(0);
+    while team.executors(0).is_empty() {
+        team.step();
+    }
+    assert_eq!(team.now() - STEP, last_word + TAU + STEP);
+    assert_eq!(team.robots[1].outcome.changes[0].reason, Reason::Claimed);
+    team.run(5);
+    // Back again it knows nothing, begins, and hears two steps later that the other is better.
+    team.restart(0);
+    team.step();
+    assert_eq!(team.executors(0), [0, 1]);
+    team.run(2);
+    assert_eq!(team.executors(0), [1]);
+}
+
+/// What is no number, of a round to come or of a task that there is not takes no task away.
+#[test]
+fn forged_rows_change_nothing() {
+    let mut team = Team::<Ble>::new(Situation::of(&[&[80.0], &[90.0]]), Config::default());
+    team.run(5);
+    let sound = Eligible {
+        task: TaskId(0),
+        round: SimTime::ZERO,
+        utility: 9.0,
+    };
+    for entry in [
+        Eligible {
+            utility: f32::NAN,
+            ..sound
+        },
+        Eligible {
+            utility: f32::INFINITY,
+            ..sound
+        },
+        Eligible {
+            round: SimTime(u64::MAX),
+            ..sound
+        },
+        Eligible {
+            task: TaskId(7),
+            ..sound
+        },
+    ] {
+        let entries = [entry].into_iter().collect();
+        team.forge(1, AllocationMessage::Ble(Eligibility { entries }));
+        team.step();
+        assert_eq!(team.executors(0), [0], "{entry:?}");
+    }
+    let entries = [sound].into_iter().collect();
+    team.forge(1, AllocationMessage::Ble(Eligibility { entries }));
+    team.step();
+    assert!(
+        team.executors(0).is_empty(),
+        "a liar beats whoever believes it"
+    );
+}
+
+/// The paper's opportunism: a nearer newcomer takes a task over, unless what is under way is worth more; and not for ever: a claim
+/// that leads to nothing is worth no more than others after a minute.
+#[test]
+fn a_nearer_newcomer_takes_over_without_commitment() {
+    for (commit, takes_over_s) in [(false, 0.0..1.2), (true, 60.0..61.2)] {
+        let config = Config {
+            commit,
+            ..Config::default()
+        };
+        let mut team = Team::<Ble>::new(Situation::of(&[&[90.0], &[100.0]]), config);
+        team.run(60);
+        assert_eq!(team.executors(0), [0]);
+        team.situation.cost_s[1][0] = Some(1.0);
+        let since = if commit { SimTime(100) } else { team.now() };
+        while team.executors(0) == [0] {
+            team.step();
+        }
+        let took_s = team.now().since(since).as_secs_f64();
+        assert!(
+            takes_over_s.contains(&took_s),
+            "{took_s} s, commit {commit}"
+        );
+        team.step();
+        assert_eq!(team.executors(0), [1]);
+    }
+}
+
+/// Two rows that are known to both do not do where a third is known to one of them alone: the law needs the same table.
+#[test]
+fn a_third_robot_that_one_alone_hears_breaks_what_two_agree_on() {
+    // The second is best at both tasks; of the third, better still at the second task, the first hears nothing.
+    let situation = Situation::of(&[&[50.0, 90.0], &[20.0, 10.0], &[99.0, 1.0]]);
+    let mut team = Team::<Ble>::new(situation, opportunist());
+    for _ in 0..200 {
+        team.step_with(|broadcast, receiver| {
+            !(broadcast.sender == RobotId(2) && receiver == RobotId(0))
+        });
+    }
+    assert_eq!(team.executors(0), [0, 1]);
+    team.run(2 + PERIOD.0 / STEP.0);
+    assert_eq!(team.executors(0), [1]);
+}
+
+/// An older round is void, be it one's own; an unknown word, an old one, and one of another incarnation change nothing.
+#[test]
+fn rounds_and_words_are_told_apart() {
+    let briefs = Team::<Ble>::new(Situation::of(&[&[1.0]]), Config::default()).briefs();
+    let entry = |round_ms, utility| Eligible {
+        task: TaskId(0),
+        round: SimTime(round_ms),
+        utility,
+    };
+    let (me, other) = (RobotId(1), RobotId(0));
+    let mut table = Table::default();
+    table.set_own(me, [entry(1000, 0.9)].into_iter());
+    let news = table.hear(other, (2, 7), [entry(2000, 0.1)].into_iter(), SimTime(5000));
+    assert!(news.changed && news.newcomer);
+    table.assign(&briefs);
+    assert_eq!(
+        (table.task_of(me), table.holder_of(TaskId(0))),
+        (None, Some(other))
+    );
+    for word in [(2, 7), (2, 6), (1, 99)] {
+        assert_eq!(
+            table.hear(other, word, [].into_iter(), SimTime(6000)),
+            News::default()
+        );
+    }
+    // Silent for too long it is eligible for nothing, and its older words are still older.
+    assert_eq!(table.drop_older(SimTime(5000), me), (true, None));
+    let late = table.hear(other, (2, 5), [entry(2000, 0.1)].into_iter(), SimTime(6000));
+    assert_eq!(late, News::default());
+    table.assign(&briefs);
+    assert_eq!(table.task_of(me), Some(TaskId(0)));
+}
