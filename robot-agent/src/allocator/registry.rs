@@ -6,6 +6,7 @@ use alliance_proto::scenario::{Setup, Vocabulary};
 
 use super::{Allocator, ConfigError, Kind, Prepared, Typed};
 use crate::allocators::alliance::Alliance;
+use crate::allocators::cbba::{Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
 use crate::allocators::nearest::Nearest;
@@ -42,6 +43,14 @@ impl AgentRegistry {
         .allocator::<Fixed>(
             "static",
             "the tasks that an assignment before the start gave to the robot",
+        )
+        .allocator::<Cbaa>(
+            "cbaa",
+            "bids for one task at a time, and agrees by consensus",
+        )
+        .allocator::<Cbba>(
+            "cbba",
+            "bids for a bundle of tasks, and agrees by consensus",
         )
     }
 

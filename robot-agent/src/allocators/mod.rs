@@ -2,9 +2,11 @@
 //! another, and none knows a mission.
 //!
 //! - [`alliance`]: motivational behaviors (Parker 1998).
+//! - [`cbba`]: consensus-based auctions, of one task and of bundles (Choi, Brunet, How 2009).
 //! - [`nearest`], [`first_come`], [`random`], [`fixed`]: baselines, simple rules that any other should be held against.
 
 pub mod alliance;
+pub mod cbba;
 pub mod first_come;
 pub mod fixed;
 pub mod nearest;

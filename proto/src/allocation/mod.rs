@@ -1,4 +1,8 @@
 //! What allocators tell each other.
+//!
+//! - [`consensus`]: of CBAA and CBBA.
+
+pub mod consensus;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +15,8 @@ pub const OPEN_MESSAGE_MAX: usize = 1200;
 pub enum AllocationMessage {
     /// Of an allocator that has no place of its own here.
     Open(OpenMessage),
+    /// Of CBAA and CBBA.
+    Table(consensus::Table),
 }
 
 /// A message in an encoding of its allocator's own.

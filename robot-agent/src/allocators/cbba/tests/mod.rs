@@ -1,0 +1,6 @@
+//! The laws of CBAA and CBBA (ALLOCATORS.md §6), in teams of several allocators.
+
+mod laws;
+mod life;
+mod reference;
+pub(crate) mod team;
