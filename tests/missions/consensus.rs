@@ -17,7 +17,7 @@ use study::invariants::Invariants;
 
 use crate::harness::Lab;
 
-const ALLOCATORS: [&str; 2] = ["cbaa", "cbba"];
+const ALLOCATORS: [&str; 3] = ["cbaa", "cbba", "acbba"];
 
 /// A robot is taken for dead after τ.
 const TAU: SimTime = SimTime(5000);
@@ -150,7 +150,8 @@ fn the_task_of_the_killed_is_taken_over_after_tau() {
                 .unwrap();
             let words = log.each_row::<MessageRow>().map(|row| row.unwrap());
             let heard = words.filter(|row| {
-                row.sender == "gold" && row.kind == "allocation" && row.fate == "heard"
+                let counts = allocator == "acbba" || row.kind == "allocation";
+                row.sender == "gold" && counts && row.fate == "heard"
             });
             let last_word = heard.map(|row| row.sent_ms).max().unwrap();
             assert_eq!(

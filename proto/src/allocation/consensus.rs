@@ -1,6 +1,7 @@
-//! Messages of the consensus-based auctions CBAA and CBBA (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009).
+//! Messages of the consensus-based auctions CBAA and CBBA (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009), and of ACBBA (Johnson,
+//! Ponda, Choi, How, AIAA 2010).
 //!
-//! A robot's beliefs go out in parts of at most [`BLOCK_TASKS`] tasks, so that a message has a bounded length however many tasks there
+//! In CBAA and CBBA a robot's beliefs go out in parts of at most [`BLOCK_TASKS`] tasks, so that a message has a bounded length however many tasks there
 //! are. Each part is negotiated by itself, with times of news of its own: a part that is lost takes nothing from another.
 
 use serde::{Deserialize, Serialize};
@@ -62,4 +63,25 @@ pub struct News {
     pub robot: RobotId,
     /// Its age at the time of sending, ms.
     pub age_ms: u32,
+}
+
+/// Most entries of [`Deltas`]. With as many a message takes less than 1,200 bytes.
+pub const DELTAS_MAX: usize = 36;
+
+/// What has changed in a robot's beliefs, each entry by itself: what ACBBA says in the place of [`Table`]s.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Deltas {
+    /// At most [`DELTAS_MAX`].
+    pub entries: Vec<Delta>,
+}
+
+/// What a robot believes of one place of one task, and since when that is so.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Delta {
+    /// The task, its round, and who has it.
+    pub belief: Belief,
+    /// Which place of the task.
+    pub slot: u16,
+    /// t: when the winner made its bid, or when the task was given up.
+    pub made: SimTime,
 }

@@ -1,6 +1,6 @@
 //! What allocators tell each other.
 //!
-//! - [`consensus`]: of CBAA and CBBA.
+//! - [`consensus`]: of CBAA, CBBA and ACBBA.
 
 pub mod consensus;
 
@@ -17,6 +17,8 @@ pub enum AllocationMessage {
     Open(OpenMessage),
     /// Of CBAA and CBBA.
     Table(consensus::Table),
+    /// Of ACBBA.
+    Deltas(consensus::Deltas),
 }
 
 /// A message in an encoding of its allocator's own.

@@ -6,7 +6,7 @@ use alliance_proto::scenario::{Setup, Vocabulary};
 
 use super::{Allocator, ConfigError, Kind, Prepared, Typed};
 use crate::allocators::alliance::Alliance;
-use crate::allocators::cbba::{Cbaa, Cbba};
+use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
 use crate::allocators::nearest::Nearest;
@@ -52,6 +52,7 @@ impl AgentRegistry {
             "cbba",
             "bids for a bundle of tasks, and agrees by consensus",
         )
+        .allocator::<Acbba>("acbba", "as cbba, but only what has changed is said")
     }
 
     /// With one more, or another one under that name.

@@ -188,6 +188,11 @@ impl Beliefs {
         std::mem::take(&mut self.has_changed)
     }
 
+    /// An entry is to be told, though it has not changed.
+    pub fn tell(&mut self, place: usize) {
+        self.entries[place].is_unsaid = true;
+    }
+
     /// An entry has been told.
     pub fn note_said(&mut self, place: usize) {
         self.entries[place].is_unsaid = false;

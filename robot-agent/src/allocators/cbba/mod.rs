@@ -1,15 +1,19 @@
 //! CBAA and CBBA: consensus-based auctions (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009; ALLOCATORS.md §6). Each robot greedily
 //! builds a bundle of tasks, tells its beliefs about who has what by which bid, and corrects them by a fixed table until all agree.
-//! CBAA is CBBA with bundles of one task.
+//! CBAA is CBBA with bundles of one task; ACBBA says only what has changed, and judges by the time of bids (Johnson, Ponda, Choi, How,
+//! AIAA 2010).
 //!
 //! - [`bundle`]: which tasks to bid for, and how much (BUILD, REPLAN).
 //! - [`unit`]: the unit of work under way, and what makes a robot choose anew.
 //! - [`beliefs`]: who has what.
 //! - [`table`]: what becomes of a belief when a teammate says something else.
 //! - [`tables`]: messages (SAY, HEAR), and who is taken for dead (FORGET).
+//! - [`deltas`], [`delta_table`]: the same for ACBBA.
 
 mod beliefs;
 mod bundle;
+mod delta_table;
+mod deltas;
 mod table;
 mod tables;
 #[cfg(test)]
@@ -25,6 +29,7 @@ use serde::Deserialize;
 use crate::allocator::{Allocator, Decision, Input, Me};
 use beliefs::Beliefs;
 use bundle::{Bundle, Worths};
+use deltas::Deltas;
 use tables::Tables;
 use unit::Unit;
 
@@ -185,6 +190,58 @@ impl Allocator for Cbba {
             Rules {
                 bundle: config.bundle,
                 refresh: SimTime::from_secs_f64(config.refresh_s),
+            },
+        ))
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        self.0.step(input, decision);
+    }
+}
+
+/// `[allocators.acbba]`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DeltaConfig {
+    /// L_t: most tasks of a bundle.
+    pub bundle: usize,
+    /// Time after which a robot tells all its beliefs again, s.
+    pub repeat_s: f64,
+}
+
+impl Default for DeltaConfig {
+    fn default() -> Self {
+        Self {
+            bundle: BundleConfig::default().bundle,
+            repeat_s: 5.0,
+        }
+    }
+}
+
+/// ACBBA: as CBBA, but only what has changed is said.
+#[derive(Clone, Debug)]
+pub struct Acbba(Bidder<Deltas>);
+
+impl Allocator for Acbba {
+    type Config = DeltaConfig;
+
+    fn parameters() -> Vec<ParameterSpec> {
+        let repeat = ParameterSpec {
+            key: "repeat_s",
+            unit: "s",
+            default: ParameterDefault::Number(DeltaConfig::default().repeat_s),
+            about: "time after which a robot tells all its beliefs again, lest a lost change stay lost",
+            range: ParameterRange::Above(0.0, 1e9),
+        };
+        vec![bundle_spec(), repeat]
+    }
+
+    fn new(me: &Me, config: &DeltaConfig) -> Self {
+        Self(Bidder::new(
+            me,
+            Rules {
+                bundle: config.bundle,
+                refresh: SimTime::from_secs_f64(config.repeat_s),
             },
         ))
     }

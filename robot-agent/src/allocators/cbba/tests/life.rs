@@ -78,6 +78,7 @@ fn the_task_of_the_dead_is_free_after_tau() {
     let last_word = SimTime(1000 * (team.now().0 / 1000));
     while team.active()[2].is_none() {
         team.step();
+        assert!(team.tick < 1000);
     }
     let taken = SimTime(team.now().0 - 50);
     assert!(taken.since(last_word) <= TAU + SimTime(50), "{taken:?}");
@@ -176,6 +177,29 @@ fn a_new_round_is_negotiated_anew() {
         team.step();
     }
     assert_eq!(team.active(), [None, Some(0)]);
+}
+
+/// What is said of an older round takes nothing, and leaves nothing to a robot that begins anew and has yet to hear of the newer one.
+#[test]
+fn older_rounds_are_void() {
+    let mut team = Team::<Cbba>::new(1, spread(2, 1), &single(), TAU);
+    team.round[0] = SimTime(100);
+    for _ in 0..10 {
+        team.step();
+    }
+    assert_eq!(team.active(), [Some(0), None]);
+    let sent = team.now().since(SimTime(50));
+    let better = claims(0, SimTime(50), Some((1, 1e9)));
+    team.whisper(0, said_by(1, 1000, sent, better));
+    team.step();
+    assert_eq!(team.active(), [Some(0), None]);
+
+    team.dead[0] = true;
+    let mut reborn = said_by(0, 0, sent, claims(0, SimTime::ZERO, None));
+    Arc::make_mut(&mut reborn).incarnation = 2;
+    team.whisper(1, reborn);
+    team.step();
+    assert_eq!(team.active()[1], Some(0));
 }
 
 /// For τ a claim is worth what it was when it was made; then what is under way has its bonus, and a nearer newcomer does not get it.

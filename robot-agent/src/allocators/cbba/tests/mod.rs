@@ -3,4 +3,5 @@
 mod laws;
 mod life;
 mod reference;
+mod rows;
 pub(crate) mod team;
