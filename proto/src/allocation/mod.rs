@@ -1,8 +1,10 @@
 //! What allocators tell each other.
 //!
 //! - [`consensus`]: of CBAA, CBBA and ACBBA.
+//! - [`grape`]: of GRAPE.
 
 pub mod consensus;
+pub mod grape;
 
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +21,8 @@ pub enum AllocationMessage {
     Table(consensus::Table),
     /// Of ACBBA.
     Deltas(consensus::Deltas),
+    /// Of GRAPE.
+    Partition(grape::Partition),
 }
 
 /// A message in an encoding of its allocator's own.

@@ -7,6 +7,7 @@
 //! - [`kind`](Kind): an allocator by name, as scenarios state it, with its parameters.
 //! - [`registry`](AgentRegistry): the allocators that a program knows.
 //! - `framed`: what is done for an [`Allocator`] around its step.
+//! - [`unit`]: the unit of work under way, and what makes a robot choose anew, for rules that do so on a change alone.
 //! - [`utility`]: the utility that rules which compare costs have in common.
 //!
 //! # What an allocator may rely on, and must keep
@@ -20,6 +21,7 @@ mod kind;
 mod registry;
 #[cfg(test)]
 mod tests;
+pub mod unit;
 pub mod utility;
 
 use std::fmt::Debug;

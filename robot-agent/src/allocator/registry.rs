@@ -9,6 +9,7 @@ use crate::allocators::alliance::Alliance;
 use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
+use crate::allocators::grape::Grape;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::Random;
 use crate::mission::{MissionMind, SharedMission};
@@ -53,6 +54,10 @@ impl AgentRegistry {
             "bids for a bundle of tasks, and agrees by consensus",
         )
         .allocator::<Acbba>("acbba", "as cbba, but only what has changed is said")
+        .allocator::<Grape>(
+            "grape",
+            "moves to the coalition of most use to it, until nobody wants to move",
+        )
     }
 
     /// With one more, or another one under that name.

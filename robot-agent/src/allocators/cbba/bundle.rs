@@ -326,7 +326,7 @@ impl Bundle {
 pub struct Worths<'a, 'i> {
     /// Of the step.
     pub input: &'a Input<'i>,
-    /// What the robot is at, if that has begun in earnest; see [`super::unit`].
+    /// What the robot is at, if that has begun in earnest; see [`crate::allocator::unit`].
     pub begun: UnderWay,
     /// What it is at.
     pub active: Option<BehaviorId>,

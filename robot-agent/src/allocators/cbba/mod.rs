@@ -4,7 +4,6 @@
 //! AIAA 2010).
 //!
 //! - [`bundle`]: which tasks to bid for, and how much (BUILD, REPLAN).
-//! - [`unit`]: the unit of work under way, and what makes a robot choose anew.
 //! - [`beliefs`]: who has what.
 //! - [`table`]: what becomes of a belief when a teammate says something else.
 //! - [`tables`]: messages (SAY, HEAR), and who is taken for dead (FORGET).
@@ -17,8 +16,7 @@ mod deltas;
 mod table;
 mod tables;
 #[cfg(test)]
-mod tests;
-mod unit;
+pub(crate) mod tests;
 
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
@@ -26,12 +24,12 @@ use alliance_proto::telemetry::Reason;
 use alliance_proto::time::SimTime;
 use serde::Deserialize;
 
+use crate::allocator::unit::Unit;
 use crate::allocator::{Allocator, Decision, Input, Me};
 use beliefs::Beliefs;
 use bundle::{Bundle, Worths};
 use deltas::Deltas;
 use tables::Tables;
-use unit::Unit;
 
 /// `[allocators.cbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]

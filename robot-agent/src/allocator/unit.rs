@@ -8,8 +8,8 @@ use alliance_proto::ids::BehaviorId;
 use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
 
-use crate::allocator::utility::{COMMIT, UnderWay};
-use crate::allocator::{Input, Me};
+use super::utility::{COMMIT, UnderWay};
+use super::{Input, Me};
 
 /// What a robot's bids depend on, but for where it is.
 #[derive(Clone, Debug, Default, PartialEq)]
