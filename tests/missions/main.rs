@@ -9,6 +9,7 @@ mod by_hand;
 mod campaign;
 mod check;
 mod closed_loop;
+mod consensus;
 mod control;
 mod control_python;
 mod differential;

@@ -1,7 +1,12 @@
 //! What allocators tell each other: a file for the messages of each.
+//!
+//! - [`ble`], [`murdoch`], [`grape`]: of those.
+//! - [`consensus`]: of CBAA, CBBA and ACBBA.
 
 pub mod ble;
+pub mod consensus;
 mod few;
+pub mod grape;
 pub mod murdoch;
 
 use serde::{Deserialize, Serialize};
@@ -19,6 +24,12 @@ pub enum AllocationMessage {
     Ble(ble::Eligibility),
     /// Of MURDOCH.
     Murdoch(murdoch::Negotiation),
+    /// Of CBAA and CBBA.
+    Table(consensus::Table),
+    /// Of ACBBA.
+    Deltas(consensus::Deltas),
+    /// Of GRAPE.
+    Partition(grape::Partition),
 }
 
 /// A message in an encoding of its allocator's own.

@@ -7,8 +7,10 @@ use alliance_proto::scenario::{Setup, Vocabulary};
 use super::{Allocator, ConfigError, Kind, Prepared, Typed};
 use crate::allocators::alliance::Alliance;
 use crate::allocators::ble::Ble;
+use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
+use crate::allocators::grape::Grape;
 use crate::allocators::murdoch::Murdoch;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::Random;
@@ -52,6 +54,19 @@ impl AgentRegistry {
         .allocator::<Murdoch>(
             "murdoch",
             "auctions: the best bid of those who are free gets a contract, renewed as long as it answers",
+        )
+        .allocator::<Cbaa>(
+            "cbaa",
+            "bids for one task at a time, and agrees by consensus",
+        )
+        .allocator::<Cbba>(
+            "cbba",
+            "bids for a bundle of tasks, and agrees by consensus",
+        )
+        .allocator::<Acbba>("acbba", "as cbba, but only what has changed is said")
+        .allocator::<Grape>(
+            "grape",
+            "moves to the coalition of most use to it, until nobody wants to move",
         )
     }
 

@@ -40,6 +40,12 @@ impl UnderWay {
         }
     }
 
+    /// Since when it has been at it without progress; `None` if it is at nothing.
+    #[must_use]
+    pub fn since(&self) -> Option<SimTime> {
+        self.0.map(|(_, since)| since)
+    }
+
     /// Utility of a choice; `None` if it is not applicable or its cost not known.
     #[must_use]
     pub fn utility(&self, choice: &Choice, input: &Input<'_>) -> Option<f64> {

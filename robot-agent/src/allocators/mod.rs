@@ -4,12 +4,16 @@
 //! - [`alliance`]: motivational behaviors (Parker 1998).
 //! - [`ble`]: broadcast of local eligibility (Werger and Matarić 2000).
 //! - [`murdoch`]: auctions and contracts (Gerkey and Matarić 2002).
+//! - [`cbba`]: consensus-based auctions, of one task and of bundles, synchronous and not (Choi, Brunet, How 2009; Johnson 2010).
+//! - [`grape`]: coalitions that nobody wants to leave (Jang, Shin, Tsourdos 2018).
 //! - [`nearest`], [`first_come`], [`random`], [`fixed`]: baselines, simple rules that any other should be held against.
 
 pub mod alliance;
 pub mod ble;
+pub mod cbba;
 pub mod first_come;
 pub mod fixed;
+pub mod grape;
 pub mod murdoch;
 pub mod nearest;
 pub mod random;

@@ -1,0 +1,274 @@
+//! CBAA and CBBA: consensus-based auctions (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009; ALLOCATORS.md §6). Each robot greedily
+//! builds a bundle of tasks, tells its beliefs about who has what by which bid, and corrects them by a fixed table until all agree.
+//! CBAA is CBBA with bundles of one task; ACBBA says only what has changed, and judges by the time of bids (Johnson, Ponda, Choi, How,
+//! AIAA 2010).
+//!
+//! - [`bundle`]: which tasks to bid for, and how much (BUILD, REPLAN).
+//! - [`beliefs`]: who has what.
+//! - [`table`]: what becomes of a belief when a teammate says something else.
+//! - [`tables`]: messages (SAY, HEAR), and who is taken for dead (FORGET).
+//! - [`deltas`], [`delta_table`]: the same for ACBBA.
+
+mod beliefs;
+mod bundle;
+mod delta_table;
+mod deltas;
+mod table;
+mod tables;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
+use alliance_proto::telemetry::Reason;
+use alliance_proto::time::SimTime;
+use serde::Deserialize;
+
+use crate::allocator::unit::Unit;
+use crate::allocator::{Allocator, Decision, Input, Me};
+use beliefs::Beliefs;
+use bundle::{Bundle, Worths};
+use deltas::Deltas;
+use tables::Tables;
+
+/// `[allocators.cbba]`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BundleConfig {
+    /// L_t: most tasks of a bundle.
+    pub bundle: usize,
+    /// Time after which a robot tells its beliefs again, s.
+    pub refresh_s: f64,
+}
+
+impl Default for BundleConfig {
+    fn default() -> Self {
+        Self {
+            bundle: 2,
+            refresh_s: SingleConfig::default().refresh_s,
+        }
+    }
+}
+
+/// `[allocators.cbaa]`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SingleConfig {
+    /// Time after which a robot tells its beliefs again, s.
+    pub refresh_s: f64,
+}
+
+impl Default for SingleConfig {
+    fn default() -> Self {
+        Self { refresh_s: 1.0 }
+    }
+}
+
+fn refresh_spec() -> ParameterSpec {
+    ParameterSpec {
+        key: "refresh_s",
+        unit: "s",
+        default: ParameterDefault::Number(SingleConfig::default().refresh_s),
+        about: "time after which a robot tells its beliefs again; shorter than τ, or it is taken for dead",
+        range: ParameterRange::Above(0.0, 1e9),
+    }
+}
+
+fn bundle_spec() -> ParameterSpec {
+    ParameterSpec {
+        key: "bundle",
+        unit: "",
+        default: ParameterDefault::Whole(BundleConfig::default().bundle as i64),
+        about: "most tasks that a robot bids for at once (L_t in the paper)",
+        range: ParameterRange::Whole(1, 16),
+    }
+}
+
+/// The parameters as the steps use them.
+#[derive(Clone, Copy, Debug)]
+struct Rules {
+    bundle: usize,
+    refresh: SimTime,
+}
+
+/// How robots come to believe the same.
+trait Consensus: Clone + std::fmt::Debug + Send + 'static {
+    /// Nobody has been heard yet.
+    fn new(me: &Me, rules: &Rules, beliefs: &Beliefs) -> Self;
+
+    /// HEAR and FORGET; what the robot loses leaves its bundle at once. Whether a robot has come or gone.
+    fn hear(
+        &mut self,
+        me: &Me,
+        input: &Input<'_>,
+        beliefs: &mut Beliefs,
+        bundle: &mut Bundle,
+    ) -> bool;
+
+    /// SAY.
+    fn say(&mut self, now: SimTime, beliefs: &mut Beliefs, say: &mut Vec<AllocationMessage>);
+}
+
+/// A robot that bids, whatever its consensus.
+#[derive(Clone, Debug)]
+struct Bidder<C> {
+    me: Me,
+    unit: Unit,
+    beliefs: Beliefs,
+    bundle: Bundle,
+    consensus: C,
+}
+
+impl<C: Consensus> Bidder<C> {
+    fn new(me: &Me, rules: Rules) -> Self {
+        let beliefs = Beliefs::new(me);
+        Self {
+            unit: Unit::default(),
+            bundle: Bundle::new(me.robot, rules.bundle),
+            consensus: C::new(me, &rules, &beliefs),
+            beliefs,
+            me: me.clone(),
+        }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        let before = decision.active;
+        let mut must_replan = self.unit.look(&self.me, input, before);
+        self.beliefs.note_rounds(input.choices);
+        self.bundle.drop_lost(&mut self.beliefs);
+        let (beliefs, bundle) = (&mut self.beliefs, &mut self.bundle);
+        must_replan |= self.consensus.hear(&self.me, input, beliefs, bundle);
+
+        let worths = Worths {
+            input,
+            begun: self.unit.begun(),
+            active: before,
+        };
+        if must_replan {
+            bundle.replan(self.unit.goes_on(), &worths, beliefs);
+        }
+        if beliefs.take_changed() || must_replan {
+            bundle.build(self.unit.goes_on(), &worths, beliefs);
+            // What it has just bid is no reason to bid again.
+            beliefs.take_changed();
+        }
+
+        // ACT: at once, without waiting for agreement.
+        decision.active = bundle.first();
+        let was_outbid = bundle.take_outbid();
+        if decision.active != before {
+            decision.reason = Some(if was_outbid {
+                Reason::Outbid
+            } else {
+                Reason::Claimed
+            });
+        }
+        self.consensus.say(input.now, beliefs, &mut decision.say);
+        let holder = |task| self.beliefs.holder(task);
+        let under_way = self.unit.under_way();
+        under_way.log(&self.me, input, decision, holder);
+        self.unit.note_active(before, decision.active, input.now);
+    }
+}
+
+/// CBBA: one robot's bundle, beliefs and news.
+#[derive(Clone, Debug)]
+pub struct Cbba(Bidder<Tables>);
+
+impl Allocator for Cbba {
+    type Config = BundleConfig;
+
+    fn parameters() -> Vec<ParameterSpec> {
+        vec![bundle_spec(), refresh_spec()]
+    }
+
+    fn new(me: &Me, config: &BundleConfig) -> Self {
+        Self(Bidder::new(
+            me,
+            Rules {
+                bundle: config.bundle,
+                refresh: SimTime::from_secs_f64(config.refresh_s),
+            },
+        ))
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        self.0.step(input, decision);
+    }
+}
+
+/// `[allocators.acbba]`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DeltaConfig {
+    /// L_t: most tasks of a bundle.
+    pub bundle: usize,
+    /// Time after which a robot tells all its beliefs again, s.
+    pub repeat_s: f64,
+}
+
+impl Default for DeltaConfig {
+    fn default() -> Self {
+        Self {
+            bundle: BundleConfig::default().bundle,
+            repeat_s: 5.0,
+        }
+    }
+}
+
+/// ACBBA: as CBBA, but only what has changed is said.
+#[derive(Clone, Debug)]
+pub struct Acbba(Bidder<Deltas>);
+
+impl Allocator for Acbba {
+    type Config = DeltaConfig;
+
+    fn parameters() -> Vec<ParameterSpec> {
+        let repeat = ParameterSpec {
+            key: "repeat_s",
+            unit: "s",
+            default: ParameterDefault::Number(DeltaConfig::default().repeat_s),
+            about: "time after which a robot tells all its beliefs again, lest a lost change stay lost",
+            range: ParameterRange::Above(0.0, 1e9),
+        };
+        vec![bundle_spec(), repeat]
+    }
+
+    fn new(me: &Me, config: &DeltaConfig) -> Self {
+        Self(Bidder::new(
+            me,
+            Rules {
+                bundle: config.bundle,
+                refresh: SimTime::from_secs_f64(config.repeat_s),
+            },
+        ))
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        self.0.step(input, decision);
+    }
+}
+
+/// CBAA: CBBA with one task at a time.
+#[derive(Clone, Debug)]
+pub struct Cbaa(Cbba);
+
+impl Allocator for Cbaa {
+    type Config = SingleConfig;
+
+    fn parameters() -> Vec<ParameterSpec> {
+        vec![refresh_spec()]
+    }
+
+    fn new(me: &Me, config: &SingleConfig) -> Self {
+        let single = BundleConfig {
+            bundle: 1,
+            refresh_s: config.refresh_s,
+        };
+        Self(Cbba::new(me, &single))
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        self.0.step(input, decision);
+    }
+}

@@ -1,0 +1,286 @@
+//! Tables between robots: what is said and when, what is heard and believed, and who is taken for dead.
+//!
+//! Beliefs are told in parts ([`Table`]), and each part is a consensus of its own, with its own times of news s.
+
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::allocation::consensus::{BLOCK_TASKS, Belief, Claim, NEWS_MAX, News, Table};
+use alliance_proto::ids::{Incarnation, RobotId};
+use alliance_proto::team::{Broadcast, Content};
+use alliance_proto::time::SimTime;
+
+use super::beliefs::{Beliefs, Entry};
+use super::bundle::Bundle;
+use super::table::{Action, Stamps, consensus};
+use super::{Consensus, Rules};
+use crate::allocator::{Input, Me};
+
+/// What is known of the team, by part.
+#[derive(Clone, Debug)]
+pub struct Tables {
+    refresh: SimTime,
+    parts: Vec<Part>,
+}
+
+/// One part of the tasks.
+#[derive(Clone, Debug)]
+struct Part {
+    block: u16,
+    slot: u16,
+    /// When it was told last.
+    said: Option<SimTime>,
+    /// Of whom there is news that is younger than τ, by rank.
+    known: Vec<Known>,
+}
+
+/// What is known of a teammate's words.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    robot: RobotId,
+    /// s_im: when the latest news of it that has come here, directly or by others, was sent.
+    sent: SimTime,
+    /// Incarnation and sequence number of its latest word that came directly.
+    word: Option<(Incarnation, u64)>,
+}
+
+impl Part {
+    fn has(&self, entry: &Entry) -> bool {
+        (self.block, self.slot) == (entry.task.0 / BLOCK_TASKS, entry.slot)
+    }
+
+    fn known(&self, robot: RobotId) -> Result<usize, usize> {
+        self.known.binary_search_by_key(&robot, |known| known.robot)
+    }
+
+    /// News of a robot; whether it is the first.
+    fn note(&mut self, robot: RobotId, sent: SimTime) -> bool {
+        match self.known(robot) {
+            Ok(at) => {
+                let known = &mut self.known[at];
+                known.sent = known.sent.max(sent);
+                false
+            }
+            Err(at) => {
+                let word = None;
+                self.known.insert(at, Known { robot, sent, word });
+                true
+            }
+        }
+    }
+
+    /// The beliefs as they are told.
+    fn table(&self, beliefs: &Beliefs, now: SimTime) -> Table {
+        let entries = || beliefs.entries().iter().filter(|entry| self.has(entry));
+        let mut told: Vec<News> = self
+            .known
+            .iter()
+            .map(|known| News {
+                robot: known.robot,
+                // What is older than τ has been forgotten.
+                age_ms: u32::try_from(now.since(known.sent).0).unwrap_or(u32::MAX),
+            })
+            .collect();
+        if told.len() > NEWS_MAX {
+            // Without news of its winner a belief is not taken over.
+            let is_winner = |robot| {
+                let mut claims = entries().filter_map(|entry| entry.claim);
+                claims.any(|claim| claim.robot == robot)
+            };
+            told.sort_by_key(|news| (!is_winner(news.robot), news.robot));
+            told.truncate(NEWS_MAX);
+            told.sort_by_key(|news| news.robot);
+        }
+        let belief = |entry: &Entry| Belief {
+            task: entry.task,
+            round: entry.round,
+            claim: entry.claim,
+        };
+        Table {
+            block: self.block,
+            slot: self.slot,
+            beliefs: entries().map(belief).collect(),
+            news: told,
+        }
+    }
+}
+
+/// The times of news of a part and of a message about it.
+struct Both<'a> {
+    part: &'a Part,
+    table: &'a Table,
+    sender: RobotId,
+    sent: SimTime,
+}
+
+impl Stamps for Both<'_> {
+    fn mine(&self, robot: RobotId) -> Option<SimTime> {
+        let at = self.part.known(robot).ok()?;
+        Some(self.part.known[at].sent)
+    }
+
+    fn theirs(&self, robot: RobotId) -> Option<SimTime> {
+        if robot == self.sender {
+            return Some(self.sent);
+        }
+        let news = &self.table.news;
+        let at = news.binary_search_by_key(&robot, |news| news.robot).ok()?;
+        stamp(&news[at], self.sent)
+    }
+}
+
+/// When news was sent; `None` if that would be before the mission.
+fn stamp(news: &News, sent: SimTime) -> Option<SimTime> {
+    sent.0.checked_sub(u64::from(news.age_ms)).map(SimTime)
+}
+
+impl Tables {
+    /// HEAR of one message. Whether somebody was heard of for the first time.
+    fn hear_table(
+        &mut self,
+        me: &Me,
+        broadcast: &Broadcast,
+        table: &Table,
+        now: SimTime,
+        beliefs: &mut Beliefs,
+    ) -> bool {
+        let (sender, sent) = (broadcast.sender, broadcast.sent);
+        let is_of_team = |robot: RobotId| robot.index() < me.team;
+        let is_fresh = |sent: SimTime| sent <= now && now.since(sent) < me.ceased_after;
+        let mut parts = self.parts.iter_mut();
+        let Some(part) = parts.find(|it| (it.block, it.slot) == (table.block, table.slot)) else {
+            return false;
+        };
+        if sender == me.robot || !is_of_team(sender) || !is_fresh(sent) {
+            return false;
+        }
+        let word = (broadcast.incarnation, broadcast.seq);
+        if let Ok(at) = part.known(sender)
+            && let Some(latest) = part.known[at].word
+        {
+            if latest >= word {
+                return false;
+            }
+            if latest.0 < word.0 {
+                beliefs.strike(sender, |entry| part.has(entry));
+            }
+        }
+        let stamps = Both {
+            part,
+            table,
+            sender,
+            sent,
+        };
+        for belief in &table.beliefs {
+            let Some(place) = beliefs.find(belief.task, table.slot) else {
+                continue;
+            };
+            let is_sound = |claim: Claim| {
+                is_of_team(claim.robot) && claim.value.is_finite() && claim.value >= 0.0
+            };
+            let is_old = belief.round < beliefs.entries()[place].round;
+            if is_old || belief.round > now || !belief.claim.is_none_or(is_sound) {
+                continue;
+            }
+            beliefs.renew(place, belief.round);
+            let believes = beliefs.entries()[place].claim;
+            match consensus(me.robot, sender, belief.claim, believes, &stamps) {
+                Action::Leave => {}
+                Action::Update => beliefs.set(place, belief.claim),
+                Action::Reset => beliefs.set(place, None),
+            }
+        }
+        let mut is_first = part.note(sender, sent);
+        if let Ok(at) = part.known(sender) {
+            part.known[at].word = Some(word);
+        }
+        for news in &table.news {
+            if let Some(sent) = stamp(news, sent)
+                && news.robot != me.robot
+                && is_of_team(news.robot)
+                && is_fresh(sent)
+            {
+                is_first |= part.note(news.robot, sent);
+            }
+        }
+        is_first
+    }
+
+    /// FORGET: who has been silent for τ has nothing any more. Whether there is one.
+    fn forget(&mut self, me: &Me, now: SimTime, beliefs: &mut Beliefs) -> bool {
+        let is_silent = |known: &Known| now.since(known.sent) >= me.ceased_after;
+        let mut is_gone = false;
+        for part in &mut self.parts {
+            while let Some(at) = part.known.iter().position(is_silent) {
+                let gone = part.known.remove(at).robot;
+                beliefs.strike(gone, |entry| part.has(entry));
+                is_gone = true;
+            }
+        }
+        is_gone
+    }
+}
+
+impl Consensus for Tables {
+    fn new(_: &Me, rules: &Rules, beliefs: &Beliefs) -> Self {
+        let mut keys: Vec<(u16, u16)> = beliefs
+            .entries()
+            .iter()
+            .map(|entry| (entry.task.0 / BLOCK_TASKS, entry.slot))
+            .collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let part = |(block, slot)| Part {
+            block,
+            slot,
+            said: None,
+            known: Vec::new(),
+        };
+        Self {
+            refresh: rules.refresh,
+            parts: keys.into_iter().map(part).collect(),
+        }
+    }
+
+    fn hear(
+        &mut self,
+        me: &Me,
+        input: &Input<'_>,
+        beliefs: &mut Beliefs,
+        bundle: &mut Bundle,
+    ) -> bool {
+        let mut has_changed = false;
+        for broadcast in input.heard {
+            if let Content::Allocation(AllocationMessage::Table(table)) = &broadcast.body {
+                has_changed |= self.hear_table(me, broadcast, table, input.now, beliefs);
+                bundle.drop_lost(beliefs);
+            }
+        }
+        if self.forget(me, input.now, beliefs) {
+            has_changed = true;
+            bundle.drop_lost(beliefs);
+        }
+        has_changed
+    }
+
+    fn say(&mut self, now: SimTime, beliefs: &mut Beliefs, say: &mut Vec<AllocationMessage>) {
+        // What does not go now goes in the next step; so those that were told longest ago come first.
+        while say.len() <= beliefs.tasks().len() {
+            let is_due = |part: &&mut Part| {
+                let is_late = |said| now.since(said) >= self.refresh;
+                let mut entries = beliefs.entries().iter();
+                let has_news = |entry: &Entry| entry.is_unsaid && part.has(entry);
+                part.said != Some(now) && (part.said.is_none_or(is_late) || entries.any(has_news))
+            };
+            let due = self.parts.iter_mut().filter(is_due);
+            let Some(part) = due.min_by_key(|part| part.said) else {
+                return;
+            };
+            say.push(AllocationMessage::Table(part.table(beliefs, now)));
+            for place in 0..beliefs.entries().len() {
+                if part.has(&beliefs.entries()[place]) {
+                    beliefs.note_said(place);
+                }
+            }
+            part.said = Some(now);
+        }
+    }
+}

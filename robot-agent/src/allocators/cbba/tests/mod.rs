@@ -1,0 +1,7 @@
+//! The laws of CBAA and CBBA (ALLOCATORS.md §6), in teams of several allocators.
+
+mod laws;
+mod life;
+mod reference;
+mod rows;
+pub(crate) mod team;

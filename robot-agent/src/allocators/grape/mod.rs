@@ -1,0 +1,221 @@
+//! GRAPE: robots choose coalitions as selfish players of a game in which a task is worth less to each the more robots share it, until
+//! nobody wants to move (Jang, Shin, Tsourdos, IEEE T-RO 34(6), 2018; ALLOCATORS.md §8).
+//!
+//! A task is worth u/p to a member of a coalition of p, with the utility u that all rules have in common, and nothing above
+//! `max_robots`. To have no task is worth 0.
+
+mod partition;
+#[cfg(test)]
+mod tests;
+
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::{ParameterDefault, ParameterRange, ParameterSpec};
+use alliance_proto::team::Content;
+use alliance_proto::telemetry::Reason;
+use alliance_proto::time::SimTime;
+use rand::RngExt;
+use serde::Deserialize;
+
+use crate::allocator::unit::Unit;
+use crate::allocator::{Allocator, Choice, Decision, Input, Me};
+use partition::{Inbox, Partition};
+
+/// One robot's partition, and what it knows of who is alive.
+#[derive(Clone, Debug)]
+pub struct Grape {
+    me: Me,
+    refresh: SimTime,
+    unit: Unit,
+    partition: Partition,
+    inbox: Inbox,
+    /// Who has been heard, and when what it said last was sent; by rank. Of heartbeats only that there are some is read.
+    heard: Vec<(RobotId, SimTime)>,
+    /// When the partition was told last.
+    said: Option<SimTime>,
+    /// The part that is told next; `None`: all have been.
+    next: Option<u16>,
+}
+
+/// `[allocators.grape]`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Time after which a robot tells the partition again, s.
+    pub refresh_s: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self { refresh_s: 1.0 }
+    }
+}
+
+/// What a coalition is worth to the robot: priority, then utility.
+type Worth = (i32, f64);
+
+impl Grape {
+    /// HEAR: takes over the newest partition. Whether it is another one now.
+    fn hear(&mut self, input: &Input<'_>) -> bool {
+        let now = input.now;
+        let mut has_changed = false;
+        for broadcast in input.heard {
+            let (sender, sent) = (broadcast.sender, broadcast.sent);
+            let is_fresh = sent <= now && now.since(sent) < self.me.ceased_after;
+            if sender == self.me.robot || sender.index() >= self.me.team || !is_fresh {
+                continue;
+            }
+            match self.heard.binary_search_by_key(&sender, |it| it.0) {
+                Ok(at) => self.heard[at].1 = self.heard[at].1.max(sent),
+                Err(at) => self.heard.insert(at, (sender, sent)),
+            }
+            if let Content::Allocation(AllocationMessage::Partition(message)) = &broadcast.body {
+                let known = self.partition.version;
+                let (team, tasks) = (self.me.team, self.me.tasks);
+                if let Some(newer) = self.inbox.take(message, &known, team, tasks) {
+                    self.partition = newer;
+                    has_changed = true;
+                }
+            }
+        }
+        has_changed
+    }
+
+    /// FORGET: strikes those who have been silent for τ, whoever still has them in a coalition. Whether there was one.
+    fn forget(&mut self, input: &Input<'_>) -> bool {
+        let mut is_struck = false;
+        for &(robot, sent) in &self.heard {
+            let is_silent = input.now.since(sent) >= self.me.ceased_after;
+            if is_silent && self.partition.task_of(robot).is_some() {
+                self.partition.put(robot, None);
+                is_struck = true;
+            }
+        }
+        is_struck
+    }
+
+    /// What a task would be worth to the robot, by the best of its behaviors for it.
+    fn worth(&self, choice: &Choice, input: &Input<'_>) -> Option<Worth> {
+        let utility = self.unit.begun().utility(choice, input)?;
+        let members = 1 + self.partition.others(choice.task, self.me.robot);
+        let has_room = members <= choice.max_robots;
+        has_room.then_some((choice.priority, utility / members as f64))
+    }
+
+    /// Moves to the best coalition, if that is better than its own. Whether it has moved.
+    fn decide(&mut self, input: &Input<'_>) -> bool {
+        let own = self.partition.task_of(self.me.robot);
+        let worth_of = |choice: &Choice| Some((self.worth(choice, input)?, choice.task));
+        let offers = || input.choices.iter().filter_map(worth_of);
+        // Of equal worth the lower task.
+        let better = |a: (Worth, TaskId), b: (Worth, TaskId)| {
+            let is_better = order(&b.0, &a.0).then(a.1.cmp(&b.1)).is_gt();
+            if is_better { b } else { a }
+        };
+        let best = offers().reduce(better);
+        let mine = offers()
+            .filter(|(_, task)| Some(*task) == own)
+            .reduce(better);
+        let moves = match (best, mine) {
+            (Some(best), Some(mine)) => order(&best.0, &mine.0).is_gt(),
+            (Some(_), None) => true,
+            (None, _) => own.is_some(),
+        };
+        if moves {
+            self.partition
+                .put(self.me.robot, best.map(|(_, task)| task));
+        }
+        moves
+    }
+
+    /// The behavior of highest utility for its task; of equal ones the first.
+    fn behavior(&self, input: &Input<'_>) -> Option<BehaviorId> {
+        let task = self.partition.task_of(self.me.robot)?;
+        let mut best: Option<(f64, BehaviorId)> = None;
+        for choice in input.choices.iter().filter(|choice| choice.task == task) {
+            if let Some(utility) = self.unit.begun().utility(choice, input)
+                && best.is_none_or(|(most, _)| utility > most)
+            {
+                best = Some((utility, choice.behavior));
+            }
+        }
+        best.map(|(_, behavior)| behavior)
+    }
+
+    /// SAY: the partition when it has changed, and every `refresh_s`.
+    fn say(&mut self, has_changed: bool, now: SimTime, say: &mut Vec<AllocationMessage>) {
+        let is_due = |said| now.since(said) >= self.refresh;
+        if has_changed || (self.next.is_none() && self.said.is_none_or(is_due)) {
+            self.next = Some(0);
+            self.said = Some(now);
+        }
+        // What does not go now goes in the next step.
+        while let Some(part) = self.next
+            && say.len() <= self.me.tasks
+        {
+            say.push(AllocationMessage::Partition(self.partition.message(part)));
+            self.next = Some(part + 1).filter(|&next| next < self.partition.parts());
+        }
+    }
+}
+
+fn order(a: &Worth, b: &Worth) -> std::cmp::Ordering {
+    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+}
+
+impl Allocator for Grape {
+    type Config = Config;
+
+    fn parameters() -> Vec<ParameterSpec> {
+        vec![ParameterSpec {
+            key: "refresh_s",
+            unit: "s",
+            default: ParameterDefault::Number(Config::default().refresh_s),
+            about: "time after which a robot tells the partition again",
+            range: ParameterRange::Above(0.0, 1e9),
+        }]
+    }
+
+    fn new(me: &Me, config: &Config) -> Self {
+        Self {
+            me: me.clone(),
+            refresh: SimTime::from_secs_f64(config.refresh_s),
+            unit: Unit::default(),
+            partition: Partition::default(),
+            inbox: Inbox::default(),
+            heard: Vec::new(),
+            said: None,
+            next: None,
+        }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        let before = decision.active;
+        let must_decide = self.unit.look(&self.me, input, before);
+        let is_adopted = self.hear(input);
+        let is_struck = self.forget(input);
+        let is_pushed_out = before.is_some() && self.partition.task_of(self.me.robot).is_none();
+        let mut has_moved = is_struck;
+        if must_decide || is_adopted || is_struck {
+            has_moved |= self.decide(input);
+        }
+        if has_moved {
+            self.partition.evolve(input.draws.stream().random());
+        }
+        if must_decide || is_adopted || has_moved {
+            decision.active = self.behavior(input);
+        }
+        if decision.active != before {
+            decision.reason = Some(if is_pushed_out {
+                Reason::Outbid
+            } else {
+                Reason::Claimed
+            });
+        }
+        self.say(is_adopted || has_moved, input.now, &mut decision.say);
+        let holder = |task| self.partition.first_of(task);
+        let under_way = self.unit.under_way();
+        under_way.log(&self.me, input, decision, holder);
+        self.unit.note_active(before, decision.active, input.now);
+    }
+}

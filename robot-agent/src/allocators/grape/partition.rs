@@ -1,0 +1,155 @@
+//! Who is in which coalition, as one value that robots hand to each other whole: of two the one of more decisions counts, of as many the
+//! one with the larger stamp (the D-mutex of Jang, Shin, Tsourdos 2018).
+
+use std::cmp::Ordering;
+
+use alliance_proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
+use alliance_proto::ids::{RobotId, TaskId};
+
+/// What decides between two partitions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Version {
+    /// Decisions so far.
+    pub evolution: u64,
+    /// Drawn with the last one.
+    pub stamp: f64,
+}
+
+impl Version {
+    /// Whether it counts before another.
+    pub fn is_newer_than(&self, other: &Self) -> bool {
+        let by_stamp = || self.stamp.total_cmp(&other.stamp);
+        self.evolution.cmp(&other.evolution).then_with(by_stamp) == Ordering::Greater
+    }
+}
+
+/// A partition.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Partition {
+    /// Which one it is.
+    pub version: Version,
+    /// Who has a task, in ascending order.
+    members: Vec<Member>,
+}
+
+/// A partition of which parts are still missing.
+#[derive(Clone, Debug, PartialEq)]
+struct Incomplete {
+    version: Version,
+    parts: Vec<Option<Vec<Member>>>,
+}
+
+/// What a robot has heard of the newest partition.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Inbox(Option<Incomplete>);
+
+impl Partition {
+    /// The task of a robot.
+    pub fn task_of(&self, robot: RobotId) -> Option<TaskId> {
+        let at = self.place(robot).ok()?;
+        Some(self.members[at].task)
+    }
+
+    /// How many others are in a coalition.
+    pub fn others(&self, task: TaskId, me: RobotId) -> usize {
+        let of = |member: &&Member| member.task == task && member.robot != me;
+        self.members.iter().filter(of).count()
+    }
+
+    /// The lowest-ranked member of a coalition.
+    pub fn first_of(&self, task: TaskId) -> Option<RobotId> {
+        let mut members = self.members.iter();
+        members
+            .find(|member| member.task == task)
+            .map(|member| member.robot)
+    }
+
+    /// A robot moves to a coalition, or out of all.
+    pub fn put(&mut self, robot: RobotId, task: Option<TaskId>) {
+        match (self.place(robot), task) {
+            (Ok(at), Some(task)) => self.members[at].task = task,
+            (Ok(at), None) => {
+                self.members.remove(at);
+            }
+            (Err(at), Some(task)) => self.members.insert(at, Member { robot, task }),
+            (Err(_), None) => {}
+        }
+    }
+
+    /// A decision has been made.
+    pub fn evolve(&mut self, stamp: f64) {
+        self.version = Version {
+            evolution: self.version.evolution.saturating_add(1),
+            stamp,
+        };
+    }
+
+    fn place(&self, robot: RobotId) -> Result<usize, usize> {
+        self.members
+            .binary_search_by_key(&robot, |member| member.robot)
+    }
+
+    /// How many messages it takes.
+    pub fn parts(&self) -> u16 {
+        let parts = self.members.len().div_ceil(MEMBERS_MAX).max(1);
+        // A team has at most 65,536 robots.
+        parts as u16
+    }
+
+    /// One of its messages.
+    pub fn message(&self, part: u16) -> Message {
+        let mut chunks = self.members.chunks(MEMBERS_MAX);
+        Message {
+            evolution: self.version.evolution,
+            stamp: self.version.stamp,
+            part,
+            parts: self.parts(),
+            members: chunks.nth(usize::from(part)).unwrap_or_default().to_vec(),
+        }
+    }
+}
+
+impl Inbox {
+    /// Takes a message; the whole partition, if this was the last of a newer one than `known`. What no robot of such a team would say
+    /// is ignored.
+    pub fn take(
+        &mut self,
+        message: &Message,
+        known: &Version,
+        team: usize,
+        tasks: usize,
+    ) -> Option<Partition> {
+        let version = Version {
+            evolution: message.evolution,
+            stamp: message.stamp,
+        };
+        let parts = usize::from(message.parts);
+        let in_team = |it: &Member| it.robot.index() < team && it.task.index() < tasks;
+        let is_sound = (0.0..1.0).contains(&version.stamp)
+            && (1..=team.div_ceil(MEMBERS_MAX)).contains(&parts)
+            && message.part < message.parts
+            && message.members.len() <= MEMBERS_MAX
+            && message.members.is_sorted_by(|a, b| a.robot < b.robot)
+            && message.members.iter().all(in_team);
+        if !is_sound || !version.is_newer_than(known) {
+            return None;
+        }
+        let is_newer = |other: &Incomplete| version.is_newer_than(&other.version);
+        if self.0.as_ref().is_none_or(is_newer) {
+            self.0 = Some(Incomplete {
+                version,
+                parts: vec![None; parts],
+            });
+        }
+        let incomplete = self.0.as_mut()?;
+        if incomplete.version != version || incomplete.parts.len() != parts {
+            return None;
+        }
+        incomplete.parts[usize::from(message.part)] = Some(message.members.clone());
+        let all: Option<Vec<Vec<Member>>> = incomplete.parts.iter().cloned().collect();
+        let members = all?.concat();
+        self.0 = None;
+        let is_sorted = members.is_sorted_by(|a, b| a.robot < b.robot);
+        is_sorted.then_some(Partition { version, members })
+    }
+}

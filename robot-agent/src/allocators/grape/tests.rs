@@ -1,0 +1,195 @@
+//! The laws of GRAPE (ALLOCATORS.md §8).
+
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
+use alliance_proto::codec::encoded_len;
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::time::SimTime;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::partition::{Inbox, Partition, Version};
+use super::{Config, Grape};
+use crate::allocators::cbba::tests::team::{Team, Work};
+use crate::testkit;
+
+const NEVER: SimTime = SimTime(1_000_000_000);
+const TAU: SimTime = SimTime(5000);
+
+#[test]
+fn grape_keeps_the_laws_of_all_allocators() {
+    testkit::allocator::<Grape>(&Config::default());
+    testkit::allocator::<Grape>(&Config { refresh_s: 0.1 });
+}
+
+fn random_team(seed: u64, refresh_s: f64) -> Team<Grape> {
+    let mut chance = ChaCha8Rng::seed_from_u64(seed);
+    let (robots, tasks) = (chance.random_range(1..7), chance.random_range(1..7));
+    let mut work = Work::random(&mut chance, robots, tasks);
+    for task in 0..tasks {
+        work.max_robots[task] = chance.random_range(1..=robots);
+        work.priority[task] = i32::from(chance.random_bool(0.1));
+    }
+    let mut team = Team::new(seed, work, &Config { refresh_s }, NEVER);
+    if chance.random_bool(0.7) {
+        team.connect_as_line(0.2);
+    }
+    team
+}
+
+/// Nobody would be better off elsewhere, by other arithmetic than the allocator's.
+#[track_caller]
+fn check_stable(team: &Team<Grape>, seed: u64) {
+    let active = team.active();
+    let work = &team.work;
+    for (robot, own) in active.iter().enumerate() {
+        let worth = |task: usize| {
+            let others = (0..active.len()).filter(|&it| it != robot && active[it] == Some(task));
+            let members = 1 + others.count();
+            let utility = work.reward[task] * libm::pow(0.98, work.first_s[robot][task]);
+            let worth = (work.priority[task], utility / members as f64);
+            (members <= work.max_robots[task]).then_some(worth)
+        };
+        let mine = own.map(|task| worth(task).expect("nobody is one too many"));
+        for task in 0..work.tasks() {
+            assert!(
+                worth(task) <= mine || worth(task).is_none(),
+                "seed {seed}: {robot} {task}"
+            );
+        }
+    }
+}
+
+/// It ends within n² decisions, each known to all after D rounds, in a Nash-stable partition; evolution never falls.
+#[test]
+fn it_ends_in_a_stable_partition_that_all_know() {
+    for seed in 0..300 {
+        let mut team = random_team(seed, [1e6, 0.05][seed as usize % 2]);
+        let robots = team.members.len();
+        let rounds = (robots * robots + 1) * (team.diameter() + 1);
+        let mut evolution = vec![0; robots];
+        for _ in 0..rounds {
+            team.step();
+            for (member, before) in team.members.iter().zip(&mut evolution) {
+                let now = member.allocator.partition.version.evolution;
+                assert!(now >= *before);
+                *before = now;
+            }
+        }
+        check_stable(&team, seed);
+        let agreed = team.members[0].allocator.partition.clone();
+        for _ in 0..10 {
+            team.step();
+            for member in &team.members {
+                assert_eq!(member.allocator.partition, agreed, "seed {seed}");
+            }
+        }
+    }
+}
+
+#[test]
+fn it_ends_so_with_loss_too() {
+    for loss in [0.3, 0.6] {
+        for seed in 0..80 {
+            let mut team = random_team(seed, 0.05);
+            team.loss = loss;
+            for _ in 0..600 {
+                team.step();
+            }
+            check_stable(&team, seed);
+        }
+    }
+}
+
+/// A coalition loses its dead τ after their last word, and nobody brings them back.
+#[test]
+fn the_dead_are_struck() {
+    let mut chance = ChaCha8Rng::seed_from_u64(1);
+    let work = Work::random(&mut chance, 3, 1);
+    let mut team = Team::<Grape>::new(1, work, &Config::default(), TAU);
+    for _ in 0..30 {
+        team.step();
+    }
+    let holder = team.active().iter().position(Option::is_some).unwrap();
+    team.dead[holder] = true;
+    let last_word = SimTime(1000);
+    while team.active().iter().flatten().count() < 2 {
+        team.step();
+        assert!(team.tick < 1000);
+    }
+    let taken = SimTime(team.now().0 - 50);
+    assert_eq!(taken, last_word + TAU);
+    for _ in 0..200 {
+        team.step();
+    }
+    // The dead robot's last decision is still there; of the living one has the task.
+    assert_eq!(team.active().iter().flatten().count(), 2);
+}
+
+#[test]
+fn what_no_robot_would_say_is_ignored() {
+    let known = Version {
+        evolution: 3,
+        stamp: 0.5,
+    };
+    let sound = Message {
+        evolution: 4,
+        stamp: 0.1,
+        part: 0,
+        parts: 1,
+        members: vec![Member {
+            robot: RobotId(1),
+            task: TaskId(0),
+        }],
+    };
+    let take = |message: &Message| Inbox::default().take(message, &known, 3, 2);
+    assert!(take(&sound).is_some());
+    let member = |robot, task| Member {
+        robot: RobotId(robot),
+        task: TaskId(task),
+    };
+    let wild: [fn(&mut Message); 8] = [
+        |it| it.stamp = f64::NAN,
+        |it| it.stamp = 1.0,
+        |it| it.evolution = 2,
+        |it| it.part = 1,
+        |it| it.parts = 0,
+        |it| it.parts = 2,
+        |it| it.members[0].robot = RobotId(3),
+        |it| it.members[0].task = TaskId(2),
+    ];
+    for change in wild {
+        let mut message = sound.clone();
+        change(&mut message);
+        assert_eq!(take(&message), None, "{message:?}");
+    }
+    let twice = Message {
+        members: vec![member(1, 0), member(1, 1)],
+        ..sound
+    };
+    assert_eq!(take(&twice), None);
+}
+
+/// A large team's partition goes in parts, in any order, from whomever, each of at most 1,200 bytes.
+#[test]
+fn parts_make_the_whole() {
+    let mut partition = Partition::default();
+    for robot in 0..1000 {
+        partition.put(RobotId(60_000 + robot), Some(TaskId(60_000 + robot)));
+    }
+    partition.evolve(0.5);
+    let mut inbox = Inbox::default();
+    let mut whole = None;
+    for part in (0..partition.parts()).rev() {
+        let message = partition.message(part);
+        assert!(message.members.len() <= MEMBERS_MAX);
+        let length = encoded_len(&AllocationMessage::Partition(message.clone())).unwrap();
+        assert!(length <= 1200, "{length}");
+        let known = Version::default();
+        whole = inbox.take(&message, &known, 65_536, 65_536);
+        assert_eq!(whole.is_some(), part == 0);
+    }
+    // Of a team that large there may be more parts than these.
+    assert_eq!(whole, Some(partition));
+}

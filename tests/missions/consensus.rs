@@ -1,0 +1,279 @@
+//! Robots that bid and agree by consensus, in whole missions: by processes and in one, replayed, and under each fault of ALLOCATORS.md
+//! §2. What each run comes to is pinned.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use alliance_proto::fault::{Fault, Order};
+use alliance_proto::log::{AllocationRow, EventRow, LogLevel, Memory, MessageRow, RunLog};
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use missions::Registry;
+use missions::waste::data::family;
+use serde_json::{Map, json};
+use study::in_process::Team;
+use study::invariants::Invariants;
+
+use crate::harness::Lab;
+
+const ALLOCATORS: [&str; 4] = ["cbaa", "cbba", "acbba", "grape"];
+
+/// A robot is taken for dead after τ.
+const TAU: SimTime = SimTime(5000);
+const STEP: SimTime = SimTime(50);
+
+const LOSS: &str =
+    "[[faults.timeline]]\nat_s = 0.0\nfault.drop = { from = \"all\", to = \"all\", p = P }\n";
+const PARTITION: &str = "[[faults.timeline]]\nat_s = 60.0\nfor_s = 60.0\n\
+     fault.partition = { groups = [[\"blue\", \"gold\"], [\"green\"]] }\n";
+const BABBLE: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.babble = \"gold\"\n";
+const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
+const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
+
+fn loss(share: f64) -> String {
+    LOSS.replace('P', &share.to_string())
+}
+
+fn scenario(allocator: &str, rest: &str) -> Scenario {
+    let known = Registry::built_in().vocabulary();
+    let text = format!("allocator = \"{allocator}\"\nlimit_s = 3600.0\n{rest}");
+    Scenario::parse("s.toml", &text, &known).unwrap()
+}
+
+fn run(scenario: Scenario, seed: u64, level: LogLevel) -> (Outcome, RunLog) {
+    let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
+    let team = Team::new(setup, level, Memory::default()).unwrap();
+    let (outcome, recorder) = team.run().unwrap();
+    let known = Registry::built_in().vocabulary();
+    (
+        outcome,
+        RunLog::from_memory(&recorder.into_sink(), &known).unwrap(),
+    )
+}
+
+/// When the mission was complete, s.
+fn makespan_s(log: &RunLog) -> f64 {
+    let last = log.each_row::<EventRow>().map(|row| row.unwrap()).last();
+    last.unwrap().t_ms.as_secs_f64()
+}
+
+/// Time during which several robots were at the same exclusive task, after a time, robot-s.
+fn duplicate_s(log: &RunLog, from: SimTime) -> f64 {
+    let mut at: BTreeMap<SimTime, BTreeMap<String, u32>> = BTreeMap::new();
+    for row in log.each_row::<AllocationRow>().map(|row| row.unwrap()) {
+        if row.state == "active" && row.t_ms >= from {
+            *at.entry(row.t_ms).or_default().entry(row.task).or_default() += 1;
+        }
+    }
+    let surplus = at.values().flat_map(|tasks| tasks.values());
+    let surplus: u32 = surplus.map(|count| count - 1).sum();
+    f64::from(surplus) * STEP.as_secs_f64()
+}
+
+/// Messages by allocators, as sent.
+fn said(log: &RunLog) -> usize {
+    let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
+    let of_allocators = rows.filter(|row| row.kind == "allocation");
+    let keys = of_allocators.map(|row| (row.sender, row.sent_ms, row.seq));
+    keys.collect::<std::collections::BTreeSet<_>>().len()
+}
+
+/// Of each allocator: the default mission to its end, by many processes and by one.
+#[test]
+fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
+    let lab = Lab::new();
+    // A real SIGKILL, and a real start, in the midst of it.
+    let faults = RESTART.replace("60.0", "10.0");
+    std::fs::write(lab.path("s.toml"), format!("limit_s = 130.0\n{faults}")).unwrap();
+    for allocator in ALLOCATORS {
+        for (name, arguments, code) in [("whole", &[][..], 0), ("killed", &["s.toml"][..], 1)] {
+            let arguments = [arguments, &["--allocator", allocator]].concat();
+            let (many, one) = (
+                format!("{allocator}-{name}-many"),
+                format!("{allocator}-{name}-one"),
+            );
+            lab.mission(&many, &arguments).expect(code);
+            lab.run(&[&["run", "--in-process", "--out", &one], &arguments[..]].concat())
+                .expect(code);
+            for file in [
+                "allocation.csv",
+                "events.csv",
+                "poses.csv",
+                "messages.csv",
+                "ticks.csv",
+            ] {
+                let read = |run: &str| std::fs::read(lab.path(run).join(file)).unwrap();
+                assert!(read(&many) == read(&one), "{many}: {file}");
+            }
+            lab.run(&["replay", &many]).expect(0);
+        }
+    }
+}
+
+/// The default mission of each is as it was. After a change that is meant to change it:
+/// `UPDATE_GOLDEN=1 cargo test -p alliance-tests --test missions consensus`.
+#[test]
+fn the_default_mission_is_as_it_was() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/consensus.json");
+    let mut pinned = Map::new();
+    for allocator in ALLOCATORS {
+        let (outcome, log) = run(scenario(allocator, ""), 1, LogLevel::Full);
+        assert_eq!(outcome, Outcome::Complete);
+        let hash = log.run.hash.as_ref().map(ToString::to_string);
+        pinned.insert(
+            allocator.to_owned(),
+            json!({ "hash": hash, "complete_s": makespan_s(&log) }),
+        );
+    }
+    let now = format!("{:#}\n", serde_json::Value::Object(pinned));
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, &now).unwrap();
+    }
+    assert_eq!(now, std::fs::read_to_string(&path).unwrap());
+}
+
+/// The task of a robot that is killed is somebody else's τ after its last word, to the step.
+#[test]
+fn the_task_of_the_killed_is_taken_over_after_tau() {
+    for allocator in ALLOCATORS {
+        for seed in 1..=3 {
+            let (outcome, log) = run(scenario(allocator, KILL), seed, LogLevel::Full);
+            assert_eq!(outcome, Outcome::Complete, "{allocator}, seed {seed}");
+            let events = log.rows::<EventRow>().unwrap();
+            let killed = SimTime(100_000);
+            let mut activations = events.iter().filter(|row| row.kind == "activated");
+            let of_gold = |row: &&EventRow| row.robot == "gold" && row.t_ms <= killed;
+            let task = &activations.clone().rfind(of_gold).unwrap().subject;
+            let next = activations
+                .find(|row| row.subject == *task && row.robot != "gold" && row.t_ms > killed)
+                .unwrap();
+            let words = log.each_row::<MessageRow>().map(|row| row.unwrap());
+            let heard = words.filter(|row| {
+                // ACBBA and GRAPE take any word for a sign of life.
+                let counts = !allocator.starts_with('c') || row.kind == "allocation";
+                row.sender == "gold" && counts && row.fate == "heard"
+            });
+            let last_word = heard.map(|row| row.sent_ms).max().unwrap();
+            assert_eq!(
+                next.t_ms,
+                last_word + TAU,
+                "{allocator}, seed {seed}: {next:?}"
+            );
+            assert_eq!(next.reason, "claimed");
+        }
+    }
+}
+
+/// Under each fault the mission is completed, and the invariants of all runs hold, among them that its replay is identical.
+#[test]
+fn faults_are_coped_with() {
+    let lab = Lab::new();
+    let cases = [
+        ("loss-30", loss(0.3)),
+        ("loss-60", loss(0.6)),
+        ("partition", PARTITION.to_owned()),
+        ("restart", RESTART.to_owned()),
+    ];
+    for (name, faults) in cases {
+        let file = format!("{name}.toml");
+        std::fs::write(lab.path(&file), faults).unwrap();
+        for allocator in ALLOCATORS {
+            let out = format!("{allocator}-{name}");
+            let options = ["--in-process", "--check", "--allocator", allocator];
+            lab.run(&[&["run", &file, "--out", &out], &options[..]].concat())
+                .expect(0);
+        }
+    }
+}
+
+/// Both sides of a partition do all tasks; once it has healed, one of two keeps each.
+#[test]
+fn a_healed_partition_has_no_double_tasks() {
+    for allocator in ALLOCATORS {
+        let (_, log) = run(scenario(allocator, PARTITION), 1, LogLevel::Full);
+        let during = duplicate_s(&log, SimTime(60_000)) - duplicate_s(&log, SimTime(120_000));
+        assert!(during > 30.0, "{allocator}: {during}");
+        // Until everybody has told its beliefs once more.
+        let after = duplicate_s(&log, SimTime(121_500));
+        assert!(after <= 1.0, "{allocator}: {after}");
+    }
+}
+
+/// A babbling robot keeps what it has for as long as its bid is the best one, and nobody looks at what comes of it.
+#[test]
+fn a_babbler_keeps_its_task() {
+    let lab = Lab::new();
+    let limited = format!("limit_s = 600.0\n{BABBLE}");
+    std::fs::write(lab.path("babble.toml"), limited).unwrap();
+    for allocator in ALLOCATORS {
+        let options = ["--in-process", "--check", "--allocator", allocator];
+        let run = lab
+            .run(&[&["run", "babble.toml", "--out", allocator], &options[..]].concat())
+            .expect(1);
+        assert!(!run.stderr.contains("violated"), "{}", run.stderr);
+        let last = lab.log(allocator).rows::<AllocationRow>().unwrap();
+        let last = last.last().unwrap().t_ms;
+        let log = lab.log(allocator);
+        let rows = log.each_row::<AllocationRow>().map(|row| row.unwrap());
+        let at = rows.filter(|row| row.t_ms == last && row.state == "active");
+        let at: Vec<(String, String)> = at.map(|row| (row.robot, row.task)).collect();
+        println!("{allocator}: {at:?}");
+        assert!(at.iter().any(|(robot, _)| robot == "gold"), "{at:?}");
+    }
+}
+
+/// Thirty robots, of which nobody has all tasks and nobody hears all, with a death and bad links.
+#[test]
+fn thirty_robots_complete_their_mission() {
+    for allocator in ALLOCATORS {
+        let mut scenario = family(30, 20);
+        scenario.allocator = Some(allocator.to_owned());
+        scenario.faults = self::scenario(allocator, &loss(0.3)).faults;
+        scenario.faults.timeline.push(Order {
+            at_s: Some(100.0),
+            ..Order::now(Fault::Kill("r1".to_owned()))
+        });
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let mut team = Team::new(setup.clone(), LogLevel::Off, Memory::default()).unwrap();
+        let mut invariants = Invariants::new(&setup);
+        let outcome = loop {
+            let outcome = team.tick().unwrap();
+            invariants.see(team.simulation()).unwrap();
+            if let Some(outcome) = outcome {
+                break outcome;
+            }
+        };
+        assert_eq!(outcome, Outcome::Complete, "{allocator}");
+    }
+}
+
+#[test]
+#[ignore = "prints figures"]
+fn figures() {
+    for allocator in ALLOCATORS
+        .into_iter()
+        .chain(["nearest", "first-come", "static", "alliance"])
+    {
+        let cases = [
+            ("none", String::new()),
+            ("kill", KILL.to_owned()),
+            ("loss 30", loss(0.3)),
+            ("loss 60", loss(0.6)),
+            ("partition", PARTITION.to_owned()),
+            ("babble", BABBLE.to_owned()),
+            ("restart", RESTART.to_owned()),
+        ];
+        for (name, faults) in cases {
+            for seed in 1..=3 {
+                let (outcome, log) = run(scenario(allocator, &faults), seed, LogLevel::Full);
+                println!(
+                    "{allocator:10} {name:10} {seed} {outcome:?} {:7.1} s, duplicates {:6.1} s, said {}",
+                    makespan_s(&log),
+                    duplicate_s(&log, SimTime::ZERO),
+                    said(&log),
+                );
+            }
+        }
+    }
+}
