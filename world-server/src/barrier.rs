@@ -251,20 +251,21 @@ impl Barrier {
                 let counted_now = place.answer.is_some().then_some(self.tick);
                 // One that has reported dies in this tick anyway; before, it has died of something else.
                 let owes = place.presence == Presence::Present && place.asked;
-                let scripted = place.doomed && (counted_now.is_some() || (asked_for && !owes));
+                let scripted =
+                    place.dies_after_tick && (counted_now.is_some() || (asked_for && !owes));
                 self.came += u32::from(self.moment.is_some() && !scripted);
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
                     incarnation,
                     last_counted: counted_now.or(place.last_counted),
-                    listed: !place.doomed || counted_now.is_none(),
+                    listed: !place.dies_after_tick || counted_now.is_none(),
                     moment: self.moment.filter(|_| !scripted),
                     scripted,
                 });
                 // Its place is free at once for a successor that the scenario starts in the same tick. While reports are gathered in
                 // order, it means nothing whether it had been asked.
-                if place.doomed && !place.asked && self.moment.is_some() {
-                    place.doomed = false;
+                if place.dies_after_tick && !place.asked && self.moment.is_some() {
+                    place.dies_after_tick = false;
                     place.presence = Presence::Empty;
                     self.dead.push(robot);
                 } else {
@@ -284,12 +285,12 @@ impl Barrier {
 
     /// The scenario kills the robot's agent in this tick: what it does in it still counts, but nobody hears of it.
     pub fn kill_after_tick(&mut self, robot: RobotId) {
-        self.places[robot.index()].doomed = true;
+        self.places[robot.index()].dies_after_tick = true;
     }
 
     /// The killing could not be done.
     pub fn cancel_kill(&mut self, robot: RobotId) {
-        self.places[robot.index()].doomed = false;
+        self.places[robot.index()].dies_after_tick = false;
     }
 
     /// The scenario stops the robot's agent before it is asked in this tick: it is out until it is readmitted.
@@ -438,7 +439,7 @@ impl Barrier {
     #[must_use]
     pub fn is_killed(&self, robot: RobotId) -> bool {
         let place = &self.places[robot.index()];
-        place.gone && place.doomed
+        place.gone && place.dies_after_tick
     }
 
     /// Whether the clock goes on when nobody takes part.
@@ -613,7 +614,7 @@ impl Barrier {
         self.tick += 1;
     }
 
-    /// Puts the broadcasts of all reports into the manifests of all teammates in range that take part, those of doomed robots
+    /// Puts the broadcasts of all reports into the manifests of all teammates in range that take part, those of robots to be killed
     /// left out.
     fn list_all(&mut self, air: &impl Air) {
         for sender in 0..self.places.len() {
@@ -621,7 +622,9 @@ impl Barrier {
             let Some(answer) = place.answer else {
                 continue;
             };
-            if std::mem::replace(&mut place.listed, true) || place.doomed || answer.broadcasts == 0
+            if std::mem::replace(&mut place.listed, true)
+                || place.dies_after_tick
+                || answer.broadcasts == 0
             {
                 continue;
             }

@@ -24,7 +24,7 @@ use air::Air;
 /// What comes from outside, by the tick that it changes.
 type Outside = BTreeMap<Tick, Vec<Input>>;
 
-/// So many robots sense, then perceive, then think, then act, then report: each of these runs through much code, which is at hand
+/// So many robots sense, then perceive, then think, then act, then report: each of these runs through much code, which is in the cache
 /// if several do the same one after the other.
 const TOGETHER: usize = 32;
 

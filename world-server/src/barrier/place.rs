@@ -56,7 +56,7 @@ pub(super) struct Place {
     /// The clock starts, or has started, without it: its process ended, or was stopped, before it came.
     pub missed: bool,
     /// The scenario kills it in this tick: its report counts, its broadcasts are not listed.
-    pub doomed: bool,
+    pub dies_after_tick: bool,
     /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
     pub suspended: bool,
     /// Its latest incarnation was welcomed and given up, but may still come.
@@ -84,7 +84,7 @@ impl Place {
             gone: false,
             absent: robot.absent,
             missed: false,
-            doomed: false,
+            dies_after_tick: false,
             suspended: false,
             late: false,
         }
@@ -92,7 +92,7 @@ impl Place {
 
     /// The tick is over: says whether the agent died in it.
     pub fn end_tick(&mut self) -> bool {
-        (self.asked, self.listed, self.doomed) = (false, false, false);
+        (self.asked, self.listed, self.dies_after_tick) = (false, false, false);
         let died = std::mem::take(&mut self.gone);
         if died {
             let succeeded = matches!(
@@ -113,7 +113,7 @@ impl Place {
             self.presence = Presence::Present;
             self.manifest.clear();
             // What was to be killed before it came was another one.
-            self.doomed &= again;
+            self.dies_after_tick &= again;
             let robot = self.name.clone();
             inputs.push(if again {
                 Input::StallEnd {

@@ -516,7 +516,7 @@ fn finish(barrier: &mut Barrier) -> Gathered {
 }
 
 #[test]
-fn a_doomed_robot_counts_once_more_and_nobody_hears_of_it() {
+fn a_robot_that_is_killed_after_a_tick_counts_once_more_and_nobody_hears_of_it() {
     for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
         let mut barrier = Watched::running(3, order).barrier;
         everybody(&mut barrier);

@@ -1,6 +1,6 @@
 //! What the agents did, hashed section by section as it comes.
 //!
-//! Not at the end of the tick: when a report comes its memory is at hand, and a world that waits for other robots has the time.
+//! Not at the end of the tick: when a report comes it is in the cache, and a world that waits for other robots has the time.
 
 use alliance_proto::ids::{BehaviorId, RobotId};
 use alliance_proto::log::Section;
@@ -162,7 +162,7 @@ impl Answers {
 }
 
 impl Answer {
-    /// Copies a report to where the one before was: memory that is at hand stays with whoever steps the robots.
+    /// Copies a report to where the one before was: the buffers that are in the cache stay with whoever steps the robots.
     fn keep(&mut self, report: &Report, same_motivations: bool) {
         let kept = &mut self.report;
         kept.robot = report.robot;
