@@ -129,7 +129,6 @@ impl Inbox {
             && (1..=team.div_ceil(MEMBERS_MAX)).contains(&parts)
             && message.part < message.parts
             && message.members.len() <= MEMBERS_MAX
-            && message.members.is_sorted_by(|a, b| a.robot < b.robot)
             && message.members.iter().all(in_team);
         if !is_sound || !version.is_newer_than(known) {
             return None;
