@@ -291,7 +291,6 @@ fn messages_are_bounded_in_any_team() {
             longest = longest.max(lengths.max().unwrap_or(0));
         }
     }
-    println!("longest message: {longest} bytes");
     assert!(longest > 300, "{longest}");
     assert!(longest <= 1200, "{longest}");
 }
