@@ -71,14 +71,6 @@ fn duplicate_s(log: &RunLog, from: SimTime) -> f64 {
     f64::from(surplus) * STEP.as_secs_f64()
 }
 
-/// Messages by allocators, as sent.
-fn said(log: &RunLog) -> usize {
-    let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
-    let of_allocators = rows.filter(|row| row.kind == "allocation");
-    let keys = of_allocators.map(|row| (row.sender, row.sent_ms, row.seq));
-    keys.collect::<std::collections::BTreeSet<_>>().len()
-}
-
 /// Of each allocator: the default mission to its end, by many processes and by one.
 #[test]
 fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
@@ -155,11 +147,10 @@ fn the_task_of_the_killed_is_taken_over_after_tau() {
                 row.sender == "gold" && counts && row.fate == "heard"
             });
             let last_word = heard.map(|row| row.sent_ms).max().unwrap();
-            assert_eq!(
-                next.t_ms,
-                last_word + TAU,
-                "{allocator}, seed {seed}: {next:?}"
-            );
+            let free = last_word + TAU;
+            // With GRAPE whoever is busy looks round at the end of a unit.
+            let is_in_time = next.t_ms == free || (allocator == "grape" && next.t_ms > free);
+            assert!(is_in_time, "{allocator}, seed {seed}: {next:?}, {free:?}");
             assert_eq!(next.reason, "claimed");
         }
     }
@@ -200,7 +191,8 @@ fn a_healed_partition_has_no_double_tasks() {
     }
 }
 
-/// A babbling robot keeps what it has for as long as its bid is the best one, and nobody looks at what comes of it.
+/// A babbling bidder keeps what it has for as long as its bid is the best one, and nobody looks at what comes of it. With GRAPE it may
+/// move on when its bonus is gone.
 #[test]
 fn a_babbler_keeps_its_task() {
     let lab = Lab::new();
@@ -212,15 +204,27 @@ fn a_babbler_keeps_its_task() {
             .run(&[&["run", "babble.toml", "--out", allocator], &options[..]].concat())
             .expect(1);
         assert!(!run.stderr.contains("violated"), "{}", run.stderr);
-        let last = lab.log(allocator).rows::<AllocationRow>().unwrap();
-        let last = last.last().unwrap().t_ms;
         let log = lab.log(allocator);
-        let rows = log.each_row::<AllocationRow>().map(|row| row.unwrap());
-        let at = rows.filter(|row| row.t_ms == last && row.state == "active");
-        let at: Vec<(String, String)> = at.map(|row| (row.robot, row.task)).collect();
-        println!("{allocator}: {at:?}");
-        assert!(at.iter().any(|(robot, _)| robot == "gold"), "{at:?}");
+        let rows = log.rows::<EventRow>().unwrap();
+        let taken = rows.iter().filter(|row| {
+            let (at, task) = (row.t_ms > SimTime(110_000), &row.subject);
+            row.kind == "activated" && row.robot != "gold" && at && *task == held(&rows)
+        });
+        assert!(allocator == "grape" || taken.count() == 0, "{allocator}");
     }
+}
+
+/// The task that gold is at when it begins to babble.
+fn held(rows: &[EventRow]) -> String {
+    let mut before = rows.iter().take_while(|row| row.t_ms <= SimTime(100_000));
+    let of_gold = |row: &&EventRow| row.kind == "activated" && row.robot == "gold";
+    before
+        .by_ref()
+        .filter(of_gold)
+        .last()
+        .unwrap()
+        .subject
+        .clone()
 }
 
 /// Thirty robots, of which nobody has all tasks and nobody hears all, with a death and bad links.
@@ -245,35 +249,5 @@ fn thirty_robots_complete_their_mission() {
             }
         };
         assert_eq!(outcome, Outcome::Complete, "{allocator}");
-    }
-}
-
-#[test]
-#[ignore = "prints figures"]
-fn figures() {
-    for allocator in ALLOCATORS
-        .into_iter()
-        .chain(["nearest", "first-come", "static", "alliance"])
-    {
-        let cases = [
-            ("none", String::new()),
-            ("kill", KILL.to_owned()),
-            ("loss 30", loss(0.3)),
-            ("loss 60", loss(0.6)),
-            ("partition", PARTITION.to_owned()),
-            ("babble", BABBLE.to_owned()),
-            ("restart", RESTART.to_owned()),
-        ];
-        for (name, faults) in cases {
-            for seed in 1..=3 {
-                let (outcome, log) = run(scenario(allocator, &faults), seed, LogLevel::Full);
-                println!(
-                    "{allocator:10} {name:10} {seed} {outcome:?} {:7.1} s, duplicates {:6.1} s, said {}",
-                    makespan_s(&log),
-                    duplicate_s(&log, SimTime::ZERO),
-                    said(&log),
-                );
-            }
-        }
     }
 }

@@ -345,6 +345,10 @@ impl Worths<'_, '_> {
 
 /// A bid is finite and not negative, whatever the mission says.
 fn bid(worth: f64) -> f32 {
-    // NaN becomes 0, which `clamp` would keep.
-    (worth as f32).max(0.0).min(f32::MAX)
+    // Not a number is not above 0.
+    if worth > 0.0 {
+        (worth as f32).min(f32::MAX)
+    } else {
+        0.0
+    }
 }

@@ -123,15 +123,18 @@ impl Inbox {
             evolution: message.evolution,
             stamp: message.stamp,
         };
+        // What is known already is most of what is heard.
+        if !version.is_newer_than(known) {
+            return None;
+        }
         let parts = usize::from(message.parts);
         let in_team = |it: &Member| it.robot.index() < team && it.task.index() < tasks;
         let is_sound = (0.0..1.0).contains(&version.stamp)
             && (1..=team.div_ceil(MEMBERS_MAX)).contains(&parts)
             && message.part < message.parts
             && message.members.len() <= MEMBERS_MAX
-            && message.members.is_sorted_by(|a, b| a.robot < b.robot)
             && message.members.iter().all(in_team);
-        if !is_sound || !version.is_newer_than(known) {
+        if !is_sound {
             return None;
         }
         let is_newer = |other: &Incomplete| version.is_newer_than(&other.version);

@@ -170,7 +170,8 @@ fn it_is_at_least_half_as_good_as_the_optimum() {
         assert!(share >= 0.5, "C3, seed {seed}: {share}");
         worst = worst.min(share);
     }
-    println!("worst share of the optimum: {worst:.3}");
+    // Of these cases the worst stays above four fifths.
+    assert!(worst > 0.8, "{worst}");
 }
 
 /// C5: where messages are lost, repeating them leads to the same.
@@ -208,7 +209,7 @@ fn settles_with_loss<A: Open>(loss: f64, most: u32) {
         }
         rounds_of_all += rounds;
     }
-    println!("loss {loss}: {:.1} rounds", f64::from(rounds_of_all) / 80.0);
+    assert!(rounds_of_all < 80 * 12, "loss {loss}: {rounds_of_all}");
 }
 
 /// C1, C2, C4 and C5 of ACBBA, with as many rounds again. It repeats what it believes, for without that a belief that is out of date may

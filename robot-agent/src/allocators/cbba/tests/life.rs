@@ -225,6 +225,22 @@ fn what_has_begun_in_earnest_is_kept() {
     }
 }
 
+/// A task of higher priority takes a robot from what it is at, however far that has come.
+#[test]
+fn higher_priority_goes_first() {
+    let mut work = spread(1, 2);
+    work.priority[1] = 1;
+    let mut team = Team::<Cbba>::new(1, work, &single(), TAU);
+    team.can[0][1] = false;
+    for _ in 0..110 {
+        team.step();
+    }
+    assert_eq!(team.active(), [Some(0)]);
+    team.can[0][1] = true;
+    team.step();
+    assert_eq!(team.active(), [Some(1)]);
+}
+
 /// After a minute without progress the bonus is gone, and whoever stands nearer gets the task.
 #[test]
 fn a_claim_that_leads_to_nothing_loses_its_bonus() {
@@ -275,7 +291,6 @@ fn messages_are_bounded_in_any_team() {
             longest = longest.max(lengths.max().unwrap_or(0));
         }
     }
-    println!("longest message: {longest} bytes");
     assert!(longest > 300, "{longest}");
     assert!(longest <= 1200, "{longest}");
 }

@@ -13,9 +13,9 @@ pub fn greedy(work: &Work, most: usize) -> Assignment {
     loop {
         let mut best: Option<(i32, f32, usize, usize, usize)> = None;
         for robot in 0..work.robots() {
-            for task in 0..work.tasks() {
+            for (task, &left) in places.iter().enumerate() {
                 let is_out = given[robot].len() >= most || paths[robot].contains(&task);
-                if is_out || places[task] == 0 {
+                if is_out || left == 0 {
                     continue;
                 }
                 let before = work.score(robot, &paths[robot]);

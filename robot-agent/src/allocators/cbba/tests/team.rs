@@ -212,15 +212,13 @@ impl<A: Allocator> Team<A> {
     /// Most links between two robots.
     pub fn diameter(&self) -> usize {
         let count = self.links.len();
-        let mut away = vec![vec![count; count]; count];
-        for from in 0..count {
-            away[from][from] = 0;
-            for to in 0..count {
-                if from != to && self.links[from][to] {
-                    away[from][to] = 1;
-                }
-            }
-        }
+        let away = |from: usize, to: usize| match self.links[from][to] {
+            _ if from == to => 0,
+            true => 1,
+            false => count,
+        };
+        let row = |from| (0..count).map(|to| away(from, to)).collect();
+        let mut away: Vec<Vec<usize>> = (0..count).map(row).collect();
         for by in 0..count {
             for from in 0..count {
                 for to in 0..count {
