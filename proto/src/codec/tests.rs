@@ -6,6 +6,8 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
+use crate::allocation::ble::{Eligibility, Eligible};
+use crate::allocation::murdoch::{AuctionId, Negotiation, Status, Word};
 use crate::allocation::{AllocationMessage, OpenMessage};
 use crate::control::{AgentState, ClockStatus, FaultStatus, Phase};
 use crate::fault::{Fault, Order};
@@ -245,6 +247,46 @@ fn task_state() -> impl Strategy<Value = TaskState> {
     prop::sample::select(vec![Executing, Waiting, Idle, Released])
 }
 
+fn allocation() -> impl Strategy<Value = AllocationMessage> {
+    let open = (any::<String>(), vec(any::<u8>(), 0..40))
+        .prop_map(|(schema, bytes)| AllocationMessage::Open(OpenMessage { schema, bytes }));
+    let eligible = (task(), time(), -1e30..1e30_f32).prop_map(|(task, round, utility)| Eligible {
+        task,
+        round,
+        utility,
+    });
+    let eligibility = vec(eligible, 0..20).prop_map(|entries| {
+        AllocationMessage::Ble(Eligibility {
+            entries: entries.into(),
+        })
+    });
+    let word = prop_oneof![
+        time().prop_map(|closes| Word::Announce { closes }),
+        (-1e30..1e30_f32).prop_map(|utility| Word::Bid { utility }),
+        robot().prop_map(|winner| Word::Renew { winner }),
+        (any::<u32>(), 0..3_usize).prop_map(|(progress, status)| Word::Ack {
+            status: [Status::Ongoing, Status::Done, Status::Abort][status],
+            progress,
+        }),
+    ];
+    let auction = (robot(), any::<(u32, u32)>());
+    let negotiation = (task(), time(), auction, word).prop_map(
+        |(task, round, (auctioneer, (incarnation, number)), word)| {
+            AllocationMessage::Murdoch(Negotiation {
+                task,
+                round,
+                auction: AuctionId {
+                    auctioneer,
+                    incarnation,
+                    number,
+                },
+                word,
+            })
+        },
+    );
+    prop_oneof![open, eligibility, negotiation]
+}
+
 fn broadcast() -> impl Strategy<Value = Broadcast> {
     let subject = (option::of(set()), option::of(task()), option::of(point()));
     let heartbeat = (task_state(), time(), subject, any::<(u32, bool)>(), lore()).prop_map(
@@ -264,9 +306,7 @@ fn broadcast() -> impl Strategy<Value = Broadcast> {
     let body = prop_oneof![
         heartbeat,
         bulletin().prop_map(Content::Bulletin),
-        (any::<String>(), vec(any::<u8>(), 0..40)).prop_map(|(schema, bytes)| {
-            Content::Allocation(AllocationMessage::Open(OpenMessage { schema, bytes }))
-        })
+        allocation().prop_map(Content::Allocation)
     ];
     (robot(), any::<(u32, u64, u16, u64)>(), time(), body).prop_map(
         |(sender, (incarnation, tick, index, seq), sent, body)| Broadcast {
