@@ -8,7 +8,7 @@
 //! - [`registry`](AgentRegistry): the allocators that a program knows.
 //! - [`assignment`]: tasks that are given before the start.
 //! - `framed`: what is done for an [`Allocator`] around its step.
-//! - [`unit`]: the unit of work under way, and what makes a robot choose anew, for rules that do so on a change alone.
+//! - [`mod@unit`]: the unit of work under way, and what makes a robot choose anew, for rules that do so on a change alone.
 //! - [`utility`]: the utility that rules which compare costs have in common.
 //!
 //! # What an allocator may rely on, and must keep

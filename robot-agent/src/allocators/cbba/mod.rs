@@ -3,11 +3,11 @@
 //! CBAA is CBBA with bundles of one task; ACBBA says only what has changed, and judges by the time of bids (Johnson, Ponda, Choi, How,
 //! AIAA 2010).
 //!
-//! - [`bundle`]: which tasks to bid for, and how much (BUILD, REPLAN).
-//! - [`beliefs`]: who has what.
-//! - [`table`]: what becomes of a belief when a teammate says something else.
-//! - [`tables`]: messages (SAY, HEAR), and who is taken for dead (FORGET).
-//! - [`deltas`], [`delta_table`]: the same for ACBBA.
+//! - `bundle`: which tasks to bid for, and how much (BUILD, REPLAN).
+//! - `beliefs`: who has what.
+//! - `table`: what becomes of a belief when a teammate says something else.
+//! - `tables`: messages (SAY, HEAR), and who is taken for dead (FORGET).
+//! - `deltas`, `delta_table`: the same for ACBBA.
 
 mod beliefs;
 mod bundle;

@@ -2,8 +2,8 @@
 //! what a unit by them is worth, the best bid gets a contract for a limited time, and the auctioneer renews it as long as the winner
 //! answers. What is given is not given to a fitter one later. docs/allocators/murdoch.md.
 //!
-//! - [`ledger`]: the contracts that a robot knows of; everybody keeps it, so that whoever becomes auctioneer has it.
-//! - [`auctioneer`]: announces, closes, renews. [`bidder`]: bids, works, answers.
+//! - `ledger`: the contracts that a robot knows of; everybody keeps it, so that whoever becomes auctioneer has it.
+//! - `auctioneer`: announces, closes, renews. `bidder`: bids, works, answers.
 //! - `mod.rs`: a step, and the words between them. A robot hears its own words one step later, as all others do: so it bids in its
 //!   own auctions without a rule of its own.
 //!
