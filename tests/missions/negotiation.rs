@@ -187,7 +187,7 @@ fn lost_words_double_work_and_end_nothing() {
     }
 }
 
-/// Each side does all; healed, one executor is left after 1/ρ and two steps.
+/// Each side does all; healed, one executor is left after 1/ρ and two steps, but that whoever loses a contract brings its load away.
 #[test]
 fn a_partition_doubles_until_it_heals() {
     let faults = "[[faults.timeline]]\nat_s = 120.0\nfor_s = 60.0\n\
@@ -195,12 +195,10 @@ fn a_partition_doubles_until_it_heals() {
     for allocator in NEGOTIATORS {
         let log = complete(allocator, faults);
         let (within, after) = (doubled_ms(&log, 0), doubled_ms(&log, 180_000));
-        // With contracts, whoever has one looks for no other: here all do.
-        assert!(
-            within > 10_000 || allocator == "murdoch",
-            "{allocator}: {within} ms"
-        );
-        assert!(after <= 1000 + 20 * STEP_MS, "{allocator}: {after} ms");
+        assert!(within > 10_000, "{allocator}: {within} ms");
+        let load_ms = if allocator == "murdoch" { 20_000 } else { 0 };
+        let most = 1000 + load_ms + 20 * STEP_MS;
+        assert!(after <= most, "{allocator}: {after} ms");
     }
 }
 
