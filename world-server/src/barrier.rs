@@ -467,12 +467,14 @@ impl Barrier {
     /// Starts the clock if every robot has arrived, those left out that it [shall not wait for](Self::start_without); says whether it
     /// runs. Somebody must be there.
     pub fn start_if_all_here(&mut self) -> bool {
+        if self.started {
+            return true;
+        }
         let is_here = |place: &Place| matches!(place.presence, Presence::Entering { .. });
         let is_due = |place: &Place| !place.absent && !place.missed && !is_here(place);
-        let none_missed = self.places.iter().all(|place| !place.missed);
-        if !self.started
-            && !self.places.iter().any(is_due)
-            && (none_missed || self.places.iter().any(is_here))
+        // Robots mostly come by rank: who is still due is found soonest from the last.
+        if !self.places.iter().rev().any(is_due)
+            && (self.places.iter().any(is_here) || self.places.iter().all(|place| !place.missed))
         {
             self.started = true;
             for place in self.places.iter().filter(|place| place.missed) {

@@ -525,11 +525,13 @@ impl<S: Sink> Team<S> {
     }
 }
 
-/// What comes from outside in a tick: what has a moment, in order, and the rest.
+/// What comes from outside in a tick: what has a moment, in order, and the rest, without those who were let in
+/// before it.
 fn in_order(outside: Vec<Input>) -> (VecDeque<Input>, Vec<Input>) {
-    let (mut timed, outside): (Vec<Input>, Vec<Input>) = outside
+    let (mut timed, mut outside): (Vec<Input>, Vec<Input>) = outside
         .into_iter()
         .partition(|input| input.moment().is_some() || input.is_command());
+    outside.retain(|input| !matches!(input, Input::Join { .. }));
     // A command ends the moment at which it is obeyed; one without a moment was obeyed at the first.
     timed.sort_by_key(|input| (input.moment().unwrap_or(0), input.is_command()));
     (timed.into(), outside)

@@ -77,29 +77,33 @@ pub(super) struct Toward {
     pub phi: SimTime,
 }
 
-/// The parameters of a run, each there once: most robots of a team have the same ones.
+/// The parameters of a run. Equal ones are there once: most robots of a team have the same.
 #[derive(Clone, Debug)]
 pub struct Parameters {
-    /// By how they read.
-    distinct: BTreeMap<String, Arc<Params>>,
+    /// By robot and behavior.
+    named: BTreeMap<String, BTreeMap<String, Arc<Params>>>,
 }
 
 impl Parameters {
     /// Those of all robots of a resolved setup.
     #[must_use]
     pub fn of(setup: &Setup) -> Self {
-        let robots = setup.alliance.robots.values();
-        let all = robots.flat_map(|robot| robot.sets.values());
-        let all = all.map(|values| Params::new(values, &setup.roster));
-        let distinct = all.map(|params| (format!("{params:?}"), Arc::new(params)));
+        // By how they read.
+        let mut distinct: BTreeMap<String, Arc<Params>> = BTreeMap::new();
+        let mut shared = |values| {
+            let params = Params::new(values, &setup.roster);
+            let known = distinct.entry(format!("{params:?}"));
+            Arc::clone(known.or_insert_with(|| Arc::new(params)))
+        };
+        let robots = setup.alliance.robots.iter();
+        let named = robots.map(|(robot, own)| {
+            let behaviors = own.sets.iter();
+            let behaviors = behaviors.map(|(name, values)| (name.clone(), shared(values)));
+            (robot.clone(), behaviors.collect())
+        });
         Self {
-            distinct: distinct.collect(),
+            named: named.collect(),
         }
-    }
-
-    fn shared(&self, params: Params) -> Arc<Params> {
-        let known = self.distinct.get(&format!("{params:?}"));
-        known.map_or_else(|| Arc::new(params), Arc::clone)
     }
 }
 
@@ -107,11 +111,11 @@ impl Config {
     /// The values of that robot.
     ///
     /// # Panics
-    /// If `setup.alliance` lacks a value for one of the robot's sets or teammates: resolving a scenario fills in all.
+    /// If `parameters` are of another setup: a resolved one has those of every robot and behavior.
     pub fn new(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
         let own = &setup.scenario.robots[robot.index()];
         let catalog = &setup.catalog;
-        let named = &setup.alliance.robots[&own.name].sets;
+        let named = &parameters.named[&own.name];
         let specs = || {
             let ids = catalog.behaviors_of(own);
             ids.map(|id| (id, &catalog.sets[id.index()]))
@@ -127,7 +131,7 @@ impl Config {
                 own_task: own_task.expect("the tasks of all sets are known"),
                 max_robots: task.max_robots as usize,
                 priority: task.priority,
-                params: parameters.shared(Params::new(&named[&spec.name], &setup.roster)),
+                params: Arc::clone(&named[&spec.name]),
             }
         });
         let sets: SmallVec<[OwnBehavior; USUAL_BEHAVIORS]> = sets.collect();
