@@ -240,8 +240,12 @@ impl Agent {
         std::mem::swap(&mut report.changes, &mut outcome.changes);
         std::mem::swap(&mut report.receptions, &mut heard.receptions);
         report.notes.clear();
-        report.notes.append(&mut perception.notes);
-        report.notes.append(&mut action.notes);
+        for notes in [&mut perception.notes, &mut action.notes] {
+            // To append a list that is empty, as in most steps, takes a call of memcpy.
+            if !notes.is_empty() {
+                report.notes.append(notes);
+            }
+        }
         // Last: a copy of what has just been written field by field would cause a store-forwarding stall.
         report.actuation = action.actuation;
     }

@@ -58,14 +58,14 @@ impl WasteMission {
         self.extremes.join(readings, self.briefing.chassis.radius_m);
         self.see_waste(now, readings);
         self.memory.expire(now);
-        for &task in &self.progressed {
+        for task in std::mem::take(&mut self.progressed) {
             self.search_progress += u32::from(task == FIND);
             notes.push(Note {
                 kind: NoteKind::Progress,
                 detail: self.briefing.catalog.task_name(task).to_owned(),
             });
+            progressed.push(task);
         }
-        progressed.append(&mut self.progressed);
         let own_behaviors = self.briefing.own_behaviors.iter();
         applicable.extend(own_behaviors.map(|set| self.is_applicable(set, now, readings)));
     }
