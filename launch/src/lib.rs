@@ -28,7 +28,6 @@ pub mod page;
 mod parameters;
 pub mod run;
 mod runtime;
-pub mod scenarios;
 mod scenarios_command;
 mod status;
 #[cfg(test)]
@@ -84,7 +83,6 @@ enum Part {
 #[must_use]
 pub fn known() -> Known {
     Known {
-        builtin: scenarios::text_of,
         vocabulary: Registry::of_this_program().vocabulary(),
         worlds: Registry::of_this_program().worlds().clone(),
     }
@@ -102,7 +100,7 @@ pub fn main(registry: Registry) -> ExitCode {
         return ExitCode::from(3);
     }
     log_to_stderr();
-    let command: AllianceCli = match arguments::parse() {
+    let command: AllianceCli = match arguments::parse(&Registry::of_this_program().vocabulary()) {
         Ok(command) => command,
         Err(status) => return status,
     };

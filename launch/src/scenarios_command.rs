@@ -3,14 +3,12 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
-use alliance_proto::scenario::Scenario;
+use alliance_proto::scenario::{Scenario, Vocabulary};
 use alliance_proto::{tell, terminal};
 use clap::Args;
 
 use missions::Registry;
 use world_server::args::SizeArgs;
-
-use crate::scenarios::{builtin, builtins};
 
 /// List the built-in scenarios, or print one.
 #[derive(Args, Clone, Debug)]
@@ -27,7 +25,7 @@ impl ScenariosCommand {
     pub fn run(&self) -> ExitCode {
         let vocabulary = Registry::of_this_program().vocabulary();
         match self.size.scenario(self.name.as_deref(), &vocabulary) {
-            Ok(None) => self.list_or_print(),
+            Ok(None) => self.list_or_print(&vocabulary),
             Ok(Some(sized)) => {
                 // Its keys are strings and the destination is memory, so nothing is left to fail.
                 say(toml::to_string(&sized).expect("a scenario can be written"))
@@ -39,23 +37,22 @@ impl ScenariosCommand {
         }
     }
 
-    fn list_or_print(&self) -> ExitCode {
+    fn list_or_print(&self, vocabulary: &Vocabulary) -> ExitCode {
         let Some(name) = &self.name else {
-            let lines = builtins().iter().map(|scenario| {
-                let description = Scenario::parse(
-                    &scenario.file_name(),
-                    scenario.text,
-                    &Registry::built_in().vocabulary(),
-                )
-                .map_or_else(|error| error.to_string(), |parsed| parsed.description);
+            let lines = vocabulary.builtins().map(|scenario| {
+                let description = Scenario::parse(scenario.name, scenario.text, vocabulary)
+                    .map_or_else(|error| error.to_string(), |parsed| parsed.description);
                 format!("{:<24} {description}\n", scenario.name)
             });
             return say(lines.collect::<String>());
         };
-        if let Some(scenario) = builtin(name) {
+        if let Some(scenario) = vocabulary.builtin(name) {
             return say(scenario.text);
         }
-        let known: Vec<&str> = builtins().iter().map(|scenario| scenario.name).collect();
+        let known: Vec<&str> = vocabulary
+            .builtins()
+            .map(|scenario| scenario.name)
+            .collect();
         tell!(
             "alliance scenarios: no built-in scenario '{name}'; there are {}",
             known.join(", ")

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use alliance_proto::log::RunFile;
-use launch::scenarios;
+use missions::Registry;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
@@ -54,7 +54,7 @@ fn check_in(lab: &Lab, arguments: &[&str]) -> RunFile {
 
 #[test]
 fn every_scenario() {
-    for builtin in scenarios::builtins() {
+    for builtin in Registry::built_in().vocabulary().builtins() {
         for seed in 1..=amount(10, 2) {
             check(&[builtin.name, "--seed", &seed.to_string()]);
         }

@@ -12,7 +12,6 @@ use alliance_proto::log::{
 use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
 use alliance_tests::recompute::{Comparison, compare, recompute};
-use launch::scenarios::builtins;
 use study::in_process::Team as InProcess;
 use world_server::recorder::Recorder;
 
@@ -25,11 +24,11 @@ const ORDERS: [StepOrder; 2] = [StepOrder::Simultaneous, StepOrder::InOrder];
 /// All built-in scenarios, with every preset in every order of steps.
 fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
     let mut setups = Vec::new();
-    for builtin in builtins() {
+    for builtin in Registry::built_in().vocabulary().builtins() {
         for preset in PRESETS {
             for order in ORDERS {
                 let mut scenario = Scenario::parse(
-                    &builtin.file_name(),
+                    builtin.name,
                     builtin.text,
                     &Registry::built_in().vocabulary(),
                 )

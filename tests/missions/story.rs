@@ -10,7 +10,6 @@ use alliance_proto::log::{
 };
 use alliance_proto::scenario::{BehaviorParams, Scenario, Setup};
 use alliance_proto::time::SimTime;
-use launch::scenarios::builtin;
 
 use crate::in_process::run;
 
@@ -43,13 +42,9 @@ pub struct Report<'a> {
 
 /// The run of a built-in scenario.
 pub fn setup(name: &str, seed: u64) -> Setup {
-    let file = builtin(name).unwrap();
-    let scenario = Scenario::parse(
-        &file.file_name(),
-        file.text,
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
+    let vocabulary = Registry::built_in().vocabulary();
+    let file = vocabulary.builtin(name).unwrap();
+    let scenario = Scenario::parse(name, file.text, &vocabulary).unwrap();
     Setup::resolve(scenario, seed, None).unwrap().setup
 }
 

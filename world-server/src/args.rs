@@ -25,9 +25,7 @@ use crate::process::{Options, serve};
 /// What a program that reads scenarios knows beforehand.
 #[derive(Clone, Debug)]
 pub struct Known {
-    /// Built-in scenarios: the text of each, by name.
-    pub builtin: fn(&str) -> Option<&'static str>,
-    /// What scenarios may speak of.
+    /// What scenarios may speak of, and which come with the missions.
     pub vocabulary: Vocabulary,
     /// The worlds of their missions.
     pub worlds: Worlds,
@@ -70,9 +68,9 @@ pub struct SizeArgs {
     /// The mission with so many robots, in a room that grows with them [default: 3]
     #[arg(long, value_name = "N", value_parser = count::<MAX_ROBOTS>, allow_negative_numbers = true)]
     pub robots: Option<usize>,
-    /// The mission with so much to do: so many spills, in the clean-up [default: two for every three robots]
-    #[arg(long, visible_alias = "size", value_name = "M", value_parser = count::<MAX_SIZE>, allow_negative_numbers = true)]
-    pub spills: Option<usize>,
+    /// The mission with so much to do [default: two for every three robots]
+    #[arg(long, value_name = "M", value_parser = count::<MAX_SIZE>, allow_negative_numbers = true)]
+    pub size: Option<usize>,
 }
 
 /// How it is run. Nothing of this changes a byte of the run.
@@ -169,8 +167,8 @@ impl SizeArgs {
         asked: Option<&str>,
         vocabulary: &Vocabulary,
     ) -> anyhow::Result<Option<Scenario>> {
-        let Self { robots, spills } = *self;
-        if robots.is_none() && spills.is_none() {
+        let Self { robots, size } = *self;
+        if robots.is_none() && size.is_none() {
             return Ok(None);
         }
         let mut missions = vocabulary.missions.iter();
@@ -179,14 +177,14 @@ impl SizeArgs {
             None => missions.next(),
         };
         let robots = robots.unwrap_or(DEFAULT_ROBOTS);
-        let size = spills.unwrap_or((2 * robots).div_ceil(3));
+        let size = size.unwrap_or((2 * robots).div_ceil(3));
         let sized = mission.and_then(|mission| mission.family(robots, size));
         if sized.is_none() {
             let of_any_size = vocabulary.missions.iter();
             let of_any_size = of_any_size.filter(|mission| mission.family(1, 1).is_some());
             let names: Vec<&str> = of_any_size.map(|mission| mission.scenario_name()).collect();
             bail!(
-                "--robots and --spills: '{}' has its own; they go with '{}' only",
+                "--robots and --size: '{}' has its own; they go with '{}' only",
                 asked.unwrap_or_default(),
                 names.join("', '")
             );
@@ -197,7 +195,7 @@ impl SizeArgs {
     /// As they are given to a process.
     #[must_use]
     pub fn arguments(&self) -> Vec<String> {
-        let given = [("robots", self.robots), ("spills", self.spills)];
+        let given = [("robots", self.robots), ("size", self.size)];
         let given = given
             .into_iter()
             .filter_map(|(name, count)| Some((name, count?)));
@@ -360,8 +358,8 @@ fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
 /// # Errors
 /// One line that says what is wrong with it, and where.
 pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
-    if let Some(text) = (known.builtin)(asked) {
-        return Ok(Scenario::parse(asked, text, &known.vocabulary)?);
+    if let Some(builtin) = known.vocabulary.builtin(asked) {
+        return Ok(Scenario::parse(asked, builtin.text, &known.vocabulary)?);
     }
     let path = Path::new(asked);
     if !path.exists() {
@@ -477,7 +475,6 @@ mod tests {
         std::fs::write(&path, b"step_ms = 50\nname = \"\xff\"\n").unwrap();
         let asked = path.to_str().unwrap();
         let known = Known {
-            builtin: |_| None,
             vocabulary: alliance_proto::testkit::vocabulary(),
             worlds: Worlds::default(),
         };

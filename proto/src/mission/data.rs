@@ -74,6 +74,11 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Takes out of its section what robots are not told beforehand.
     fn brief(&self, _section: &mut MissionSection) {}
 
+    /// The scenarios that come with it.
+    fn scenarios(&self) -> &'static [BuiltinScenario] {
+        &[]
+    }
+
     /// Name of a scenario that states none; `None`: the mission's.
     fn scenario_name(&self) -> Option<&'static str> {
         None
@@ -90,6 +95,11 @@ pub trait MissionData: Debug + Send + Sync + 'static {
 
     /// The mission for so many robots with so much to do, 1 to 10,000 of each; `None`: it comes in one size only.
     fn family(&self, _robots: usize, _size: usize) -> Option<Scenario> {
+        None
+    }
+
+    /// What the size of a [`family`](Self::family) counts: on the command line `--WORD` goes for `--size`.
+    fn size_word(&self) -> Option<&'static str> {
         None
     }
 
@@ -199,6 +209,15 @@ pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, V
     });
     let behaviors = behaviors.collect();
     (tasks, behaviors)
+}
+
+/// A scenario that comes with a mission, and can be run by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuiltinScenario {
+    /// What it is run by.
+    pub name: &'static str,
+    /// Its file, comments included.
+    pub text: &'static str,
 }
 
 /// ALLIANCE's values of one behavior (ALLIANCE.md §1). They keep the rules among themselves.

@@ -3,7 +3,7 @@
 pub use glam::Vec2;
 
 pub use super::columns::Column;
-pub use super::data::{BuiltIn, Mission, MissionData, Terms, one_behavior_each};
+pub use super::data::{BuiltIn, BuiltinScenario, Mission, MissionData, Terms, one_behavior_each};
 pub use super::section::{Section, section};
 pub use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 pub use crate::scenario::{

@@ -1,6 +1,6 @@
 //! Scenario files: what a run is made of, with every default (DESIGN §7).
 //!
-//! `launch/scenarios/reference.toml` documents every key. Lengths in metres, angles in degrees (files are for people),
+//! `alliance scenarios reference` documents every key. Lengths in metres, angles in degrees (files are for people),
 //! times in seconds, rectangles by their lower left corner and size.
 
 mod alliance;

@@ -1,7 +1,7 @@
 //! What a scenario may speak of beyond the frame.
 
 use super::{AllocatorSpec, Scenario, ScenarioError};
-use crate::mission::data::{Mission, NO_MISSION};
+use crate::mission::data::{BuiltinScenario, Mission, NO_MISSION};
 
 /// The missions and allocators that there are: handed in by whoever reads scenarios, as they come from other crates.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,17 @@ pub struct Vocabulary {
 }
 
 impl Vocabulary {
+    /// The scenarios that come with the missions, in their order.
+    pub fn builtins(&self) -> impl Iterator<Item = &'static BuiltinScenario> {
+        self.missions.iter().flat_map(|mission| mission.scenarios())
+    }
+
+    /// The scenario of that name that comes with a mission.
+    #[must_use]
+    pub fn builtin(&self, name: &str) -> Option<&'static BuiltinScenario> {
+        self.builtins().find(|scenario| scenario.name == name)
+    }
+
     /// The scenario in which nothing is stated: one of the first mission.
     ///
     /// # Errors

@@ -551,7 +551,7 @@ pub fn history_of(setup: Setup) -> History {
 
 #[test]
 fn whoever_resets_a_motivation_is_told() {
-    let text = include_str!("../../../launch/scenarios/thesis-no-interruption.toml");
+    let text = include_str!("../../../missions/src/waste/scenarios/thesis-no-interruption.toml");
     let scenario = Scenario::parse(
         "thesis-no-interruption",
         text,

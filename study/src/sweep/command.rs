@@ -216,7 +216,7 @@ fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
     let folder = file.parent().unwrap_or(Path::new(""));
     Plan::parse(&file.display().to_string(), text, |name| {
         // Files are found from where the plan is, whoever runs it.
-        let asked = match (known.builtin)(name) {
+        let asked = match known.vocabulary.builtin(name) {
             Some(_) => name.to_owned(),
             None => folder.join(name).display().to_string(),
         };
@@ -511,9 +511,7 @@ mod tests {
     fn the_example_is_a_plan() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/gone-or-not.toml");
         let text = fs::read_to_string(&file).unwrap();
-        // The default mission, which an empty file is.
         let known = Known {
-            builtin: |name| (name == "waste-cleanup").then_some(""),
             vocabulary: Registry::built_in().vocabulary(),
             worlds: Registry::built_in().worlds().clone(),
         };

@@ -27,7 +27,7 @@ pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 
 use alliance_proto::fault::{FaultSpec, MissionFault, Order, OrderError};
 use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{BuiltIn, Mission, MissionData, Terms};
+use alliance_proto::mission::data::{BuiltIn, BuiltinScenario, Mission, MissionData, Terms};
 use alliance_proto::mission::promises::Promises;
 use alliance_proto::mission::section::{MissionSection, Section, section};
 use alliance_proto::scenario::{
@@ -59,6 +59,30 @@ pub const WASTE: Mission = Mission::new(
     &WasteData,
 );
 
+/// The default mission first.
+const SCENARIOS: [BuiltinScenario; 5] = [
+    BuiltinScenario {
+        name: "waste-cleanup",
+        text: include_str!("../scenarios/waste-cleanup.toml"),
+    },
+    BuiltinScenario {
+        name: "thesis-no-interruption",
+        text: include_str!("../scenarios/thesis-no-interruption.toml"),
+    },
+    BuiltinScenario {
+        name: "thesis-trapped-robot",
+        text: include_str!("../scenarios/thesis-trapped-robot.toml"),
+    },
+    BuiltinScenario {
+        name: "parker-specialised",
+        text: include_str!("../scenarios/parker-specialised.toml"),
+    },
+    BuiltinScenario {
+        name: "reference",
+        text: include_str!("../scenarios/reference.toml"),
+    },
+];
+
 #[derive(Debug)]
 struct WasteData;
 
@@ -74,6 +98,10 @@ impl MissionData for WasteData {
                 spill.items = 0;
             }
         }
+    }
+
+    fn scenarios(&self) -> &'static [BuiltinScenario] {
+        &SCENARIOS
     }
 
     fn scenario_name(&self) -> Option<&'static str> {
@@ -93,6 +121,10 @@ impl MissionData for WasteData {
 
     fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
         Some(family::family(robots, size))
+    }
+
+    fn size_word(&self) -> Option<&'static str> {
+        Some("spills")
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {

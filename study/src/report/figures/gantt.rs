@@ -225,7 +225,8 @@ mod tests {
     /// Gold and green search for two minutes, with an effect in every few steps: their bars are there all the same.
     #[test]
     fn effects_do_not_hide_the_bars_on_which_they_are_marked() {
-        let text = include_str!("../../../../launch/scenarios/thesis-trapped-robot.toml");
+        let text =
+            include_str!("../../../../missions/src/waste/scenarios/thesis-trapped-robot.toml");
         let scenario = Scenario::parse(
             "thesis-trapped-robot",
             text,

@@ -7,3 +7,4 @@ mod control_page;
 mod precedence;
 mod reference;
 mod round_trip;
+mod scenarios;

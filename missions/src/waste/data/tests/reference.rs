@@ -18,7 +18,7 @@ use alliance_proto::scenario::{
 };
 use alliance_proto::testkit::one_of_each;
 
-const REFERENCE: &str = include_str!("../../../../../launch/scenarios/reference.toml");
+const REFERENCE: &str = include_str!("../../scenarios/reference.toml");
 
 /// The file with its optional keys: comments begin with `# `, keys that are absent by default with `#` alone.
 fn with_optional_keys() -> String {

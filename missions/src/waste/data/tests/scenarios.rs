@@ -1,0 +1,34 @@
+//! The scenarios that come with the clean-up.
+
+use alliance_proto::scenario::{Scenario, Setup};
+
+use crate::Registry;
+use crate::waste::data::default_scenario;
+
+#[test]
+fn each_one_can_be_found_and_run() {
+    let vocabulary = Registry::built_in().vocabulary();
+    for each in vocabulary.builtins() {
+        assert_eq!(vocabulary.builtin(each.name), Some(each));
+        let scenario = Scenario::parse(each.name, each.text, &vocabulary).unwrap();
+        assert!(!scenario.description.is_empty(), "{}", each.name);
+        Setup::resolve(scenario, 1, None).unwrap();
+    }
+    assert_eq!(vocabulary.builtin("no-such-scenario"), None);
+}
+
+#[test]
+fn the_default_mission_differs_from_the_default_in_nothing_but_its_description() {
+    let vocabulary = Registry::built_in().vocabulary();
+    let mission = vocabulary.builtin("waste-cleanup").unwrap();
+    let scenario = Scenario::parse(mission.name, mission.text, &vocabulary).unwrap();
+    let description = scenario.description.clone();
+    let default = default_scenario();
+    assert_eq!(
+        scenario,
+        Scenario {
+            description,
+            ..default
+        }
+    );
+}
