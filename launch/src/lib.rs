@@ -20,7 +20,7 @@ use world_server::args::{Known, WorldArgs, log_to_stderr};
 mod allocators_command;
 mod arguments;
 mod clock;
-mod control;
+pub mod control;
 mod fault;
 mod missions_command;
 pub mod observer;

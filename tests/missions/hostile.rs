@@ -407,7 +407,7 @@ fn keep(captured: &Mutex<BTreeMap<String, Captured>>, key: &str, bytes: &[u8]) {
 }
 
 /// The announcement of the lab's only live run.
-fn announced(lab: &Lab) -> Rendezvous {
+pub fn announced(lab: &Lab) -> Rendezvous {
     let folder = lab.path("runtime").join("alliance");
     let mut found = None;
     wait_until("the run's announcement", || {

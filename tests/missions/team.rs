@@ -60,6 +60,12 @@ impl<'l> Team<'l> {
         after.split(')').next().unwrap().parse().unwrap()
     }
 
+    /// Names of the robots.
+    pub fn robots(&self) -> Vec<String> {
+        let names = self.pids.iter().map(|(name, _)| name.clone());
+        names.filter(|name| name != "world").collect()
+    }
+
     /// The launcher's process.
     pub fn launcher(&self) -> &Process {
         &self.launcher

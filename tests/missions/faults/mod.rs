@@ -6,6 +6,7 @@ mod minds;
 mod orders;
 mod processes;
 mod replays;
+mod storms;
 
 use std::collections::BTreeMap;
 

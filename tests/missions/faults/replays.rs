@@ -89,47 +89,6 @@ fn disturb(lab: &Lab, seed: u64) -> u64 {
     done
 }
 
-/// Orders that come while the world still waits for what the one before asked of a process, and signals by hand meanwhile.
-#[test]
-fn orders_and_signals_at_once_are_repeated_to_the_byte() {
-    let runs = std::env::var("ALLIANCE_REPLAYS").map_or(3, |runs| runs.parse().unwrap());
-    for seed in 0..runs {
-        let lab = Lab::new();
-        let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        let mission = lab.mission_of(60);
-        let mut team = Team::start(&lab, &[&mission, "--limit", "600"]);
-        team.wait_for_row("events.csv", &["joined"]);
-        let mut orders = Vec::new();
-        for _ in 0..10 {
-            if !team.is_running() {
-                break;
-            }
-            let mut robot = || ["blue", "gold", "green"][chance.random_range(0..3)];
-            let (first, second, struck) = (robot(), robot(), robot());
-            orders.push(lab.start(&["fault", "restart", first]));
-            orders.push(match chance.random_range(0..3) {
-                0 => lab.start(&["fault", "restart", second]),
-                1 => lab.start(&["fault", "kill", second, "--for", "2s"]),
-                _ => lab.start(&["fault", "pause", second, "--for", "1s"]),
-            });
-            std::thread::sleep(Duration::from_millis(chance.random_range(5..80)));
-            team.try_signal_latest(struck, Signal::SIGKILL);
-        }
-        for order in orders {
-            order.wait();
-        }
-        let finished = team.wait();
-        assert!(
-            matches!(finished.status.code(), Some(0 | 1)),
-            "{}",
-            finished.stderr
-        );
-        let again = lab.run(&["replay", "run", "--out", "again"]).expect(0);
-        assert!(again.stderr.starts_with("identical"), "{}", again.stderr);
-        lab.assert_same_bytes("run", "again");
-    }
-}
-
 #[test]
 fn whatever_happens_in_one_process_is_repeated() {
     for seed in 0..24 {
