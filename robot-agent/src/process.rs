@@ -367,7 +367,7 @@ struct Alive {
     agent: TentativeAgent,
     radio: Radio,
     space: Workspace,
-    /// Number of the latest tick that the world sent to this incarnation: an older one is put again by somebody.
+    /// Number of the latest tick that the world sent to this incarnation. An older one is put again by somebody; this one is asked again.
     latest: Option<Tick>,
     /// A tick whose broadcasts have not all arrived, and until when they are waited for.
     pending: Option<(Box<TickMessage>, Instant)>,
@@ -449,8 +449,15 @@ impl Alive {
             self.end(End::Superseded);
             return Ok(());
         }
-        if tick.incarnation < self.incarnation || Some(tick.tick) <= self.latest {
+        if tick.incarnation < self.incarnation || Some(tick.tick) < self.latest {
             return Err(Ignore::Unfit("stale"));
+        }
+        if Some(tick.tick) == self.latest {
+            // The world has had no answer: what came of the step is lost, or on its way.
+            if self.pending.is_none() {
+                self.publish();
+            }
+            return Ok(());
         }
         self.latest = Some(tick.tick);
         if self.radio.has_all(&tick.manifest) {
@@ -484,11 +491,16 @@ impl Alive {
         let space = &mut self.space;
         self.radio.collect(&tick.manifest, &mut space.arrived);
         self.agent.step(tick, space);
-        for broadcast in &space.broadcasts {
+        self.publish();
+    }
+
+    /// What came of the latest step.
+    fn publish(&self) {
+        for broadcast in &self.space.broadcasts {
             let publisher = &self.publishers.team[broadcast.body.kind() as usize];
             publish(&self.secret, publisher, broadcast);
         }
-        publish(&self.secret, &self.publishers.report, &space.report);
+        publish(&self.secret, &self.publishers.report, &self.space.report);
     }
 
     fn end(&mut self, end: End) {

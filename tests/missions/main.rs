@@ -18,6 +18,7 @@ mod export;
 mod family;
 mod faults;
 mod first_moments;
+mod flood;
 mod golden;
 mod harness;
 mod hostile;

@@ -73,6 +73,7 @@ fn every_storm_of_orders_and_signals_is_repeated_to_the_byte() {
 fn storm(lab: &Lab, seed: u64) -> (u64, u64) {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
     let mut team = Team::start(lab, &["--robots", "6", "--limit", "400", "--speed", "100x"]);
+    team.wait_for_row("events.csv", &["joined"]);
     let robots = team.robots();
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)

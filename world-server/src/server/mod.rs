@@ -4,6 +4,7 @@
 //! deadlines; every decision about the run is the [`Simulation`]'s.
 
 mod acts;
+mod again;
 mod control;
 mod standstill;
 
@@ -31,6 +32,7 @@ use crate::pace::Pace;
 use crate::recorder::{Background, Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
 use acts::UnderWay;
+use again::Question;
 use standstill::Standstill;
 
 /// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
@@ -54,6 +56,8 @@ struct Peer {
     pid: Option<u32>,
     invited: Option<(Incarnation, Instant)>,
     asked: Option<Instant>,
+    /// What it was asked last.
+    question: Option<Question>,
     /// The launcher says that its process is stopped.
     stopped: bool,
     /// The launcher says that its process ended, or is stopped: a clock that has not started does not wait for it.
@@ -145,6 +149,7 @@ impl Server {
                 pid: None,
                 invited: None,
                 asked: None,
+                question: None,
                 stopped: false,
                 lost: false,
             })
@@ -331,6 +336,7 @@ impl Server {
                 self.send(robot, &ToAgent::Dismissed(incarnation));
                 return self.refuse("report", &"of a superseded incarnation");
             }
+            Verdict::Stale if self.asked_again(robot, report.tick) => return,
             Verdict::Stale => return self.refuse("report", &"stale"),
             Verdict::Malformed => return self.refuse("report", &"impossible contents"),
         }
@@ -416,6 +422,7 @@ impl Server {
         }
         self.look_after_act(now);
         self.watch_the_clock(now);
+        self.ask_again(now);
         if let Err(error) = self.recorder.flush() {
             return self.fail(error);
         }
@@ -512,7 +519,7 @@ impl Server {
         }
         let mut stopped = Vec::new();
         while let Some(robot) = question {
-            self.send(robot, &ToAgent::Tick(self.simulation.message(robot)));
+            self.put_question(robot, now);
             let peer = &mut self.peers[robot.index()];
             peer.asked = Some(now);
             if peer.stopped {

@@ -1,0 +1,86 @@
+//! Ticks that are sent again: the bus drops what a full queue cannot take, and then world and agent would wait for each other.
+
+use std::time::Duration;
+
+use alliance_proto::ids::{RobotId, Tick};
+use alliance_proto::tick::ToAgent;
+use tokio::time::Instant;
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+
+use super::Server;
+use crate::barrier::Presence;
+
+/// How long an answer is waited for before a tick is sent again: longer than a step takes on a busy machine, and shorter than the
+/// default deadline of a stall.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// The latest tick that a robot was asked, as it was sent.
+pub(super) struct Question {
+    tick: Tick,
+    sealed: ZBytes,
+    sent: Instant,
+    /// It was sent more than once.
+    again: bool,
+}
+
+impl Server {
+    /// Sends the current tick to a robot, and keeps it until the next one.
+    pub(super) fn put_question(&mut self, robot: RobotId, now: Instant) {
+        let message = ToAgent::Tick(self.simulation.message(robot));
+        let peer = &mut self.peers[robot.index()];
+        match self.secret.seal(peer.ticks.key_expr(), &message) {
+            Ok(bytes) => {
+                peer.question = Some(Question {
+                    tick: self.simulation.tick(),
+                    sealed: bytes.into(),
+                    sent: now,
+                    again: false,
+                });
+                self.put(robot);
+            }
+            Err(error) => tracing::error!(%error, robot = peer.name, "not published"),
+        }
+    }
+
+    /// Sends what was asked once more to everybody who has not answered for long, and might: whoever has stepped in that tick repeats
+    /// what came of it.
+    pub(super) fn ask_again(&mut self, now: Instant) {
+        let barrier = self.simulation.barrier();
+        let owes = |robot: RobotId| {
+            barrier.is_awaited(robot) || barrier.presence(robot) == Presence::Silent
+        };
+        let mut due = Vec::new();
+        for (robot, peer) in barrier.robots().zip(&mut self.peers) {
+            if let Some(question) = &mut peer.question
+                && now - question.sent > PATIENCE
+                && owes(robot)
+                && !peer.stopped
+            {
+                question.sent = now;
+                question.again = true;
+                due.push(robot);
+            }
+        }
+        for robot in due {
+            self.put(robot);
+        }
+    }
+
+    /// Whether a report of that tick may be the second one that was asked for.
+    pub(super) fn asked_again(&self, robot: RobotId, tick: Tick) -> bool {
+        let question = &self.peers[robot.index()].question;
+        question
+            .as_ref()
+            .is_some_and(|question| question.again && tick <= question.tick)
+    }
+
+    fn put(&self, robot: RobotId) {
+        let peer = &self.peers[robot.index()];
+        if let Some(question) = &peer.question
+            && let Err(error) = peer.ticks.put(question.sealed.clone()).wait()
+        {
+            tracing::error!(%error, robot = peer.name, "not published");
+        }
+    }
+}
