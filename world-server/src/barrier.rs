@@ -548,7 +548,8 @@ impl Barrier {
         }
     }
 
-    /// Whether nobody could act in the current tick: the clock then stands still until somebody comes.
+    /// Whether nobody could act in the current tick: the clock then stands still until somebody comes. While robots are suspended it goes
+    /// on: somebody may let them go on at any time of the mission.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         !self.runs_on
@@ -556,7 +557,7 @@ impl Barrier {
             && self
                 .places
                 .iter()
-                .all(|place| place.presence != Presence::Present)
+                .all(|place| place.presence != Presence::Present && !place.is_suspended())
     }
 
     /// Whether no agent is left that could ever act, be it silent or on its way.

@@ -1,6 +1,7 @@
 //! Process faults: real signals at a tick, and processes started again.
 
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunOutcome};
+use alliance_proto::tick::Outcome;
 
 use super::{at, events, hit, mission, only};
 use crate::harness::Lab;
@@ -199,6 +200,19 @@ fn a_whole_team_that_is_dead_or_stopped_is_brought_back_by_the_clock() {
     assert_eq!(events(&log, "stalled", None).len(), 3);
     let back = events(&log, "back", None);
     assert!(back.len() == 3 && back.iter().all(|row| row.t_ms == at(105.0)));
+}
+
+/// Time goes on in a room where all robots stand: to the limit, by processes as in one process.
+#[test]
+fn a_whole_team_that_is_paused_without_end_stands_until_the_limit() {
+    let lab = Lab::new();
+    let pauses = [("blue", 5.0), ("gold", 5.0), ("green", 6.0)].map(|(robot, at_s)| {
+        format!("[[faults.timeline]]\nfault.pause = \"{robot}\"\nat_s = {at_s:?}\n")
+    });
+    let log = mission(&lab, "paused", &pauses.concat(), &["--limit", "60"], 1);
+    assert_eq!(log.run.outcome, RunOutcome::Ended(Outcome::TimeLimit));
+    assert_eq!(log.run.result.ticks, 1200);
+    assert_eq!(events(&log, "stalled", None).len(), 3);
 }
 
 #[test]

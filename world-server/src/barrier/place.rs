@@ -90,6 +90,11 @@ impl Place {
         }
     }
 
+    /// Whether its agent lives and is suspended.
+    pub fn is_suspended(&self) -> bool {
+        self.suspended && !self.gone && self.presence == Presence::Silent
+    }
+
     /// The tick is over: says whether the agent died in it.
     pub fn end_tick(&mut self) -> bool {
         (self.asked, self.listed, self.dies_after_tick) = (false, false, false);
