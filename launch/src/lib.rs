@@ -24,6 +24,7 @@ pub mod control;
 mod fault;
 mod missions_command;
 pub mod observer;
+mod open_files;
 pub mod page;
 mod parameters;
 pub mod run;
@@ -95,7 +96,8 @@ pub fn main(registry: Registry) -> ExitCode {
     registry.install();
     alliance_proto::session::prepare_process();
     // Before anything else: a child whose launcher has died meanwhile shall not begin.
-    if let Err(error) = run::children::die_with_launcher() {
+    let ready = run::children::die_with_launcher().and_then(|()| open_files::allow(0));
+    if let Err(error) = ready {
         tell!("alliance: {error:#}");
         return ExitCode::from(3);
     }

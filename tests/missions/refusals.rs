@@ -166,3 +166,26 @@ fn a_folder_that_holds_a_run() {
     );
     assert_eq!(std::fs::read(lab.path("run/run.json")).unwrap(), before);
 }
+
+/// Too few for the bus, then too few for so many robots.
+#[test]
+fn too_few_open_files_are_told_before_anything_begins() {
+    for (limit, robots, status, needed) in [(16, "3", 3, 64), (80, "30", 2, 124)] {
+        let lab = Lab::new();
+        let asked = std::process::Command::new("sh")
+            .args(["-c", &format!("ulimit -n {limit}; exec \"$0\" \"$@\"")])
+            .arg(env!("CARGO_BIN_EXE_alliance-under-test"))
+            .args(["run", "--robots", robots, "--no-page", "--out", "run"])
+            .current_dir(lab.path(""))
+            .output()
+            .unwrap();
+        let said = String::from_utf8(asked.stderr).unwrap();
+        assert_eq!(asked.status.code(), Some(status), "{said}");
+        let expected = format!("{needed} open files are needed and {limit} allowed");
+        assert!(
+            said.contains(&expected) && said.lines().count() == 1,
+            "{said}"
+        );
+        assert!(!lab.path("run").exists());
+    }
+}
