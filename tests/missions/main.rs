@@ -12,6 +12,7 @@ mod closed_loop;
 mod consensus;
 mod control;
 mod control_python;
+mod corpus;
 mod differential;
 mod ends;
 mod export;

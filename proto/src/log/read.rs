@@ -164,7 +164,8 @@ impl RunLog {
     fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
         ReadError::Malformed {
             path: self.folder.join(table.file_name()),
-            reason: reason.to_string(),
+            // A name or number that is none may have anything in it.
+            reason: reason.to_string().replace(char::is_control, " "),
         }
     }
 }

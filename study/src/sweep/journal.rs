@@ -191,7 +191,10 @@ fn unseal(line: &str) -> Option<String> {
 }
 
 /// Header and rows of a journal; `None` without a header. What follows the last end of a line is dropped.
-fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
+///
+/// # Errors
+/// The first line that is not as it was written, from 1, and what is wrong with it.
+pub fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
     let mut lines = whole_lines(bytes)
         .split(|byte| *byte == b'\n')
         .enumerate()

@@ -23,3 +23,6 @@ mod shard;
 mod statistics;
 mod summary;
 mod workers;
+
+pub use journal::parse as parse_journal;
+pub use plan::Plan;

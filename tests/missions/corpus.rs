@@ -1,13 +1,13 @@
 //! The fuzzers' corpora without the fuzzers: each of their messages, cut at every length, and damaged in many ways.
 
-#![allow(clippy::unwrap_used)] // Also outside the test functions themselves.
-
 use std::path::Path;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+#[path = "../../fuzz/files.rs"]
+mod files;
 #[path = "../../fuzz/requests.rs"]
 mod requests;
 #[path = "../../fuzz/round_trip.rs"]
@@ -116,6 +116,23 @@ fn every_message_of_the_corpus_is_one_of_its_type() {
             assert_eq!(requests::command_of(&text), Some(expected), "{name}");
         }
     }
+    for (name, text) in corpus("log") {
+        if let Some((expected, _)) = name.split_once('-') {
+            assert_eq!(files::log_of(&text), Some(expected), "{name}");
+        }
+    }
+    let is_read: [(&str, fn(&[u8]) -> bool); 3] = [
+        ("parameters", files::is_parameters),
+        ("plan", files::is_plan),
+        ("journal", files::is_journal),
+    ];
+    for (target, is_read) in is_read {
+        let read = |(name, text): (String, Vec<u8>)| name.contains('-').then(|| is_read(&text));
+        assert!(
+            corpus(target).into_iter().filter_map(read).all(|read| read),
+            "{target}"
+        );
+    }
     for (name, text) in corpus("setup") {
         if let Some((expected, _)) = name.split_once('-') {
             assert_eq!(setups::kind_of(&text), Some(expected), "{name}");
@@ -141,5 +158,25 @@ fn damaged_requests_are_refused_or_stand() {
 fn damaged_setups_and_scenarios_are_refused_or_stand() {
     damage("setup", &[flip, insert, misspell], |text| {
         let _ = setups::kind_of(text);
+    });
+}
+
+#[test]
+fn damaged_logs_are_refused_or_stand() {
+    damage("log", &[flip, insert, misspell], |text| {
+        let _ = files::log_of(text);
+    });
+}
+
+#[test]
+fn damaged_files_of_sweeps_are_refused_or_stand() {
+    damage("parameters", &[flip, insert, repeat], |text| {
+        let _ = files::is_parameters(text);
+    });
+    damage("plan", &[flip, insert, misspell], |text| {
+        let _ = files::is_plan(text);
+    });
+    damage("journal", &[flip, insert, misspell], |text| {
+        let _ = files::is_journal(text);
     });
 }

@@ -1,0 +1,104 @@
+//! What holds for any text as one of the files that people bring: it is read, or refused in one line. Part of the fuzz targets and of
+//! the test over their corpora.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use alliance_proto::log::{
+    AllocationRow, EventRow, LogLevel, Memory, MessageRow, MissionRow, MotivationRow, PoseRow,
+    RunFile, RunLog, Table, TableRow, TickRow,
+};
+use alliance_proto::scenario::{ParameterFile, Scenario, Setup, Vocabulary};
+use missions::Registry;
+use study::in_process::Team;
+use study::replay::replay;
+use study::sweep::{Plan, parse_journal};
+
+static VOCABULARY: LazyLock<Vocabulary> = LazyLock::new(|| Registry::built_in().vocabulary());
+
+/// A second of the default mission.
+static RUN: LazyLock<RunFile> = LazyLock::new(|| {
+    let scenario = Scenario::parse("a.toml", "limit_s = 1.0", &VOCABULARY);
+    let setup = Setup::resolve(scenario.expect("a scenario"), 1, None);
+    let setup = setup.expect("a setup").setup;
+    let team = Team::new(setup, LogLevel::Off, Memory::default()).expect("a team");
+    let (_, recorder) = team.run().expect("memory takes everything");
+    let log = RunLog::from_memory(&recorder.into_sink(), &VOCABULARY);
+    log.expect("a log").run
+});
+
+/// Which file of a run's log it is, as the corpus's files begin; `None` if it is none. Inputs that can be read can be replayed, or not.
+#[must_use]
+pub fn log_of(text: &[u8]) -> Option<&'static str> {
+    if let Ok(run) = RunFile::parse(text, &VOCABULARY).map_err(one_line) {
+        let _ = Setup::resolve(run.setup.scenario, run.setup.seed, None).map_err(one_line);
+        return Some("run");
+    }
+    let log = |table| {
+        let tables = BTreeMap::from([(table, text.to_vec())]);
+        RunLog::from_tables(Path::new(""), RUN.clone(), tables)
+    };
+    let inputs = log(Table::Inputs);
+    if inputs
+        .inputs()
+        .map_err(one_line)
+        .is_ok_and(|all| !all.is_empty())
+    {
+        let _ =
+            replay(&inputs, LogLevel::Off, |_| {}).map_err(|error| one_line(format!("{error:#}")));
+        return Some("inputs");
+    }
+    fn is_of<R: TableRow>(log: RunLog) -> bool {
+        let rows = log.rows::<R>().map_err(one_line);
+        rows.is_ok_and(|rows| !rows.is_empty())
+    }
+    let tables: [(&str, Table, fn(RunLog) -> bool); 7] = [
+        ("motivations", Table::Motivations, is_of::<MotivationRow>),
+        ("allocation", Table::Allocation, is_of::<AllocationRow>),
+        ("messages", Table::Messages, is_of::<MessageRow>),
+        ("events", Table::Events, is_of::<EventRow>),
+        ("poses", Table::Poses, is_of::<PoseRow>),
+        ("ticks", Table::Ticks, is_of::<TickRow>),
+        ("mission", Table::Mission, is_of::<MissionRow>),
+    ];
+    let mut tables = tables.into_iter();
+    tables.find_map(|(name, table, is_of)| is_of(log(table)).then_some(name))
+}
+
+/// Whether it is a parameter file. What can be read can be laid over a scenario, or is refused.
+#[must_use]
+pub fn is_parameters(text: &[u8]) -> bool {
+    let Ok(parameters) = ParameterFile::parse("a.properties", text).map_err(one_line) else {
+        return false;
+    };
+    let _ = Setup::resolve(RUN.setup.scenario.clone(), 1, Some(&parameters)).map_err(one_line);
+    true
+}
+
+/// Whether it is the plan of a sweep.
+#[must_use]
+pub fn is_plan(text: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(text) else {
+        return false;
+    };
+    let base = |_: &str| Ok(RUN.setup.scenario.clone());
+    let plan = Plan::parse("plan.toml", text, base);
+    plan.map_err(|error| one_line(format!("{error:#}"))).is_ok()
+}
+
+/// Whether it is the journal of a sweep.
+#[must_use]
+pub fn is_journal(text: &[u8]) -> bool {
+    let journal = parse_journal(text).map_err(|(_, what)| one_line(what));
+    journal.is_ok_and(|journal| journal.is_some())
+}
+
+fn one_line(said: impl Display) {
+    let said = said.to_string();
+    assert!(
+        !said.is_empty() && !said.chars().any(char::is_control),
+        "{said}"
+    );
+}

@@ -1,0 +1,10 @@
+//! Arbitrary text as one of the files of a run's log.
+#![no_main]
+
+#[path = "../files.rs"]
+#[allow(dead_code)] // A target each for what is there.
+mod files;
+
+libfuzzer_sys::fuzz_target!(|text: &[u8]| {
+    let _ = files::log_of(text);
+});
