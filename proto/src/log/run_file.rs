@@ -50,7 +50,7 @@ impl RunFile {
             result,
             setup,
         } = serde_json::from_slice::<RunFile<SetupFile>>(text)
-            .map_err(|error| error.to_string())?;
+            .map_err(|error| error.to_string().replace(char::is_control, " "))?;
         let setup = setup.read(vocabulary).map_err(|error| error.to_string())?;
         let run = Self {
             version,

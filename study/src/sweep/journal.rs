@@ -204,18 +204,23 @@ pub fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
         return Ok(None);
     };
     let header: Header = serde_json::from_str(&intact(1, first)?)
-        .map_err(|error| (1, format!("it is no journal: {error}")))?;
+        .map_err(|error| (1, one_line(&format!("it is no journal: {error}"))))?;
     let runs = header.design.runs().unwrap_or_default();
     let mut rows = Rows::new();
     for (number, line) in lines {
         let row: Row = serde_json::from_str(&intact(number, line)?)
-            .map_err(|error| (number, format!("it is no row: {error}")))?;
+            .map_err(|error| (number, one_line(&format!("it is no row: {error}"))))?;
         if row.run >= runs {
             return Err((number, format!("there is no run {}", row.run)));
         }
         rows.insert(row.run, row);
     }
     Ok(Some((header, rows)))
+}
+
+/// What serde says names what it found, whatever that is.
+fn one_line(said: &str) -> String {
+    said.replace(char::is_control, " ")
 }
 
 /// The text of a line, if nobody has changed it.
