@@ -52,7 +52,7 @@ impl Members {
 /// - Nobody is searched for: default scouting costs 500 ms in every open, and leaves the machine. A router
 ///   waits those 500 ms even with scouting off, unless told not to.
 /// - Simulated time is the only clock.
-/// - A token that goes means a closed socket and nothing else: the lease is ten minutes, so a stopped process keeps its token.
+/// - A token that goes means a closed socket and nothing else: the lease is a day, so a process that is stopped for shorter keeps its token.
 /// - A stopped receiver fills its queue, and whoever sends to it does not wait for it: no wait before a drop. Lockstep bounds
 ///   what is under way to a live one; its queue holds a tick's worth many times over (16 batches of 64 KiB).
 /// - Ticks, reports and team messages all go with one priority, interactive-high, and so keep their order; what anybody else
@@ -67,7 +67,7 @@ fn common(auth: &str) -> String {
   transport: {{
     auth: {{ usrpwd: {{ {auth} }} }},
     link: {{
-      tx: {{ lease: 600000, queue: {{ size: {{ interactive_high: 16, data: 16 }}, congestion_control: {{ drop: {{ wait_before_drop: 0 }} }} }} }},
+      tx: {{ lease: 86400000, queue: {{ size: {{ interactive_high: 16, data: 16 }}, congestion_control: {{ drop: {{ wait_before_drop: 0 }} }} }} }},
       rx: {{ max_message_size: 1048576 }},
     }},
     shared_memory: {{ enabled: false }},
