@@ -2,7 +2,9 @@
 
 use alliance_proto::telemetry::{BehaviorState, Reason};
 use proptest::prelude::*;
+use proptest::strategy::Strategy as _;
 
+use super::super::config::Strategy;
 use super::super::monitor::Monitor;
 use super::super::rates::{Category, Knowledge, PATIENCE_CAP, rates};
 use super::*;
@@ -15,7 +17,13 @@ const MU: usize = 7;
 /// within ten of them.
 fn at_threshold(length: SimTime, next: Option<SimTime>) -> Option<SimTime> {
     let unit_s = length.as_secs_f64() / 2.0;
-    let mut solo = Solo::new(&me(1, 2, &[unit_s]), &Config::default(), Preset::Par98);
+    // At θ it shall activate at once, whatever others claim.
+    let switches = Switches {
+        waiting: false,
+        arbitration: false,
+        ..Preset::Team.switches()
+    };
+    let mut solo = Solo::new(&me(1, 2, &[unit_s]), &Config::default(), switches);
     let learned = SimTime(length.0 * MU as u64);
     let end = learned + SimTime(10 * length.0);
     let mut progress = 0;
@@ -83,7 +91,7 @@ proptest! {
         units in prop::collection::vec(0.0..50.0_f64, 3),
     ) {
         let config = Config { strategy, ordering, ..Config::default() };
-        let mut solo = Solo::new(&me(0, 3, &units), &config, Preset::Team);
+        let mut solo = Solo::new(&me(0, 3, &units), &config, Preset::Team.switches());
         let mut life = [1; 3];
         for (sender, (word, wrong, new), rest) in acts {
             let life = &mut life[usize::from(sender)];
@@ -133,7 +141,7 @@ proptest! {
         trials in prop::collection::vec((0..4_u16, 0..3_u16, 1..5_u32), 0..40),
     ) {
         let mut minds: Vec<Solo> = (0..4)
-            .map(|rank| Solo::new(&me(rank, 4, &[3.0; 3]), &Config::default(), Preset::Team))
+            .map(|rank| Solo::new(&me(rank, 4, &[3.0; 3]), &Config::default(), Preset::Team.switches()))
             .collect();
         let mut owners = [0; 3];
         for solo in &mut minds {
@@ -182,7 +190,7 @@ fn kept_away_s(
     mut speak: impl FnMut(usize, SimTime) -> Option<(TaskState, bool)>,
 ) -> (f64, f64) {
     let rank = teammates as u16;
-    let mut solo = Solo::new(&me(rank, teammates + 1, &[2.0]), config, preset);
+    let mut solo = Solo::new(&me(rank, teammates + 1, &[2.0]), config, preset.switches());
     let (mut away_s, mut own_s) = (0.0, 0.0_f64);
     let mut lives = vec![1; teammates];
     while away_s <= limit_s(own_s) {

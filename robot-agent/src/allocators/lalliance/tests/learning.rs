@@ -33,7 +33,7 @@ fn active_learning_tries_all_in_turn() {
         ..Config::default()
     };
     let me = me(1, 2, &[20.0, 20.0, 20.0]);
-    let mut solo = Solo::new(&me, &config, Preset::Team);
+    let mut solo = Solo::new(&me, &config, Preset::Team.switches());
     let order = works(&mut solo, SimTime(60_000), SimTime(5000), |_| Vec::new());
     assert_eq!(order[..6], [0, 1, 2, 0, 1, 2]);
     let counts: Vec<u32> = (0..3).map(|task| solo.learner.monitor.own_trials(TaskId(task))).collect();
@@ -49,7 +49,7 @@ fn active_learning_leaves_others_alone_until_its_limit() {
         ..Config::default()
     };
     let me = me(1, 2, &[20.0, 20.0]);
-    let mut solo = Solo::new(&me, &config, Preset::Team);
+    let mut solo = Solo::new(&me, &config, Preset::Team.switches());
     let babbles = |solo: &mut Solo| {
         let due = solo.now.0.is_multiple_of(1000);
         due.then_some((Executing, Some(1), 0)).into_iter().collect()
@@ -69,7 +69,7 @@ fn what_others_are_better_at_waits_for_boredom() {
         ..Config::default()
     };
     let activation = |word: Option<Word>| {
-        let mut solo = Solo::new(&me, &config, Preset::Team);
+        let mut solo = Solo::new(&me, &config, Preset::Team.switches());
         while solo.active().is_none() {
             let word = word.filter(|_| solo.now.0.is_multiple_of(1000));
             let heard: Vec<_> = word.into_iter().map(|word| solo.word(0, word)).collect();

@@ -26,10 +26,6 @@ const ORDERINGS: [Ordering; 3] = [
     Ordering::Random,
 ];
 
-fn switches(preset: Preset) -> Switches {
-    preset.switches()
-}
-
 /// A robot of a team in which everybody can do everything; `unit_s` has the work of each task.
 fn me(rank: u16, team: usize, unit_s: &[f64]) -> Me {
     let brief = |unit_s: &f64| TaskBrief {
@@ -93,9 +89,9 @@ struct Solo {
 }
 
 impl Solo {
-    fn new(me: &Me, config: &Config, preset: Preset) -> Self {
+    fn new(me: &Me, config: &Config, switches: Switches) -> Self {
         Self {
-            learner: Learner::new(me, config, THRESHOLD, switches(preset)),
+            learner: Learner::new(me, config, THRESHOLD, switches),
             now: SimTime::ZERO,
             seq: 0,
             outcome: Outcome::default(),
@@ -139,23 +135,24 @@ impl RouteCost for Nowhere {
     }
 }
 
-/// G1 to G4, with each strategy and ordering, with and without active learning.
+/// G1 to G4, with each strategy, ordering and preset, with and without active learning.
 #[test]
 fn it_keeps_the_laws_of_all_allocators() {
-    for strategy in STRATEGIES {
-        for (ordering, learning_trials) in ORDERINGS.into_iter().zip([0, 3, 1]) {
-            let config = Config {
-                strategy,
-                ordering,
-                learning_trials,
-                learning_limit_s: 10.0,
-                ..Config::default()
-            };
-            for preset in [Preset::Team, Preset::Par98, Preset::Thesis] {
-                crate::testkit::minds(|me| {
-                    Box::new(Learner::new(&me, &config, THRESHOLD, switches(preset)))
-                });
-            }
-        }
+    for (strategy, ordering, learning_trials, preset) in [
+        (Strategy::I, Ordering::LongestFirst, 0, Preset::Par98),
+        (Strategy::II, Ordering::ShortestFirst, 3, Preset::Thesis),
+        (Strategy::III, Ordering::Random, 0, Preset::Team),
+        (Strategy::IV, Ordering::LongestFirst, 0, Preset::Team),
+        (Strategy::IV, Ordering::LongestFirst, 1, Preset::Team),
+    ] {
+        let config = Config {
+            strategy,
+            ordering,
+            learning_trials,
+            learning_limit_s: 10.0,
+            ..Config::default()
+        };
+        let switches = preset.switches();
+        crate::testkit::minds(|me| Box::new(Learner::new(&me, &config, THRESHOLD, switches)));
     }
 }

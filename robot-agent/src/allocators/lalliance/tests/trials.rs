@@ -6,7 +6,7 @@ use TaskState::{Executing, Idle, Released, Waiting};
 
 /// Robot 1 listens to robot 0; the prior of each of two tasks is 20 s.
 fn listener() -> Solo {
-    Solo::new(&me(1, 2, &[10.0, 10.0]), &Config::default(), Preset::Team)
+    Solo::new(&me(1, 2, &[10.0, 10.0]), &Config::default(), Preset::Team.switches())
 }
 
 /// Hears words at times, in ms, and steps on to the end.
@@ -143,7 +143,7 @@ fn a_new_incarnation_ends_the_trial_of_the_old_one() {
 /// What the robot does itself is measured as its teammates would.
 #[test]
 fn the_own_trials_are_measured_too() {
-    let mut solo = Solo::new(&me(1, 2, &[10.0]), &Config::default(), Preset::Team);
+    let mut solo = Solo::new(&me(1, 2, &[10.0]), &Config::default(), Preset::Team.switches());
     while solo.active().is_none() {
         solo.step(&[true], &[], &[]);
     }
