@@ -20,7 +20,8 @@ const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
 const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
 const PARTITION: &str = "[[faults.timeline]]\nat_s = 60.0\nfor_s = 60.0\n\
      fault.partition = { groups = [[\"blue\", \"gold\"], [\"green\"]] }\n";
-const BABBLE: &str = "[[faults.timeline]]\nwhen = \"gold picks\"\nfault.babble = \"gold\"\n";
+const BABBLE: &str =
+    "[[faults.timeline]]\nwhen = \"gold activates move-spill(top)\"\nfault.babble = \"gold\"\n";
 
 fn loss(share: f64) -> String {
     format!("[[faults.timeline]]\nat_s = 0.0\nfault.drop = {{ p = {share} }}\n")
@@ -138,19 +139,4 @@ fn strategies_and_orderings_complete_the_mission() {
 fn one_robot_alone_completes_the_mission() {
     let (outcome, _) = run("robots = [{ name = \"blue\" }]\n", 1);
     assert_eq!(outcome, Outcome::Complete);
-}
-
-#[test]
-fn delays_in_the_wrong_order_are_refused_in_one_line() {
-    let lab = Lab::new();
-    let text = "[allocators.l-alliance]\nmin_delay_s = 9.0\n";
-    std::fs::write(lab.path("s.toml"), text).unwrap();
-    let run = lab
-        .run(&["run", "s.toml", "--in-process", "--allocator", L_ALLIANCE])
-        .expect(2);
-    let said = run.stderr.trim_end();
-    assert!(
-        said.ends_with("min_delay_s is 9, but must be at most max_delay_s, 8"),
-        "{said}"
-    );
 }

@@ -135,8 +135,8 @@ impl Exclusive {
     fn goes_by_learned_times(&self, state: &WorldState, rank: usize, set: BehaviorId) -> bool {
         let scenario = &self.setup.scenario;
         let allocator = scenario.allocator_of(&scenario.robots[rank]);
-        let learns = allocator != Scenario::DEFAULT_ALLOCATOR
-            && !state.robots[rank].motivations.is_empty();
+        let learns =
+            allocator != Scenario::DEFAULT_ALLOCATOR && !state.robots[rank].motivations.is_empty();
         let wait = self.waits.get(&(rank, set)).copied().unwrap_or_default();
         let is_settled_by_claims =
             self.setup.alliance.switches.arbitration && wait.spent == SimTime::ZERO;

@@ -12,7 +12,7 @@ use crate::allocator::Input;
 
 impl Engine {
     /// Makes the next step whole, whether or not anything can have changed.
-    pub(super) fn weigh_anew(&mut self) {
+    pub(in crate::allocators) fn weigh_anew(&mut self) {
         self.steady_until = SimTime::ZERO;
     }
 

@@ -15,7 +15,7 @@ pub struct Config {
     pub trials: usize,
     /// Shortest time in which a motivation grows to θ while nobody is at the task, s.
     pub min_delay_s: f64,
-    /// The longest, s.
+    /// The longest, s; at least the shortest.
     pub max_delay_s: f64,
     /// Boredom from which on a robot looks at tasks that others are better at.
     pub boredom_threshold: f64,
@@ -120,7 +120,7 @@ impl Config {
                 "max_delay_s",
                 "s",
                 default.max_delay_s,
-                "the longest (decided here)",
+                "the longest; min_delay_s at least (decided here)",
                 above(0.0, 1e6),
             ),
             number(

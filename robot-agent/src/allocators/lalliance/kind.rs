@@ -26,15 +26,6 @@ impl Kind for LAlliance {
 
     fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
         let config: Config = config(setup, Self::NAME)?;
-        if config.min_delay_s > config.max_delay_s {
-            return Err(ConfigError {
-                subject: format!("allocators.{}", Self::NAME),
-                why: format!(
-                    "min_delay_s is {}, but must be at most max_delay_s, {}",
-                    config.min_delay_s, config.max_delay_s
-                ),
-            });
-        }
         Ok(Arc::new(config))
     }
 }
@@ -42,6 +33,11 @@ impl Kind for LAlliance {
 impl Prepared for Config {
     fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind> {
         let alliance = &setup.alliance;
-        Box::new(Learner::new(&me, self, alliance.threshold, alliance.switches))
+        Box::new(Learner::new(
+            &me,
+            self,
+            alliance.threshold,
+            alliance.switches,
+        ))
     }
 }

@@ -123,9 +123,10 @@ impl Learner {
         let (me, brief) = (self.me.robot, &self.me.briefs[task.index()]);
         let own_s = self.monitor.time_s(task, me);
         let has_tried = |robot| self.monitor.tried(task).any(|(it, _)| it == robot);
-        let able = self.monitor.present(now).filter(move |&robot| {
-            brief.robots.binary_search(&robot).is_ok() || has_tried(robot)
-        });
+        let able = self
+            .monitor
+            .present(now)
+            .filter(move |&robot| brief.robots.binary_search(&robot).is_ok() || has_tried(robot));
         let able = able.map(|robot| (self.monitor.time_s(task, robot), robot));
         let (mut best_s, mut is_best) = (own_s, true);
         for other in able {

@@ -59,13 +59,14 @@ pub(super) fn rates(
     draw: f64,
 ) -> Rates {
     let (low_s, high_s) = span_s;
-    let range_s = config.max_delay_s - config.min_delay_s;
+    let max_delay_s = config.max_delay_s.max(config.min_delay_s);
+    let range_s = max_delay_s - config.min_delay_s;
     let share = if high_s > low_s {
         (knowledge.own_s - low_s) / (high_s - low_s)
     } else {
         0.0
     };
-    let longest_first = config.max_delay_s - share * range_s;
+    let longest_first = max_delay_s - share * range_s;
     let shortest_first = config.min_delay_s + share * range_s;
     let delay_s = match (config.strategy, config.ordering) {
         (Strategy::IV, _) => match knowledge.category {

@@ -65,7 +65,9 @@ proptest! {
 
 /// Something that a teammate says: state, task, progress, by how many steps its time is wrong, whether it begins a new incarnation.
 fn act() -> impl proptest::strategy::Strategy<Value = (Word, i64, bool)> {
-    let state = prop::sample::select(vec![Executing, Executing, Executing, Waiting, Released, Idle]);
+    let state = prop::sample::select(vec![
+        Executing, Executing, Executing, Waiting, Released, Idle,
+    ]);
     let word = (state, 0..3_u16, prop_oneof![0..6_u32, Just(u32::MAX)]);
     let wrong = prop_oneof![4 => Just(0_i64), 1 => -200..200_i64];
     (word, wrong, prop::bool::weighted(0.05)).prop_map(|((state, task, progress), wrong, new)| {
@@ -117,6 +119,29 @@ proptest! {
                 prop_assert!(values.psi.0 > 0 && values.lambda >= values.psi);
                 let delay_s = lesson.rates.delay_s;
                 prop_assert!(delay_s >= 2.0 - 1e-9 && delay_s <= 8.0 + 1e-9, "{delay_s}");
+            }
+        }
+    }
+
+    /// Steps that the engine leaves out equal those that it makes, although its values change under it.
+    #[test]
+    fn steps_that_are_left_out_change_nothing(
+        (strategy, ordering) in strategies(),
+        acts in prop::collection::vec((1..3_u16, act(), 0..100_u64), 1..40),
+    ) {
+        let config = Config { strategy, ordering, ..Config::default() };
+        let [mut solo, mut whole] = std::array::from_fn(|_| {
+            Solo::new(&me(0, 3, &[3.0, 5.0, 8.0]), &config, Preset::Team.switches())
+        });
+        for (place, (sender, (word, _, is_done), rest)) in acts.into_iter().enumerate() {
+            for step in 0..=rest {
+                let heard = (step == 0).then(|| says(sender, (1, place as u64 + 1), solo.now, word));
+                let heard: Vec<_> = heard.into_iter().collect();
+                let done: Vec<u16> = solo.active().filter(|_| is_done && step == 0).into_iter().collect();
+                whole.learner.engine.weigh_anew();
+                solo.step(&[true; 3], &heard, &done);
+                whole.step(&[true; 3], &heard, &done);
+                prop_assert_eq!(&solo.outcome, &whole.outcome);
             }
         }
     }
@@ -201,13 +226,23 @@ fn kept_away_s(
                 solo.seq += 1;
                 let task = (state != Idle).then_some(0);
                 let sent = SimTime(solo.now.0.saturating_sub(STEP.0));
-                heard.push(says(sender as u16, (*life, solo.seq), sent, (state, task, 0)));
+                heard.push(says(
+                    sender as u16,
+                    (*life, solo.seq),
+                    sent,
+                    (state, task, 0),
+                ));
             }
         }
         solo.step(&[true], &heard, &[]);
         own_s = own_s.max(solo.learner.lessons[0].knowledge.own_s);
         let ended = [Reason::AcquiescedPsi, Reason::GaveUpLambda];
-        if solo.outcome.changes.iter().any(|it| ended.contains(&it.reason)) {
+        if solo
+            .outcome
+            .changes
+            .iter()
+            .any(|it| ended.contains(&it.reason))
+        {
             break;
         }
         if solo.outcome.motivations[0].state != BehaviorState::Active {
@@ -220,7 +255,11 @@ fn kept_away_s(
 /// B of docs/BOUNDS.md, with the longest delay, boredom before each rise and the cap of φ, s.
 fn bound_s(config: &Config, preset: Preset, teammates: usize, own_s: f64) -> f64 {
     let (n, step_s) = (teammates as f64, STEP.as_secs_f64());
-    let waits = if preset == Preset::Team { n * (n + 1.0) / 2.0 } else { 0.0 };
+    let waits = if preset == Preset::Team {
+        n * (n + 1.0) / 2.0
+    } else {
+        0.0
+    };
     let rise_s = config.max_delay_s + config.boredom_threshold / config.boredom_rate;
     (n + 1.0) * (rise_s + 2.0 * step_s)
         + n * (PATIENCE_CAP * own_s + step_s)

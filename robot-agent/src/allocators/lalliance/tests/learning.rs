@@ -5,7 +5,12 @@ use super::*;
 use TaskState::Executing;
 
 /// Works `unit_s` at whatever is active, to the end; gives back which tasks were worked at, in order.
-fn works(solo: &mut Solo, end: SimTime, unit: SimTime, heard: impl Fn(&mut Solo) -> Vec<Word>) -> Vec<u16> {
+fn works(
+    solo: &mut Solo,
+    end: SimTime,
+    unit: SimTime,
+    heard: impl Fn(&mut Solo) -> Vec<Word>,
+) -> Vec<u16> {
     let tasks = solo.learner.tasks.len();
     let (mut begun, mut order) = (SimTime::ZERO, Vec::new());
     while solo.now < end {
@@ -36,7 +41,9 @@ fn active_learning_tries_all_in_turn() {
     let mut solo = Solo::new(&me, &config, Preset::Team.switches());
     let order = works(&mut solo, SimTime(60_000), SimTime(5000), |_| Vec::new());
     assert_eq!(order[..6], [0, 1, 2, 0, 1, 2]);
-    let counts: Vec<u32> = (0..3).map(|task| solo.learner.monitor.own_trials(TaskId(task))).collect();
+    let counts: Vec<u32> = (0..3)
+        .map(|task| solo.learner.monitor.own_trials(TaskId(task)))
+        .collect();
     assert!(counts.iter().all(|count| *count >= 2), "{counts:?}");
 }
 

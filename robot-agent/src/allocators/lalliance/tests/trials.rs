@@ -6,7 +6,11 @@ use TaskState::{Executing, Idle, Released, Waiting};
 
 /// Robot 1 listens to robot 0; the prior of each of two tasks is 20 s.
 fn listener() -> Solo {
-    Solo::new(&me(1, 2, &[10.0, 10.0]), &Config::default(), Preset::Team.switches())
+    Solo::new(
+        &me(1, 2, &[10.0, 10.0]),
+        &Config::default(),
+        Preset::Team.switches(),
+    )
 }
 
 /// Hears words at times, in ms, and steps on to the end.
@@ -103,11 +107,7 @@ fn times_are_those_of_the_sender() {
     solo.step(&[false; 2], std::slice::from_ref(&done), &[]);
     assert_time(&solo, 0, 0, 7.0);
     solo.step(&[false; 2], &[done, late], &[]);
-    solo.step(
-        &[false; 2],
-        &[send(2, 2000, (Released, Some(0), 0))],
-        &[],
-    );
+    solo.step(&[false; 2], &[send(2, 2000, (Released, Some(0), 0))], &[]);
     assert_time(&solo, 0, 0, 7.0);
     assert_eq!(solo.learner.monitor.executing(TaskId(0)), 1);
     let now = solo.now;
@@ -143,7 +143,11 @@ fn a_new_incarnation_ends_the_trial_of_the_old_one() {
 /// What the robot does itself is measured as its teammates would.
 #[test]
 fn the_own_trials_are_measured_too() {
-    let mut solo = Solo::new(&me(1, 2, &[10.0]), &Config::default(), Preset::Team.switches());
+    let mut solo = Solo::new(
+        &me(1, 2, &[10.0]),
+        &Config::default(),
+        Preset::Team.switches(),
+    );
     while solo.active().is_none() {
         solo.step(&[true], &[], &[]);
     }
