@@ -64,9 +64,9 @@ impl<T> ByRank<T> {
         self.ranks.iter().copied().zip(&self.values)
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.ranks.len()
+    /// The places of all.
+    pub fn places(&self) -> std::ops::Range<usize> {
+        0..self.ranks.len()
     }
 
     /// The robot whose value is at that place, and the value.

@@ -4,6 +4,8 @@
 //! that ends otherwise has failed: the task was released, the robot turned to something else, fell silent for τ, or began a new
 //! incarnation. Times are those of the sender's words, never of their arrival.
 
+use std::sync::Arc;
+
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::team::{Broadcast, Content, TaskState};
 use alliance_proto::time::SimTime;
@@ -84,15 +86,11 @@ impl Monitor {
     }
 
     /// Takes in what is heard in a step, and ends the trials of those who have been silent for τ.
-    pub fn hear<'a>(
-        &mut self,
-        now: SimTime,
-        heard: impl IntoIterator<Item = &'a std::sync::Arc<Broadcast>>,
-    ) {
+    pub fn hear<'a>(&mut self, now: SimTime, heard: impl IntoIterator<Item = &'a Arc<Broadcast>>) {
         for broadcast in heard {
             self.take(now, broadcast);
         }
-        for place in 0..self.seen.len() {
+        for place in self.seen.places() {
             let (robot, seen) = self.seen.entry_mut(place);
             if now.since(seen.heard) >= self.tau
                 && let Some(attempt) = seen.at.take()
