@@ -118,7 +118,8 @@ proptest! {
                 }
                 prop_assert!(values.psi.0 > 0 && values.lambda >= values.psi);
                 let delay_s = lesson.rates.delay_s;
-                prop_assert!(delay_s >= 2.0 - 1e-9 && delay_s <= 8.0 + 1e-9, "{delay_s}");
+                let limits_s = 2.0 - 1e-9..8.0 + 1e-9;
+                prop_assert!(limits_s.contains(&delay_s), "{delay_s}");
             }
         }
     }
