@@ -64,6 +64,16 @@ impl<T> ByRank<T> {
         self.ranks.iter().copied().zip(&self.values)
     }
 
+    /// The places of all.
+    pub fn places(&self) -> std::ops::Range<usize> {
+        0..self.ranks.len()
+    }
+
+    /// The robot whose value is at that place, and the value.
+    pub fn entry_mut(&mut self, place: usize) -> (RobotId, &mut T) {
+        (self.ranks[place], &mut self.values[place])
+    }
+
     /// All values, by rank.
     pub fn values_mut(&mut self) -> impl Iterator<Item = &mut T> {
         self.values.iter_mut()

@@ -25,6 +25,7 @@ mod harness;
 mod hostile;
 mod in_process;
 mod killed;
+mod learning;
 mod log_folder;
 mod negotiation;
 mod on_time;

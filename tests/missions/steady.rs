@@ -37,7 +37,7 @@ fn eventful(setup: &Setup) -> BTreeSet<u64> {
 fn a_tick_without_events_asks_for_no_memory() {
     // Of the larger team everybody hears some and nobody all.
     for (robots, spills) in [(3, 2), (30, 20)] {
-        for allocator in ["alliance"].into_iter().chain(NEGOTIATORS) {
+        for allocator in ["alliance", "l-alliance"].into_iter().chain(NEGOTIATORS) {
             steady(robots, setup(robots, spills, allocator));
         }
     }

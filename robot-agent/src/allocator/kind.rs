@@ -83,7 +83,7 @@ impl<A: Allocator> Kind for Typed<A> {
 }
 
 /// `[allocators.NAME]` of the run's scenario.
-fn config<C: DeserializeOwned>(setup: &Setup, name: &str) -> Result<C, ConfigError> {
+pub(crate) fn config<C: DeserializeOwned>(setup: &Setup, name: &str) -> Result<C, ConfigError> {
     C::deserialize(setup.scenario.allocator_values(name)).map_err(|error| ConfigError {
         subject: format!("allocators.{name}"),
         why: error.to_string(),

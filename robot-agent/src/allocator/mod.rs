@@ -41,6 +41,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 pub use framed::Framed;
+pub(crate) use kind::config;
 pub use kind::{ConfigError, Kind, Prepared, Typed};
 pub use registry::AgentRegistry;
 

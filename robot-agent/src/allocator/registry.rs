@@ -11,6 +11,7 @@ use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::fixed::Fixed;
 use crate::allocators::grape::Grape;
+use crate::allocators::lalliance::LAlliance;
 use crate::allocators::murdoch::Murdoch;
 use crate::allocators::nearest::Nearest;
 use crate::allocators::random::Random;
@@ -28,7 +29,7 @@ impl AgentRegistry {
     #[must_use]
     pub fn built_in() -> Self {
         Self {
-            kinds: vec![Arc::new(Alliance)],
+            kinds: vec![Arc::new(Alliance), Arc::new(LAlliance)],
             missions: Vec::new(),
         }
         .allocator::<Nearest>(

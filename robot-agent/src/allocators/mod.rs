@@ -1,7 +1,8 @@
 //! The rules by which a robot chooses what to do, one folder or file each. All are of the [`crate::allocator`] seam; none knows
-//! another, and none knows a mission.
+//! another, but that L-ALLIANCE learns ALLIANCE's values, and none knows a mission.
 //!
 //! - [`alliance`]: motivational behaviors (Parker 1998).
+//! - [`lalliance`]: the same with learned times (Parker 1995).
 //! - [`ble`]: broadcast of local eligibility (Werger and Matarić 2000).
 //! - [`murdoch`]: auctions and contracts (Gerkey and Matarić 2002).
 //! - [`cbba`]: consensus-based auctions, of one task and of bundles, synchronous and not (Choi, Brunet, How 2009; Johnson 2010).
@@ -14,6 +15,7 @@ pub mod cbba;
 pub mod first_come;
 pub mod fixed;
 pub mod grape;
+pub mod lalliance;
 pub mod murdoch;
 pub mod nearest;
 pub mod random;

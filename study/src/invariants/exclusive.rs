@@ -65,6 +65,8 @@ impl Exclusive {
                 if !is_exclusive
                     || task != self.setup.catalog.sets[theirs.index()].task
                     || !hear_each_other(scenario, state, one, other)
+                    || self.goes_by_learned_times(state, one, own)
+                    || self.goes_by_learned_times(state, other, theirs)
                 {
                     continue;
                 }
@@ -127,6 +129,18 @@ impl Exclusive {
                 }
             }
         }
+    }
+
+    /// Whether it may go on until a ψ that no scenario states: robots that have motivations but not the stated values learn theirs.
+    fn goes_by_learned_times(&self, state: &WorldState, rank: usize, set: BehaviorId) -> bool {
+        let scenario = &self.setup.scenario;
+        let allocator = scenario.allocator_of(&scenario.robots[rank]);
+        let learns =
+            allocator != Scenario::DEFAULT_ALLOCATOR && !state.robots[rank].motivations.is_empty();
+        let wait = self.waits.get(&(rank, set)).copied().unwrap_or_default();
+        let is_settled_by_claims =
+            self.setup.alliance.switches.arbitration && wait.spent == SimTime::ZERO;
+        learns && !is_settled_by_claims
     }
 
     /// Whether it has waited for ψ + τ, be it to a step or two.

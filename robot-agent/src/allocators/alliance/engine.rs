@@ -13,6 +13,7 @@ use smallvec::SmallVec;
 use super::behavior::{Awake, Behavior, Stance};
 use super::heartbeats::{Happened, Heartbeats};
 use super::history::History;
+use super::learned::Learned;
 use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
@@ -39,6 +40,8 @@ pub struct Engine {
     pub(super) steady_until: SimTime,
     /// What the sets at θ are to do in this step; kept for its memory.
     options: Vec<(usize, Next)>,
+    /// By set, what a rule that learns adds to the equations; empty in ALLIANCE.
+    pub(super) learned: Vec<Learned>,
 }
 
 /// What of a robot's [`Input`] ALLIANCE looks at.
@@ -70,7 +73,10 @@ impl Engine {
     /// See [`Engine::new`].
     #[must_use]
     pub fn with_shared(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
-        let config = Config::new(robot, setup, parameters);
+        Self::of(Config::new(robot, setup, parameters))
+    }
+
+    pub(super) fn of(config: Config) -> Self {
         let ids = config.sets.iter().map(|set| set.id);
         Self {
             behaviors: ids.map(Behavior::new).collect(),
@@ -83,6 +89,7 @@ impl Engine {
             rows: SmallVec::new(),
             steady_until: SimTime::ZERO,
             options: Vec::new(),
+            learned: Vec::new(),
             config,
         }
     }
@@ -156,6 +163,7 @@ impl Engine {
         changes: &mut Vec<StateChange>,
         row: &mut Motivation,
     ) {
+        let learned = self.learned_of(index);
         let config = &self.config;
         let now = input.now;
         let set = &config.sets[index];
@@ -163,7 +171,7 @@ impl Engine {
         let heard = self.history.about(set.own_task);
 
         let active_since = match behavior.stance {
-            Stance::Active { since, .. } => Some(since),
+            Stance::Active { since, .. } => Some(since.max(learned.trial)),
             _ => None,
         };
         let may_be_reset = active_since.is_none() || config.switches.reset_stops_active;
@@ -180,7 +188,11 @@ impl Engine {
         } else {
             0.0
         };
-        let level = motivation::motivation(behavior.motivation, gain, &factors, config.threshold);
+        let level = if learned.is_withheld && behavior.stance == Stance::Hibernating {
+            0.0
+        } else {
+            motivation::motivation(behavior.motivation, gain, &factors, config.threshold)
+        };
         behavior.set_motivation(level, config.threshold, now);
         // Field by field: writing small fields and then copying the struct would cause a store-forwarding stall.
         row.set = behavior.set;

@@ -11,6 +11,7 @@
 //! - `heartbeats`: what to announce, and when;
 //! - `params`: the values in force, by rank;
 //! - `steady`: steps that can be left out, for speed alone;
+//! - `learned`: values that a rule which learns puts in their place, as L-ALLIANCE does;
 //! - `kind`: ALLIANCE as an allocator that scenarios name.
 //!
 //! # What the sources leave open
@@ -43,6 +44,7 @@ mod engine;
 mod heartbeats;
 mod history;
 mod kind;
+mod learned;
 mod motivation;
 mod params;
 mod steady;
@@ -52,4 +54,6 @@ mod tests;
 
 pub use engine::{Engine, StepInput};
 pub use kind::Alliance;
+pub(super) use learned::{Learned, Values};
 pub use params::Parameters;
+pub(super) use params::Toward;

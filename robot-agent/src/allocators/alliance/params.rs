@@ -9,6 +9,8 @@ use alliance_proto::team::{Broadcast, Content};
 use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
 
+use crate::allocator::Me;
+
 /// Everything of a robot's ALLIANCE that does not change during a run.
 #[derive(Clone, Debug)]
 pub(super) struct Config {
@@ -70,7 +72,7 @@ pub(super) struct Params {
 
 /// How one teammate's messages slow a set down.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Toward {
+pub struct Toward {
     /// δ_slow, motivation/s.
     pub slow: f64,
     /// φ.
@@ -108,6 +110,40 @@ impl Parameters {
 }
 
 impl Config {
+    /// Those of a robot whose values will be learned: until then it is impatient with nobody and for nothing.
+    pub fn to_be_learned(me: &Me, threshold: f64, switches: Switches) -> Self {
+        let tasks: BTreeSet<TaskId> = me.behaviors.iter().map(|own| own.task).collect();
+        let params = Arc::new(Params {
+            period: me.heartbeat_period,
+            tau: me.ceased_after,
+            fast: 0.0,
+            toward_most: None,
+            toward: Vec::new(),
+            psi: SimTime::ZERO,
+            lambda: SimTime::ZERO,
+        });
+        let sets = me.behaviors.iter().map(|own| OwnBehavior {
+            id: own.id,
+            task: own.task,
+            // The tasks lower than it: they are all in the set.
+            own_task: tasks.range(..own.task).count(),
+            max_robots: own.max_robots,
+            priority: own.priority,
+            params: Arc::clone(&params),
+        });
+        Self {
+            robot: me.robot,
+            team: me.team,
+            task_count: me.tasks,
+            threshold,
+            step_s: me.step_s,
+            switches,
+            idle_period: me.heartbeat_period,
+            own_tasks: tasks.len(),
+            sets: sets.collect(),
+        }
+    }
+
     /// The values of that robot.
     ///
     /// # Panics

@@ -12,8 +12,7 @@ use crate::allocator::Input;
 
 impl Engine {
     /// Makes the next step whole, whether or not anything can have changed.
-    #[cfg(test)]
-    pub(super) fn weigh_anew(&mut self) {
+    pub(in crate::allocators) fn weigh_anew(&mut self) {
         self.steady_until = SimTime::ZERO;
     }
 
@@ -59,6 +58,7 @@ impl Engine {
         let Stance::Active { since, .. } = self.behaviors[active].stance else {
             return None;
         };
+        let since = since.max(self.learned_of(active).trial);
         let set = &self.config.sets[active];
         let ends = [set.params.psi, set.params.lambda].map(|span| since + span);
         let ends = ends.into_iter().filter(|&end| end >= now);

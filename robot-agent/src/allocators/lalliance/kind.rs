@@ -1,0 +1,43 @@
+//! L-ALLIANCE as an allocator that scenarios name.
+
+use std::sync::Arc;
+
+use alliance_proto::scenario::{AllocatorSpec, Setup};
+
+use super::{Config, Learner};
+use crate::allocator::{ConfigError, Kind, Me, Mind, Prepared, config};
+
+/// L-ALLIANCE.
+#[derive(Clone, Copy, Debug)]
+pub struct LAlliance;
+
+impl LAlliance {
+    const NAME: &str = "l-alliance";
+}
+
+impl Kind for LAlliance {
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: Self::NAME,
+            about: "ALLIANCE with learned times: motivations and patience by how long each robot needs (Parker 1995)",
+            parameters: Config::parameters(),
+        }
+    }
+
+    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        let config: Config = config(setup, Self::NAME)?;
+        Ok(Arc::new(config))
+    }
+}
+
+impl Prepared for Config {
+    fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind> {
+        let alliance = &setup.alliance;
+        Box::new(Learner::new(
+            &me,
+            self,
+            alliance.threshold,
+            alliance.switches,
+        ))
+    }
+}

@@ -1,0 +1,158 @@
+//! Tests of L-ALLIANCE: what it measures, and the laws of ALLOCATORS.md §3.
+
+mod laws;
+mod learning;
+mod trials;
+
+use std::sync::Arc;
+
+use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use alliance_proto::mission::Lore;
+use alliance_proto::scenario::{Preset, Switches};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use super::{Config, Learner, Ordering, Strategy};
+use crate::allocator::{Draws, Input, Me, Mind, Outcome, OwnBehavior, RouteCost, TaskBrief};
+
+const THRESHOLD: f64 = 100.0;
+const STEP: SimTime = SimTime(100);
+const TAU: SimTime = SimTime(5000);
+const STRATEGIES: [Strategy; 4] = [Strategy::I, Strategy::II, Strategy::III, Strategy::IV];
+const ORDERINGS: [Ordering; 3] = [
+    Ordering::LongestFirst,
+    Ordering::ShortestFirst,
+    Ordering::Random,
+];
+
+/// A robot of a team in which everybody can do everything; `unit_s` has the work of each task.
+fn me(rank: u16, team: usize, unit_s: &[f64]) -> Me {
+    let brief = |unit_s: &f64| TaskBrief {
+        max_robots: 1,
+        priority: 0,
+        unit_s: *unit_s,
+        robots: (0..team as u16).map(RobotId).collect(),
+    };
+    let behaviors = (0..unit_s.len() as u16).map(|task| OwnBehavior {
+        id: BehaviorId(task),
+        task: TaskId(task),
+        max_robots: 1,
+        priority: 0,
+    });
+    Me {
+        robot: RobotId(rank),
+        incarnation: 1,
+        team,
+        tasks: unit_s.len(),
+        briefs: unit_s.iter().map(brief).collect(),
+        behaviors: behaviors.collect(),
+        step_s: STEP.as_secs_f64(),
+        heartbeat_period: SimTime(1000),
+        ceased_after: TAU,
+        assigned: [].into(),
+    }
+}
+
+/// What a teammate says of a task.
+fn says(sender: u16, stamp: (Incarnation, u64), sent: SimTime, word: Word) -> Arc<Broadcast> {
+    let (state, task, progress) = word;
+    Arc::new(Broadcast {
+        sender: RobotId(sender),
+        incarnation: stamp.0,
+        tick: 0,
+        index: 0,
+        seq: stamp.1,
+        sent,
+        body: Content::Heartbeat(Heartbeat {
+            state,
+            since: sent,
+            set: task.map(BehaviorId),
+            task: task.map(TaskId),
+            progress,
+            position: Some(Vec2::ONE),
+            carrying: false,
+            lore: Lore::default(),
+        }),
+    })
+}
+
+/// State, task, progress.
+type Word = (TaskState, Option<u16>, u32);
+
+/// One robot with scripted teammates.
+struct Solo {
+    learner: Learner,
+    now: SimTime,
+    seq: u64,
+    outcome: Outcome,
+}
+
+impl Solo {
+    fn new(me: &Me, config: &Config, switches: Switches) -> Self {
+        Self {
+            learner: Learner::new(me, config, THRESHOLD, switches),
+            now: SimTime::ZERO,
+            seq: 0,
+            outcome: Outcome::default(),
+        }
+    }
+
+    fn word(&mut self, sender: u16, word: Word) -> Arc<Broadcast> {
+        self.seq += 1;
+        says(sender, (1, self.seq), self.now, word)
+    }
+
+    /// A step at `now`, which moves on after it.
+    fn step(&mut self, applicable: &[bool], heard: &[Arc<Broadcast>], progressed: &[u16]) {
+        let progressed: Vec<TaskId> = progressed.iter().copied().map(TaskId).collect();
+        let input = Input {
+            now: self.now,
+            step_s: STEP.as_secs_f64(),
+            position: None,
+            is_laden: false,
+            applicable,
+            choices: &[],
+            progressed: &progressed,
+            heard,
+            route: &Nowhere,
+            draws: Draws::of(7, RobotId(0), self.now.0 / STEP.0),
+        };
+        self.learner.step(&input, &mut self.outcome);
+        self.now = self.now + STEP;
+    }
+
+    fn active(&self) -> Option<u16> {
+        self.outcome.active.map(|behavior| behavior.0)
+    }
+}
+
+struct Nowhere;
+
+impl RouteCost for Nowhere {
+    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
+        None
+    }
+}
+
+/// G1 to G4, with each strategy, ordering and preset, with and without active learning.
+#[test]
+fn it_keeps_the_laws_of_all_allocators() {
+    for (strategy, ordering, learning_trials, preset) in [
+        (Strategy::I, Ordering::LongestFirst, 0, Preset::Par98),
+        (Strategy::II, Ordering::ShortestFirst, 3, Preset::Thesis),
+        (Strategy::III, Ordering::Random, 0, Preset::Team),
+        (Strategy::IV, Ordering::LongestFirst, 0, Preset::Team),
+        (Strategy::IV, Ordering::LongestFirst, 1, Preset::Team),
+    ] {
+        let config = Config {
+            strategy,
+            ordering,
+            learning_trials,
+            learning_limit_s: 10.0,
+            ..Config::default()
+        };
+        let switches = preset.switches();
+        crate::testkit::minds(|me| Box::new(Learner::new(&me, &config, THRESHOLD, switches)));
+    }
+}
