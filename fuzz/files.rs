@@ -54,7 +54,8 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
         let rows = log.rows::<R>().map_err(one_line);
         rows.is_ok_and(|rows| !rows.is_empty())
     }
-    let tables: [(&str, Table, fn(RunLog) -> bool); 7] = [
+    type IsOf = fn(RunLog) -> bool;
+    let tables: [(&str, Table, IsOf); 7] = [
         ("motivations", Table::Motivations, is_of::<MotivationRow>),
         ("allocation", Table::Allocation, is_of::<AllocationRow>),
         ("messages", Table::Messages, is_of::<MessageRow>),

@@ -121,7 +121,8 @@ fn every_message_of_the_corpus_is_one_of_its_type() {
             assert_eq!(files::log_of(&text), Some(expected), "{name}");
         }
     }
-    let is_read: [(&str, fn(&[u8]) -> bool); 3] = [
+    type IsRead = fn(&[u8]) -> bool;
+    let is_read: [(&str, IsRead); 3] = [
         ("parameters", files::is_parameters),
         ("plan", files::is_plan),
         ("journal", files::is_journal),
