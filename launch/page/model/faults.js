@@ -41,7 +41,7 @@ export function touchesLink(fault, from, to) {
 const TELLING = new Set(["armed", "applied", "healed", "disarmed", "failed"]);
 
 /**
- * All faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits}`. Those that are armed or in force
+ * All faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits, failed}`. Those that are armed or in force
  * stand in the view; what else the events tell of is over.
  */
 export function faultRows(view, events) {
@@ -61,10 +61,10 @@ export function faultRows(view, events) {
     if (event.kind === "applied") row.applied_ms = event.t_ms;
     if (event.kind === "healed") row.healed_ms = event.t_ms;
   }
-  for (const { id, order, phase, applied_ms, hits } of view.faults) {
+  for (const { id, order, phase, applied_ms, hits, failed } of view.faults) {
     const row = rows.get(id) ?? { id, healed_ms: null };
     rows.set(id, row);
-    Object.assign(row, { phase, hits, words: faultInWords(order.fault), terms: termsInWords(order) });
+    Object.assign(row, { phase, hits, failed, words: faultInWords(order.fault), terms: termsInWords(order) });
     row.applied_ms = applied_ms ?? row.applied_ms ?? null;
   }
   return [...rows.values()].reverse();

@@ -52,11 +52,11 @@ export class Faults {
     );
   }
 
-  #update(row, { words, terms, phase, applied_ms, healed_ms, hits }) {
+  #update(row, { words, terms, phase, applied_ms, healed_ms, hits, failed }) {
     const put = (field, value) => text(row.querySelector(`[data-field=${field}]`), value);
     attribute(row, "data-phase", phase);
     put("fault", words + terms);
-    put("phase", phase === "in-force" ? "in force" : phase);
+    put("phase", failed ? `failed: ${failed}` : phase === "in-force" ? "in force" : phase);
     const until = phase === "over" && healed_ms !== null ? ` to ${seconds(healed_ms, 2)}` : "";
     put("applied", applied_ms === null ? "–" : seconds(applied_ms, 2) + until);
     put("hits", hits ?? "");

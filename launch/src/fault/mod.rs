@@ -133,7 +133,10 @@ pub fn in_a_table(faults: &[FaultStatus]) -> Table {
         table.add_row([
             fault.id.clone(),
             fault.order.to_string(),
-            phase(fault.phase).to_owned(),
+            fault.failed.as_ref().map_or_else(
+                || phase(fault.phase).to_owned(),
+                |why| format!("failed: {why}"),
+            ),
             time(fault.applied_ms),
             time(fault.healed_ms),
             fault.hits.to_string(),

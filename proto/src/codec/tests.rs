@@ -630,14 +630,18 @@ fn robot_view() -> impl Strategy<Value = RobotView> {
 
 fn fault() -> impl Strategy<Value = FaultStatus> {
     let times = (option::of(time()), option::of(time()), any::<u64>());
-    (any::<String>(), times).prop_map(|(id, (applied_ms, healed_ms, hits))| FaultStatus {
-        order: Order::now(Fault::Kill(id.clone())),
-        id,
-        phase: Phase::InForce,
-        applied_ms,
-        healed_ms,
-        hits,
-    })
+    let words = (any::<String>(), option::of(any::<String>()));
+    (words, times).prop_map(
+        |((id, failed), (applied_ms, healed_ms, hits))| FaultStatus {
+            order: Order::now(Fault::Kill(id.clone())),
+            id,
+            phase: Phase::InForce,
+            applied_ms,
+            healed_ms,
+            hits,
+            failed,
+        },
+    )
 }
 
 /// The inline encoding of any value is bincode's, however much room there is at first.

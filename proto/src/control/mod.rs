@@ -144,6 +144,9 @@ pub struct FaultStatus {
     pub healed_ms: Option<SimTime>,
     /// How often it has changed something: messages, ticks with a false reading or a disobeyed command, signals.
     pub hits: u64,
+    /// Why it could not be done when it last should; `null` when it could.
+    #[serde(default)]
+    pub failed: Option<String>,
 }
 
 /// Where a fault stands.

@@ -2,7 +2,8 @@
 
 use super::{ActuatorMode, Device, Fault, Happening, MissionFault, Order, SensorMode, Who};
 use crate::keys::is_name;
-use crate::scenario::{Catalog, Scenario, instead};
+use crate::obstacle::Obstacle;
+use crate::scenario::{Catalog, Robot, Scenario, instead};
 
 /// Longest times, s; as in scenario files.
 const LONGEST_S: f64 = 1e9;
@@ -140,6 +141,7 @@ impl Checker<'_> {
                         &instead(fault.device.as_str(), known),
                     ));
                 }
+                self.has(&at("device"), &fault.robot, fault.device.as_str())?;
                 match fault.mode {
                     SensorMode::Dropout(p) => share(&field, p),
                     SensorMode::Noise(error) | SensorMode::Bias(error) => {
@@ -162,6 +164,7 @@ impl Checker<'_> {
             },
             Fault::Obstacle(rectangle) => {
                 anywhere(name, rectangle.x_m, rectangle.y_m)?;
+                self.in_the_room(&["fault", name], rectangle)?;
                 above_zero(&at("width_m"), rectangle.width_m, FARTHEST_M, "m")?;
                 above_zero(&at("height_m"), rectangle.height_m, FARTHEST_M, "m")?;
                 within(
@@ -249,6 +252,62 @@ impl Checker<'_> {
             if let Who::Robot(robot) = who {
                 self.robot(&["fault", name, key], robot)?;
             }
+        }
+        if let (Who::Robot(from), Who::Robot(to)) = (from, to)
+            && from == to
+        {
+            let what = format!("'{to}' does not hear itself");
+            let remedy = "name two robots, or all";
+            return Err(wrong(&["fault", name, "to"], what, remedy));
+        }
+        Ok(())
+    }
+
+    /// A device that a robot lacks cannot fail.
+    fn has(&self, field: &[&str], robot: &str, device: &str) -> Checked {
+        let has = |robot: &&Robot| robot.has_device(device);
+        let mut with = self.scenario.robots.iter().filter(has);
+        let is_there = with.clone().any(|with| with.name == robot);
+        if is_there || !Device::is_optional(device, self.catalog.mission) {
+            return Ok(());
+        }
+        let known = &mut with.by_ref().map(|robot| robot.name.as_str());
+        let remedy = format!("name one that has it: {}", instead(robot, known));
+        Err(wrong(
+            field,
+            format!("'{robot}' has no '{device}'"),
+            &remedy,
+        ))
+    }
+
+    /// An obstacle that changes something, and leaves something.
+    fn in_the_room(&self, field: &[&str], rectangle: &Obstacle) -> Checked {
+        let room = self.scenario.room;
+        let along = |from: f32, size: f32, room: f32| {
+            (
+                from + size >= 0.0 && from <= room,
+                from <= 0.0 && from + size >= room,
+            )
+        };
+        let (meets_x, fills_x) = along(rectangle.x_m, rectangle.width_m, room.width_m);
+        let (meets_y, fills_y) = along(rectangle.y_m, rectangle.height_m, room.height_m);
+        let remedy = format!(
+            "the room is {} m wide and {} m high",
+            room.width_m, room.height_m
+        );
+        if !(meets_x && meets_y) {
+            return Err(wrong(
+                field,
+                "the obstacle is outside the room".to_owned(),
+                &remedy,
+            ));
+        }
+        if fills_x && fills_y {
+            return Err(wrong(
+                field,
+                "the obstacle fills the room".to_owned(),
+                &remedy,
+            ));
         }
         Ok(())
     }

@@ -94,6 +94,25 @@ fn mistakes_say_where_what_and_what_would_be_right() {
         "when: both an event and a time trigger it; give one of them",
     );
     refused(
+        r#"{"fault":{"drop":{"from":"blue","to":"blue","p":0.5}}}"#,
+        "fault.drop.to: 'blue' does not hear itself; name two robots, or all",
+    );
+    refused(
+        r#"{"fault":{"sensor":{"robot":"gold","device":"side-border","mode":"dead"}}}"#,
+        "fault.sensor.device: 'gold' has no 'side-border'; name one that has it: there is only 'blue'",
+    );
+    for (x_m, wrong) in [(100, "is outside"), (-1, "fills")] {
+        let obstacle = format!(
+            r#"{{"fault":{{"obstacle":{{"x_m":{x_m},"y_m":-1,"width_m":50,"height_m":50}}}}}}"#
+        );
+        refused(
+            &obstacle,
+            &format!(
+                "fault.obstacle: the obstacle {wrong} the room; the room is 12 m wide and 9 m high"
+            ),
+        );
+    }
+    refused(
         r#"{"fault":{"partition":{"groups":[["blue"],["gold","blue"]]}}}"#,
         "fault.partition.groups: 'blue' is in two groups; name it once",
     );

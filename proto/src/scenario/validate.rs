@@ -96,6 +96,17 @@ fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
 fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let robots = Path::of(["robots"]);
     named(&robots, names(scenario), MAX_ROBOTS)?;
+    for (index, name) in names(scenario).enumerate() {
+        // In faults.
+        if ["all", "any"].contains(&name) {
+            let what = format!("'{name}' means every robot");
+            return Err(Problem::at(
+                robots.index(index).key("name"),
+                what,
+                "choose another name",
+            ));
+        }
+    }
     if scenario.robots.iter().all(|robot| robot.absent) {
         let what = "all robots are absent";
         let remedy = "let at least one be there from the start";

@@ -60,7 +60,11 @@ pub fn one_of_each() -> Vec<Fault> {
         Fault::Deaf(robot()),
         Fault::Range(RangeFault { range_m: 3.5 }),
         Fault::Radio(RadioQuality::SevereRadio),
-        sensor(Device::SIDE_BORDER, SensorMode::Dead),
+        Fault::Sensor(SensorFault {
+            robot: "blue".to_owned(),
+            device: Device::named(Device::SIDE_BORDER),
+            mode: SensorMode::Dead,
+        }),
         sensor(Device::FRONT_BORDER, SensorMode::Stuck),
         sensor(Device::POSITION, SensorMode::Noise(error)),
         sensor("eye", SensorMode::Bias(SensorError { m: -0.5, deg: 0.0 })),

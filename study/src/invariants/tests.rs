@@ -68,6 +68,7 @@ fn in_force(order: &str) -> FaultStatus {
         applied_ms: None,
         healed_ms: None,
         hits: 0,
+        failed: None,
     }
 }
 
@@ -123,7 +124,7 @@ fn a_run_that_ends_for_want_of_robots_is_repeated_to_its_last_fault() {
     let text = "
         robots = [{ name = 'blue' }, { name = 'gold', absent = true }]
         [[faults.timeline]]
-        fault.pause = 'blue'
+        fault.kill = 'blue'
         at_s = 1.0
         [[faults.timeline]]
         fault.continue = 'gold'

@@ -194,10 +194,10 @@ impl Dice<'_> {
     }
 
     fn link(&mut self) -> Link {
-        Link {
-            from: self.who(),
-            to: self.who(),
-        }
+        let (from, to) = (self.who(), self.who());
+        // A robot does not hear itself.
+        let to = if to == from { Who::All } else { to };
+        Link { from, to }
     }
 
     fn who(&mut self) -> Who {

@@ -62,6 +62,7 @@ impl Schedule {
                 applied_ms: None,
                 healed_ms: None,
                 hits: 0,
+                failed: None,
             },
         });
         Ok(FaultIndex(self.entries.len() - 1))
@@ -147,6 +148,12 @@ impl Schedule {
             (true, None) => Phase::Over,
         };
         entry.status.applied_ms = Some(now);
+        entry.status.failed = None;
+    }
+
+    /// What a fault asks for could not be done.
+    pub fn fail(&mut self, fault: FaultIndex, why: &str) {
+        self.entries[fault.0].status.failed = Some(why.to_owned());
     }
 
     fn heal(&mut self, fault: FaultIndex, now: SimTime) {

@@ -191,6 +191,9 @@ impl Simulation {
 
     /// A row of events.csv about a fault.
     pub(super) fn tell(&mut self, what: FaultEvent, index: FaultIndex, why: &str) {
+        if what == FaultEvent::Failed {
+            self.schedule.fail(index, why);
+        }
         let status = self.schedule.status(index);
         let fault = &status.order.fault;
         let trigger = match (&status.order.when, status.order.at_s, status.order.every_s) {
