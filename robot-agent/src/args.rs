@@ -67,14 +67,13 @@ impl AgentArgs {
         let mut waiting = false;
         loop {
             match Rendezvous::find(self.run.as_deref()) {
-                Err(RendezvousError::None) => {
-                    if !waiting {
-                        tracing::info!("no run is live yet; waiting for one");
-                    }
-                    waiting = true;
-                }
+                Err(RendezvousError::None) => {}
                 Err(RendezvousError::Unknown { .. }) if Instant::now() < patience => {}
                 found => return found,
+            }
+            if !std::mem::replace(&mut waiting, true) {
+                let run = self.run.as_deref().unwrap_or("any");
+                tracing::info!(run, "it is not live yet; waiting for it");
             }
             sleep(LOOK_INTERVAL).await;
         }
