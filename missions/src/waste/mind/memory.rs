@@ -7,10 +7,10 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 use smallvec::SmallVec;
 
+use super::sweep::Sweep;
+use crate::waste::data::EMPTY_EXPIRES;
 use robot_agent::body::goal::{is_shorter, length};
 
-/// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
-const EMPTY_EXPIRES: SimTime = SimTime(180_000);
 /// How long a robot leaves a spill, or the report site, alone to which it has found no way.
 pub(super) const SET_ASIDE: SimTime = SimTime(180_000);
 /// Places nearer to each other than this are one, m.
@@ -36,6 +36,8 @@ struct OwnSpill {
     number: u16,
     /// When the robot last found no way to it. It tells nobody: it may be shut in itself.
     out_of_reach: Option<SimTime>,
+    /// The search of its part of the room, while it goes on.
+    sweep: Option<Sweep>,
 }
 
 impl Memory {
@@ -57,6 +59,7 @@ impl Memory {
                 .map(|&number| OwnSpill {
                     number,
                     out_of_reach: None,
+                    sweep: None,
                 })
                 .collect(),
         }
@@ -151,6 +154,36 @@ impl Memory {
         })
     }
 
+    /// The search of a spill's part of the room: it begins when the spill, seen empty long ago, has been found empty again, and
+    /// nothing is known to be left at the others.
+    pub fn sweep(&mut self, spill: u16, now: SimTime) -> Option<&mut Sweep> {
+        let own = self.own_spill(spill)?;
+        if self.spills[own].sweep.is_none()
+            && self.is_all_done(now)
+            && !self.believes_empty(spill, now)
+        {
+            self.spills[own].sweep = Some(Sweep::default());
+        }
+        self.spills[own].sweep.as_mut()
+    }
+
+    /// The search of a spill's part of the room is over.
+    pub fn end_sweep(&mut self, spill: u16) {
+        if let Some(own) = self.own_spill(spill) {
+            self.spills[own].sweep = None;
+        }
+    }
+
+    /// Whether each of its spills was seen empty when it was last seen, or is left alone.
+    fn is_all_done(&self, now: SimTime) -> bool {
+        let seen_empty = |spill: u16| {
+            let mut known = self.knowledge.empty.iter();
+            known.any(|&(known, fact)| known == spill && fact.value)
+        };
+        let mut spills = self.spills.iter().map(|own| own.number);
+        spills.all(|spill| seen_empty(spill) || self.is_set_aside(spill, now))
+    }
+
     /// Places outside the spills where something is taken to lie.
     pub fn loose(&self) -> impl Iterator<Item = Vec2> + '_ {
         let present = self
@@ -239,6 +272,9 @@ impl Memory {
     fn adopt(&mut self, fact: Fact<Locations>) {
         self.knowledge.locations = Some(fact);
         self.confirmed = false;
+        for own in &mut self.spills {
+            own.sweep = None;
+        }
     }
 
     fn record(&mut self, withdrawal: Withdrawal) {

@@ -82,6 +82,8 @@ pub(super) struct SpillWork {
 enum Target {
     Item(Vec2),
     View(Vec2),
+    /// On the search of the spill's part of the room.
+    Cell(Vec2),
     Deposit,
 }
 
@@ -118,7 +120,7 @@ impl SpillWork {
             memory.see_loose(place, false, view.now);
         }
         if view.status == Status::Blocked {
-            self.pass_over(view);
+            self.pass_over(view, memory);
         }
         if view.holding {
             self.closed = 0;
@@ -152,7 +154,7 @@ impl SpillWork {
         Work::Grip(Gripper::Drop)
     }
 
-    fn collect(&mut self, briefing: &Briefing, view: &SpillView, memory: &Memory) -> Work {
+    fn collect(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
         let within = briefing.reach_m - REACH_MARGIN_M;
         let Some(at) = self.choose(view, memory) else {
             return self.look_around(briefing, view, memory);
@@ -187,8 +189,9 @@ impl SpillWork {
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// All over the spill, and once along the way to the deposit.
-    fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &Memory) -> Work {
+    /// All over the spill, and once along the way to the deposit; then all over its part of the room, if nothing else is known to
+    /// be left.
+    fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
         let position = view.sight.position;
         let going = match self.target {
             Target::View(at) => Some(at),
@@ -234,6 +237,17 @@ impl SpillWork {
             self.target = Target::Deposit;
             return Work::Go(Goal::Place { at, within });
         }
+        let sweep = memory.sweep(self.spill, view.now);
+        let next = sweep
+            .and_then(|sweep| sweep.next(self.spill, view.sight, briefing.sight_m, view.places));
+        if let Some(at) = next {
+            self.target = Target::Cell(at);
+            return Work::Go(Goal::Place {
+                at,
+                within: AT_POINT_M,
+            });
+        }
+        memory.end_sweep(self.spill);
         Work::Empty
     }
 
@@ -262,11 +276,17 @@ impl SpillWork {
     }
 
     /// There was no way to the target.
-    fn pass_over(&mut self, view: &SpillView) {
-        self.closed += u32::from(self.target != Target::Deposit);
+    fn pass_over(&mut self, view: &SpillView, memory: &mut Memory) {
+        self.closed += u32::from(matches!(self.target, Target::Item(_) | Target::View(_)));
         match self.target {
             Target::Item(at) => self.leave_alone(at, view),
             Target::View(at) => self.views.block(at),
+            // As mostly when an obstacle stands there.
+            Target::Cell(_) => {
+                if let Some(sweep) = memory.sweep(self.spill, view.now) {
+                    sweep.pass();
+                }
+            }
             Target::Deposit => self.from_deposit |= !view.holding,
         }
     }
