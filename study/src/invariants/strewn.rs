@@ -31,14 +31,14 @@ impl Strewn {
         }
     }
 
-    /// Whether one of them lies where nobody looks who does not search.
+    /// How many of them lie where nobody looks who does not search.
     #[must_use]
-    pub fn is_any_off_the_ways(&self, scenario: &Scenario, promises: &Promises) -> bool {
+    pub fn off_the_ways(&self, scenario: &Scenario, promises: &Promises) -> usize {
         let mission = scenario.mission();
-        self.items.iter().any(|(item, strewn)| {
-            *strewn
-                && !is_delivered(promises, item)
-                && !mission.is_looked_for(scenario, item.position)
-        })
+        let is_off = |item: &Item| {
+            !is_delivered(promises, item) && !mission.is_looked_for(scenario, item.position)
+        };
+        let strewn = self.items.iter().filter(|(_, strewn)| *strewn);
+        strewn.filter(|(item, _)| is_off(item)).count()
     }
 }

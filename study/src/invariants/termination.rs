@@ -2,7 +2,7 @@
 //!
 //! The mission is owed from the moment on at which nothing more is about to change (every fault that heals has healed, and none
 //! will come at a known time), ψ and λ are longer than a unit of work, and the mission is covered ([`super::coverage`]). It must
-//! then end within [`Termination::due_s`], which is later where robots have to search ([`super::strewn`]). If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
+//! then end within a time that is longer where robots have to search ([`super::strewn`]). If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
 
 use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::mission::promises::Promises;
@@ -19,13 +19,13 @@ const PATIENCE: f64 = 5.0;
 /// Units of work that finding the locations takes, and going there.
 const SEARCH_UNITS: f64 = 8.0;
 
-/// What one robot alone needs, in an empty room.
+/// What one robot alone needs for waste that is strewn anywhere, in an empty room.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Work {
-    /// For the longest unit of work, s.
-    pub unit_s: f64,
-    /// For the search for what nobody knows of, s.
-    pub search_s: f64,
+struct Far {
+    /// There and back, s.
+    unit_s: f64,
+    /// To search everywhere, s.
+    search_s: f64,
 }
 
 /// What is known of the end so far.
@@ -33,9 +33,10 @@ pub struct Work {
 pub struct Termination {
     /// The shortest ψ or λ, s.
     patience_s: f64,
-    near: Work,
-    /// With waste that is strewn anywhere; `None` where robots do not search.
-    far: Option<Work>,
+    /// The longest unit of work, s.
+    unit_s: f64,
+    /// `None` where robots do not search.
+    far: Option<Far>,
     /// How long one useless teammate, that talks, can keep a task from a robot (docs/BOUNDS.md), s.
     kept_s: f64,
     /// Since when the mission is owed, and how long it may take.
@@ -61,15 +62,12 @@ impl Termination {
             .sets
             .iter()
             .map(|set| setup.catalog.mission.unit_s(scenario, &slowest, set));
-        let near = Work {
-            unit_s: units.fold(0.0, f64::max),
-            search_s: 0.0,
-        };
+        let unit_s = units.fold(0.0, f64::max);
         let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
         let there_and_back_s = 2.0 * across_m / slowest.speed_m_s + 360.0 / slowest.turn_deg_s;
         let search_s = setup.catalog.mission.search_s(scenario, &slowest);
-        let far = search_s.map(|search_s| Work {
-            unit_s: near.unit_s.max(there_and_back_s.into()),
+        let far = search_s.map(|search_s| Far {
+            unit_s: there_and_back_s.into(),
             search_s,
         });
         let robots = setup.alliance.robots.values();
@@ -92,7 +90,7 @@ impl Termination {
         let wait_s = longest(|set| set.before_yielding_s + set.ceased_after_s);
         Self {
             patience_s: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)),
-            near,
+            unit_s,
             far,
             kept_s: 2.0 * rise_s + slow_s + wait_s,
             owed: None,
@@ -112,22 +110,25 @@ impl Termination {
             .filter(|item| !is_delivered(&self.promises, item))
             .count();
         self.strewn.note(state);
-        let is_covered =
-            self.promises.ends && left > 0 && is_calm(state) && is_covered(scenario, state);
-        let work = if self.strewn.is_any_off_the_ways(scenario, &self.promises) {
-            self.far
+        let off = self.strewn.off_the_ways(scenario, &self.promises);
+        let longest_s = if off > 0 {
+            self.far.map(|far| far.unit_s.max(self.unit_s))
         } else {
-            Some(self.near)
+            Some(self.unit_s)
         };
-        let work = work.filter(|work| is_covered && self.patience_s > work.unit_s);
-        let Some(work) = work else {
+        let is_covered = self.promises.ends
+            && longest_s.is_some_and(|longest_s| self.patience_s > longest_s)
+            && left > 0
+            && is_calm(state)
+            && is_covered(scenario, state);
+        if !is_covered {
             self.owed = None;
             return Ok(());
-        };
-        let (since, due_s) = *self.owed.get_or_insert((
-            state.now,
-            Self::due_s(work, self.kept_s, left, useless(scenario, state)),
-        ));
+        }
+        let due_s = self.due_s(left, off, useless(scenario, state));
+        let (since, before_s) = self.owed.unwrap_or((state.now, due_s));
+        let due_s = before_s.max(due_s);
+        self.owed = Some((since, due_s));
         if state.now.since(since).as_secs_f64() <= due_s {
             return Ok(());
         }
@@ -141,12 +142,15 @@ impl Termination {
         ))
     }
 
-    /// The time that a mission may take, s: five times what one robot needs to find the locations, for the items left and to
-    /// search; and, for each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
-    #[must_use]
-    pub fn due_s(work: Work, kept_s: f64, left: usize, useless: usize) -> f64 {
-        let alone_s = work.unit_s * (SEARCH_UNITS + left as f64) + work.search_s;
-        PATIENCE * alone_s + 2.0 * kept_s * useless as f64
+    /// The time that a mission may take, s: five times what one robot needs for the search and the items left, some of which lie
+    /// off the ways; and, for each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
+    fn due_s(&self, left: usize, off: usize, useless: usize) -> f64 {
+        let strewn_s = match self.far {
+            Some(far) if off > 0 => far.search_s + far.unit_s * off as f64,
+            _ => 0.0,
+        };
+        let alone_s = self.unit_s * (SEARCH_UNITS + left as f64) + strewn_s;
+        PATIENCE * alone_s + 2.0 * self.kept_s * useless as f64
     }
 }
 

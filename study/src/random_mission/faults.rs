@@ -4,7 +4,8 @@ use alliance_proto::fault::{
     Chance, Delay, Fault, FaultRange, Happening, Link, Loss, MissionFault, MoveRobot, Order,
     Partition, RadioQuality, RangeFault, When, Who,
 };
-use alliance_proto::scenario::{Obstacle, Robot, Scenario};
+use alliance_proto::ids::BehaviorId;
+use alliance_proto::scenario::{Catalog, Obstacle, Robot, Scenario};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -18,9 +19,11 @@ const LONGEST_S: f64 = 60.0;
 const SHORTEST_S: f64 = 0.5;
 /// Share of faults that wait for an event.
 const BY_EVENT: f64 = 0.1;
+/// Share of those that time triggers that come before the first tick.
+const AT_ONCE: f64 = 0.05;
 /// Share of faults that come again and again.
 const PERIODIC: f64 = 0.02;
-/// Share of faults that never heal, of those that time triggers once.
+/// Share of faults that never heal, of those that do not come again.
 const FOR_GOOD: f64 = 0.12;
 
 /// How much goes wrong.
@@ -155,10 +158,16 @@ impl Dice<'_> {
         let mut order = Order::now(fault);
         if self.rng.random_bool(BY_EVENT) {
             order.when = Some(self.event());
-            order.for_s = lasts.then(|| self.between(SHORTEST_S, LONGEST_S));
+            if lasts && !self.rng.random_bool(FOR_GOOD) {
+                order.for_s = Some(self.between(SHORTEST_S, LONGEST_S));
+            }
             return order;
         }
-        let at_s = self.between(0.0, until_s - SHORTEST_S);
+        let at_s = if self.rng.random_bool(AT_ONCE) {
+            0.0
+        } else {
+            self.between(0.0, until_s - SHORTEST_S)
+        };
         order.at_s = Some(at_s);
         let longest_s = LONGEST_S.min(until_s - at_s);
         if self.rng.random_bool(PERIODIC) {
@@ -175,11 +184,26 @@ impl Dice<'_> {
     fn event(&mut self) -> When {
         let robot = self.robot().name;
         let verbs: Vec<&str> = Happening::verbs(self.scenario.mission()).collect();
-        When {
+        let mut when = When {
             robot: self.rng.random_bool(0.5).then_some(robot),
             what: self.any(&verbs).to_owned(),
             subject: None,
+        };
+        if when.is_about_a_set() && self.rng.random_bool(0.5) {
+            when.subject = self.set_of(when.robot.as_deref());
         }
+        when
+    }
+
+    /// Name of a behavior set that this robot has; of any, where none is meant.
+    fn set_of(&mut self, robot: Option<&str>) -> Option<String> {
+        let catalog = Catalog::of(self.scenario);
+        let mut robots = self.scenario.robots.iter();
+        let sets: Vec<BehaviorId> = match robots.find(|it| robot == Some(&it.name)) {
+            Some(robot) => catalog.behaviors_of(robot).collect(),
+            None => (0..catalog.sets.len() as u16).map(BehaviorId).collect(),
+        };
+        (!sets.is_empty()).then(|| catalog.behavior_name(self.any(&sets)).to_owned())
     }
 
     fn robot(&mut self) -> Robot {
@@ -325,7 +349,7 @@ mod tests {
                 order.check(&setup.scenario, &setup.catalog).unwrap();
                 let Some(at_s) = order.at_s else {
                     assert!(order.when.is_some());
-                    assert_eq!(order.for_s.is_none(), order.fault.is_momentary());
+                    assert!(order.for_s.is_none() || !order.fault.is_momentary());
                     continue;
                 };
                 let ends_s = at_s + order.for_s.unwrap_or_default();

@@ -434,6 +434,36 @@ mod tests {
     }
 
     #[test]
+    fn a_search_begins_when_all_has_been_found_empty_again() {
+        let mut memory = memory();
+        let later = at(10) + EMPTY_EXPIRES;
+        memory.see_spill(0, true, at(10));
+        // Nothing is known of the other one, and then that something is there.
+        assert_eq!(memory.sweep(0, later), None);
+        memory.see_spill(1, false, at(10));
+        assert_eq!(memory.sweep(0, later), None);
+        memory.hear(&told_empty(true, at(10)), at(11), |_| true);
+        memory.see_spill(1, true, at(11));
+        assert_eq!(memory.sweep(0, at(12)), None);
+        assert!(memory.sweep(0, later).is_some() && memory.sweep(1, later).is_none());
+        // It goes on, whatever is found, until it is over.
+        memory.sweep(0, later).unwrap().pass();
+        memory.see_spill(0, false, later);
+        assert_ne!(memory.sweep(0, later), Some(&mut Sweep::default()));
+        memory.end_sweep(0);
+        assert_eq!(memory.sweep(0, later), None);
+    }
+
+    #[test]
+    fn other_spills_that_are_left_alone_do_not_keep_it_from_a_search() {
+        let mut memory = memory();
+        let later = at(10) + EMPTY_EXPIRES;
+        memory.see_spill(0, true, at(10));
+        memory.set_aside(1, at(100));
+        assert!(memory.sweep(0, later).is_some());
+    }
+
+    #[test]
     fn what_is_out_of_reach_is_left_alone_for_a_while_and_no_one_is_told() {
         let mut memory = memory();
         let known = memory.knowledge().clone();

@@ -58,3 +58,92 @@ impl Sweep {
         self.done += 1;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::mission::waste::SensedWaste;
+
+    use super::super::map::{Map, Realms};
+    use super::*;
+    use crate::waste::data::default_scenario;
+    use robot_agent::body::goal::length;
+
+    const SIGHT_M: f32 = 1.2;
+
+    fn sight(position: Vec2) -> Sight {
+        Sight::from_there(position, SIGHT_M, SensedWaste::new())
+    }
+
+    /// Where a robot is on its search of a spill's part of a room of that size, if it gets everywhere.
+    fn way(spill: u16, size: Vec2) -> Vec<Vec2> {
+        let (map, realms) = (Map::of(&default_scenario()), Realms::default());
+        let border = Locations {
+            min: Vec2::ZERO,
+            max: size,
+        };
+        let places = map.places(&border, &realms);
+        let mut way = vec![places.spill(spill)];
+        let mut sweep = Sweep::default();
+        while let Some(at) = sweep.next(spill, &sight(way[way.len() - 1]), SIGHT_M, &places) {
+            way.push(at);
+        }
+        way
+    }
+
+    #[test]
+    fn two_robots_see_all_of_a_room_and_each_drives_no_farther_than_its_rows() {
+        for size in [Vec2::new(12.0, 9.0), Vec2::new(6.3, 15.9)] {
+            let ways = [way(0, size), way(1, size)];
+            for x in 0..=60 {
+                for y in 0..=60 {
+                    let place = size * Vec2::new(x as f32, y as f32) / 60.0;
+                    let mut looks = ways.iter().flatten();
+                    assert!(looks.any(|at| length(place - *at) < SIGHT_M), "{place}");
+                }
+            }
+            let driven_m = |way: &[Vec2]| -> f32 {
+                let legs = way.windows(2).map(|leg| length(leg[1] - leg[0]));
+                legs.sum()
+            };
+            let rows = sweep_cells(size, SIGHT_M).y as f32;
+            let together_m = driven_m(&ways[0]) + driven_m(&ways[1]);
+            assert!(
+                together_m < (rows + 2.0) * size.x + 2.0 * size.y,
+                "{together_m}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_reached_is_passed_over() {
+        let (map, realms) = (Map::of(&default_scenario()), Realms::default());
+        let border = Locations {
+            min: Vec2::ZERO,
+            max: Vec2::new(12.0, 9.0),
+        };
+        let places = map.places(&border, &realms);
+        let shut_in = sight(Vec2::ONE);
+        let mut sweep = Sweep::default();
+        let mut passed = 0;
+        while sweep.next(0, &shut_in, SIGHT_M, &places).is_some() {
+            sweep.pass();
+            passed += 1;
+        }
+        assert!((50..130).contains(&passed), "{passed}");
+    }
+
+    #[test]
+    fn a_border_of_any_size_costs_little_in_a_step() {
+        let (map, realms) = (Map::of(&default_scenario()), Realms::default());
+        for size in [1e-30, 1e9, 1e38] {
+            let border = Locations {
+                min: Vec2::ZERO,
+                max: Vec2::splat(size),
+            };
+            let mut sweep = Sweep::default();
+            let places = map.places(&border, &realms);
+            sweep.next(1, &sight(Vec2::ONE), SIGHT_M, &places);
+            assert!(sweep.done <= u64::from(PASSED_MOST));
+        }
+    }
+}
