@@ -237,6 +237,7 @@ impl SpillWork {
             self.target = Target::Deposit;
             return Work::Go(Goal::Place { at, within });
         }
+        self.from_deposit = true;
         let sweep = memory.sweep(self.spill, view.now);
         let next = sweep
             .and_then(|sweep| sweep.next(self.spill, view.sight, briefing.sight_m, view.places));
