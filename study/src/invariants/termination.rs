@@ -26,6 +26,8 @@ struct Far {
     unit_s: f64,
     /// To search everywhere, s.
     search_s: f64,
+    /// The shortest ψ or λ of whoever brings it, s.
+    patience_s: f64,
 }
 
 /// What is known of the end so far.
@@ -65,11 +67,6 @@ impl Termination {
         let unit_s = units.fold(0.0, f64::max);
         let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
         let there_and_back_s = 2.0 * across_m / slowest.speed_m_s + 360.0 / slowest.turn_deg_s;
-        let search_s = setup.catalog.mission.search_s(scenario, &slowest);
-        let far = search_s.map(|search_s| Far {
-            unit_s: there_and_back_s.into(),
-            search_s,
-        });
         let robots = setup.alliance.robots.values();
         let params: Vec<&BehaviorParams> = robots.flat_map(|robot| robot.sets.values()).collect();
         let shortest = |of: fn(&BehaviorParams) -> f64| {
@@ -88,6 +85,24 @@ impl Termination {
                 .fold(0.0, f64::max)
         });
         let wait_s = longest(|set| set.before_yielding_s + set.ceased_after_s);
+        let catalog = &setup.catalog;
+        let bring = catalog
+            .sets
+            .iter()
+            .filter(|set| catalog.mission.goes_on(set));
+        let robots = setup.alliance.robots.values();
+        let bringing =
+            robots.flat_map(|robot| bring.clone().filter_map(|set| robot.sets.get(&set.name)));
+        let far = catalog
+            .mission
+            .search_s(scenario, &slowest)
+            .map(|search_s| Far {
+                unit_s: there_and_back_s.into(),
+                search_s,
+                patience_s: bringing
+                    .map(|set| set.before_yielding_s.min(set.before_giving_up_s))
+                    .fold(f64::INFINITY, f64::min),
+            });
         Self {
             patience_s: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)),
             unit_s,
@@ -111,13 +126,10 @@ impl Termination {
             .count();
         self.strewn.note(state);
         let off = self.strewn.off_the_ways(scenario, &self.promises);
-        let longest_s = if off > 0 {
-            self.far.map(|far| far.unit_s.max(self.unit_s))
-        } else {
-            Some(self.unit_s)
-        };
+        let is_patient = self.patience_s > self.unit_s
+            && (off == 0 || self.far.is_some_and(|far| far.patience_s > far.unit_s));
         let is_covered = self.promises.ends
-            && longest_s.is_some_and(|longest_s| self.patience_s > longest_s)
+            && is_patient
             && left > 0
             && is_calm(state)
             && is_covered(scenario, state);

@@ -125,9 +125,9 @@ const DRAWS: [Draw; 25] = [
     },
 ];
 
-/// The number that a place reads as, to two decimals.
+/// The number that a place reads as, to two decimals; never beyond the border.
 fn written(place_m: f32) -> f64 {
-    (f64::from(place_m) * 100.0).round() / 100.0
+    (f64::from(place_m) * 100.0).floor() / 100.0
 }
 
 /// A random timeline for that scenario, by time; what waits for an event comes last.

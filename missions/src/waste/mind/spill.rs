@@ -20,8 +20,8 @@ const INSIDE_DEPOSIT_M: f32 = 0.1;
 const REACH_MARGIN_M: f32 = 0.02;
 /// An item seen this near to where one was seen before is the same, m.
 const SAME_ITEM_M: f32 = 0.05;
-/// So many items and views to which it finds no way, without having held anything in between, and the robot leaves the spill
-/// alone.
+/// So many items and views to which it finds no way, and items that it cannot take up, without having held anything in between,
+/// and the robot leaves the spill alone.
 const CLOSED_MOST: u32 = 10;
 /// How long an item that could not be reached or gripped is left alone.
 const UNREACHABLE: SimTime = SimTime(10_000);
@@ -71,7 +71,7 @@ pub(super) struct SpillWork {
     /// What could not be reached or gripped, and until when it is left alone.
     unreachable: Vec<(Vec2, SimTime)>,
     target: Target,
-    /// How many items and views it has found no way to since it last held something.
+    /// How many items and views it has found no way to, and items it could not take up, since it last held something.
     closed: u32,
     /// Where it has just tried to pick something up.
     gripped_at: Option<Vec2>,
@@ -116,6 +116,7 @@ impl SpillWork {
         if let Some(place) = self.gripped_at.take()
             && !view.holding
         {
+            self.closed += 1;
             self.leave_alone(place, view);
             memory.see_loose(place, false, view.now);
         }
