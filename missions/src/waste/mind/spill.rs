@@ -71,8 +71,6 @@ pub(super) struct SpillWork {
     /// What could not be reached or gripped, and until when it is left alone.
     unreachable: Vec<(Vec2, SimTime)>,
     target: Target,
-    /// How many items and views it has found no way to, and items it could not take up, since it last held something.
-    closed: u32,
     /// Where it has just tried to pick something up.
     gripped_at: Option<Vec2>,
 }
@@ -99,7 +97,6 @@ impl SpillWork {
             seen: SmallVec::new(),
             unreachable: Vec::new(),
             target: Target::Deposit,
-            closed: 0,
             gripped_at: None,
         }
     }
@@ -116,7 +113,7 @@ impl SpillWork {
         if let Some(place) = self.gripped_at.take()
             && !view.holding
         {
-            self.closed += 1;
+            memory.close(self.spill);
             self.leave_alone(place, view);
             memory.see_loose(place, false, view.now);
         }
@@ -124,10 +121,10 @@ impl SpillWork {
             self.pass_over(view, memory);
         }
         if view.holding {
-            self.closed = 0;
+            memory.reopen(self.spill);
             return self.deliver(briefing, view);
         }
-        if self.closed >= CLOSED_MOST {
+        if memory.closed(self.spill) >= CLOSED_MOST {
             return Work::OutOfReach;
         }
         self.collect(briefing, view, memory)
@@ -191,8 +188,11 @@ impl SpillWork {
     }
 
     /// All over the spill, and once along the way to the deposit; then all over its part of the room, if nothing else is known to
-    /// be left.
+    /// be left: once begun, that comes first.
     fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
+        if let Some(searching) = self.search(briefing, view, memory) {
+            return searching;
+        }
         let position = view.sight.position;
         let going = match self.target {
             Target::View(at) => Some(at),
@@ -224,6 +224,9 @@ impl SpillWork {
             within: AT_POINT_M,
         });
         if !self.views.show_enough() {
+            if memory.begin_sweep(self.spill, view.now) {
+                return stay;
+            }
             // There may be a way by now: others have moved.
             self.views.restart();
             self.views.unblock();
@@ -238,19 +241,33 @@ impl SpillWork {
             self.target = Target::Deposit;
             return Work::Go(Goal::Place { at, within });
         }
-        self.from_deposit = true;
-        let sweep = memory.sweep(self.spill, view.now);
-        let next = sweep
-            .and_then(|sweep| sweep.next(self.spill, view.sight, briefing.sight_m, view.places));
-        if let Some(at) = next {
-            self.target = Target::Cell(at);
-            return Work::Go(Goal::Place {
-                at,
-                within: AT_POINT_M,
-            });
+        if memory.begin_sweep(self.spill, view.now) {
+            return stay;
         }
-        memory.end_sweep(self.spill);
         Work::Empty
+    }
+
+    /// Goes on with the search of the spill's part of the room; `None` where none has begun.
+    fn search(
+        &mut self,
+        briefing: &Briefing,
+        view: &SpillView,
+        memory: &mut Memory,
+    ) -> Option<Work> {
+        let sweep = memory.sweep(self.spill)?;
+        let Some(at) = sweep.next(self.spill, view.sight, briefing.sight_m, view.places) else {
+            memory.end_sweep(self.spill);
+            return Some(if memory.was_empty(self.spill) {
+                Work::Empty
+            } else {
+                Work::OutOfReach
+            });
+        };
+        self.target = Target::Cell(at);
+        Some(Work::Go(Goal::Place {
+            at,
+            within: AT_POINT_M,
+        }))
     }
 
     /// Joins what is in sight to what was seen before.
@@ -279,13 +296,15 @@ impl SpillWork {
 
     /// There was no way to the target.
     fn pass_over(&mut self, view: &SpillView, memory: &mut Memory) {
-        self.closed += u32::from(matches!(self.target, Target::Item(_) | Target::View(_)));
+        if matches!(self.target, Target::Item(_) | Target::View(_)) {
+            memory.close(self.spill);
+        }
         match self.target {
             Target::Item(at) => self.leave_alone(at, view),
             Target::View(at) => self.views.block(at),
             // As mostly when an obstacle stands there.
             Target::Cell(_) => {
-                if let Some(sweep) = memory.sweep(self.spill, view.now) {
+                if let Some(sweep) = memory.sweep(self.spill) {
                     sweep.pass();
                 }
             }
