@@ -325,6 +325,7 @@ impl Dice<'_> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
     use missions::waste::data::{default_scenario, default_setup};
     use rand_chacha::rand_core::SeedableRng;
 
@@ -359,6 +360,43 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn triggers_of_every_kind_and_waste_anywhere() {
+        let orders = orders(240.0);
+        let whens = || orders.iter().filter_map(|order| order.when.as_ref());
+        for verb in Happening::verbs(default_scenario().mission()) {
+            let of_it = || whens().filter(|when| when.what == verb);
+            assert!(of_it().any(|when| when.robot.is_some() && when.subject.is_none()));
+            assert!(of_it().any(|when| when.robot.is_none()));
+            let about_a_set = of_it().any(When::is_about_a_set);
+            assert_eq!(of_it().any(|when| when.subject.is_some()), about_a_set);
+        }
+        assert!(orders.iter().any(|order| order.at_s == Some(0.0)));
+        let room = default_scenario().room;
+        let strewn = |x_m: f64, y_m: f64| {
+            let mission = default_scenario().mission();
+            !mission.is_looked_for(&default_scenario(), Vec2::new(x_m as f32, y_m as f32))
+        };
+        let places = orders.iter().filter_map(|order| match &order.fault {
+            Fault::Mission(fault) => Some((fault.get("x_m")?, fault.get("y_m")?)),
+            _ => None,
+        });
+        let places: Vec<(f64, f64)> = places.collect();
+        assert!(places.iter().any(|&(x_m, y_m)| strewn(x_m, y_m)));
+        let (width_m, height_m) = (f64::from(room.width_m), f64::from(room.height_m));
+        assert!(
+            places
+                .iter()
+                .all(|&(x_m, y_m)| x_m <= width_m && y_m <= height_m)
+        );
+    }
+
+    #[test]
+    fn no_place_is_beyond_a_border_that_reads_as_more_than_it_is() {
+        let border_m = 9.11_f32;
+        assert!(f64::from(border_m) < 9.11 && written(border_m) <= f64::from(border_m));
     }
 
     #[test]

@@ -11,8 +11,9 @@
 //! - Locations are known once each wall was sensed; a search that has not sensed all of them goes on.
 //! - A spill is empty when most of it was seen without anything on it, and the robot came from the deposit or went there with
 //!   nothing in sight. What lies under an obstacle is nobody's.
-//! - Whoever finds a spill empty that was empty before, and knows of nothing that is left at the others, looks over all of the room
-//!   that is nearer to this spill than to another: somebody may have strewn waste there. So nobody has to know how much there is.
+//! - Whoever finds a spill empty or out of reach that was so before, and knows of nothing that is left at the others, looks over all
+//!   of the room that is nearer to this spill than to another: somebody may have strewn waste there. So nobody has to know how much
+//!   there is. Each robot keeps for itself how far it has got.
 //! - A spill to most of which, or to whose waste, a robot finds no way it leaves alone for three minutes, so that the next one has
 //!   its turn, and tells nobody: it may be shut in itself. So with the report site, when every way to it is closed.
 //! - Locations prove wrong only where the robot stands and senses something else. What it sees from outside, and an obstacle or
