@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::harness::Lab;
 
 /// Every so many-th run of the campaign.
-const SHARD: &str = "0/200";
+const SHARD: &str = "0/400";
 
 fn plan() -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

@@ -174,6 +174,12 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         true
     }
 
+    /// How long a robot of that body takes to look for items everywhere, from when it knows of none that is left, s: an estimate;
+    /// `None` where robots do not.
+    fn search_s(&self, _scenario: &Scenario, _body: &Body) -> Option<f64> {
+        None
+    }
+
     /// How often the work of a behavior is due again, s, where that is so.
     fn due_every_s(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> Option<f64> {
         None

@@ -1,9 +1,8 @@
 //! A mission that is covered ends (ALLIANCE.md §5).
 //!
 //! The mission is owed from the moment on at which nothing more is about to change (every fault that heals has healed, and none
-//! will come at a known time), ψ and λ are longer than a unit of work, and the mission is covered ([`super::coverage`]) and
-//! all of it in places where robots look ([`super::strewn`]). It must then end within
-//! [`Termination::due_s`]. If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
+//! will come at a known time), ψ and λ are longer than a unit of work, and the mission is covered ([`super::coverage`]). It must
+//! then end within a time that is longer where robots have to search ([`super::strewn`]). If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
 
 use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::mission::promises::Promises;
@@ -20,13 +19,26 @@ const PATIENCE: f64 = 5.0;
 /// Units of work that finding the locations takes, and going there.
 const SEARCH_UNITS: f64 = 8.0;
 
+/// What one robot alone needs for waste that is strewn anywhere, in an empty room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Far {
+    /// There and back, s.
+    unit_s: f64,
+    /// To search everywhere, s.
+    search_s: f64,
+    /// The shortest ψ or λ of whoever brings it, s.
+    patience_s: f64,
+}
+
 /// What is known of the end so far.
 #[derive(Clone, Debug)]
 pub struct Termination {
-    /// Whether ψ and λ are longer than a unit of work.
-    patient: bool,
+    /// The shortest ψ or λ, s.
+    patience_s: f64,
     /// The longest unit of work, s.
     unit_s: f64,
+    /// `None` where robots do not search.
+    far: Option<Far>,
     /// How long one useless teammate, that talks, can keep a task from a robot (docs/BOUNDS.md), s.
     kept_s: f64,
     /// Since when the mission is owed, and how long it may take.
@@ -53,6 +65,8 @@ impl Termination {
             .iter()
             .map(|set| setup.catalog.mission.unit_s(scenario, &slowest, set));
         let unit_s = units.fold(0.0, f64::max);
+        let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
+        let there_and_back_s = 2.0 * across_m / slowest.speed_m_s + 360.0 / slowest.turn_deg_s;
         let robots = setup.alliance.robots.values();
         let params: Vec<&BehaviorParams> = robots.flat_map(|robot| robot.sets.values()).collect();
         let shortest = |of: fn(&BehaviorParams) -> f64| {
@@ -71,9 +85,28 @@ impl Termination {
                 .fold(0.0, f64::max)
         });
         let wait_s = longest(|set| set.before_yielding_s + set.ceased_after_s);
+        let catalog = &setup.catalog;
+        let bring = catalog
+            .sets
+            .iter()
+            .filter(|set| catalog.mission.goes_on(set));
+        let robots = setup.alliance.robots.values();
+        let bringing =
+            robots.flat_map(|robot| bring.clone().filter_map(|set| robot.sets.get(&set.name)));
+        let far = catalog
+            .mission
+            .search_s(scenario, &slowest)
+            .map(|search_s| Far {
+                unit_s: there_and_back_s.into(),
+                search_s,
+                patience_s: bringing
+                    .map(|set| set.before_yielding_s.min(set.before_giving_up_s))
+                    .fold(f64::INFINITY, f64::min),
+            });
         Self {
-            patient: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)) > unit_s,
+            patience_s: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)),
             unit_s,
+            far,
             kept_s: 2.0 * rise_s + slow_s + wait_s,
             owed: None,
             strewn: Strewn::default(),
@@ -92,20 +125,22 @@ impl Termination {
             .filter(|item| !is_delivered(&self.promises, item))
             .count();
         self.strewn.note(state);
+        let off = self.strewn.off_the_ways(scenario, &self.promises);
+        let is_patient = self.patience_s > self.unit_s
+            && (off == 0 || self.far.is_some_and(|far| far.patience_s > far.unit_s));
         let is_covered = self.promises.ends
-            && self.patient
+            && is_patient
             && left > 0
             && is_calm(state)
-            && is_covered(scenario, state)
-            && !self.strewn.is_any_off_the_ways(scenario, &self.promises);
+            && is_covered(scenario, state);
         if !is_covered {
             self.owed = None;
             return Ok(());
         }
-        let (since, due_s) = *self.owed.get_or_insert((
-            state.now,
-            Self::due_s(self.unit_s, self.kept_s, left, useless(scenario, state)),
-        ));
+        let due_s = self.due_s(left, off, useless(scenario, state));
+        let (since, before_s) = self.owed.unwrap_or((state.now, due_s));
+        let due_s = before_s.max(due_s);
+        self.owed = Some((since, due_s));
         if state.now.since(since).as_secs_f64() <= due_s {
             return Ok(());
         }
@@ -119,11 +154,15 @@ impl Termination {
         ))
     }
 
-    /// The time that a mission may take, s: five times what one robot needs for the search and the items left; and, for
-    /// each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
-    #[must_use]
-    pub fn due_s(unit_s: f64, kept_s: f64, left: usize, useless: usize) -> f64 {
-        PATIENCE * unit_s * (SEARCH_UNITS + left as f64) + 2.0 * kept_s * useless as f64
+    /// The time that a mission may take, s: five times what one robot needs for the search and the items left, some of which lie
+    /// off the ways; and, for each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
+    fn due_s(&self, left: usize, off: usize, useless: usize) -> f64 {
+        let strewn_s = match self.far {
+            Some(far) if off > 0 => far.search_s + far.unit_s * off as f64,
+            _ => 0.0,
+        };
+        let alone_s = self.unit_s * (SEARCH_UNITS + left as f64) + strewn_s;
+        PATIENCE * alone_s + 2.0 * self.kept_s * useless as f64
     }
 }
 

@@ -6,6 +6,7 @@ use alliance_proto::ids::{BehaviorId, ItemId, RobotId};
 use alliance_proto::log::{LogLevel, Memory, RunLog};
 use alliance_proto::scenario::{Preset, Scenario, Setup};
 use alliance_proto::telemetry::{BehaviorState, Motivation};
+use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use missions::Registry;
@@ -606,7 +607,7 @@ fn a_mission_that_nobody_covers_may_go_on() {
 }
 
 #[test]
-fn waste_that_is_strewn_where_nobody_looks() {
+fn waste_that_is_strewn_far_off_is_owed_later() {
     let due_s = owed(|_| ());
     let moved = |to: Vec2| {
         owed(|state| {
@@ -618,15 +619,23 @@ fn waste_that_is_strewn_where_nobody_looks() {
     // Top is at (4, 6), the deposit at (9.6, 4.5).
     assert_eq!(moved(Vec2::new(4.0, 6.7)), due_s);
     assert_eq!(moved(Vec2::new(7.0, 5.4)), due_s);
-    assert_eq!(moved(Vec2::new(4.0, 7.5)), None);
-    let added = owed(|state| {
-        if state.now == SimTime(1000) {
-            let mut item = state.items[0];
-            item.position = Vec2::new(11.5, 0.5);
-            state.items.push(item);
-        }
-    });
-    assert_eq!(added, None);
+    // Five times three minutes, ten rows of 12 m, and from corner to corner and back.
+    let far_s = moved(Vec2::new(4.0, 7.5)).unwrap() - due_s.unwrap();
+    assert!((2500..2700).contains(&far_s), "{far_s}");
+    let added = |at_s: u64| {
+        owed(|state| {
+            if state.now == SimTime(1000 * at_s) {
+                let mut item = state.items[0];
+                item.position = Vec2::new(11.5, 0.5);
+                state.items.push(item);
+            }
+        })
+    };
+    // Also in the first tick.
+    let searched_s = due_s.unwrap() + far_s;
+    for at_s in [0, 1, 100] {
+        assert!(added(at_s).unwrap() >= searched_s, "{at_s}");
+    }
     // Whoever has carried it knows where it has fallen.
     let carried = owed(|state| {
         let item = &mut state.items[3];
@@ -635,7 +644,7 @@ fn waste_that_is_strewn_where_nobody_looks() {
             item.position = Vec2::new(11.5, 0.5);
         }
     });
-    assert!(carried.is_some());
+    assert_eq!(carried, due_s);
 }
 
 #[test]
@@ -697,4 +706,33 @@ fn a_scene_has_what_the_run_says() {
             .iter()
             .all(|robot| robot.present && robot.takes_part)
     );
+}
+
+/// Two robots, one of which hears nothing, and waste in a corner where neither has anything to do, from the first tick on or
+/// later.
+#[test]
+fn waste_that_is_strewn_far_off_is_found() {
+    for (seed, at_s) in [(1, 0), (2, 60)] {
+        let text = format!(
+            "name = 'strewn'\nstep_ms = 100\nroom = {{ width_m = 15.0, height_m = 9.0 }}\n\
+             robots = [{{ name = 'r1' }}, {{ name = 'r2' }}]\n\
+             waste.spills = [{{ name = 's0', items = 4 }}]\n\
+             [[faults.timeline]]\nfault = {{ deaf = 'r1' }}\nat_s = 0\n\
+             [[faults.timeline]]\nfault = {{ waste = {{ x_m = 13.33, y_m = 7.2, items = 5 }} }}\nat_s = {at_s}\n\
+             [[faults.timeline]]\nfault = {{ waste = {{ x_m = 10.97, y_m = 5.96 }} }}\nat_s = {at_s}\n"
+        );
+        let vocabulary = Registry::built_in().vocabulary();
+        let scenario = Scenario::parse("strewn.toml", &text, &vocabulary).unwrap();
+        let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
+        let mut invariants = Invariants::new(&setup);
+        let mut team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let outcome = loop {
+            let outcome = team.tick().unwrap();
+            invariants.see(team.simulation()).unwrap();
+            if let Some(outcome) = outcome {
+                break outcome;
+            }
+        };
+        assert_eq!(outcome, Outcome::Complete, "seed {seed}, at {at_s} s");
+    }
 }

@@ -4,7 +4,8 @@ use alliance_proto::fault::{
     Chance, Delay, Fault, FaultRange, Happening, Link, Loss, MissionFault, MoveRobot, Order,
     Partition, RadioQuality, RangeFault, When, Who,
 };
-use alliance_proto::scenario::{Obstacle, Robot, Scenario};
+use alliance_proto::ids::BehaviorId;
+use alliance_proto::scenario::{Catalog, Obstacle, Robot, Scenario};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -18,9 +19,11 @@ const LONGEST_S: f64 = 60.0;
 const SHORTEST_S: f64 = 0.5;
 /// Share of faults that wait for an event.
 const BY_EVENT: f64 = 0.1;
+/// Share of those that time triggers that come before the first tick.
+const AT_ONCE: f64 = 0.05;
 /// Share of faults that come again and again.
 const PERIODIC: f64 = 0.02;
-/// Share of faults that never heal, of those that time triggers once.
+/// Share of faults that never heal, of those that do not come again.
 const FOR_GOOD: f64 = 0.12;
 
 /// How much goes wrong.
@@ -122,9 +125,9 @@ const DRAWS: [Draw; 25] = [
     },
 ];
 
-/// The number that a place reads as, to two decimals.
+/// The number that a place reads as, to two decimals; never beyond the border.
 fn written(place_m: f32) -> f64 {
-    (f64::from(place_m) * 100.0).round() / 100.0
+    (f64::from(place_m) * 100.0).floor() / 100.0
 }
 
 /// A random timeline for that scenario, by time; what waits for an event comes last.
@@ -155,10 +158,16 @@ impl Dice<'_> {
         let mut order = Order::now(fault);
         if self.rng.random_bool(BY_EVENT) {
             order.when = Some(self.event());
-            order.for_s = lasts.then(|| self.between(SHORTEST_S, LONGEST_S));
+            if lasts && !self.rng.random_bool(FOR_GOOD) {
+                order.for_s = Some(self.between(SHORTEST_S, LONGEST_S));
+            }
             return order;
         }
-        let at_s = self.between(0.0, until_s - SHORTEST_S);
+        let at_s = if self.rng.random_bool(AT_ONCE) {
+            0.0
+        } else {
+            self.between(0.0, until_s - SHORTEST_S)
+        };
         order.at_s = Some(at_s);
         let longest_s = LONGEST_S.min(until_s - at_s);
         if self.rng.random_bool(PERIODIC) {
@@ -175,11 +184,26 @@ impl Dice<'_> {
     fn event(&mut self) -> When {
         let robot = self.robot().name;
         let verbs: Vec<&str> = Happening::verbs(self.scenario.mission()).collect();
-        When {
+        let mut when = When {
             robot: self.rng.random_bool(0.5).then_some(robot),
             what: self.any(&verbs).to_owned(),
             subject: None,
+        };
+        if when.is_about_a_set() && self.rng.random_bool(0.5) {
+            when.subject = self.set_of(when.robot.as_deref());
         }
+        when
+    }
+
+    /// Name of a behavior set that this robot has; of any, where none is meant.
+    fn set_of(&mut self, robot: Option<&str>) -> Option<String> {
+        let catalog = Catalog::of(self.scenario);
+        let mut robots = self.scenario.robots.iter();
+        let sets: Vec<BehaviorId> = match robots.find(|it| robot == Some(&it.name)) {
+            Some(robot) => catalog.behaviors_of(robot).collect(),
+            None => (0..catalog.sets.len() as u16).map(BehaviorId).collect(),
+        };
+        (!sets.is_empty()).then(|| catalog.behavior_name(self.any(&sets)).to_owned())
     }
 
     fn robot(&mut self) -> Robot {
@@ -301,6 +325,7 @@ impl Dice<'_> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
     use missions::waste::data::{default_scenario, default_setup};
     use rand_chacha::rand_core::SeedableRng;
 
@@ -325,7 +350,7 @@ mod tests {
                 order.check(&setup.scenario, &setup.catalog).unwrap();
                 let Some(at_s) = order.at_s else {
                     assert!(order.when.is_some());
-                    assert_eq!(order.for_s.is_none(), order.fault.is_momentary());
+                    assert!(order.for_s.is_none() || !order.fault.is_momentary());
                     continue;
                 };
                 let ends_s = at_s + order.for_s.unwrap_or_default();
@@ -335,6 +360,43 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn triggers_of_every_kind_and_waste_anywhere() {
+        let orders = orders(240.0);
+        let whens = || orders.iter().filter_map(|order| order.when.as_ref());
+        for verb in Happening::verbs(default_scenario().mission()) {
+            let of_it = || whens().filter(|when| when.what == verb);
+            assert!(of_it().any(|when| when.robot.is_some() && when.subject.is_none()));
+            assert!(of_it().any(|when| when.robot.is_none()));
+            let about_a_set = of_it().any(When::is_about_a_set);
+            assert_eq!(of_it().any(|when| when.subject.is_some()), about_a_set);
+        }
+        assert!(orders.iter().any(|order| order.at_s == Some(0.0)));
+        let room = default_scenario().room;
+        let strewn = |x_m: f64, y_m: f64| {
+            let mission = default_scenario().mission();
+            !mission.is_looked_for(&default_scenario(), Vec2::new(x_m as f32, y_m as f32))
+        };
+        let places = orders.iter().filter_map(|order| match &order.fault {
+            Fault::Mission(fault) => Some((fault.get("x_m")?, fault.get("y_m")?)),
+            _ => None,
+        });
+        let places: Vec<(f64, f64)> = places.collect();
+        assert!(places.iter().any(|&(x_m, y_m)| strewn(x_m, y_m)));
+        let (width_m, height_m) = (f64::from(room.width_m), f64::from(room.height_m));
+        assert!(
+            places
+                .iter()
+                .all(|&(x_m, y_m)| x_m <= width_m && y_m <= height_m)
+        );
+    }
+
+    #[test]
+    fn no_place_is_beyond_a_border_that_reads_as_more_than_it_is() {
+        let border_m = 9.11_f32;
+        assert!(f64::from(border_m) < 9.11 && written(border_m) <= f64::from(border_m));
     }
 
     #[test]

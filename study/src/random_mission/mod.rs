@@ -22,10 +22,16 @@ use team::team;
 /// Most obstacles and faults of a mission, and most robots.
 const MOST: u32 = 100;
 
+/// Shortest and longest side of a room, m: robots start side by side.
+const LEAST_M: f32 = 6.0;
+const MOST_M: f32 = 100.0;
+
 /// What of a mission is drawn; the rest is the scenario's.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RandomMission {
+    /// How wide and how high the room is.
+    pub room: Option<Sides>,
     /// How many obstacles; fewer where the room has no place for them.
     pub obstacles: Option<Between>,
     /// How many robots.
@@ -44,17 +50,35 @@ pub struct Between {
     pub max: u32,
 }
 
+/// Lengths in m, from `min` to `max`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sides {
+    /// The least.
+    pub min: f32,
+    /// The most.
+    pub max: f32,
+}
+
 /// What is drawn, by its own random stream: so none shifts another's random numbers.
 #[derive(Clone, Copy)]
 enum Stream {
     Robots = 1,
     Obstacles = 2,
     Faults = 3,
+    Room = 4,
 }
 
 impl Between {
     fn draw(self, rng: &mut ChaCha8Rng) -> u32 {
         rng.random_range(self.min..=self.max)
+    }
+}
+
+impl Sides {
+    /// To two decimals: people read them.
+    fn draw(self, rng: &mut ChaCha8Rng) -> f32 {
+        (rng.random_range(self.min..=self.max) * 100.0).round() / 100.0
     }
 }
 
@@ -78,6 +102,14 @@ impl RandomMission {
                 return Some((key, what, remedy));
             }
         }
+        if let Some(Sides { min, max }) = self.room
+            && !(LEAST_M <= min && min <= max && max <= MOST_M)
+        {
+            let what = format!("from {min} to {max} m does not fit");
+            let remedy =
+                format!("write lengths from {LEAST_M} to {MOST_M} m, the lower one as min");
+            return Some(("room", what, remedy));
+        }
         let until_s = self.faults.as_ref().map(|faults| faults.until_s);
         until_s
             .filter(|until_s| !(1.0..=1e6).contains(until_s))
@@ -99,6 +131,11 @@ impl RandomMission {
             rng.set_stream(stream as u64);
             rng
         };
+        if let Some(sides) = self.room {
+            let mut rng = stream(Stream::Room);
+            scenario.room.width_m = sides.draw(&mut rng);
+            scenario.room.height_m = sides.draw(&mut rng);
+        }
         if let Some(between) = self.robots {
             let mut rng = stream(Stream::Robots);
             let count = between.draw(&mut rng);
@@ -129,6 +166,10 @@ mod tests {
 
     fn mission() -> RandomMission {
         RandomMission {
+            room: Some(Sides {
+                min: 6.0,
+                max: 16.0,
+            }),
             obstacles: Some(Between { min: 1, max: 8 }),
             robots: Some(Between { min: 1, max: 8 }),
             faults: Some(RandomFaults {
@@ -143,7 +184,7 @@ mod tests {
     fn every_seed_gives_a_mission_that_can_be_run_and_they_differ() {
         let (mut obstacles, mut robots, mut faults) =
             (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
-        let mut kinds = BTreeSet::new();
+        let (mut kinds, mut sides) = (BTreeSet::new(), BTreeSet::new());
         for seed in 0..500 {
             let scenario = mission().draw(default_scenario(), seed);
             assert_eq!(scenario, mission().draw(default_scenario(), seed));
@@ -153,6 +194,10 @@ mod tests {
                 .unwrap()
                 .start_poses(&scenario)
                 .unwrap();
+            for side_m in [scenario.room.width_m, scenario.room.height_m] {
+                assert!((6.0..=16.0).contains(&side_m));
+                sides.insert((100.0 * side_m) as u32);
+            }
             obstacles.insert(scenario.obstacles.len());
             robots.insert(scenario.robots.len());
             faults.insert(scenario.faults.timeline.len());
@@ -167,7 +212,8 @@ mod tests {
             );
             Setup::resolve(scenario, seed, None).unwrap();
         }
-        assert_eq!(obstacles, (1..=8).collect());
+        assert!(sides.len() > 500);
+        assert!(obstacles.contains(&8));
         assert_eq!(robots, (1..=8).collect());
         assert_eq!(faults, (0..=12).collect());
         assert_eq!(kinds.len(), 25);
@@ -177,6 +223,7 @@ mod tests {
     fn what_is_drawn_shifts_nothing_else() {
         let all = mission().draw(default_scenario(), 7);
         let alone = RandomMission {
+            room: mission().room,
             obstacles: mission().obstacles,
             ..RandomMission::default()
         };
@@ -205,6 +252,17 @@ mod tests {
         assert_eq!(
             wrong(|it| it.obstacles = Some(Between { min: 0, max: 101 })),
             "obstacles"
+        );
+        assert_eq!(
+            wrong(|it| it.room = Some(Sides { min: 1.0, max: 9.0 })),
+            "room"
+        );
+        assert_eq!(
+            wrong(|it| it.room = Some(Sides {
+                min: 9.0,
+                max: f32::NAN
+            })),
+            "room"
         );
         for until_s in [0.0, f64::NAN, 1e9] {
             let mut mission = mission();

@@ -24,6 +24,7 @@ pub use figures::{
 pub use items::ItemCounts;
 pub use kinds::BehaviorKind;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
+pub(super) use work::{EMPTY_EXPIRES, sweep_cells};
 
 use alliance_proto::fault::{FaultSpec, MissionFault, Order, OrderError};
 use alliance_proto::mission::columns::Column;
@@ -213,6 +214,10 @@ impl MissionData for WasteData {
 
     fn is_looked_for(&self, scenario: &Scenario, place: Vec2) -> bool {
         promises::is_looked_for(scenario, place)
+    }
+
+    fn search_s(&self, scenario: &Scenario, body: &Body) -> Option<f64> {
+        Some(work::search_s(scenario, body))
     }
 
     fn due_every_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {

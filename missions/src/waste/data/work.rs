@@ -4,10 +4,39 @@
 //! were nothing in between: obstacles, slow ground and teammates make it longer, near items shorter.
 
 use super::WasteSection;
-use glam::Vec2;
+use glam::{UVec2, Vec2};
 
 use super::BehaviorKind;
 use alliance_proto::scenario::{Body, Scenario};
+use alliance_proto::time::SimTime;
+
+/// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
+pub(crate) const EMPTY_EXPIRES: SimTime = SimTime(180_000);
+
+/// Width and height of a cell of a search, in ranges of the robot's sight: from its middle, and from some way round it, all of
+/// it is seen.
+const CELL_SIGHTS: f32 = 0.8;
+
+/// Columns and rows into which a search divides a room of that size, for robots that see waste as far as this from their
+/// centers, m.
+#[must_use]
+pub(crate) fn sweep_cells(size: Vec2, sight_m: f32) -> UVec2 {
+    // Casts saturate.
+    (size / (CELL_SIGHTS * sight_m))
+        .ceil()
+        .as_uvec2()
+        .max(UVec2::ONE)
+}
+
+/// Estimated time in which a robot with that body, that knows of no more waste, looks all over the room, s: until it doubts that
+/// the spills are empty, and once along each row.
+pub(super) fn search_s(scenario: &Scenario, body: &Body) -> f64 {
+    let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let sight_m = body.radius_m + scenario.sensors.item_range_m;
+    let rows = sweep_cells(room, sight_m).y as f32;
+    let (way_m, turn_deg) = (rows * room.x + room.y, rows * 180.0);
+    EMPTY_EXPIRES.as_secs_f64() + f64::from(way_m / body.speed_m_s + turn_deg / body.turn_deg_s)
+}
 
 /// Estimated length of a unit of work for a robot with that body, s.
 ///

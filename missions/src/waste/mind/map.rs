@@ -86,6 +86,14 @@ pub(super) struct Places<'a> {
 }
 
 impl Places<'_> {
+    /// The border's extremes.
+    pub fn border(&self) -> Locations {
+        Locations {
+            min: self.min,
+            max: self.max,
+        }
+    }
+
     /// Corners of the report site: at the left wall, centered in y, cut off at the border.
     pub fn site(&self) -> (Vec2, Vec2) {
         let size = self.map.site_size;

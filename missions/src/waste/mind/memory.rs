@@ -7,10 +7,10 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 use smallvec::SmallVec;
 
+use super::sweep::Sweep;
+use crate::waste::data::EMPTY_EXPIRES;
 use robot_agent::body::goal::{is_shorter, length};
 
-/// After this a spill that was seen empty may have waste again: somebody may have added some, or erred.
-const EMPTY_EXPIRES: SimTime = SimTime(180_000);
 /// How long a robot leaves a spill, or the report site, alone to which it has found no way.
 pub(super) const SET_ASIDE: SimTime = SimTime(180_000);
 /// Places nearer to each other than this are one, m.
@@ -36,6 +36,10 @@ struct OwnSpill {
     number: u16,
     /// When the robot last found no way to it. It tells nobody: it may be shut in itself.
     out_of_reach: Option<SimTime>,
+    /// How many of its items and views it has found no way to since it last held something.
+    closed: u32,
+    /// The search of its part of the room, while it goes on.
+    sweep: Option<Sweep>,
 }
 
 impl Memory {
@@ -57,6 +61,8 @@ impl Memory {
                 .map(|&number| OwnSpill {
                     number,
                     out_of_reach: None,
+                    closed: 0,
+                    sweep: None,
                 })
                 .collect(),
         }
@@ -115,7 +121,28 @@ impl Memory {
     pub fn set_aside(&mut self, spill: u16, now: SimTime) {
         if let Some(own) = self.own_spill(spill) {
             self.spills[own].out_of_reach = Some(now);
+            self.spills[own].closed = 0;
         }
+    }
+
+    /// The robot has found no way to something of a spill, or could not take it up.
+    pub fn close(&mut self, spill: u16) {
+        if let Some(own) = self.own_spill(spill) {
+            self.spills[own].closed += 1;
+        }
+    }
+
+    /// The robot holds something of the spill.
+    pub fn reopen(&mut self, spill: u16) {
+        if let Some(own) = self.own_spill(spill) {
+            self.spills[own].closed = 0;
+        }
+    }
+
+    /// How often it has found no way since it last held something, in how many stints it may be.
+    pub fn closed(&self, spill: u16) -> u32 {
+        self.own_spill(spill)
+            .map_or(0, |own| self.spills[own].closed)
     }
 
     /// Whether the robot leaves the spill alone.
@@ -149,6 +176,41 @@ impl Memory {
         known.any(|(known, fact)| {
             *known == spill && fact.value && now.since(fact.seen) < EMPTY_EXPIRES
         })
+    }
+
+    /// Begins the search of a spill's part of the room, if the spill, seen empty or left alone before, has proved to be no
+    /// different, and nothing is known to be left at the others; whether it has.
+    pub fn begin_sweep(&mut self, spill: u16, now: SimTime) -> bool {
+        let begins = self.is_all_done() && !self.believes_empty(spill, now);
+        if let Some(own) = self.own_spill(spill).filter(|_| begins) {
+            self.spills[own].sweep = Some(Sweep::default());
+        }
+        begins
+    }
+
+    /// The search of a spill's part of the room, once it has begun.
+    pub fn sweep(&mut self, spill: u16) -> Option<&mut Sweep> {
+        let own = self.own_spill(spill)?;
+        self.spills[own].sweep.as_mut()
+    }
+
+    /// The search of a spill's part of the room is over.
+    pub fn end_sweep(&mut self, spill: u16) {
+        if let Some(own) = self.own_spill(spill) {
+            self.spills[own].sweep = None;
+        }
+    }
+
+    /// Whether each of its spills was empty when it was last seen, or has proved to be out of reach.
+    fn is_all_done(&self) -> bool {
+        let mut spills = self.spills.iter();
+        spills.all(|own| own.out_of_reach.is_some() || self.was_empty(own.number))
+    }
+
+    /// Whether the spill was empty when it was last seen, however long ago.
+    pub fn was_empty(&self, spill: u16) -> bool {
+        let mut known = self.knowledge.empty.iter();
+        known.any(|&(known, fact)| known == spill && fact.value)
     }
 
     /// Places outside the spills where something is taken to lie.
@@ -239,6 +301,9 @@ impl Memory {
     fn adopt(&mut self, fact: Fact<Locations>) {
         self.knowledge.locations = Some(fact);
         self.confirmed = false;
+        for own in &mut self.spills {
+            own.sweep = None;
+        }
     }
 
     fn record(&mut self, withdrawal: Withdrawal) {
@@ -395,6 +460,39 @@ mod tests {
         memory.see_spill(0, true, at(10));
         assert!(memory.believes_empty(0, at(10)));
         assert!(!memory.believes_empty(0, at(10) + EMPTY_EXPIRES));
+    }
+
+    #[test]
+    fn a_search_begins_when_all_has_been_found_empty_again() {
+        let mut memory = memory();
+        let later = at(10) + EMPTY_EXPIRES;
+        memory.see_spill(0, true, at(10));
+        // Nothing is known of the other one, and then that something is there.
+        assert!(!memory.begin_sweep(0, later));
+        memory.see_spill(1, false, at(10));
+        assert!(!memory.begin_sweep(0, later));
+        memory.see_spill(1, true, at(11));
+        assert!(!memory.begin_sweep(0, at(12)));
+        assert!(memory.begin_sweep(0, later) && memory.sweep(1).is_none());
+        // It goes on, whatever is found, until it is over.
+        memory.sweep(0).unwrap().pass();
+        memory.see_spill(0, false, later);
+        assert_ne!(memory.sweep(0), Some(&mut Sweep::default()));
+        memory.end_sweep(0);
+        assert_eq!(memory.sweep(0), None);
+    }
+
+    #[test]
+    fn spills_that_are_out_of_reach_do_not_keep_it_from_a_search() {
+        let mut memory = memory();
+        let later = at(10) + EMPTY_EXPIRES;
+        memory.see_spill(0, true, at(10));
+        // In however many stints that shows.
+        memory.close(1);
+        assert_eq!(memory.closed(1), 1);
+        memory.set_aside(1, at(100));
+        assert_eq!(memory.closed(1), 0);
+        assert!(memory.begin_sweep(0, later) && memory.begin_sweep(1, later));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! A tour:
 //! - `briefing`: what a robot knows beforehand, with the `map`. `extremes`: what it learns about the border, by `compass`. `memory`: what it knows about the
 //!   mission, from own sight and from hearsay. `teammates`: what it last heard of each of the others.
-//! - `find`, `spill`, `report`: the behavior sets; `sight` and `views` are what the work on a spill sees.
+//! - `find`, `spill`, `report`: the behavior sets; `sight` and `views` are what the work on a spill sees, `sweep` is how it searches.
 //! - `costs`: what each behavior would cost, for allocators that compare.
 //! - `perceiving` and `acting`: the two halves of a step, which use them all.
 //!
@@ -11,6 +11,9 @@
 //! - Locations are known once each wall was sensed; a search that has not sensed all of them goes on.
 //! - A spill is empty when most of it was seen without anything on it, and the robot came from the deposit or went there with
 //!   nothing in sight. What lies under an obstacle is nobody's.
+//! - Whoever finds a spill empty or out of reach that was so before, and knows of nothing that is left at the others, looks over all
+//!   of the room that is nearer to this spill than to another: somebody may have strewn waste there. So nobody has to know how much
+//!   there is. Each robot keeps for itself how far it has got.
 //! - A spill to most of which, or to whose waste, a robot finds no way it leaves alone for three minutes, so that the next one has
 //!   its turn, and tells nobody: it may be shut in itself. So with the report site, when every way to it is closed.
 //! - Locations prove wrong only where the robot stands and senses something else. What it sees from outside, and an obstacle or
@@ -32,6 +35,7 @@ mod perceiving;
 mod report;
 mod sight;
 mod spill;
+mod sweep;
 mod teammates;
 mod views;
 

@@ -51,6 +51,17 @@ impl Sight {
         })
     }
 
+    /// A view of a floor with that waste.
+    #[cfg(test)]
+    pub fn from_there(position: Vec2, range: f32, waste: SensedWaste) -> Self {
+        Self {
+            position,
+            ahead: Vec2::X,
+            waste,
+            range,
+        }
+    }
+
     /// The item seen within `slack` of that place.
     pub fn item_at(&self, place: Vec2, slack: f32) -> Option<Vec2> {
         let mut items = self.waste.iter().copied();

@@ -20,8 +20,8 @@ const INSIDE_DEPOSIT_M: f32 = 0.1;
 const REACH_MARGIN_M: f32 = 0.02;
 /// An item seen this near to where one was seen before is the same, m.
 const SAME_ITEM_M: f32 = 0.05;
-/// So many items and views to which it finds no way, without having held anything in between, and the robot leaves the spill
-/// alone.
+/// So many items and views to which it finds no way, and items that it cannot take up, without having held anything in between,
+/// and the robot leaves the spill alone.
 const CLOSED_MOST: u32 = 10;
 /// How long an item that could not be reached or gripped is left alone.
 const UNREACHABLE: SimTime = SimTime(10_000);
@@ -71,8 +71,6 @@ pub(super) struct SpillWork {
     /// What could not be reached or gripped, and until when it is left alone.
     unreachable: Vec<(Vec2, SimTime)>,
     target: Target,
-    /// How many items and views it has found no way to since it last held something.
-    closed: u32,
     /// Where it has just tried to pick something up.
     gripped_at: Option<Vec2>,
 }
@@ -82,6 +80,8 @@ pub(super) struct SpillWork {
 enum Target {
     Item(Vec2),
     View(Vec2),
+    /// On the search of the spill's part of the room.
+    Cell(Vec2),
     Deposit,
 }
 
@@ -97,7 +97,6 @@ impl SpillWork {
             seen: SmallVec::new(),
             unreachable: Vec::new(),
             target: Target::Deposit,
-            closed: 0,
             gripped_at: None,
         }
     }
@@ -114,17 +113,18 @@ impl SpillWork {
         if let Some(place) = self.gripped_at.take()
             && !view.holding
         {
+            memory.close(self.spill);
             self.leave_alone(place, view);
             memory.see_loose(place, false, view.now);
         }
         if view.status == Status::Blocked {
-            self.pass_over(view);
+            self.pass_over(view, memory);
         }
         if view.holding {
-            self.closed = 0;
+            memory.reopen(self.spill);
             return self.deliver(briefing, view);
         }
-        if self.closed >= CLOSED_MOST {
+        if memory.closed(self.spill) >= CLOSED_MOST {
             return Work::OutOfReach;
         }
         self.collect(briefing, view, memory)
@@ -152,7 +152,7 @@ impl SpillWork {
         Work::Grip(Gripper::Drop)
     }
 
-    fn collect(&mut self, briefing: &Briefing, view: &SpillView, memory: &Memory) -> Work {
+    fn collect(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
         let within = briefing.reach_m - REACH_MARGIN_M;
         let Some(at) = self.choose(view, memory) else {
             return self.look_around(briefing, view, memory);
@@ -187,8 +187,12 @@ impl SpillWork {
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// All over the spill, and once along the way to the deposit.
-    fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &Memory) -> Work {
+    /// All over the spill, and once along the way to the deposit; then all over its part of the room, if nothing else is known to
+    /// be left: once begun, that comes first.
+    fn look_around(&mut self, briefing: &Briefing, view: &SpillView, memory: &mut Memory) -> Work {
+        if let Some(searching) = self.search(briefing, view, memory) {
+            return searching;
+        }
         let position = view.sight.position;
         let going = match self.target {
             Target::View(at) => Some(at),
@@ -220,6 +224,9 @@ impl SpillWork {
             within: AT_POINT_M,
         });
         if !self.views.show_enough() {
+            if memory.begin_sweep(self.spill, view.now) {
+                return stay;
+            }
             // There may be a way by now: others have moved.
             self.views.restart();
             self.views.unblock();
@@ -234,7 +241,33 @@ impl SpillWork {
             self.target = Target::Deposit;
             return Work::Go(Goal::Place { at, within });
         }
+        if memory.begin_sweep(self.spill, view.now) {
+            return stay;
+        }
         Work::Empty
+    }
+
+    /// Goes on with the search of the spill's part of the room; `None` where none has begun.
+    fn search(
+        &mut self,
+        briefing: &Briefing,
+        view: &SpillView,
+        memory: &mut Memory,
+    ) -> Option<Work> {
+        let sweep = memory.sweep(self.spill)?;
+        let Some(at) = sweep.next(self.spill, view.sight, briefing.sight_m, view.places) else {
+            memory.end_sweep(self.spill);
+            return Some(if memory.was_empty(self.spill) {
+                Work::Empty
+            } else {
+                Work::OutOfReach
+            });
+        };
+        self.target = Target::Cell(at);
+        Some(Work::Go(Goal::Place {
+            at,
+            within: AT_POINT_M,
+        }))
     }
 
     /// Joins what is in sight to what was seen before.
@@ -262,11 +295,19 @@ impl SpillWork {
     }
 
     /// There was no way to the target.
-    fn pass_over(&mut self, view: &SpillView) {
-        self.closed += u32::from(self.target != Target::Deposit);
+    fn pass_over(&mut self, view: &SpillView, memory: &mut Memory) {
+        if matches!(self.target, Target::Item(_) | Target::View(_)) {
+            memory.close(self.spill);
+        }
         match self.target {
             Target::Item(at) => self.leave_alone(at, view),
             Target::View(at) => self.views.block(at),
+            // As mostly when an obstacle stands there.
+            Target::Cell(_) => {
+                if let Some(sweep) = memory.sweep(self.spill) {
+                    sweep.pass();
+                }
+            }
             Target::Deposit => self.from_deposit |= !view.holding,
         }
     }

@@ -354,6 +354,7 @@ pub(super) fn drawn(
         return Err(file.mistake(&at(name), what, remedy));
     }
     let keys = [
+        ("room", mission.room.is_some()),
         ("obstacles", mission.obstacles.is_some()),
         ("robots", mission.robots.is_some()),
         ("faults", mission.faults.is_some()),
