@@ -7,7 +7,7 @@ use std::sync::Arc;
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow};
 use alliance_proto::mission::Lore;
-use alliance_proto::mission::waste::{Fact, Locations, WasteBulletin};
+use alliance_proto::mission::items::{Fact, ItemsBulletin, Locations};
 use alliance_proto::scenario::{Catalog, HistoryOrigin, Scenario, Setup, Switches};
 use alliance_proto::team::{About, Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::telemetry::Motivation;
@@ -84,7 +84,7 @@ fn random_message(chance: &mut ChaCha8Rng, now: SimTime) -> Broadcast {
             set: alliance_proto::ids::BehaviorId(task.0 + 1),
             progress,
         };
-        let update = WasteBulletin::PositionUpdate(Fact {
+        let update = ItemsBulletin::PositionUpdate(Fact {
             value: Locations {
                 min: corner,
                 max: corner,

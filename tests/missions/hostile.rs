@@ -10,7 +10,7 @@ use alliance_proto::fault::{Fault, Order};
 use alliance_proto::ids::RobotId;
 use alliance_proto::join::{JoinRequest, PROTOCOL_VERSION};
 use alliance_proto::keys::Keys;
-use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
+use alliance_proto::mission::items::{ItemsBulletin, Withdrawal};
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::rendezvous::Rendezvous;
@@ -346,7 +346,7 @@ impl Stranger {
             seq: 0,
             sent: SimTime(0),
             body: Content::Bulletin(
-                WasteBulletin::Withdrawal(Withdrawal {
+                ItemsBulletin::Withdrawal(Withdrawal {
                     finder: robot,
                     seen: SimTime(1 << 40),
                 })

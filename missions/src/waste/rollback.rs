@@ -6,7 +6,7 @@ use alliance_proto::codec::encode;
 use alliance_proto::ids::Tick;
 use alliance_proto::link::{LinkState, Probability};
 use alliance_proto::mission::Sensed;
-use alliance_proto::mission::waste::{WasteSensed, Zone};
+use alliance_proto::mission::items::{ItemsSensed, Zone};
 use alliance_proto::readings::{Pose, Proximity, Readings};
 use alliance_proto::scenario::Scenario;
 use alliance_proto::secret::Secret;
@@ -79,10 +79,10 @@ fn readings() -> impl Strategy<Value = Readings> {
             front_border: Some(front),
             side_border: Some(side),
             proximity: Some(Proximity::default()),
-            mission: Sensed::Waste(WasteSensed {
-                waste: Some(waste.into_iter().map(Vec2::from).collect()),
-                zone: Some([Zone::None, Zone::Spill, Zone::Deposit][usize::from(zone)]),
-                report_site: Some(report_site),
+            mission: Sensed::Items(ItemsSensed {
+                items: Some(waste.into_iter().map(Vec2::from).collect()),
+                zone: Some([Zone::None, Zone::Source, Zone::Target][usize::from(zone)]),
+                at_site: Some(report_site),
                 holding: Some(holding),
             }),
             ..Readings::default()

@@ -14,8 +14,8 @@ use crate::fault::{Fault, Order};
 use crate::ids::{BehaviorId, ItemId, RobotId, TaskId};
 use crate::join::{JoinReply, JoinRequest, Refusal, Welcome};
 use crate::link::{LinkState, Probability};
-use crate::mission::waste::{
-    Fact, Gripper, Knowledge, Locations, LooseWaste, WasteBulletin, WasteDeed, WasteSensed,
+use crate::mission::items::{
+    Fact, Gripper, ItemsBulletin, ItemsDeed, ItemsSensed, Knowledge, Locations, LooseItem,
     Withdrawal, Zone,
 };
 use crate::mission::{Bytes, Deed, Lore, Payload, Sensed};
@@ -104,19 +104,19 @@ fn readings() -> impl Strategy<Value = Readings> {
 }
 
 fn sensed() -> impl Strategy<Value = Sensed> {
-    let zone = prop::sample::select(vec![Zone::None, Zone::Spill, Zone::Deposit]);
-    let waste = (
+    let zone = prop::sample::select(vec![Zone::None, Zone::Source, Zone::Target]);
+    let items = (
         option::of(vec(point(), 0..4).prop_map(|items| items.into_iter().collect())),
         option::of(zone),
         any::<(Option<bool>, Option<bool>)>(),
     );
     prop_oneof![
         Just(Sensed::Nothing),
-        waste.prop_map(
-            |(waste, zone, (report_site, holding))| Sensed::Waste(WasteSensed {
-                waste,
+        items.prop_map(
+            |(items, zone, (at_site, holding))| Sensed::Items(ItemsSensed {
+                items,
                 zone,
-                report_site,
+                at_site,
                 holding,
             })
         ),
@@ -196,7 +196,7 @@ fn withdrawal() -> impl Strategy<Value = Withdrawal> {
 }
 
 fn knowledge() -> impl Strategy<Value = Knowledge> {
-    let loose = (point(), any::<bool>()).prop_map(|(at, present)| LooseWaste { at, present });
+    let loose = (point(), any::<bool>()).prop_map(|(at, present)| LooseItem { at, present });
     (
         option::of(locations()),
         vec(withdrawal(), 0..3),
@@ -218,7 +218,7 @@ fn knowledge() -> impl Strategy<Value = Knowledge> {
 fn lore() -> impl Strategy<Value = Lore> {
     prop_oneof![
         Just(Lore::Nothing),
-        knowledge().prop_map(Lore::Waste),
+        knowledge().prop_map(Lore::Items),
         vec(any::<u8>(), 0..9).prop_map(Lore::Open),
     ]
 }
@@ -231,8 +231,8 @@ fn bulletin() -> impl Strategy<Value = Bulletin> {
         progress,
     });
     let payload = prop_oneof![
-        locations().prop_map(|told| Payload::Waste(WasteBulletin::PositionUpdate(told))),
-        withdrawal().prop_map(|told| Payload::Waste(WasteBulletin::Withdrawal(told))),
+        locations().prop_map(|told| Payload::Items(ItemsBulletin::PositionUpdate(told))),
+        withdrawal().prop_map(|told| Payload::Items(ItemsBulletin::Withdrawal(told))),
         vec(any::<u8>(), 0..9).prop_map(Payload::Open),
     ];
     (kind, option::of(about), payload).prop_map(|(kind, about, payload)| Bulletin {
@@ -434,13 +434,10 @@ fn allocation_row() -> impl Strategy<Value = AllocationRow> {
 
 fn report() -> impl Strategy<Value = Report> {
     let gripper = prop::sample::select(vec![Gripper::Keep, Gripper::Pick, Gripper::Drop]);
-    let waste = (gripper, any::<bool>()).prop_map(|(gripper, report_progress)| WasteDeed {
-        gripper,
-        report_progress,
-    });
+    let deed = (gripper, any::<bool>()).prop_map(|(gripper, report)| ItemsDeed { gripper, report });
     let deed = prop_oneof![
         Just(Deed::Nothing),
-        waste.prop_map(Deed::Waste),
+        deed.prop_map(Deed::Items),
         any::<[u8; 5]>().prop_map(|bytes| Deed::Open(Bytes::encode(&bytes).unwrap())),
     ];
     let actuation = (real(), real(), deed).prop_map(|(speed_m_s, turn_rad_s, deed)| Actuation {

@@ -7,10 +7,10 @@
 pub mod columns;
 pub mod data;
 mod figures;
+pub mod items;
 pub mod prelude;
 pub mod promises;
 pub mod section;
-pub mod waste;
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ use serde::de::{DeserializeOwned, Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::codec::{self, CodecError};
-use waste::{Knowledge, WasteBulletin, WasteDeed, WasteSensed};
+use items::{ItemsBulletin, ItemsDeed, ItemsSensed, Knowledge};
 
 pub use figures::{MissionFigures, TeamFigures, Value};
 
@@ -38,31 +38,31 @@ pub enum Sensed {
     /// Nothing.
     #[default]
     Nothing,
-    /// In the waste clean-up.
-    Waste(WasteSensed),
+    /// Of [`items`].
+    Items(ItemsSensed),
     /// In any other mission: the encoding of a type of its own; elsewhere, for a robot's readings are to lie close together.
     Open(Box<Bytes<SENSED_MAX>>),
 }
 
 impl Sensed {
-    /// What the devices of the waste clean-up tell: nothing in another mission.
+    /// What the devices for [`items`] tell: nothing in a mission without them.
     #[inline]
     #[must_use]
-    pub fn waste(&self) -> &WasteSensed {
-        const NOTHING: &WasteSensed = &WasteSensed::NOTHING;
+    pub fn items(&self) -> &ItemsSensed {
+        const NOTHING: &ItemsSensed = &ItemsSensed::NOTHING;
         match self {
-            Self::Waste(sensed) => sensed,
+            Self::Items(sensed) => sensed,
             Self::Nothing | Self::Open(_) => NOTHING,
         }
     }
 
     /// The same, to be written to.
     #[inline]
-    pub fn waste_mut(&mut self) -> &mut WasteSensed {
-        if !matches!(self, Self::Waste(_)) {
-            *self = Self::Waste(WasteSensed::NOTHING);
+    pub fn items_mut(&mut self) -> &mut ItemsSensed {
+        if !matches!(self, Self::Items(_)) {
+            *self = Self::Items(ItemsSensed::NOTHING);
         }
-        let Self::Waste(sensed) = self else {
+        let Self::Items(sensed) = self else {
             unreachable!("it has just been made so")
         };
         sensed
@@ -76,20 +76,20 @@ pub enum Deed {
     /// Nothing.
     #[default]
     Nothing,
-    /// In the waste clean-up.
-    Waste(WasteDeed),
+    /// Of [`items`].
+    Items(ItemsDeed),
     /// In any other mission: the encoding of a type of its own.
     Open(Bytes<DEED_MAX>),
 }
 
 impl Deed {
-    /// What it means in the waste clean-up.
+    /// What it means with [`items`].
     #[inline]
     #[must_use]
-    pub fn waste(&self) -> WasteDeed {
+    pub fn items(&self) -> ItemsDeed {
         match self {
-            Self::Waste(deed) => *deed,
-            Self::Nothing | Self::Open(_) => WasteDeed::default(),
+            Self::Items(deed) => *deed,
+            Self::Nothing | Self::Open(_) => ItemsDeed::default(),
         }
     }
 }
@@ -101,8 +101,8 @@ pub enum Lore {
     /// Nothing.
     #[default]
     Nothing,
-    /// In the waste clean-up.
-    Waste(Knowledge),
+    /// Of [`items`].
+    Items(Knowledge),
     /// In any other mission: the encoding of a type of its own, [`LORE_MAX`] bytes at most.
     Open(#[serde(deserialize_with = "at_most_lore")] Vec<u8>),
 }
@@ -111,8 +111,8 @@ pub enum Lore {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Payload {
-    /// In the waste clean-up.
-    Waste(WasteBulletin),
+    /// Of [`items`].
+    Items(ItemsBulletin),
     /// In any other mission: the encoding of a type of its own, [`LORE_MAX`] bytes at most.
     Open(#[serde(deserialize_with = "at_most_lore")] Vec<u8>),
 }
@@ -266,10 +266,10 @@ mod tests {
     #[test]
     fn of_another_mission_the_clean_up_reads_nothing() {
         let mut sensed = Sensed::Open(Box::default());
-        assert_eq!(*sensed.waste(), WasteSensed::default());
-        sensed.waste_mut().holding = Some(true);
-        assert_eq!(sensed.waste().holding, Some(true));
+        assert_eq!(*sensed.items(), ItemsSensed::default());
+        sensed.items_mut().holding = Some(true);
+        assert_eq!(sensed.items().holding, Some(true));
         let deed = Deed::Open(Bytes::default());
-        assert_eq!(deed.waste(), WasteDeed::default());
+        assert_eq!(deed.items(), ItemsDeed::default());
     }
 }

@@ -84,7 +84,7 @@ impl Air {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste::{WasteBulletin, Withdrawal};
+    use alliance_proto::mission::items::{ItemsBulletin, Withdrawal};
     use alliance_proto::team::Content;
     use alliance_proto::time::SimTime;
 
@@ -101,7 +101,7 @@ mod tests {
             seq: 10 * tick + u64::from(index),
             sent: SimTime(tick),
             body: Content::Bulletin(
-                WasteBulletin::Withdrawal(Withdrawal {
+                ItemsBulletin::Withdrawal(Withdrawal {
                     finder: SENDER,
                     seen: SimTime::ZERO,
                 })

@@ -19,7 +19,7 @@ const PATIENCE: f64 = 5.0;
 /// Units of work that finding the locations takes, and going there.
 const SEARCH_UNITS: f64 = 8.0;
 
-/// What one robot alone needs for waste that is strewn anywhere, in an empty room.
+/// What one robot alone needs for items that are strewn anywhere, in an empty room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Far {
     /// There and back, s.

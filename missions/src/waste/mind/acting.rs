@@ -3,7 +3,7 @@
 use crate::waste::data::BehaviorKind;
 use crate::waste::data::notes;
 use alliance_proto::ids::{BehaviorId, TaskId};
-use alliance_proto::mission::waste::{Gripper, WasteBulletin, WasteDeed, Zone};
+use alliance_proto::mission::items::{Gripper, ItemsBulletin, ItemsDeed, Zone};
 use alliance_proto::readings::Readings;
 
 use alliance_proto::team::About;
@@ -79,7 +79,7 @@ impl WasteMission {
             kind: notes::PUT_DOWN,
             detail: format!("at {:.2} {:.2}", at.x, at.y),
         });
-        if readings.mission.waste().zone == Some(Zone::None) {
+        if readings.mission.items().zone == Some(Zone::None) {
             self.memory.see_loose(at, true, now);
         }
     }
@@ -130,7 +130,7 @@ impl WasteMission {
                         set,
                         progress: self.search_progress + u32::from(progress),
                     };
-                    let told = WasteBulletin::PositionUpdate(locations);
+                    let told = ItemsBulletin::PositionUpdate(locations);
                     action.bulletins.push(told.about(Some(about)));
                 }
                 progress
@@ -153,13 +153,13 @@ impl WasteMission {
         let (Some(sight), Some(places)) = (&self.sight, places) else {
             return;
         };
-        let zone = readings.mission.waste().zone;
+        let zone = readings.mission.items().zone;
         let view = SpillView {
             now,
             sight,
             holding: self.holding,
-            in_deposit: zone.map(|zone| zone == Zone::Deposit),
-            in_spill: zone.map(|zone| zone == Zone::Spill),
+            in_deposit: zone.map(|zone| zone == Zone::Target),
+            in_spill: zone.map(|zone| zone == Zone::Source),
             status: self.status,
             places: &places,
         };
@@ -203,7 +203,7 @@ impl WasteMission {
         match errand(
             &places,
             pose.position,
-            readings.mission.waste().report_site,
+            readings.mission.items().at_site,
             self.briefing.chassis.radius_m,
         ) {
             Errand::Go(goal) => {
@@ -214,9 +214,9 @@ impl WasteMission {
             }
             Errand::Report => {
                 self.ways_to_site = Ways::default();
-                let report = WasteDeed {
-                    report_progress: true,
-                    ..WasteDeed::default()
+                let report = ItemsDeed {
+                    report: true,
+                    ..ItemsDeed::default()
                 };
                 action.actuation.deed = report.into();
                 self.pending = Some(Pending::Report(task));
@@ -236,7 +236,7 @@ impl WasteMission {
             kind: notes::LOCATIONS_WITHDRAWN,
             detail: format!("of {} at {}", withdrawal.finder, withdrawal.seen),
         });
-        let told = WasteBulletin::Withdrawal(withdrawal);
+        let told = ItemsBulletin::Withdrawal(withdrawal);
         action.bulletins.push(told.about(None));
     }
 

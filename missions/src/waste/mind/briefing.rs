@@ -6,7 +6,7 @@ use crate::waste::data::WasteSection;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::mission::waste::Locations;
+use alliance_proto::mission::items::Locations;
 use alliance_proto::scenario::{Catalog, Setup};
 use alliance_proto::time::SimTime;
 use glam::Vec2;

@@ -1,6 +1,6 @@
 //! The smallest and largest x and y that a robot knows to be inside the border (thesis §4.1.2.1).
 
-use alliance_proto::mission::waste::Locations;
+use alliance_proto::mission::items::Locations;
 use alliance_proto::readings::{Pose, Readings};
 use glam::Vec2;
 

@@ -3,7 +3,7 @@
 use crate::waste::data::{Spill, Spot, WasteSection};
 use std::cell::Cell;
 
-use alliance_proto::mission::waste::Locations;
+use alliance_proto::mission::items::Locations;
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
 

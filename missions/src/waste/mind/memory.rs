@@ -2,7 +2,7 @@
 //! own sight beats hearsay, "empty" expires.
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::mission::waste::{Fact, Knowledge, Locations, LooseWaste, Withdrawal};
+use alliance_proto::mission::items::{Fact, Knowledge, Locations, LooseItem, Withdrawal};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use smallvec::SmallVec;
@@ -154,7 +154,7 @@ impl Memory {
 
     /// A place outside the spills, as seen by the robot itself.
     pub fn see_loose(&mut self, at: Vec2, present: bool, now: SimTime) {
-        let fact = self.own(LooseWaste { at, present }, now);
+        let fact = self.own(LooseItem { at, present }, now);
         self.join_loose(fact);
     }
 
@@ -338,7 +338,7 @@ impl Memory {
             .map(|(index, _)| index)
     }
 
-    fn join_loose(&mut self, fact: Fact<LooseWaste>) {
+    fn join_loose(&mut self, fact: Fact<LooseItem>) {
         let same = self.loose_at(fact.value.at);
         let loose = &mut self.knowledge.loose;
         match same {
@@ -415,7 +415,7 @@ mod tests {
 
     fn told_loose(at: Vec2, present: bool, seen: SimTime) -> Knowledge {
         let fact = Fact {
-            value: LooseWaste { at, present },
+            value: LooseItem { at, present },
             seen_by: OTHER,
             seen,
         };

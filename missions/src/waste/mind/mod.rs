@@ -175,8 +175,8 @@ impl AgentMission for WasteMission {
     fn lore(&self, lore: &mut Lore) {
         let known = self.memory.knowledge();
         match lore {
-            Lore::Waste(old) => old.clone_from(known),
-            Lore::Nothing | Lore::Open(_) => *lore = Lore::Waste(known.clone()),
+            Lore::Items(old) => old.clone_from(known),
+            Lore::Nothing | Lore::Open(_) => *lore = Lore::Items(known.clone()),
         }
     }
 

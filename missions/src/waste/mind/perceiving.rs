@@ -5,7 +5,7 @@ use crate::waste::data::notes;
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
-use alliance_proto::mission::waste::{Knowledge, WasteBulletin, Zone};
+use alliance_proto::mission::items::{ItemsBulletin, Knowledge, Zone};
 use alliance_proto::mission::{Lore, Payload};
 use alliance_proto::readings::Readings;
 
@@ -71,7 +71,7 @@ impl WasteMission {
     }
 
     fn see_effects(&mut self, now: SimTime, readings: &Readings) {
-        let holding = readings.mission.waste().holding.unwrap_or(false);
+        let holding = readings.mission.items().holding.unwrap_or(false);
         match self.pending.take() {
             Some(Pending::Delivery(task)) if self.holding && !holding => self.progressed.push(task),
             Some(Pending::Report(task)) => {
@@ -101,19 +101,19 @@ impl WasteMission {
                         self.stands_back_since = None;
                     }
                 }
-                if let Lore::Waste(told) = &heartbeat.lore
+                if let Lore::Items(told) = &heartbeat.lore
                     && self.learn(told, now)
                 {
                     self.learned(broadcast.sender, notes);
                 }
             }
             Content::Bulletin(bulletin) => match bulletin.payload {
-                Payload::Waste(WasteBulletin::PositionUpdate(locations)) => {
+                Payload::Items(ItemsBulletin::PositionUpdate(locations)) => {
                     if self.memory.hear_locations(locations, now) {
                         self.learned(broadcast.sender, notes);
                     }
                 }
-                Payload::Waste(WasteBulletin::Withdrawal(withdrawal)) => {
+                Payload::Items(ItemsBulletin::Withdrawal(withdrawal)) => {
                     if self.memory.hear_withdrawal(withdrawal) {
                         self.stands_back_since = Some(now);
                     }
@@ -175,7 +175,7 @@ impl WasteMission {
             let radius_m = self.briefing.spill_radius_m + slack;
             is_within(places.spill(nearest) - at, radius_m).then_some(nearest)
         };
-        if readings.mission.waste().zone == Some(Zone::Spill)
+        if readings.mission.items().zone == Some(Zone::Source)
             && own_spill(pose.position, SPILL_TOLERANCE_M).is_some()
         {
             self.memory.confirm();
@@ -233,8 +233,8 @@ impl WasteMission {
         match set.kind {
             BehaviorKind::MoveSpill(spill) => {
                 let loads = self.holding && self.load_of == Some(set.id);
-                let sensed = readings.mission.waste();
-                let works = sensed.waste.is_some() && sensed.holding.is_some();
+                let sensed = readings.mission.items();
+                let works = sensed.items.is_some() && sensed.holding.is_some();
                 let wanted = || !self.memory.believes_empty(spill, now) || self.knows_loose(spill);
                 works && (loads || !self.memory.is_set_aside(spill, now) && wanted())
             }

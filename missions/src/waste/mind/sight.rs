@@ -1,6 +1,6 @@
 //! The waste that a robot senses outside the deposit, and how far it can be sure that there is no more.
 
-use alliance_proto::mission::waste::{SensedWaste, WASTE_MOST};
+use alliance_proto::mission::items::{ITEMS_MOST, SensedItems};
 use alliance_proto::readings::Readings;
 use glam::Vec2;
 
@@ -15,7 +15,7 @@ pub(super) struct Sight {
     /// Unit vector of the heading.
     pub ahead: Vec2,
     /// Waste outside the deposit, nearest first, m.
-    pub waste: SensedWaste,
+    pub waste: SensedItems,
     /// Up to here all waste is seen, m.
     range: f32,
 }
@@ -28,12 +28,12 @@ impl Sight {
         briefing: &Briefing,
         places: &Places,
     ) -> Option<Self> {
-        let (pose, sensed) = (readings.pose?, readings.mission.waste().waste.as_ref()?);
+        let (pose, sensed) = (readings.pose?, readings.mission.items().items.as_ref()?);
         let position = pose.position;
         let items = sensed
             .iter()
             .map(|offset| position + ahead * offset.x + ahead.perp() * offset.y);
-        let farthest = sensed.last().filter(|_| sensed.len() >= WASTE_MOST);
+        let farthest = sensed.last().filter(|_| sensed.len() >= ITEMS_MOST);
         let in_deposit = |item: Vec2| {
             let deposit = places.nearest_deposit(item);
             is_within(item - deposit, briefing.deposit_radius_m)
@@ -53,7 +53,7 @@ impl Sight {
 
     /// A view of a floor with that waste.
     #[cfg(test)]
-    pub fn from_there(position: Vec2, range: f32, waste: SensedWaste) -> Self {
+    pub fn from_there(position: Vec2, range: f32, waste: SensedItems) -> Self {
         Self {
             position,
             ahead: Vec2::X,
@@ -87,7 +87,7 @@ impl Sight {
 /// each item.
 fn is_far_from_deposit(
     position: Vec2,
-    sensed: &SensedWaste,
+    sensed: &SensedItems,
     briefing: &Briefing,
     places: &Places,
 ) -> bool {

@@ -1,7 +1,7 @@
 //! move-spill(LOC): carry the waste of one spill, and what lies loose nearer to it than to another, to the deposit (thesis
 //! §4.1.2.2).
 
-use alliance_proto::mission::waste::Gripper;
+use alliance_proto::mission::items::Gripper;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use smallvec::SmallVec;

@@ -1,6 +1,6 @@
 //! The search for waste of which nobody knows: back and forth over a spill's part of the room, row by row, as a field is mown.
 
-use alliance_proto::mission::waste::Locations;
+use alliance_proto::mission::items::Locations;
 use glam::Vec2;
 
 use super::map::Places;
@@ -61,7 +61,7 @@ impl Sweep {
 
 #[cfg(test)]
 mod tests {
-    use alliance_proto::mission::waste::SensedWaste;
+    use alliance_proto::mission::items::SensedItems;
 
     use super::super::map::{Map, Realms};
     use super::*;
@@ -71,7 +71,7 @@ mod tests {
     const SIGHT_M: f32 = 1.2;
 
     fn sight(position: Vec2) -> Sight {
-        Sight::from_there(position, SIGHT_M, SensedWaste::new())
+        Sight::from_there(position, SIGHT_M, SensedItems::new())
     }
 
     /// Where a robot is on its search of a spill's part of a room of that size, if it gets everywhere.

@@ -6,8 +6,8 @@ use std::f32::consts::PI;
 
 use alliance_proto::ids::TaskId;
 use alliance_proto::mission::Sensed;
-use alliance_proto::mission::waste::{
-    Fact, Gripper, Locations, SensedWaste, WasteBulletin, WasteSensed, Withdrawal, Zone,
+use alliance_proto::mission::items::{
+    Fact, Gripper, ItemsBulletin, ItemsSensed, Locations, SensedItems, Withdrawal, Zone,
 };
 use alliance_proto::readings::{Pose, Readings};
 
@@ -100,10 +100,10 @@ fn at(position: Vec2) -> Readings {
         front_border: Some(None),
         side_border: Some(None),
         proximity: Some(Default::default()),
-        mission: Sensed::Waste(WasteSensed {
-            waste: Some(SensedWaste::new()),
+        mission: Sensed::Items(ItemsSensed {
+            items: Some(SensedItems::new()),
             zone: Some(Zone::None),
-            report_site: Some(false),
+            at_site: Some(false),
             holding: Some(false),
         }),
         ..Readings::default()
@@ -111,8 +111,8 @@ fn at(position: Vec2) -> Readings {
 }
 
 /// The same readings, but for what the mission's devices tell.
-fn with(mut readings: Readings, change: impl FnOnce(&mut WasteSensed)) -> Readings {
-    change(readings.mission.waste_mut());
+fn with(mut readings: Readings, change: impl FnOnce(&mut ItemsSensed)) -> Readings {
+    change(readings.mission.items_mut());
     readings
 }
 
@@ -124,8 +124,8 @@ fn holding(position: Vec2) -> Readings {
 /// In the middle of the spill, with waste that near ahead.
 fn at_waste(ahead_m: f32) -> Readings {
     with(at(SPILL), |sensed| {
-        sensed.waste = Some([Vec2::new(ahead_m, 0.0)].into_iter().collect());
-        sensed.zone = Some(Zone::Spill);
+        sensed.items = Some([Vec2::new(ahead_m, 0.0)].into_iter().collect());
+        sensed.zone = Some(Zone::Source);
     })
 }
 
@@ -155,7 +155,7 @@ fn update(finder: RobotId, seen: SimTime) -> Broadcast {
         set: BehaviorId(0),
         progress: 0,
     };
-    let update = WasteBulletin::PositionUpdate(locations);
+    let update = ItemsBulletin::PositionUpdate(locations);
     broadcast(finder, seen, Content::Bulletin(update.about(Some(about))))
 }
 
@@ -249,13 +249,13 @@ fn a_report_is_made_on_the_site_and_is_progress() {
     let mut robot = informed();
     let off_site = at(Vec2::new(3.0, 4.5));
     let (_, action) = robot.step(Some("report-progress"), &off_site);
-    assert!(!action.actuation.deed.waste().report_progress);
+    assert!(!action.actuation.deed.items().report);
     let on_site = with(at(Vec2::new(0.4, 4.5)), |sensed| {
-        sensed.report_site = Some(true)
+        sensed.at_site = Some(true)
     });
     robot.now = SimTime(200_000);
     let (_, action) = robot.step(Some("report-progress"), &on_site);
-    assert!(action.actuation.deed.waste().report_progress);
+    assert!(action.actuation.deed.items().report);
     let perception = robot.perceive(&on_site, &[]);
     assert_eq!(perception.progressed, [REPORT]);
     assert_eq!(
@@ -290,7 +290,7 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
         .1
         .actuation;
     assert_eq!(
-        (far.deed.waste().gripper, far.speed_m_s),
+        (far.deed.items().gripper, far.speed_m_s),
         (Gripper::Keep, 0.5)
     );
     let near = robot
@@ -298,7 +298,7 @@ fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
         .1
         .actuation;
     assert_eq!(
-        (near.deed.waste().gripper, near.speed_m_s),
+        (near.deed.items().gripper, near.speed_m_s),
         (Gripper::Pick, 0.0)
     );
     let carry = robot
@@ -315,10 +315,10 @@ fn a_delivery_is_progress_when_it_is_seen_to_have_worked() {
     let mut robot = informed();
     robot.step(Some("move-spill(top)"), &at_waste(0.3));
     let inside = with(holding(DEPOSIT - Vec2::new(0.8, 0.0)), |sensed| {
-        sensed.zone = Some(Zone::Deposit)
+        sensed.zone = Some(Zone::Target)
     });
     let (_, action) = robot.step(Some("move-spill(top)"), &inside);
-    assert_eq!(action.actuation.deed.waste().gripper, Gripper::Drop);
+    assert_eq!(action.actuation.deed.items().gripper, Gripper::Drop);
     // The gripper did not open.
     assert!(
         robot
@@ -346,10 +346,10 @@ fn it_does_not_let_go_with_its_back_to_the_deposit() {
     let mut robot = informed();
     robot.step(Some("move-spill(top)"), &at_waste(0.3));
     let mut outward = holding(DEPOSIT - Vec2::new(0.8, 0.0));
-    outward.mission.waste_mut().zone = Some(Zone::Deposit);
+    outward.mission.items_mut().zone = Some(Zone::Target);
     outward.pose.as_mut().unwrap().heading_rad = PI;
     let (_, action) = robot.step(Some("move-spill(top)"), &outward);
-    assert_eq!(action.actuation.deed.waste().gripper, Gripper::Keep);
+    assert_eq!(action.actuation.deed.items().gripper, Gripper::Keep);
     assert!(action.actuation.turn_rad_s != 0.0);
 }
 
@@ -359,7 +359,7 @@ fn a_failed_grip_is_not_repeated_forever() {
     let refused = at_waste(0.3);
     let grips = (0..20).filter(|_| {
         let (_, action) = robot.step(Some("move-spill(top)"), &refused);
-        action.actuation.deed.waste().gripper == Gripper::Pick
+        action.actuation.deed.items().gripper == Gripper::Pick
     });
     assert_eq!(grips.count(), 1);
 }
@@ -372,7 +372,7 @@ fn when_its_set_hibernates_it_puts_its_load_down_and_says_where() {
         let place = Vec2::new(6.0, 5.0);
         robot.step(Some("move-spill(top)"), &holding(place));
         let (_, action) = robot.step(active, &holding(place));
-        assert_eq!(action.actuation.deed.waste().gripper, Gripper::Drop);
+        assert_eq!(action.actuation.deed.items().gripper, Gripper::Drop);
         assert!(action.notes.iter().any(|note| note.kind == notes::PUT_DOWN));
         let loose = &robot.mission.memory.knowledge().loose;
         assert_eq!(loose.len(), 1);
@@ -395,7 +395,7 @@ fn a_load_that_is_carried_keeps_its_set_applicable() {
 #[test]
 fn a_spill_is_empty_when_it_and_the_way_were_seen_empty() {
     let mut robot = informed();
-    let seen = with(at(SPILL), |sensed| sensed.zone = Some(Zone::Spill));
+    let seen = with(at(SPILL), |sensed| sensed.zone = Some(Zone::Source));
     let (_, action) = robot.step(Some("move-spill(top)"), &seen);
     assert!(action.notes.is_empty());
     let (_, action) = robot.step(Some("move-spill(top)"), &at(DEPOSIT - Vec2::new(0.8, 0.0)));
@@ -432,7 +432,7 @@ fn where_no_spill_is_sensed_the_locations_are_withdrawn() {
     };
     assert_eq!(
         action.bulletins,
-        [WasteBulletin::Withdrawal(withdrawal).about(None)]
+        [ItemsBulletin::Withdrawal(withdrawal).about(None)]
     );
     assert_eq!(robot.mission.memory.knowledge().withdrawn, [withdrawal]);
     assert_eq!(robot.applicable(&at(SPILL)).len(), 2);
@@ -505,7 +505,7 @@ fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
         },
         SimTime(10),
     );
-    let withdrawal = WasteBulletin::Withdrawal(Withdrawal {
+    let withdrawal = ItemsBulletin::Withdrawal(Withdrawal {
         finder: ME,
         seen: SimTime(10),
     });
@@ -548,12 +548,12 @@ fn a_place_that_was_searched_in_vain_is_no_longer_one_to_search() {
 fn waste_in_the_deposit_is_nobodys_work() {
     let mut robot = informed();
     let readings = with(at(DEPOSIT), |sensed| {
-        sensed.waste = Some([Vec2::new(0.3, 0.0)].into_iter().collect())
+        sensed.items = Some([Vec2::new(0.3, 0.0)].into_iter().collect())
     });
     robot.perceive(&readings, &[]);
     assert!(robot.mission.memory.knowledge().loose.is_empty());
     let action = robot.act(Some("move-spill(top)"), &readings);
-    assert_eq!(action.actuation.deed.waste().gripper, Gripper::Keep);
+    assert_eq!(action.actuation.deed.items().gripper, Gripper::Keep);
 }
 
 #[test]
@@ -563,14 +563,14 @@ fn a_full_waste_sensor_proves_nothing_about_what_is_farther_away() {
     robot.mission.memory.see_loose(place, true, robot.now);
     let mut crowded = at(Vec2::new(8.3, 4.5));
     // Eight items in the deposit are nearer than the place.
-    crowded.mission.waste_mut().waste = Some(
+    crowded.mission.items_mut().items = Some(
         (0..8)
             .map(|index| Vec2::new(0.4, 0.01 * index as f32))
             .collect(),
     );
     robot.perceive(&crowded, &[]);
     assert_eq!(robot.mission.memory.loose().count(), 1);
-    crowded.mission.waste_mut().waste.as_mut().unwrap().pop();
+    crowded.mission.items_mut().items.as_mut().unwrap().pop();
     robot.perceive(&crowded, &[]);
     assert_eq!(robot.mission.memory.loose().count(), 0);
 }

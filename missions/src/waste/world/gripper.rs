@@ -1,7 +1,7 @@
 //! The gripper: takes up the nearest item, puts it down in front of the robot.
 
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::waste::Gripper;
+use alliance_proto::mission::items::Gripper;
 use glam::Vec2;
 
 use super::{DELIVERED, DROPPED, PICK_FAILED, PICKED, Waste};

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::waste::data::ItemCounts;
 use crate::waste::data::{Spill, WasteSection};
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::waste::Zone;
+use alliance_proto::mission::items::Zone;
 use alliance_proto::rng::{self, Purpose};
 use alliance_proto::scenario::Scenario;
 use glam::Vec2;
@@ -57,9 +57,9 @@ impl WasteFloor {
     pub fn new(scenario: &Scenario, seed: u64, floor: &Floor) -> Self {
         let waste = WasteSection::of(scenario);
         let spills = waste.spills.iter().map(Spill::spot);
-        let spills = spills.map(|spot| (Zone::Spill, spot, waste.spill_radius_m));
+        let spills = spills.map(|spot| (Zone::Source, spot, waste.spill_radius_m));
         let deposits = waste.deposits();
-        let deposits = deposits.map(|spot| (Zone::Deposit, spot, waste.deposit.radius_m));
+        let deposits = deposits.map(|spot| (Zone::Target, spot, waste.deposit.radius_m));
         let zone_reach_m = waste.spill_radius_m.max(waste.deposit.radius_m);
         let discs: Vec<_> = deposits.chain(spills).collect();
         let mut zone_centers = Grid::new(floor.size(), zone_reach_m, discs.len());
@@ -114,7 +114,7 @@ impl WasteFloor {
     }
 
     pub fn is_deposit(&self, point: Vec2) -> bool {
-        self.zone(point) == Zone::Deposit
+        self.zone(point) == Zone::Target
     }
 
     pub fn is_report_site(&self, point: Vec2) -> bool {
@@ -133,7 +133,7 @@ impl WasteFloor {
             let (zone, outline) = self.zones[index];
             let (distance_m, _) = outline.surface(point);
             edge_m = edge_m.min(distance_m.abs());
-            if distance_m <= 0.0 && found != Zone::Deposit {
+            if distance_m <= 0.0 && found != Zone::Target {
                 found = zone;
             }
         }
@@ -216,8 +216,8 @@ impl WasteFloor {
     /// Number of items that lie in the same zone.
     fn count(&mut self, point: Vec2) -> &mut u32 {
         match self.zone(point) {
-            Zone::Deposit => &mut self.counts.delivered,
-            Zone::Spill => &mut self.counts.in_spills,
+            Zone::Target => &mut self.counts.delivered,
+            Zone::Source => &mut self.counts.in_spills,
             Zone::None => &mut self.counts.on_floor,
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::waste::data::WasteSection;
 use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
-use alliance_proto::mission::waste::Zone;
+use alliance_proto::mission::items::Zone;
 
 use alliance_proto::time::SimTime;
 use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
@@ -97,7 +97,7 @@ impl Waste {
             radius_m,
         }));
         for robot in &mut view.robots {
-            let waste = robot.readings.mission.waste().waste.iter();
+            let waste = robot.readings.mission.items().items.iter();
             robot.sensed.extend(waste.flatten());
         }
         let colored = self.reports.color_the_site(now);
@@ -110,7 +110,7 @@ impl Waste {
         });
         for (index, (place, zone, outline)) in self.floor.zones().enumerate() {
             let (role, done, all) = match zone {
-                Zone::Deposit => {
+                Zone::Target => {
                     let delivered = self.floor.counts().delivered as usize;
                     (MarkRole::Goal, delivered, items.len())
                 }

@@ -21,7 +21,7 @@ use std::cell::Cell;
 
 use alliance_proto::fault::Fault;
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::waste::{Gripper, WasteDeed, WasteSensed, Zone};
+use alliance_proto::mission::items::{Gripper, ItemsDeed, ItemsSensed, Zone};
 use alliance_proto::mission::{Deed, Sensed};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
@@ -85,10 +85,10 @@ impl Waste {
 
 impl WorldMission for Waste {
     fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened) {
-        let WasteDeed {
+        let ItemsDeed {
             gripper,
-            report_progress,
-        } = deed.waste();
+            report: report_progress,
+        } = deed.items();
         self.grip(robot, gripper, floor, happened);
         if report_progress && self.floor.is_report_site(floor.pose(robot).position) {
             self.reports.add(floor.now());
@@ -98,7 +98,7 @@ impl WorldMission for Waste {
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
-        self.look(robot, floor, sensed.waste_mut());
+        self.look(robot, floor, sensed.items_mut());
         Validity::UntilChange
     }
 
@@ -111,11 +111,11 @@ impl WorldMission for Waste {
     }
 
     fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
-        let (from, to) = (from.waste(), to.waste_mut());
+        let (from, to) = (from.items(), to.items_mut());
         match device {
-            "waste" => to.waste.clone_from(&from.waste),
+            "waste" => to.items.clone_from(&from.items),
             "spill-zone" => to.zone = from.zone,
-            "report-site" => to.report_site = from.report_site,
+            "report-site" => to.at_site = from.at_site,
             "gripper" => to.holding = from.holding,
             _ => {}
         }
@@ -124,9 +124,9 @@ impl WorldMission for Waste {
     /// Waste stays sorted by its distance. The other devices tell no lengths.
     fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
         if device == "waste"
-            && let WasteSensed {
-                waste: Some(items), ..
-            } = sensed.waste_mut()
+            && let ItemsSensed {
+                items: Some(items), ..
+            } = sensed.items_mut()
         {
             for item in items.iter_mut() {
                 item.x += error_m();
@@ -139,9 +139,9 @@ impl WorldMission for Waste {
     fn disable(&self, actuator: &str, deed: &mut Deed) {
         if actuator == "gripper" {
             let gripper = Gripper::Keep;
-            *deed = WasteDeed {
+            *deed = ItemsDeed {
                 gripper,
-                ..deed.waste()
+                ..deed.items()
             }
             .into();
         }

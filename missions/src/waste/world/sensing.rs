@@ -1,7 +1,7 @@
 //! What the devices of the clean-up tell (DESIGN §7).
 
 use alliance_proto::ids::{ItemId, RobotId};
-use alliance_proto::mission::waste::{SensedWaste, WASTE_MOST, WasteSensed, Zone};
+use alliance_proto::mission::items::{ITEMS_MOST, ItemsSensed, SensedItems, Zone};
 use glam::Vec2;
 
 use super::Waste;
@@ -14,16 +14,16 @@ const ZONE_SKIRT_M: f32 = 2.0;
 const WASTE_SKIRT_M: f32 = 0.3;
 
 impl Waste {
-    pub(super) fn look(&self, robot: RobotId, floor: &Floor, sensed: &mut WasteSensed) {
+    pub(super) fn look(&self, robot: RobotId, floor: &Floor, sensed: &mut ItemsSensed) {
         let known = &self.robots[robot.index()];
         if known.jumps.replace(floor.jumps(robot)) != floor.jumps(robot) {
             known.zone.take();
             known.wasteless.take();
         }
         let position = floor.pose(robot).position;
-        self.waste_near(robot, floor, sensed.waste.insert(SensedWaste::new()));
+        self.waste_near(robot, floor, sensed.items.insert(SensedItems::new()));
         sensed.zone = Some(self.zone(robot, position));
-        sensed.report_site = Some(self.floor.is_report_site(position));
+        sensed.at_site = Some(self.floor.is_report_site(position));
         sensed.holding = Some(known.carrying.is_some());
     }
 
@@ -45,7 +45,7 @@ impl Waste {
     }
 
     /// The nearest items on the floor within range, nearest first, in the robot's frame.
-    fn waste_near(&self, robot: RobotId, floor: &Floor, sensed: &mut SensedWaste) {
+    fn waste_near(&self, robot: RobotId, floor: &Floor, sensed: &mut SensedItems) {
         let position = floor.pose(robot).position;
         let wasteless = &self.robots[robot.index()].wasteless;
         if wasteless.get().contains(position) {
@@ -91,8 +91,8 @@ impl Waste {
 struct Nearest {
     count: usize,
     /// Square of the distance and id, as one number in the same order.
-    keys: [u64; WASTE_MOST],
-    offsets: [Vec2; WASTE_MOST],
+    keys: [u64; ITEMS_MOST],
+    offsets: [Vec2; ITEMS_MOST],
 }
 
 impl Nearest {
@@ -101,7 +101,7 @@ impl Nearest {
         let squared = offset.length_squared().to_bits();
         let key = u64::from(squared) << 32 | u64::from(item.0);
         let mut place = self.count;
-        if place == WASTE_MOST {
+        if place == ITEMS_MOST {
             place -= 1;
             if key > self.keys[place] {
                 return;
@@ -142,7 +142,7 @@ mod tests {
                 all.push((offset.length_squared(), id, offset));
             }
             all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let expected: Vec<Vec2> = all.iter().take(WASTE_MOST).map(|it| it.2).collect();
+            let expected: Vec<Vec2> = all.iter().take(ITEMS_MOST).map(|it| it.2).collect();
             prop_assert_eq!(nearest.offsets(), expected);
         }
     }

@@ -2,7 +2,7 @@
 
 use alliance_proto::fault::{ActuatorFault, ActuatorMode, Fault};
 use alliance_proto::ids::RobotId;
-use alliance_proto::mission::waste::{Gripper, WasteDeed};
+use alliance_proto::mission::items::{Gripper, ItemsDeed};
 use alliance_proto::readings::Actuation;
 use world_server::faults::actuators::Actuators;
 use world_server::faults::schedule::FaultIndex;
@@ -42,7 +42,7 @@ fn a_failed_gripper_keeps_and_the_drive_goes_on() {
     let faults = [actuator(ActuatorMode::Gripper)];
     let (done, hits) = obeyed(&faults, BLUE, told);
     assert_eq!(
-        (done.speed_m_s, done.deed.waste().gripper),
+        (done.speed_m_s, done.deed.items().gripper),
         (0.3, Gripper::Keep)
     );
     assert_eq!(hits, [0]);
@@ -57,9 +57,9 @@ fn a_failed_gripper_keeps_and_the_drive_goes_on() {
 #[test]
 fn without_power_and_while_it_babbles_nothing_is_obeyed() {
     let told = Actuation {
-        deed: WasteDeed {
-            report_progress: true,
-            ..WasteDeed::default()
+        deed: ItemsDeed {
+            report: true,
+            ..ItemsDeed::default()
         }
         .into(),
         ..Actuation::default()

@@ -9,7 +9,7 @@ use crate::waste::data::{WasteSection, default_setup};
 use std::any::Any;
 
 use crate::waste::data::ItemCounts;
-use alliance_proto::mission::waste::SensedWaste;
+use alliance_proto::mission::items::SensedItems;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::Room;
 use alliance_proto::view::MarkRole;
@@ -27,7 +27,7 @@ pub(crate) fn waste(world: &World) -> &Waste {
     mission.downcast_ref().expect("it is the clean-up")
 }
 
-fn waste_mut(world: &mut World) -> (&mut Waste, &mut Floor) {
+fn items_mut(world: &mut World) -> (&mut Waste, &mut Floor) {
     let (mission, floor) = world.mission_mut();
     let mission: &mut dyn Any = mission;
     (mission.downcast_mut().expect("it is the clean-up"), floor)
@@ -71,12 +71,12 @@ impl CleanUp for World {
     }
 
     fn add_item(&mut self, near: Vec2) -> Result<ItemId, PlaceError> {
-        let (waste, floor) = waste_mut(self);
+        let (waste, floor) = items_mut(self);
         waste.add_item(near, floor)
     }
 
     fn move_item(&mut self, item: ItemId, near: Vec2) -> Result<Vec2, PlaceError> {
-        let (waste, floor) = waste_mut(self);
+        let (waste, floor) = items_mut(self);
         waste.move_item(item, near, floor)
     }
 }
@@ -180,10 +180,10 @@ fn carries_an_item_to_the_deposit() {
         }
     );
     assert_eq!(
-        world.readings(BLUE).mission.waste().waste,
-        Some(SensedWaste::new())
+        world.readings(BLUE).mission.items().items,
+        Some(SensedItems::new())
     );
-    assert_eq!(world.readings(BLUE).mission.waste().holding, Some(true));
+    assert_eq!(world.readings(BLUE).mission.items().holding, Some(true));
     // A second pick changes nothing.
     assert_eq!(world.step(&[gripper(Gripper::Pick)]), []);
 
@@ -229,8 +229,8 @@ fn carries_an_item_to_the_deposit() {
         world
             .readings(BLUE)
             .mission
-            .waste()
-            .waste
+            .items()
+            .items
             .as_ref()
             .map(|waste| waste.len()),
         Some(1)
@@ -384,9 +384,9 @@ fn items_that_begin_in_the_deposit_are_delivered() {
 #[test]
 fn a_report_counts_on_the_site_only_and_colors_it_for_a_while() {
     let report = Some(Actuation {
-        deed: WasteDeed {
-            report_progress: true,
-            ..WasteDeed::default()
+        deed: ItemsDeed {
+            report: true,
+            ..ItemsDeed::default()
         }
         .into(),
         ..Actuation::default()
@@ -439,7 +439,7 @@ fn whatever_the_steps_to_come_depend_on_is_in_the_state() {
     then(&world);
     world.add_item(Vec2::new(2.0, 2.0)).unwrap();
     then(&world);
-    let (waste, floor) = waste_mut(&mut world);
+    let (waste, floor) = items_mut(&mut world);
     waste.reports.add(floor.now());
     then(&world);
 }

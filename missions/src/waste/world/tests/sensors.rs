@@ -4,7 +4,7 @@ use crate::waste::data;
 use crate::waste::data::default_setup;
 use alliance_proto::fault::SensorFault;
 use alliance_proto::mission::Sensed;
-use alliance_proto::mission::waste::{WasteSensed, Zone};
+use alliance_proto::mission::items::{ItemsSensed, Zone};
 use alliance_proto::readings::{Ground, Hit, Pose, Proximity};
 
 use crate::waste::world::WASTE;
@@ -57,14 +57,14 @@ fn sensed(tick: Tick) -> Readings {
             left: [None; 3],
             right: [None, hit(0.2), None],
         }),
-        mission: Sensed::Waste(WasteSensed {
-            waste: Some(
+        mission: Sensed::Items(ItemsSensed {
+            items: Some(
                 [Vec2::new(0.3, 0.0), Vec2::new(-0.4, 0.1)]
                     .into_iter()
                     .collect(),
             ),
-            zone: Some(Zone::Spill),
-            report_site: Some(false),
+            zone: Some(Zone::Source),
+            at_site: Some(false),
             holding: Some(true),
         }),
         ground: Some(Ground {
@@ -134,10 +134,10 @@ fn each_dead_device_is_silent_and_all_others_go_on() {
             Device::FRONT_BORDER => expected.front_border = None,
             Device::SIDE_BORDER => expected.side_border = None,
             Device::AVOIDANCE => expected.proximity = None,
-            "waste" => expected.mission.waste_mut().waste = None,
-            "spill-zone" => expected.mission.waste_mut().zone = None,
-            "report-site" => expected.mission.waste_mut().report_site = None,
-            "gripper" => expected.mission.waste_mut().holding = None,
+            "waste" => expected.mission.items_mut().items = None,
+            "spill-zone" => expected.mission.items_mut().zone = None,
+            "report-site" => expected.mission.items_mut().at_site = None,
+            "gripper" => expected.mission.items_mut().holding = None,
             Device::GROUND => expected.ground = None,
             other => panic!("{other}"),
         }
@@ -206,7 +206,7 @@ fn a_bias_moves_every_number_by_the_same_and_no_distance_below_zero() {
     assert_eq!(distances(proximity.right), [None, Some(0.0), None]);
     // Nearest first still.
     let expected = [Vec2::new(0.5 - 0.4, 0.1 + 0.5), Vec2::new(0.8, 0.5)];
-    assert_eq!(told.mission.waste().waste.as_deref().unwrap(), expected);
+    assert_eq!(told.mission.items().items.as_deref().unwrap(), expected);
 }
 
 #[test]
@@ -244,8 +244,8 @@ fn a_dropout_takes_its_share_of_the_ticks() {
     let mut bench = Bench::new([sensor("waste", SensorMode::Dropout(0.25))]);
     let silent = (0..4000).filter(|tick| {
         let (told, hits) = bench.tick(*tick);
-        assert_eq!(told.mission.waste().waste.is_none(), hits == [0]);
-        told.mission.waste().waste.is_none()
+        assert_eq!(told.mission.items().items.is_none(), hits == [0]);
+        told.mission.items().items.is_none()
     });
     let silent = silent.count();
     assert!((900..1100).contains(&silent), "{silent}");

@@ -1,7 +1,7 @@
 //! Energy, and the aspects' place in a step.
 
 use crate::waste::data::WasteSection;
-use alliance_proto::mission::waste::WasteDeed;
+use alliance_proto::mission::items::ItemsDeed;
 use alliance_proto::scenario::Energy;
 
 use super::*;
@@ -55,9 +55,9 @@ fn a_robot_without_energy_does_nothing_and_says_so_once() {
     let command = Actuation {
         speed_m_s: 0.05,
         turn_rad_s: 1.0,
-        deed: WasteDeed {
+        deed: ItemsDeed {
             gripper: Gripper::Pick,
-            report_progress: true,
+            report: true,
         }
         .into(),
     };

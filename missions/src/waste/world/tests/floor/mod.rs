@@ -10,7 +10,7 @@ mod start;
 
 use crate::waste::data::{WasteSection, default_setup};
 use alliance_proto::ids::RobotId;
-use alliance_proto::mission::waste::Gripper;
+use alliance_proto::mission::items::Gripper;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Obstacle, Robot, Scenario, Setup, Start};
 use glam::Vec2;

@@ -2,7 +2,7 @@
 
 use crate::waste::data::{WasteSection, default_setup};
 use alliance_proto::ids::ItemId;
-use alliance_proto::mission::waste::WasteDeed;
+use alliance_proto::mission::items::ItemsDeed;
 use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Room;
 use proptest::prelude::*;
@@ -72,9 +72,9 @@ pub(super) fn actuations(commands: &[RandomActuation]) -> Vec<Option<Actuation>>
         command.map(|(speed_m_s, turn_deg_s, grip)| Actuation {
             speed_m_s,
             turn_rad_s: turn_deg_s.to_radians(),
-            deed: WasteDeed {
+            deed: ItemsDeed {
                 gripper: [Gripper::Keep, Gripper::Pick, Gripper::Drop][usize::from(grip).min(2)],
-                report_progress: grip == 5,
+                report: grip == 5,
             }
             .into(),
         })

@@ -3,7 +3,7 @@
 use crate::waste::data::WasteSection;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use alliance_proto::mission::waste::Zone;
+use alliance_proto::mission::items::Zone;
 use alliance_proto::readings::{Hit, Proximity};
 
 use super::*;
@@ -30,7 +30,7 @@ fn position_and_gripper() {
     let pose = readings.pose.expect("every robot has the sensor");
     assert_at(pose.position, 3.0, 4.5);
     assert_near(pose.heading_rad, FRAC_PI_2);
-    assert_eq!(readings.mission.waste().holding, Some(false));
+    assert_eq!(readings.mission.items().holding, Some(false));
     assert_eq!(readings.energy_j, None);
 }
 
@@ -181,8 +181,8 @@ fn waste_is_told_in_the_robots_frame_nearest_first_at_most_eight() {
     let waste = world
         .readings(BLUE)
         .mission
-        .waste()
-        .waste
+        .items()
+        .items
         .clone()
         .expect("every robot has the sensor");
     assert_eq!(waste.len(), 8);
@@ -217,8 +217,8 @@ fn the_waste_sensor_counts_its_range_from_the_edge() {
         let waste = world
             .readings(BLUE)
             .mission
-            .waste()
-            .waste
+            .items()
+            .items
             .clone()
             .expect("every robot has the sensor");
         assert_eq!(waste.len(), seen, "at {x}");
@@ -231,19 +231,19 @@ fn zones_and_report_site_are_told_of_the_center() {
         world(robots(&[(x, y, 0.0)]))
             .readings(BLUE)
             .mission
-            .waste()
+            .items()
             .zone
     };
-    assert_eq!(zone(4.0 + 0.79, 6.0), Some(Zone::Spill));
+    assert_eq!(zone(4.0 + 0.79, 6.0), Some(Zone::Source));
     assert_eq!(zone(4.0 + 0.81, 6.0), Some(Zone::None));
-    assert_eq!(zone(9.6, 4.5 - 0.99), Some(Zone::Deposit));
+    assert_eq!(zone(9.6, 4.5 - 0.99), Some(Zone::Target));
     assert_eq!(zone(9.6, 4.5 - 1.01), Some(Zone::None));
     let site = |x, y| {
         world(robots(&[(x, y, 0.0)]))
             .readings(BLUE)
             .mission
-            .waste()
-            .report_site
+            .items()
+            .at_site
     };
     assert_eq!(site(0.59, 3.01), Some(true));
     assert_eq!(site(0.61, 3.01), Some(false));

@@ -1,4 +1,7 @@
-//! The waste clean-up on the bus and in the log (thesis §4.1.1).
+//! What robots that find, fetch and carry items sense, do and tell each other: from places called sources to one called target.
+//!
+//! Missions may have messages of their own, which the frame does not read ([`Payload::Open`]); these are typed for speed, since they
+//! are exchanged in every tick. First those of the thesis' case study (§4.1.1).
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
@@ -9,43 +12,43 @@ use crate::ids::RobotId;
 use crate::team::{About, Bulletin, BulletinKind};
 use crate::time::SimTime;
 
-/// What the spill sensor finds under the robot's center.
+/// What the zone sensor finds under the robot's center.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Zone {
     /// Plain floor.
     #[default]
     None,
-    /// An initial spill location.
-    Spill,
-    /// The desired final spill location.
-    Deposit,
+    /// Where items are at first.
+    Source,
+    /// Where items are to be.
+    Target,
 }
 
-/// Most items that the waste sensor tells apart: with so many, what lies beyond the last is unseen.
-pub const WASTE_MOST: usize = 8;
+/// Most items that the item sensor tells apart: with so many, what lies beyond the last is unseen.
+pub const ITEMS_MOST: usize = 8;
 
-/// Waste on the floor, nearest first, as offsets in the robot's frame, m.
-pub type SensedWaste = ArrayVec<Vec2, WASTE_MOST>;
+/// Items on the floor, nearest first, as offsets in the robot's frame, m.
+pub type SensedItems = ArrayVec<Vec2, ITEMS_MOST>;
 
-/// What the devices of the clean-up tell. Each is `None` when the robot lacks it or when it is dead.
+/// What the devices for items tell. Each is `None` when the robot lacks it or when it is dead.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct WasteSensed {
-    /// Waste on the floor within range, nearest first, as offsets in the robot's frame, m.
-    pub waste: Option<SensedWaste>,
-    /// Spill sensor.
+pub struct ItemsSensed {
+    /// Items on the floor within range, nearest first, as offsets in the robot's frame, m.
+    pub items: Option<SensedItems>,
+    /// Zone sensor.
     pub zone: Option<Zone>,
-    /// Whether the robot's center is on the report site.
-    pub report_site: Option<bool>,
+    /// Whether the robot's center is where progress is reported.
+    pub at_site: Option<bool>,
     /// Whether the gripper holds an item.
     pub holding: Option<bool>,
 }
 
-impl WasteSensed {
+impl ItemsSensed {
     /// All devices are dead.
     pub const NOTHING: Self = Self {
-        waste: None,
+        items: None,
         zone: None,
-        report_site: None,
+        at_site: None,
         holding: None,
     };
 }
@@ -62,23 +65,23 @@ pub enum Gripper {
     Drop,
 }
 
-/// What a robot of the clean-up does beside driving.
+/// What a robot with a gripper does beside driving.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct WasteDeed {
+pub struct ItemsDeed {
     /// Gripper command.
     pub gripper: Gripper,
-    /// Report the mission's progress; has an effect on the report site only.
-    pub report_progress: bool,
+    /// Report the mission's progress; has an effect there only.
+    pub report: bool,
 }
 
 /// Doing nothing is no deed, whoever says so.
-impl From<WasteDeed> for Deed {
+impl From<ItemsDeed> for Deed {
     #[inline]
-    fn from(deed: WasteDeed) -> Self {
-        if deed == WasteDeed::default() {
+    fn from(deed: ItemsDeed) -> Self {
+        if deed == ItemsDeed::default() {
             Self::Nothing
         } else {
-            Self::Waste(deed)
+            Self::Items(deed)
         }
     }
 }
@@ -86,9 +89,9 @@ impl From<WasteDeed> for Deed {
 impl From<Gripper> for Deed {
     #[inline]
     fn from(gripper: Gripper) -> Self {
-        WasteDeed {
+        ItemsDeed {
             gripper,
-            ..WasteDeed::default()
+            ..ItemsDeed::default()
         }
         .into()
     }
@@ -123,16 +126,16 @@ pub struct Withdrawal {
     pub seen: SimTime,
 }
 
-/// Waste lying, or no longer lying, outside the spills.
+/// An item lying, or no longer lying, outside the sources.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LooseWaste {
+pub struct LooseItem {
     /// Where, m.
     pub at: Vec2,
     /// Whether something lies there; `false` once a robot has looked and found nothing.
     pub present: bool,
 }
 
-/// A robot's knowledge about the waste clean-up, repeated in every heartbeat, so that lost messages, added waste and
+/// A robot's knowledge about a mission with items, repeated in every heartbeat, so that lost messages, added items and
 /// newcomers are no special case (DESIGN §7).
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Knowledge {
@@ -140,11 +143,11 @@ pub struct Knowledge {
     pub locations: Option<Fact<Locations>>,
     /// Latest withdrawal known of each finder, by rank of the finder.
     pub withdrawn: Vec<Withdrawal>,
-    /// By spill, by its place in the scenario and in that order, as far as known: `true` = seen empty, `false` = waste seen
+    /// By source, by its place in the scenario and in that order, as far as known: `true` = seen empty, `false` = items seen
     /// there.
     pub empty: Vec<(u16, Fact<bool>)>,
-    /// Places outside the spills with waste, or searched since.
-    pub loose: Vec<Fact<LooseWaste>>,
+    /// Places outside the sources with items, or searched since.
+    pub loose: Vec<Fact<LooseItem>>,
     /// Latest progress report known.
     pub last_report: Option<Fact<()>>,
 }
@@ -173,16 +176,16 @@ impl Clone for Knowledge {
     }
 }
 
-/// What robots of the clean-up tell at once.
+/// What robots of the mission tell at once.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum WasteBulletin {
+pub enum ItemsBulletin {
     /// "I have found the locations" (thesis §4.2.3). Of the first kind, about the task that found them.
     PositionUpdate(Fact<Locations>),
     /// "These locations are wrong": takes back the update of that finder and time. Of the second kind, about no task.
     Withdrawal(Withdrawal),
 }
 
-impl WasteBulletin {
+impl ItemsBulletin {
     /// As it is broadcast.
     #[must_use]
     pub fn about(self, about: Option<About>) -> Bulletin {
@@ -192,7 +195,7 @@ impl WasteBulletin {
                 Self::Withdrawal(_) => BulletinKind::Second,
             },
             about,
-            payload: Payload::Waste(self),
+            payload: Payload::Items(self),
         }
     }
 }
