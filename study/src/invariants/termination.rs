@@ -137,7 +137,7 @@ impl Termination {
             self.owed = None;
             return Ok(());
         }
-        let due_s = self.due_s(left, off, useless(scenario, state));
+        let due_s = self.due_s(left, off, scenario, state);
         let (since, before_s) = self.owed.unwrap_or((state.now, due_s));
         let due_s = before_s.max(due_s);
         self.owed = Some((since, due_s));
@@ -155,14 +155,17 @@ impl Termination {
     }
 
     /// The time that a mission may take, s: five times what one robot needs for the search and the items left, some of which lie
-    /// off the ways; and, for each teammate that talks and gets nowhere, twice as long as it can keep a task from the others.
-    fn due_s(&self, left: usize, off: usize, useless: usize) -> f64 {
+    /// off the ways, for which each robot searches by itself, one after the other; and, for each teammate that talks and gets
+    /// nowhere, twice as long as it can keep a task from the others.
+    fn due_s(&self, left: usize, off: usize, scenario: &Scenario, state: &WorldState) -> f64 {
+        let robots = state.robots.iter().filter(|robot| robot.takes_part).count();
         let strewn_s = match self.far {
-            Some(far) if off > 0 => far.search_s + far.unit_s * off as f64,
+            Some(far) if off > 0 => far.search_s * robots as f64 + far.unit_s * off as f64,
             _ => 0.0,
         };
         let alone_s = self.unit_s * (SEARCH_UNITS + left as f64) + strewn_s;
-        PATIENCE * alone_s + 2.0 * self.kept_s * useless as f64
+        let useless = useless(scenario, state) as f64;
+        PATIENCE * alone_s + 2.0 * self.kept_s * useless
     }
 }
 
