@@ -4,7 +4,6 @@
 //! - `control`: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run.
 //! - What is made of runs is [`study`]'s.
-//! - [`scenarios`]: the built-in ones.
 
 // They panic where nothing can be written; `alliance_proto::terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]

@@ -72,8 +72,10 @@ impl AgentArgs {
                 found => return found,
             }
             if !std::mem::replace(&mut waiting, true) {
-                let run = self.run.as_deref().unwrap_or("any");
-                tracing::info!(run, "it is not live yet; waiting for it");
+                match &self.run {
+                    None => tracing::info!("no run is live yet; waiting for one"),
+                    Some(run) => tracing::info!(run, "it is not live yet; waiting for it"),
+                }
             }
             sleep(LOOK_INTERVAL).await;
         }

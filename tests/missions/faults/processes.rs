@@ -1,5 +1,6 @@
 //! Process faults: real signals at a tick, and processes started again.
 
+use alliance_proto::control::Phase;
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunOutcome};
 use alliance_proto::tick::Outcome;
 
@@ -200,6 +201,25 @@ fn a_whole_team_that_is_dead_or_stopped_is_brought_back_by_the_clock() {
     assert_eq!(events(&log, "stalled", None).len(), 3);
     let back = events(&log, "back", None);
     assert!(back.len() == 3 && back.iter().all(|row| row.t_ms == at(105.0)));
+}
+
+/// A kill that has no end of its own ends when the robot is started anew.
+#[test]
+fn a_restarted_robot_is_killed_no_more() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "k"
+        fault.kill = "gold"
+        at_s = 20.0
+        [[faults.timeline]]
+        fault.restart = "gold"
+        at_s = 40.0
+    "#;
+    let log = mission(&lab, "anew", scenario, &["--limit", "60"], 1);
+    let kill = hit(&log, "k");
+    assert_eq!((kill.phase, kill.healed_ms), (Phase::Over, Some(at(40.0))));
+    assert_eq!(events(&log, "joined", Some("gold")).len(), 2);
 }
 
 /// Time goes on in a room where all robots stand: to the limit, by processes as in one process.

@@ -167,6 +167,13 @@ impl Schedule {
         };
     }
 
+    /// Whether a fault in force neither heals by itself nor comes again.
+    #[must_use]
+    pub fn is_for_good(&self, fault: FaultIndex) -> bool {
+        let entry = &self.entries[fault.0];
+        entry.until.is_none() && entry.due.is_none()
+    }
+
     /// Heals a fault before its time, or disarms it, for good. Says whether it was in force; `None` if it was over already.
     pub fn clear(&mut self, fault: FaultIndex, now: SimTime) -> Option<bool> {
         let entry = &mut self.entries[fault.0];

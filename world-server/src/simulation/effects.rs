@@ -81,6 +81,13 @@ impl Simulation {
                 self.tell(FaultEvent::Failed, index, "the robot is not in the mission");
             }
             (Fault::Restart(_), Some(robot)) => {
+                let kills = |fault: &Fault| matches!(fault, Fault::Kill(_) | Fault::Terminate(_));
+                for kill in self.in_force_on(robot, kills) {
+                    if self.schedule.is_for_good(kill) {
+                        self.schedule.clear(kill, self.world.now());
+                        self.tell(FaultEvent::Healed, kill, "the robot is started anew");
+                    }
+                }
                 // What would bring it back later finds it here.
                 self.kill_at_once(index, robot);
                 self.act(index, robot, ProcessAct::Start);
