@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::allocation::AllocationMessage;
 use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
+use crate::mission::items::ItemsBulletin;
 use crate::mission::{Lore, Payload};
 use crate::time::SimTime;
 
@@ -97,6 +98,21 @@ pub struct Bulletin {
     pub about: Option<About>,
     /// What it says.
     pub payload: Payload,
+}
+
+impl ItemsBulletin {
+    /// As it is broadcast.
+    #[must_use]
+    pub fn about(self, about: Option<About>) -> Bulletin {
+        Bulletin {
+            kind: match self {
+                Self::PositionUpdate(_) => BulletinKind::First,
+                Self::Withdrawal(_) => BulletinKind::Second,
+            },
+            about,
+            payload: Payload::Items(self),
+        }
+    }
 }
 
 /// The kinds of bulletins that a mission may have. There are two at most: the draws of a link number all kinds of broadcasts, and heartbeats and allocation come beside them.

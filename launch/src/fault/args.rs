@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use alliance_proto::fault::{
     ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, Order, Partition,
-    RadioQuality, RangeFault, SensorFault, When, Who,
+    RadioQuality, RangeFault, SensorFault, Who,
 };
 use alliance_proto::scenario::Obstacle;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -13,6 +13,7 @@ use missions::Registry;
 
 use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 use super::own::OwnFault;
+use super::timing::{Timing, seconds};
 
 /// A fault with its trigger and duration.
 #[derive(Subcommand, Clone, Debug)]
@@ -81,26 +82,6 @@ pub struct Timed<F: Args> {
     fault: F,
     #[command(flatten)]
     timing: Timing,
-}
-
-/// When a fault happens and how long it lasts. Without any of it: at once, until it is cleared.
-#[derive(Args, Clone, Debug)]
-pub struct Timing {
-    /// At this simulated time, such as 60s, 1.5s or 2min; one that has passed is now
-    #[arg(long = "at", value_name = "TIME", value_parser = seconds)]
-    at_s: Option<f64>,
-    /// Again and again, this long after the time before
-    #[arg(long = "every", value_name = "TIME", value_parser = seconds)]
-    every_s: Option<f64>,
-    /// When this happens next: "ROBOT|any VERB [SUBJECT]", as in "blue activates report-progress"
-    #[arg(long, value_name = "EVENT")]
-    when: Option<When>,
-    /// How long it lasts [default: until it is cleared]
-    #[arg(long = "for", value_name = "TIME", value_parser = seconds)]
-    for_s: Option<f64>,
-    /// Name, by which it can be cleared [default: the world gives it one]
-    #[arg(long, value_name = "NAME")]
-    id: Option<String>,
 }
 
 /// Nothing to say.
@@ -260,19 +241,6 @@ pub struct MoveRobotArgs {
     heading_deg: Option<f32>,
 }
 
-impl Timing {
-    fn order(self, fault: Fault) -> Order {
-        Order {
-            fault,
-            id: self.id,
-            at_s: self.at_s,
-            every_s: self.every_s,
-            when: self.when,
-            for_s: self.for_s,
-        }
-    }
-}
-
 impl<F: Args> Timed<F> {
     fn order(self, fault: impl FnOnce(F) -> Fault) -> Order {
         self.timing.order(fault(self.fault))
@@ -379,18 +347,6 @@ impl OrderArgs {
             Self::Own(own) => own.timing.order(Fault::Mission(own.fault)),
         })
     }
-}
-
-/// A span of time in seconds, from `60s`, `60`, `1.5s`, `500ms` or `2min`.
-fn seconds(text: &str) -> Result<f64, String> {
-    let units = [("ms", 0.001), ("min", 60.0), ("s", 1.0), ("", 1.0)];
-    let spans = units.iter().filter_map(|(unit, unit_s)| {
-        let number: f64 = text.strip_suffix(unit)?.trim_end().parse().ok()?;
-        Some(number * unit_s)
-    });
-    let mut fitting = spans.filter(|span_s| span_s.is_finite() && !span_s.is_sign_negative());
-    let wrong = || "use a time such as 60s, 1.5s, 500ms or 2min".to_owned();
-    fitting.next().ok_or_else(wrong)
 }
 
 /// A robot, or all of them.

@@ -5,6 +5,7 @@ mod modes;
 mod own;
 #[cfg(test)]
 mod tests;
+mod timing;
 
 use std::process::ExitCode;
 

@@ -5,7 +5,7 @@ use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 use missions::Registry;
 
-use super::args::Timing;
+use super::timing::Timing;
 
 /// A fault of a mission, with its trigger and duration.
 #[derive(Clone, Debug)]

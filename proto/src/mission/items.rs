@@ -7,9 +7,8 @@ use arrayvec::ArrayVec;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Deed, Payload};
+use super::Deed;
 use crate::ids::RobotId;
-use crate::team::{About, Bulletin, BulletinKind};
 use crate::time::SimTime;
 
 /// What the zone sensor finds under the robot's center.
@@ -183,19 +182,4 @@ pub enum ItemsBulletin {
     PositionUpdate(Fact<Locations>),
     /// "These locations are wrong": takes back the update of that finder and time. Of the second kind, about no task.
     Withdrawal(Withdrawal),
-}
-
-impl ItemsBulletin {
-    /// As it is broadcast.
-    #[must_use]
-    pub fn about(self, about: Option<About>) -> Bulletin {
-        Bulletin {
-            kind: match self {
-                Self::PositionUpdate(_) => BulletinKind::First,
-                Self::Withdrawal(_) => BulletinKind::Second,
-            },
-            about,
-            payload: Payload::Items(self),
-        }
-    }
 }

@@ -108,23 +108,31 @@ impl Problem {
     }
 }
 
+/// The known name that somebody who wrote this may have meant.
+pub(crate) fn nearest<'a>(
+    wrong: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|name| (strsim::damerau_levenshtein(wrong, name), name))
+        .min_by_key(|(distance, _)| *distance)
+        .filter(|(distance, name)| *distance <= (name.chars().count() / 3).max(1))
+        .map(|(_, name)| name)
+}
+
 /// What to write instead of `wrong`: the nearest of the known names if one is near, and all of them if they are few.
 pub(crate) fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const FEW: usize = 20;
     let known: Vec<&str> = known.into_iter().collect();
-    let nearest = known
-        .iter()
-        .map(|name| (strsim::damerau_levenshtein(wrong, name), *name))
-        .min_by_key(|(distance, _)| *distance)
-        .filter(|(distance, name)| *distance <= (name.chars().count() / 3).max(1));
     let list = match known.len() {
         0 => "there are none".to_owned(),
         1 => format!("there is only '{}'", known[0]),
         2..=FEW => format!("there are {}", known.join(", ")),
         more => format!("there are {more}, from {} to {}", known[0], known[more - 1]),
     };
-    match nearest {
-        Some((_, name)) => format!("did you mean '{name}'? ({list})"),
+    match nearest(wrong, known) {
+        Some(name) => format!("did you mean '{name}'? ({list})"),
         None => list,
     }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::alliance::{Alliance, BehaviorParams, RobotParams};
 use super::catalog::Catalog;
-use super::error::{Place, Problem, ScenarioError};
+use super::error::{Place, Problem, ScenarioError, nearest};
 use super::geometry::check_places;
 use super::path::Path;
 use super::properties::{ParameterFile, SkippedKey};
@@ -106,6 +106,10 @@ pub(super) fn check(
         robots.insert(robot.name.clone(), RobotParams { rank, sets });
     }
 
+    let idle = layers[from_file..].iter().zip(&used[from_file..]);
+    for (statement, _) in idle.filter(|(_, used)| !**used) {
+        misspelt(statement, scenario, catalog)?;
+    }
     let mut skipped: Vec<SkippedKey> = layers[from_file..]
         .iter()
         .zip(&used[from_file..])
@@ -120,6 +124,50 @@ pub(super) fn check(
         robots,
     };
     Ok((alliance, skipped))
+}
+
+/// Refuses a key of a parameter file that nearly names a robot or a behavior set. A file may serve several scenarios, so that others that
+/// have no use are no mistake.
+fn misspelt(statement: &Statement, scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
+    let sets = || catalog.sets.iter().map(|set| set.name.as_str());
+    let robots = || scenario.robots.iter().map(|robot| robot.name.as_str());
+    let slips = [
+        (
+            "behavior set",
+            &statement.set,
+            nearly(&statement.set, sets()),
+        ),
+        (
+            "robot",
+            &statement.robot,
+            nearly(&statement.robot, robots()),
+        ),
+        (
+            "robot",
+            &statement.teammate,
+            nearly(&statement.teammate, robots()),
+        ),
+    ];
+    for (what, name, near) in slips {
+        if let (Some(name), Some(near)) = (name, near) {
+            return Err(Problem {
+                place: statement.place.clone(),
+                what: format!("the scenario has no {what} '{name}'"),
+                remedy: format!("did you mean '{near}'?"),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The known name that this one is nearly, if it is none of them.
+fn nearly<'a>(
+    name: &Option<String>,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> Option<&'a str> {
+    let name = name.as_deref()?;
+    let is_known = known.clone().any(|known| known == name);
+    nearest(name, known).filter(|_| !is_known)
 }
 
 /// The teammates toward whom each robot has values of its own. A team lists all of them, but a large one, whose values

@@ -30,9 +30,11 @@ use alliance_proto::time::SimTime;
 use alliance_proto::view::View;
 use glam::Vec2;
 
-use crate::recorder::{Event, EventKind};
-use crate::world::{ChangeError, Floor, StartError, start_poses};
+use crate::world::change::ChangeError;
+use crate::world::floor::Floor;
+use crate::world::start::{StartError, start_poses};
 
+pub use crate::world::happened::Happened;
 pub use alliance_proto::mission::{MissionFigures, TeamFigures, Value};
 pub use typed::{Typed, TypedMission};
 
@@ -177,27 +179,4 @@ pub enum Validity {
     UntilChange,
     /// For this tick.
     ThisTick,
-}
-
-/// Events of the world, in order.
-#[derive(Debug, Default)]
-pub struct Happened(Vec<Event>);
-
-impl Happened {
-    /// An event of the mission, with its `kind` in events.csv. Subject, reason and detail are empty.
-    pub fn tell(&mut self, kind: &'static str, robot: Option<RobotId>) -> &mut Event {
-        self.add(Event::new(EventKind::Mission(kind), robot))
-    }
-
-    pub(crate) fn add(&mut self, event: Event) -> &mut Event {
-        let last = self.0.len();
-        self.0.push(event);
-        &mut self.0[last]
-    }
-
-    /// All of them.
-    #[must_use]
-    pub fn into_events(self) -> Vec<Event> {
-        self.0
-    }
 }

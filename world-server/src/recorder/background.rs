@@ -17,7 +17,7 @@ use alliance_proto::time::SimTime;
 use super::encode;
 use super::names::Names;
 use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
-use crate::mission::Value;
+use alliance_proto::mission::Value;
 
 /// Most ticks that go over together.
 const BATCH_TICKS: usize = 64;

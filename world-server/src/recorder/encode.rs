@@ -12,7 +12,7 @@ use super::on_their_way::OnTheirWay;
 use super::record::{EventKind, TickRecord};
 use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};
-use crate::mission::Value;
+use alliance_proto::mission::Value;
 
 /// motivations.csv: a row per behavior set of each robot that counted.
 pub(super) fn motivations(

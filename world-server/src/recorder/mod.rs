@@ -36,7 +36,7 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 
-use crate::mission::Value;
+use alliance_proto::mission::Value;
 
 use hash::{RunHash, SectionHash};
 use names::Names;

@@ -10,7 +10,7 @@ use alliance_proto::time::SimTime;
 use serde::{Serialize, Serializer};
 
 use super::answers::Answer;
-use crate::mission::Value;
+use alliance_proto::mission::Value;
 
 /// Everything that happened in one tick.
 #[derive(Clone, Copy, Debug)]

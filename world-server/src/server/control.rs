@@ -5,6 +5,7 @@ use alliance_proto::control::{
     ClockCommand, ClockStatus, ControlCommand, Description, Phase, Reply, Request, RobotStatus,
     SetStatus, Status,
 };
+use alliance_proto::fault::{Fault, Order};
 use alliance_proto::ids::RobotId;
 use alliance_proto::telemetry::BehaviorState;
 use tokio::time::Instant;
@@ -39,7 +40,10 @@ impl Server {
             return Reply::Refused("nonce: it has been used; give each request its own".to_owned());
         }
         let reply = match request.command {
-            ControlCommand::Fault(order) => self.simulation.order(order).map(Reply::Armed),
+            ControlCommand::Fault(order) => self
+                .check_now(&order)
+                .and_then(|()| self.simulation.order(order))
+                .map(Reply::Armed),
             ControlCommand::Clear(id) => self.simulation.clear(id.as_deref()).map(Reply::Cleared),
             ControlCommand::List => Ok(Reply::Faults(self.simulation.faults())),
             ControlCommand::Status => Ok(Reply::Status(Box::new(self.status()))),
@@ -53,6 +57,31 @@ impl Server {
             self.refuse("control", &why);
             Reply::Refused(why)
         })
+    }
+
+    /// Refuses what is to happen at once and could do nothing: whoever asks for it has something else in mind.
+    fn check_now(&self, order: &Order) -> Result<(), String> {
+        let barrier = self.simulation.barrier();
+        let robot = order.fault.robot().and_then(|name| self.robot_named(name));
+        let is_now = order.at_s.is_none() && order.every_s.is_none() && order.when.is_none();
+        let Some(robot) = robot.filter(|_| is_now && barrier.started()) else {
+            return Ok(());
+        };
+        let peer = &self.peers[robot.index()];
+        let name = &peer.name;
+        match order.fault {
+            Fault::Kill(_) | Fault::Terminate(_) | Fault::Pause(_)
+                if barrier.presence(robot) == Presence::Empty =>
+            {
+                Err(format!(
+                    "'{name}' has no process; `alliance fault restart {name}` starts one"
+                ))
+            }
+            Fault::Continue(_) if !barrier.is_suspended(robot) && !peer.stopped => {
+                Err(format!("'{name}' is not paused"))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn turn_the_clock(&mut self, command: ClockCommand) -> Result<ClockStatus, String> {

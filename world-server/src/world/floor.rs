@@ -7,12 +7,12 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 
 use super::grid::Grid;
+use super::happened::Happened;
 use super::radio::RadioRange;
 use super::space::{Space, nearest_place};
 use super::unchanged::Unchanged;
 use super::vicinity::{Drift, Vicinity};
 use super::{Aspect, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses};
-use crate::mission::Happened;
 use crate::recorder::{Event, EventKind};
 
 /// Space, bodies and time: what every mission has.

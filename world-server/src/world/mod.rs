@@ -28,17 +28,18 @@
 //!   ignores all commands, and its sensors still read.
 
 mod aspect;
-mod change;
+pub(crate) mod change;
 mod component;
-mod floor;
+pub(crate) mod floor;
 mod grid;
 mod ground;
+pub(crate) mod happened;
 mod motion;
 mod outline;
 mod radio;
 mod sensing;
 mod space;
-mod start;
+pub(crate) mod start;
 mod unchanged;
 mod vicinity;
 
@@ -50,7 +51,7 @@ use alliance_proto::mission::Deed;
 use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::scenario::Setup;
 
-use crate::mission::{Happened, MissionWorld, Validity, WorldMission};
+use crate::mission::{MissionWorld, Validity, WorldMission};
 use crate::recorder::Event;
 
 pub use aspect::{Aspect, Battery};
@@ -58,6 +59,7 @@ pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::Floor;
 pub use grid::Grid;
+use happened::Happened;
 pub use motion::{limited, wrapped};
 pub use outline::{Outline, SKIN_M};
 pub use space::around;

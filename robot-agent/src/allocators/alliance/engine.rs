@@ -13,10 +13,10 @@ use smallvec::SmallVec;
 use super::behavior::{Awake, Behavior, Stance};
 use super::heartbeats::{Happened, Heartbeats};
 use super::history::History;
-use super::learned::Learned;
 use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
+use super::values::Learned;
 use crate::allocator::{Draws, Input, Mind, Outcome, RouteCost};
 
 /// The motivational behaviors of one robot.

@@ -51,9 +51,10 @@ mod steady;
 mod teammates;
 #[cfg(test)]
 mod tests;
+mod values;
 
 pub use engine::{Engine, StepInput};
 pub use kind::Alliance;
-pub(super) use learned::{Learned, Values};
 pub use params::Parameters;
 pub(super) use params::Toward;
+pub(super) use values::{Learned, Values};
