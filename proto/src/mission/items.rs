@@ -1,6 +1,6 @@
 //! What robots that find, fetch and carry items sense, do and tell each other: from places called sources to one called target.
 //!
-//! Missions may have messages of their own, which the frame does not read ([`Payload::Open`]); these are typed for speed, since they
+//! Missions may have messages of their own, which the frame does not read ([`Payload::Open`](super::Payload::Open)); these are typed for speed, since they
 //! are exchanged in every tick. First those of the thesis' case study (§4.1.1).
 
 use arrayvec::ArrayVec;
