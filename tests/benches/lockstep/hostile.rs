@@ -41,7 +41,7 @@ type Attack = fn(&Rendezvous, &AtomicBool, &AtomicU64);
 const ATTACKS: [(&str, &str, Attack); 11] = [
     ("nobody", "", |_, _, _| ()),
     ("no token: burns its core", "rounds", burn),
-    ("no token: junk on new connections", "MB", junk),
+    ("no token: junk on new connections", "connections", junk),
     ("no token: half a greeting, and waits", "connections", greet),
     (
         "no token: asks for sessions with a wrong password",
