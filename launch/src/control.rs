@@ -189,6 +189,7 @@ mod tests {
     use alliance_proto::control::wire::Written;
     use alliance_proto::control::{ClockCommand, ClockStatus};
     use alliance_proto::keys::Keys;
+    use alliance_proto::rendezvous::Entrance;
     use alliance_proto::secret::Secret;
     use alliance_proto::session;
     use zenoh::Wait;
@@ -216,7 +217,10 @@ mod tests {
             endpoint: format!("tcp/127.0.0.1:{port}"),
             pid: std::process::id(),
             token: "abc".to_owned(),
-            team: "def".to_owned(),
+            team: Entrance {
+                endpoint: String::new(),
+                password: "def".to_owned(),
+            },
             started: 0,
         };
         let wire = Wire::new(&Keys::new(&run.run), Secret::of(&run.token));
@@ -225,8 +229,8 @@ mod tests {
             .build()
             .unwrap();
         runtime.block_on(async {
-            let members = session::Members::of(&run).unwrap();
-            let config = session::world(&run, &members);
+            let members = session::Members::of(&run, User::Operator).unwrap();
+            let config = session::router(&run, User::Operator, &members);
             let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
                 .await
                 .unwrap();

@@ -33,7 +33,13 @@ impl Observer {
         let session = zenoh::open(config)
             .await
             .map_err(anyhow::Error::from_boxed)
-            .with_context(|| format!("run '{}' cannot be reached at {}", run.run, run.endpoint))?;
+            .with_context(|| {
+                format!(
+                    "run '{}' cannot be reached at {}",
+                    run.run,
+                    user.endpoint(&run)
+                )
+            })?;
         Ok(Self {
             keys: Keys::new(&run.run),
             secret: Secret::of(&run.token),

@@ -39,6 +39,17 @@ impl Ignored {
         Some(known.count)
     }
 
+    /// Adds those that somebody else has counted, and told of.
+    pub fn add(&mut self, kind: &'static str, count: u64, now: Instant) {
+        if count > 0 {
+            let unknown = Kind {
+                count: 0,
+                warned: now,
+            };
+            self.kinds.entry(kind).or_insert(unknown).count += count;
+        }
+    }
+
     /// All counts.
     pub fn counts(&self) -> impl Iterator<Item = (&'static str, u64)> {
         self.kinds.iter().map(|(kind, known)| (*kind, known.count))
@@ -59,7 +70,9 @@ mod tests {
             .collect();
         assert_eq!(told, [1, 1001, 2001]);
         assert_eq!(ignored.count("report", start), Some(1));
+        ignored.add("report", 9, start);
+        ignored.add("view", 0, start);
         let counts: Vec<_> = ignored.counts().collect();
-        assert_eq!(counts, [("report", 1), ("tick", 2500)]);
+        assert_eq!(counts, [("report", 10), ("tick", 2500)]);
     }
 }

@@ -17,6 +17,20 @@ impl Keys {
         }
     }
 
+    /// Everything of the run.
+    #[must_use]
+    pub fn all(&self) -> String {
+        format!("{}/**", self.prefix)
+    }
+
+    /// Everything of the run that is put, but for what operators put.
+    #[must_use]
+    pub fn news(&self) -> [String; 6] {
+        let ticks = format!("{}/robot/*/tick", self.prefix);
+        let [view, event, process] = [self.view(), self.event(), self.process()];
+        [view, event, process, ticks, self.reports(), self.team_all()]
+    }
+
     /// Queryable of the world: [`crate::join`].
     #[must_use]
     pub fn join(&self) -> String {

@@ -2,6 +2,9 @@
 
 use std::fs;
 
+/// Environment variable that tells a child which process started it, with which it is to end.
+pub const LAUNCHER: &str = "ALLIANCE_LAUNCHER";
+
 /// A process that there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OsProcess {

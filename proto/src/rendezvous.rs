@@ -10,24 +10,34 @@ use nix::unistd::Uid;
 use serde::{Deserialize, Serialize};
 
 use crate::os_process::OsProcess;
+use crate::session::User;
 
 /// How to reach the world of a live run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rendezvous {
     /// The run's id, first chunk of its keys.
     pub run: String,
-    /// Zenoh locator of the world, such as `unixsock-stream//run/user/1000/alliance/thesis-10929.10931.sock`.
+    /// Zenoh locator of its gateway, for those who order and watch, such as
+    /// `unixsock-stream//run/user/1000/alliance/thesis-10929.10931.alliance.sock`.
     pub endpoint: String,
     /// Process id of the world.
     pub pid: u32,
-    /// Secret of the run: who can read this file may change the run. Password of those who order and watch.
+    /// Secret of the run: who can read this file may change the run. Password at the gateway.
     pub token: String,
-    /// Password of the robots and of the launcher.
-    #[serde(default)]
-    pub team: String,
+    /// Of the robots and of the launcher.
+    pub team: Entrance,
     /// When that process started, see [`OsProcess::started`]; 0: not known.
     #[serde(default)]
     pub started: u64,
+}
+
+/// How the members of the team reach the world.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Entrance {
+    /// Zenoh locator of the world.
+    pub endpoint: String,
+    /// Password.
+    pub password: String,
 }
 
 /// Why no run was found, or none could be announced.
@@ -57,7 +67,7 @@ pub enum RendezvousError {
     },
 }
 
-/// Removes the announcement of a run, and the world's socket, when the run ends.
+/// Removes the announcement of a run, and its sockets, when the run ends.
 #[derive(Debug)]
 #[must_use = "the announcement goes with the guard"]
 pub struct Announcement {
@@ -71,14 +81,14 @@ impl Drop for Announcement {
     }
 }
 
-/// The zenoh locator of a socket in the runtime folder, which no other user reaches; `None` where such a path is no locator or too
-/// long for a socket.
+/// The zenoh locator of a run's socket for those users in the runtime folder, which nobody else's programs reach; `None` where such a
+/// path is no locator or too long for a socket. `pid` is the world's.
 ///
 /// # Errors
 /// When the runtime folder cannot be made, or belongs to somebody else.
-pub fn socket(run: &str, pid: u32) -> Result<Option<String>, RendezvousError> {
-    // Of the world's process alone: one that is left over is removed without a look at who has taken its name since.
-    let path = folder()?.join(format!("{run}.{pid}.sock"));
+pub fn socket(run: &str, pid: u32, user: User) -> Result<Option<String>, RendezvousError> {
+    // Of that process alone: one that is left over is removed without a look at who has taken its name since.
+    let path = folder()?.join(format!("{run}.{pid}.{}.sock", user.name()));
     let path = path.to_str().filter(|path| path.len() <= LONGEST_SOCKET);
     let path = path.filter(|path| !path.contains(['?', '#']));
     Ok(path.map(|path| format!("{SOCKET}{path}")))
@@ -121,7 +131,8 @@ impl Rendezvous {
     /// Removes what its world leaves behind. What cannot be removed is harmless: nobody takes it for a live run's.
     fn withdraw(&self, announcement: &Path) {
         let _ = fs::remove_file(announcement);
-        if let Some(socket) = self.endpoint.strip_prefix(SOCKET) {
+        let endpoints = [&self.endpoint, &self.team.endpoint];
+        for socket in endpoints.iter().filter_map(|at| at.strip_prefix(SOCKET)) {
             let _ = fs::remove_file(socket);
             let _ = fs::remove_file(format!("{socket}.lock"));
         }

@@ -30,18 +30,19 @@ pub fn prepare_process() {
     panics::prepare();
 }
 
-/// As whom somebody connects to the world of a run.
+/// As whom somebody connects to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum User {
-    /// A robot's agent, or the launcher: puts and hears everything.
+    /// A robot's agent, the launcher or the gateway, at the world itself: puts and hears everything.
     Team,
-    /// Whoever orders and watches: asks on the control topic, and hears everything. What else it puts, the world does not pass on.
+    /// Whoever orders and watches, at the gateway: asks on the control topic, and hears everything. What else it puts is not passed on.
     Operator,
 }
 
 impl User {
-    /// The name that zenoh knows.
-    fn name(self) -> &'static str {
+    /// The name that zenoh knows, and that of the socket.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Team => "team",
             Self::Operator => "alliance",
@@ -50,28 +51,35 @@ impl User {
 
     fn password(self, run: &Rendezvous) -> &str {
         match self {
-            Self::Team => &run.team,
+            Self::Team => &run.team.password,
             Self::Operator => &run.token,
+        }
+    }
+
+    /// Where it connects.
+    #[must_use]
+    pub fn endpoint(self, run: &Rendezvous) -> &str {
+        match self {
+            Self::Team => &run.team.endpoint,
+            Self::Operator => &run.endpoint,
         }
     }
 }
 
-/// Who may connect to the world of a run: whoever knows one of its passwords. Nobody else has a session, so that nobody else can fill
-/// its queues or hold its liveliness tokens. On the bus zenoh sends a hash of the password and a number drawn by the world.
+/// Who may connect to a router of a run: whoever knows its password. Nobody else has a session, so that nobody else can fill
+/// its queues or hold its liveliness tokens. On the bus zenoh sends a hash of the password and a number drawn by the router.
 #[derive(Debug)]
 pub struct Members(OwnedFd);
 
 impl Members {
-    /// Those who know its passwords. Needed until the world's session is open.
+    /// Those who know the password of these users. Needed until the router's session is open.
     ///
     /// # Errors
     /// When the operating system has no file for the list: zenoh reads it from one, which nobody else sees and nothing leaves behind.
-    pub fn of(run: &Rendezvous) -> io::Result<Self> {
+    pub fn of(run: &Rendezvous, user: User) -> io::Result<Self> {
         let list = memfd_create(c"alliance-members", MFdFlags::MFD_CLOEXEC)?;
         let mut file = File::from(list.try_clone()?);
-        for user in [User::Team, User::Operator] {
-            writeln!(file, "{}:{}", user.name(), user.password(run))?;
-        }
+        writeln!(file, "{}:{}", user.name(), user.password(run))?;
         Ok(Self(list))
     }
 
@@ -117,45 +125,40 @@ const NEVER_WAIT: &str = r#"
   qos: { network: [{ messages: ["put", "delete", "query"], overwrite: { congestion_control: "drop" } }] },
 "#;
 
-/// What each user may do; whatever is not allowed is denied, so that an expression with wildcards opens nothing. What goes out has come
-/// in, or is the world's own.
+/// What an operator may do; whatever is not allowed is denied, so that an expression with wildcards opens nothing. What goes out has
+/// come from the team.
 fn access(run: &str) -> String {
-    const ANY: &str = r#"["put", "delete", "declare_subscriber", "query", "declare_queryable", "reply", "liveliness_token",
-        "declare_liveliness_subscriber", "liveliness_query"]"#;
-    const HEAR: &str =
-        r#"["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"]"#;
-    const ORDER: &str = r#"["put", "query"]"#;
-    let rule = |id, flow, messages, key| {
-        format!(
-            r#"{{ id: "{id}", permission: "allow", flows: ["{flow}"], messages: {messages}, key_exprs: ["{key}"] }}"#
-        )
-    };
-    let rules = [
-        rule("out", "egress", ANY, "**"),
-        rule("in", "ingress", ANY, "**"),
-        rule("hear", "ingress", HEAR, "**"),
-        rule("order", "ingress", ORDER, &Keys::new(run).control()),
-    ];
-    let (rules, team, operator) = (rules.join(", "), User::Team.name(), User::Operator.name());
+    let keys = Keys::new(run);
+    let (all, control) = (keys.all(), keys.control());
+    let hear = format!(
+        r#"{{ id: "hear", permission: "allow", flows: ["ingress"], key_exprs: ["{all}"],
+          messages: ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"] }}"#
+    );
+    let order = format!(
+        r#"{{ id: "order", permission: "allow", flows: ["ingress"], key_exprs: ["{control}"], messages: ["put", "query"] }}"#
+    );
+    let out = r#"{ id: "out", permission: "allow", flows: ["egress"], key_exprs: ["**"],
+          messages: ["put", "query", "declare_queryable", "reply", "liveliness_token"] }"#;
     format!(
         r#"
   access_control: {{
-    enabled: true, default_permission: "deny", rules: [{rules}],
-    subjects: [{{ id: "{team}", usernames: ["{team}"] }}, {{ id: "{operator}", usernames: ["{operator}"] }}],
-    policies: [
-      {{ rules: ["in", "out"], subjects: ["{team}"] }}, {{ rules: ["hear", "order", "out"], subjects: ["{operator}"] }},
-    ],
+    enabled: true, default_permission: "deny", rules: [{hear}, {order}, {out}],
+    subjects: [{{ id: "anybody" }}], policies: [{{ rules: ["hear", "order", "out"], subjects: ["anybody"] }}],
   }},
 "#
     )
 }
 
-/// Configuration (JSON5) of the world: the router in the middle of the star, listening on the run's locator.
+/// Configuration (JSON5) of a router in the middle of a star, at which those users connect: the world is the team's, the gateway the
+/// operators'.
 #[must_use]
-pub fn world(run: &Rendezvous, members: &Members) -> String {
+pub fn router(run: &Rendezvous, user: User, members: &Members) -> String {
     let common = common(&format!("dictionary_file: {:?}", members.path()));
-    let access = access(&run.run);
-    let endpoint = &run.endpoint;
+    let access = match user {
+        User::Team => String::new(),
+        User::Operator => access(&run.run),
+    };
+    let endpoint = user.endpoint(run);
     format!(
         r#"{{
   mode: "router", listen: {{ endpoints: ["{endpoint}"] }}, connect: {{ endpoints: [] }},
@@ -163,10 +166,10 @@ pub fn world(run: &Rendezvous, members: &Members) -> String {
     )
 }
 
-/// Configuration (JSON5) of everybody else: a client of the run's world.
+/// Configuration (JSON5) of everybody else: a client of the router for these users.
 #[must_use]
 pub fn client(run: &Rendezvous, user: User) -> String {
-    let (name, password, endpoint) = (user.name(), user.password(run), &run.endpoint);
+    let (name, password, endpoint) = (user.name(), user.password(run), user.endpoint(run));
     let common = common(&format!("user: {name:?}, password: {password:?}"));
     format!(
         r#"{{

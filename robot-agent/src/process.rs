@@ -90,7 +90,7 @@ pub async fn live(
     registry: &AgentRegistry,
 ) -> Result<End, AgentError> {
     let bus = |error| AgentError::Bus {
-        endpoint: run.endpoint.clone(),
+        endpoint: run.team.endpoint.clone(),
         error,
     };
     let keys = Keys::new(&run.run);
@@ -227,7 +227,7 @@ async fn join(
         .consolidation(ConsolidationMode::None)
         .await
         .map_err(|error| AgentError::Bus {
-            endpoint: run.endpoint.clone(),
+            endpoint: run.team.endpoint.clone(),
             error,
         })?;
     let mut other_version = None;

@@ -6,6 +6,7 @@ use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use nix::sys::signal::Signal;
 use serde_json::Value;
 
+use crate::gateway;
 use crate::harness::{Finished, Lab};
 use crate::hostile::announced;
 use crate::team::Team;
@@ -160,8 +161,11 @@ fn no_other_user_reaches_a_run() {
         "{}",
         run.endpoint
     );
-    assert_eq!(listening_ports(world.pid()), 0);
-    assert_eq!(sockets(), 2);
+    for pid in [world.pid(), gateway::of(&world)] {
+        assert_eq!(listening_ports(pid), 0);
+    }
+    // The team's and the operators', with a lock each.
+    assert_eq!(sockets(), 4);
     let folder = std::fs::metadata(lab.path("runtime/alliance")).unwrap();
     assert_eq!(folder.permissions().mode() & 0o777, 0o700);
     world.signal(Signal::SIGKILL);

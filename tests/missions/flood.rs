@@ -128,7 +128,8 @@ fn what_an_operator_puts_reaches_nobody() {
     assert_eq!(hash(&lab, "out"), hash(&lab, "quiet"));
 }
 
-fn connect(run: &Rendezvous, user: User) -> Session {
+/// A session as that user.
+pub fn connect(run: &Rendezvous, user: User) -> Session {
     let config = alliance_proto::session::client(run, user);
     let config = zenoh::Config::from_json5(&config).unwrap();
     zenoh::open(config).wait().unwrap()

@@ -200,14 +200,15 @@ impl Process {
         }
     }
 
-    /// Ids of its children that live.
+    /// Ids of its children that live, whichever of its threads has started them.
     pub fn children(&self) -> Vec<u32> {
-        let pid = self.child.id();
-        let path = format!("/proc/{pid}/task/{pid}/children");
-        read(Path::new(&path))
-            .split_whitespace()
-            .map(|child| child.parse().unwrap())
-            .collect()
+        let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id()));
+        let threads = threads.into_iter().flatten().flatten();
+        let children: String = threads
+            .map(|thread| read(&thread.path().join("children")))
+            .collect();
+        let children = children.split_whitespace();
+        children.map(|child| child.parse().unwrap()).collect()
     }
 }
 

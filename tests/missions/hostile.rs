@@ -14,7 +14,7 @@ use alliance_proto::keys::Keys;
 use alliance_proto::mission::items::{ItemsBulletin, Withdrawal};
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Entrance, Rendezvous};
 use alliance_proto::secret::{SEAL_BYTES, Secret};
 use alliance_proto::session::User;
 use alliance_proto::team::{Broadcast, BroadcastKind, Content};
@@ -546,7 +546,10 @@ fn who_does_not_know_the_token_has_no_session() {
     let right = alliance_proto::session::client(&run, User::Team);
     let wrong = alliance_proto::session::client(
         &Rendezvous {
-            team: "0f5c31c27ad2bd0a".to_owned(),
+            team: Entrance {
+                password: "0f5c31c27ad2bd0a".to_owned(),
+                ..run.team.clone()
+            },
             ..run.clone()
         },
         User::Team,
@@ -554,7 +557,7 @@ fn who_does_not_know_the_token_has_no_session() {
     let auth = right.find("auth:").unwrap();
     let (before, after) = right.split_at(auth);
     let none = format!("{before}{}", &after[after.find("link:").unwrap()..]);
-    let address = run.endpoint.strip_prefix("unixsock-stream/").unwrap();
+    let address = run.team.endpoint.strip_prefix("unixsock-stream/").unwrap();
     let (mut tried, mut sockets) = (0, Vec::new());
     while world.is_running() {
         for config in [&wrong, &none] {

@@ -20,6 +20,7 @@ mod family;
 mod faults;
 mod first_moments;
 mod flood;
+mod gateway;
 mod golden;
 mod harness;
 mod hostile;

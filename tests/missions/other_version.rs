@@ -5,7 +5,7 @@ use std::net::TcpListener;
 use alliance_proto::codec::encode;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Entrance, Rendezvous};
 use alliance_proto::secret::Secret;
 use alliance_proto::session::User;
 use zenoh::{Config, Session, Wait};
@@ -84,14 +84,17 @@ impl OtherWorld {
             .port();
         let run = Rendezvous {
             run: RUN.to_owned(),
-            endpoint: format!("tcp/127.0.0.1:{port}"),
+            endpoint: String::new(),
             pid: std::process::id(),
             token: "secret".to_owned(),
-            team: "password".to_owned(),
+            team: Entrance {
+                endpoint: format!("tcp/127.0.0.1:{port}"),
+                password: "password".to_owned(),
+            },
             started: 0,
         };
-        let members = alliance_proto::session::Members::of(&run).unwrap();
-        let session = session(&alliance_proto::session::world(&run, &members));
+        let members = alliance_proto::session::Members::of(&run, User::Team).unwrap();
+        let session = session(&alliance_proto::session::router(&run, User::Team, &members));
         let (keys, secret) = (Keys::new(RUN), Secret::of(&run.token));
         let join = keys.join();
         session

@@ -20,6 +20,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use crate::gateway;
 use crate::mission::{MissionWorld, Worlds};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
@@ -108,6 +109,9 @@ pub struct WorldArgs {
     /// A launcher started this world
     #[arg(long, hide = true)]
     launched: bool,
+    /// Be the gateway of a world, which tells the rest
+    #[arg(long, hide = true, exclusive = true)]
+    gateway: bool,
 }
 
 impl MissionArgs {
@@ -273,6 +277,15 @@ impl WorldArgs {
     /// arguments, 3 when the bus or the log failed.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
+        if self.gateway {
+            return match gateway::run() {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    tell!("gateway: {error:#}");
+                    ExitCode::from(3)
+                }
+            };
+        }
         let prepared = self.mission.setup(known).and_then(|setup| {
             self.refuse_process_faults(&setup)?;
             let mission = known.worlds.of(&setup.scenario)?;

@@ -9,7 +9,7 @@
 //! - [`recorder`]: the run's log and hash.
 //!
 //! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`latest`] leads to it, [`args`] is its
-//! command line.
+//! command line. [`gateway`] is another process, where operators come in.
 
 // They panic where nothing can be written; `alliance_proto::terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -18,13 +18,16 @@ pub mod args;
 pub mod barrier;
 #[cfg(test)]
 mod drill;
+pub mod error;
 pub mod faults;
+pub mod gateway;
 pub mod interruption;
 pub mod latest;
 pub mod mission;
 pub mod pace;
 pub mod process;
 pub mod recorder;
+pub mod router;
 pub mod server;
 pub mod simulation;
 pub mod world;

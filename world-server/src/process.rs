@@ -1,6 +1,5 @@
 //! The thin shell around a run: a zenoh session, a folder, signals, timers.
 
-use std::net::{Ipv4Addr, TcpListener};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -12,10 +11,10 @@ use alliance_proto::keys::Keys;
 use alliance_proto::log::LogLevel;
 use alliance_proto::os_process::OsProcess;
 use alliance_proto::panics;
-use alliance_proto::rendezvous::{self, Rendezvous, RendezvousError};
+use alliance_proto::rendezvous::{Entrance, Rendezvous};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::{self, Secret};
-use alliance_proto::session::{self, Members};
+use alliance_proto::session::User;
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
@@ -26,11 +25,14 @@ use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
+use crate::error::WorldError;
+use crate::gateway::keeper::{Gateway, Waiting};
 use crate::interruption::InterruptionHandler;
 use crate::latest::link_latest;
 use crate::mission::MissionWorld;
 use crate::pace::{Pace, Speed};
-use crate::recorder::{Folder, RecordError, Recorder};
+use crate::recorder::{Folder, Recorder};
+use crate::router;
 use crate::server::{Bus, Ended, Publishers, Server, lock};
 use crate::simulation::Simulation;
 
@@ -42,9 +44,6 @@ const FAREWELL: Duration = Duration::from_secs(2);
 
 /// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
-
-/// Attempts to find a port that is still free when zenoh opens it.
-const PORT_ATTEMPTS: u32 = 20;
 
 /// What a world needs beside the setup.
 #[derive(Clone, Debug)]
@@ -78,23 +77,6 @@ pub struct Finished {
     pub unscripted: bool,
 }
 
-/// Why a world could not do its work.
-#[derive(Debug, thiserror::Error)]
-pub enum WorldError {
-    /// The bus failed.
-    #[error("bus")]
-    Bus(#[from] zenoh::Error),
-    /// The log could not be written.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// The run could not be announced.
-    #[error(transparent)]
-    Rendezvous(#[from] RendezvousError),
-    /// Signals, ports or random numbers could not be had.
-    #[error("system")]
-    System(#[from] std::io::Error),
-}
-
 /// Runs a mission to its end: listens, waits for the robots, steps the clock, writes the log. `handlers` are an experiment's
 /// own interruption handlers.
 ///
@@ -113,7 +95,7 @@ pub async fn serve(
     // A convenience: where it cannot be made, it is missing.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = Keys::new(&options.run);
-    let (session, rendezvous) = open(&options.run).await?;
+    let (session, rendezvous, gateway) = open(&options.run).await?;
     let secret = Secret::of(&rendezvous.token);
     let endpoint = rendezvous.endpoint.clone();
     let publishers = declare_publishers(&session, &keys, &setup).await?;
@@ -154,8 +136,10 @@ pub async fn serve(
     let ended = Instant::now();
     drop(announcement);
     bid_farewell(&server).await;
+    let refused = gateway.close().await;
     let (unscripted, hash) = {
         let mut server = lock(&server);
+        server.add_refused("control", refused);
         let ending = server.simulation().ending();
         let unscripted = ending.unscripted;
         let host = host(&server, options, &endpoint, started..ended);
@@ -173,40 +157,25 @@ pub async fn serve(
     })
 }
 
-/// Opens the router: at a socket in the user's runtime folder, and where there cannot be one, on a free port of loopback.
-async fn open(run: &str) -> Result<(Session, Rendezvous), WorldError> {
+/// Opens the team's router, and the gateway beside it.
+async fn open(run: &str) -> Result<(Session, Rendezvous, Gateway), WorldError> {
+    let gateway = Waiting::start()?;
     let pid = std::process::id();
+    let random = || secret::random().map(|number| format!("{number:032x}"));
     let mut rendezvous = Rendezvous {
         run: run.to_owned(),
-        endpoint: rendezvous::socket(run, pid)?.unwrap_or_default(),
+        endpoint: String::new(),
         pid,
-        token: format!("{:032x}", secret::random()?),
-        team: format!("{:032x}", secret::random()?),
+        token: random()?,
+        team: Entrance {
+            endpoint: String::new(),
+            password: random()?,
+        },
         started: OsProcess::of(pid).map_or(0, |me| me.started),
     };
-    let members = Members::of(&rendezvous)?;
-    let has_socket = !rendezvous.endpoint.is_empty();
-    let mut attempt = 0;
-    loop {
-        attempt += 1;
-        if !has_socket {
-            rendezvous.endpoint = free_port()?;
-        }
-        let config = zenoh::Config::from_json5(&session::world(&rendezvous, &members))?;
-        match zenoh::open(config).await {
-            Ok(session) => return Ok((session, rendezvous)),
-            Err(error) if attempt < PORT_ATTEMPTS && !has_socket => {
-                tracing::debug!(%error, rendezvous.endpoint, "port taken");
-            }
-            Err(error) => return Err(error.into()),
-        }
-    }
-}
-
-/// Zenoh does not tell which port it took, so the port is chosen first; should somebody else take it in between, another one is tried.
-fn free_port() -> std::io::Result<String> {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
-    Ok(format!("tcp/{}", listener.local_addr()?))
+    let session = router::open(&mut rendezvous, User::Team).await?;
+    let gateway = gateway.open(&mut rendezvous).await?;
+    Ok((session, rendezvous, gateway))
 }
 
 async fn declare_publishers(

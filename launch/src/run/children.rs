@@ -6,15 +6,13 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use alliance_proto::os_process::LAUNCHER;
 use alliance_proto::panics::PANICKED;
 use anyhow::{Context, bail};
 use nix::sys::prctl;
 use nix::sys::signal::{Signal, kill};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::{Pid, getppid};
-
-/// Tells a child which process started it.
-const LAUNCHER: &str = "ALLIANCE_LAUNCHER";
 
 /// How many of the last lines of a log are shown when its process fails.
 const LAST_LINES: usize = 12;

@@ -38,7 +38,7 @@ const ITEMS: usize = 1000;
 /// What an attacker does until it is told to stop, and what it counts.
 type Attack = fn(&Rendezvous, &AtomicBool, &AtomicU64);
 
-const ATTACKS: [(&str, &str, Attack); 11] = [
+const ATTACKS: [(&str, &str, Attack); 15] = [
     ("nobody", "", |_, _, _| ()),
     ("no token: burns its core", "rounds", burn),
     ("no token: junk on new connections", "connections", junk),
@@ -61,11 +61,31 @@ const ATTACKS: [(&str, &str, Attack); 11] = [
     ),
     ("token: as many liveliness tokens as it can", "tokens", live),
     (
+        "token: listens to as many keys as it can",
+        "subscribers",
+        listen,
+    ),
+    (
         "token: hears everything, and does not listen",
         "subscribers",
         deaf,
     ),
     ("token: new sessions, without end", "sessions", come),
+    (
+        "the team's own entrance: junk on new connections",
+        "connections",
+        |run, over, count| junk(&of_the_team(run), over, count),
+    ),
+    (
+        "the team's own entrance: half a greeting, and waits",
+        "connections",
+        |run, over, count| greet(&of_the_team(run), over, count),
+    ),
+    (
+        "the team's own entrance: asks with a wrong password",
+        "tries",
+        |run, over, count| knock(&of_the_team(run), over, count),
+    ),
 ];
 
 /// All of them in turns, so that all see the same noise of the machine; ratios are to the run that nobody attacks, of the same round.
@@ -78,7 +98,7 @@ pub fn measure(rounds: usize, limit_s: f64) {
         return println!("\n## Hostile programs\n\nnot measured: it takes `taskset` and two cores");
     }
     let team = Team::busy(TEAM, 0.5, ITEMS, limit_s);
-    let mut results = [(); ATTACKS.len()].map(|()| [(); 3].map(|()| Figures::default()));
+    let mut results = [(); ATTACKS.len()].map(|()| [(); 4].map(|()| Figures::default()));
     let (mut changed, mut undisturbed) = ([0; ATTACKS.len()], None);
     for _ in 0..rounds {
         let mut alone = f64::NAN;
@@ -100,9 +120,10 @@ pub fn measure(rounds: usize, limit_s: f64) {
             let hash = finished.run.hash;
             let first = undisturbed.get_or_insert_with(|| hash.clone());
             changed[index] += u32::from(*first != hash);
-            let [rate, memory, counts] = &mut results[index];
+            let [rate, world, gateway, counts] = &mut results[index];
             rate.push(finished.ticks_per_s / alone);
-            memory.push(finished.world.resident);
+            world.push(finished.world.resident);
+            gateway.push(finished.gateway.resident);
             counts.push(count.into_inner() as f64);
         }
     }
@@ -110,13 +131,23 @@ pub fn measure(rounds: usize, limit_s: f64) {
         "\n## Hostile programs, {CROWD} at a time, {TEAM} agents, {limit_s} s of simulated time\n"
     );
     println!(
-        "| attack | how much | ticks/s / with nobody | memory of the world, MB | another hash |"
+        "| attack | how much | ticks/s / with nobody | memory of the world, MB | of its gateway, MB | another hash |"
     );
-    println!("|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|");
     for (index, (what, unit, _)) in ATTACKS.into_iter().enumerate() {
-        let [rate, memory, counts] = &results[index];
+        let [rate, world, gateway, counts] = &results[index];
         let changed = changed[index];
-        println!("| {what} | {counts} {unit} | {rate} | {memory} | {changed} of {rounds} |");
+        println!(
+            "| {what} | {counts} {unit} | {rate} | {world} | {gateway} | {changed} of {rounds} |"
+        );
+    }
+}
+
+/// What a run would announce whose team came in where its operators do: so an attack on operators' entrance becomes one on the team's.
+fn of_the_team(run: &Rendezvous) -> Rendezvous {
+    Rendezvous {
+        endpoint: run.team.endpoint.clone(),
+        ..run.clone()
     }
 }
 
@@ -140,7 +171,7 @@ fn junk(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
         .collect();
     while !over.load(Ordering::Relaxed) {
         if let Ok(mut socket) = connect(run) {
-            // The world hangs up after the first bytes.
+            // The router hangs up after the first bytes.
             let _ = socket.write_all(&junk);
             count.fetch_add(1, Ordering::Relaxed);
         }
@@ -229,6 +260,16 @@ fn live(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
         let number = count.fetch_add(1, Ordering::Relaxed);
         let key = format!("alliance/{}/alive/r0/{number}/0", run.run);
         tokens.extend(session.liveliness().declare_token(key).wait());
+    }
+}
+
+fn listen(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
+    let Ok(session) = session(run) else { return };
+    let mut subscribers = Vec::new();
+    while !over.load(Ordering::Relaxed) {
+        let number = count.fetch_add(1, Ordering::Relaxed);
+        let key = format!("alliance/{}/view/{number}", run.run);
+        subscribers.extend(session.declare_subscriber(key).callback(|_| ()).wait());
     }
 }
 

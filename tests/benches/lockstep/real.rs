@@ -35,6 +35,8 @@ pub struct Finished {
     /// Largest that was seen of any agent, and of the world.
     pub agent: Memory,
     pub world: Memory,
+    /// Of its gateway.
+    pub gateway: Memory,
 }
 
 /// Memory of a process, MB: what it has mapped, and its share of it, where what several processes map counts in parts.
@@ -99,7 +101,7 @@ impl Run {
 
     /// Waits for its end.
     pub fn finish(mut self) -> Finished {
-        let (mut agent, mut world) = (Memory::default(), Memory::default());
+        let [mut agent, mut world, mut gateway] = [Memory::default(); 3];
         while self.launcher.try_wait().unwrap().is_none() {
             for (name, pid) in self.parts() {
                 let seen = if name == "world" {
@@ -108,6 +110,10 @@ impl Run {
                     &mut agent
                 };
                 *seen = seen.max(Memory::of(pid));
+                if name == "world" {
+                    let it = children(pid).next();
+                    gateway = gateway.max(it.map_or(Memory::default(), Memory::of));
+                }
             }
             std::thread::sleep(INTERVAL);
         }
@@ -132,18 +138,13 @@ impl Run {
             .unwrap(),
             agent,
             world,
+            gateway,
         }
     }
 
     /// World and agents that live, by name.
     fn parts(&self) -> impl Iterator<Item = (String, u32)> {
-        let launcher = self.launcher.id();
-        let children = read(format!("/proc/{launcher}/task/{launcher}/children"));
-        let children: Vec<u32> = children
-            .split_whitespace()
-            .filter_map(|child| child.parse().ok())
-            .collect();
-        children.into_iter().filter_map(|pid| {
+        children(self.launcher.id()).filter_map(|pid| {
             let command = read(format!("/proc/{pid}/cmdline"));
             let mut arguments = command.split('\0').skip(1);
             match arguments.next()? {
@@ -183,6 +184,17 @@ impl Memory {
             share: self.share.max(other.share),
         }
     }
+}
+
+/// Those that any thread of a process has started.
+fn children(pid: u32) -> impl Iterator<Item = u32> {
+    let threads = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter();
+    let children = threads.flatten().flatten().map(|thread| {
+        let children = read(thread.path().join("children"));
+        let children = children.split_whitespace().map(str::parse);
+        children.flatten().collect::<Vec<u32>>()
+    });
+    children.flatten()
 }
 
 /// Empty when it is not there: processes end while they are looked at.

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Entrance, Rendezvous};
 use alliance_proto::session::{self, Members, User};
 use clap::{Args, Parser, Subcommand};
 use nix::sys::prctl::set_pdeathsig;
@@ -105,10 +105,13 @@ fn keys() -> Keys {
 fn rendezvous(endpoint: &str) -> Rendezvous {
     Rendezvous {
         run: "bare".to_owned(),
-        endpoint: endpoint.to_owned(),
+        endpoint: String::new(),
         pid: std::process::id(),
         token: "token".to_owned(),
-        team: "team".to_owned(),
+        team: Entrance {
+            endpoint: endpoint.to_owned(),
+            password: "team".to_owned(),
+        },
         started: 0,
     }
 }
@@ -161,7 +164,12 @@ impl Barrier {
 impl World {
     async fn run(&self) -> zenoh::Result<()> {
         let run = rendezvous(&self.endpoint);
-        let session = open(&session::world(&run, &Members::of(&run)?)).await?;
+        let session = open(&session::router(
+            &run,
+            User::Team,
+            &Members::of(&run, User::Team)?,
+        ))
+        .await?;
         let keys = keys();
         let mut ticks = Vec::new();
         for rank in 0..self.agents {

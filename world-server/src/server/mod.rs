@@ -213,6 +213,11 @@ impl Server {
         self.refused.counts()
     }
 
+    /// Counts messages that the gateway has ignored.
+    pub fn add_refused(&mut self, kind: &'static str, count: u64) {
+        self.refused.add(kind, count, Instant::now().into_std());
+    }
+
     /// Robots of the scenario that have no agent yet.
     #[must_use]
     pub fn missing(&self) -> Vec<&str> {
