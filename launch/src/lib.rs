@@ -21,9 +21,9 @@ mod arguments;
 mod clock;
 pub mod control;
 mod fault;
+mod limits;
 mod missions_command;
 pub mod observer;
-mod open_files;
 pub mod page;
 mod parameters;
 pub mod run;
@@ -95,7 +95,7 @@ pub fn main(registry: Registry) -> ExitCode {
     registry.install();
     alliance_proto::session::prepare_process();
     // Before anything else: a child whose launcher has died meanwhile shall not begin.
-    let ready = run::children::die_with_launcher().and_then(|()| open_files::allow(0));
+    let ready = run::children::die_with_launcher().and_then(|()| limits::allow_a_process());
     if let Err(error) = ready {
         tell!("alliance: {error:#}");
         return ExitCode::from(3);

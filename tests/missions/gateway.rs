@@ -20,10 +20,8 @@ const DECLARED: usize = 5_000;
 pub fn of(world: &Process) -> u32 {
     let mut found = None;
     wait_until("a gateway", || {
-        let children = world.children().into_iter();
-        found = children
-            .filter(|child| command_line(*child).is_some())
-            .next();
+        let mut children = world.children().into_iter();
+        found = children.find(|child| command_line(*child).is_some());
         found.is_some()
     });
     found.unwrap()

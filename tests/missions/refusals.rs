@@ -1,6 +1,9 @@
 //! Mistakes in arguments, scenario and parameters: one line that says what is wrong and what would be right, exit status 2,
 //! and nothing started.
 
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
+
 use crate::harness::Lab;
 
 /// Refused in one line that begins with `alliance` and holds these texts; no process, no folder.
@@ -188,4 +191,31 @@ fn too_few_open_files_are_told_before_anything_begins() {
         );
         assert!(!lab.path("run").exists());
     }
+}
+
+/// As for a user who may have no further process. The limit does not hold for root, who tries as nobody.
+#[test]
+fn too_few_threads_are_told_before_anything_begins() {
+    let lab = Lab::new();
+    let mut limited = std::process::Command::new("prlimit");
+    if nix::unistd::Uid::effective().is_root() {
+        limited.uid(65534);
+        let open = std::fs::Permissions::from_mode(0o777);
+        std::fs::set_permissions(lab.path(""), open).unwrap();
+    }
+    let asked = limited
+        .arg("--nproc=1")
+        .arg(env!("CARGO_BIN_EXE_alliance-under-test"))
+        .args(["run", "--no-page", "--out", "run"])
+        .current_dir(lab.path(""))
+        .output()
+        .unwrap();
+    let said = String::from_utf8(asked.stderr).unwrap();
+    assert_eq!(asked.status.code(), Some(3), "{said}");
+    assert!(
+        said.starts_with("alliance: 5 threads are needed and 0 can be had")
+            && said.lines().count() == 1,
+        "{said}"
+    );
+    assert!(!lab.path("run").exists());
 }

@@ -11,7 +11,7 @@ use world_server::args::{MissionArgs, RunArgs};
 use super::one_process;
 use super::plan::Plan;
 use super::supervise::supervise;
-use crate::open_files;
+use crate::limits;
 use crate::page::link::{Link, LinkArgs};
 use crate::page::view::stay_with_log;
 
@@ -51,7 +51,7 @@ impl RunCommand {
         // Everything is read and checked here, before the first process starts.
         let prepared = self.mission.setup(&crate::known()).and_then(|setup| {
             if !self.in_process {
-                open_files::allow(setup.scenario.robots.len())?;
+                limits::allow_a_run(setup.scenario.robots.len())?;
             }
             let link = self.link()?;
             Ok((self.run.folder(&setup)?, setup, link))

@@ -385,11 +385,18 @@ impl Team {
     fn check_world(&self) -> anyhow::Result<()> {
         match self.world.ending() {
             Some(Ending::Exit(0 | 1)) => Ok(()),
-            ending => bail!(
-                "the world {}; its log is whole up to its last tick; {}",
-                ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
-                self.world.said()
-            ),
+            ending => {
+                let log = if self.logs.with_file_name("run.json").exists() {
+                    "its log is whole up to its last tick"
+                } else {
+                    "it has no log"
+                };
+                bail!(
+                    "the world {}; {log}; {}",
+                    ending.map_or_else(|| "does not end".to_owned(), Ending::describe),
+                    self.world.said()
+                )
+            }
         }
     }
 }

@@ -22,12 +22,12 @@ use super::table::Table;
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The operating system refuses.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {error}", path.display())]
     Read {
         /// What.
         path: PathBuf,
         /// Why.
-        source: io::Error,
+        error: io::Error,
     },
     /// A file that is not what its name says.
     #[error("{}: {reason}", path.display())]
@@ -72,9 +72,9 @@ impl RunLog {
     /// tables are no error: the log is then shorter.
     pub fn open(folder: &Path, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
         let path = folder.join(Document::Run.file_name());
-        let text = fs::read(&path).map_err(|source| ReadError::Read {
+        let text = fs::read(&path).map_err(|error| ReadError::Read {
             path: path.clone(),
-            source,
+            error,
         })?;
         let run = RunFile::parse(&text, vocabulary)
             .map_err(|reason| ReadError::Malformed { path, reason })?;
@@ -87,7 +87,7 @@ impl RunLog {
                     tables.insert(table, bytes);
                 }
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-                Err(source) => return Err(ReadError::Read { path, source }),
+                Err(error) => return Err(ReadError::Read { path, error }),
             }
         }
         Ok(Self::from_tables(folder, run, tables))

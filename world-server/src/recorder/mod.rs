@@ -61,12 +61,12 @@ const SUMMARY_SEAL_MS: u64 = 1000;
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The operating system refuses.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {error}", path.display())]
     Write {
         /// What.
         path: PathBuf,
         /// Why.
-        source: io::Error,
+        error: io::Error,
     },
     /// The folder is taken.
     #[error("{} already holds a run", .0.display())]
@@ -80,10 +80,10 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    fn write(path: &Path, source: io::Error) -> Self {
+    fn write(path: &Path, error: io::Error) -> Self {
         Self::Write {
             path: path.to_owned(),
-            source,
+            error,
         }
     }
 }
