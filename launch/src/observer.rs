@@ -2,9 +2,9 @@
 
 use alliance_proto::event::EventNews;
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::secret::Secret;
-use alliance_proto::session::{self, User};
+use alliance_proto::session;
 use alliance_proto::view::View;
 use anyhow::Context;
 use serde::de::DeserializeOwned;

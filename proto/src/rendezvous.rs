@@ -10,7 +10,6 @@ use nix::unistd::Uid;
 use serde::{Deserialize, Serialize};
 
 use crate::os_process::OsProcess;
-use crate::session::User;
 
 /// How to reach the world of a live run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,6 +37,42 @@ pub struct Entrance {
     pub endpoint: String,
     /// Password.
     pub password: String,
+}
+
+/// As whom somebody connects to a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum User {
+    /// A robot's agent, the launcher or the gateway, at the world itself: puts and hears everything.
+    Team,
+    /// Whoever orders and watches, at the gateway: asks on the control topic, and hears everything. What else it puts is not passed on.
+    Operator,
+}
+
+impl User {
+    /// The name that zenoh knows, and that of the socket.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Team => "team",
+            Self::Operator => "alliance",
+        }
+    }
+
+    pub(crate) fn password(self, run: &Rendezvous) -> &str {
+        match self {
+            Self::Team => &run.team.password,
+            Self::Operator => &run.token,
+        }
+    }
+
+    /// Where it connects.
+    #[must_use]
+    pub fn endpoint(self, run: &Rendezvous) -> &str {
+        match self {
+            Self::Team => &run.team.endpoint,
+            Self::Operator => &run.endpoint,
+        }
+    }
 }
 
 /// Why no run was found, or none could be announced.

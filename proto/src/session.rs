@@ -9,7 +9,7 @@ use nix::sys::memfd::{MFdFlags, memfd_create};
 
 use crate::keys::Keys;
 use crate::panics;
-use crate::rendezvous::Rendezvous;
+use crate::rendezvous::{Rendezvous, User};
 
 /// Value of `ZENOH_RUNTIME` for every process: one worker for everything.
 /// Measured with 10 agents: 3,300 ticks/s against 1,730 with zenoh's own seven threads a process.
@@ -28,42 +28,6 @@ pub fn prepare_process() {
         std::env::set_var("ZENOH_RUNTIME", RUNTIME);
     }
     panics::prepare();
-}
-
-/// As whom somebody connects to a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum User {
-    /// A robot's agent, the launcher or the gateway, at the world itself: puts and hears everything.
-    Team,
-    /// Whoever orders and watches, at the gateway: asks on the control topic, and hears everything. What else it puts is not passed on.
-    Operator,
-}
-
-impl User {
-    /// The name that zenoh knows, and that of the socket.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Team => "team",
-            Self::Operator => "alliance",
-        }
-    }
-
-    fn password(self, run: &Rendezvous) -> &str {
-        match self {
-            Self::Team => &run.team.password,
-            Self::Operator => &run.token,
-        }
-    }
-
-    /// Where it connects.
-    #[must_use]
-    pub fn endpoint(self, run: &Rendezvous) -> &str {
-        match self {
-            Self::Team => &run.team.endpoint,
-            Self::Operator => &run.endpoint,
-        }
-    }
 }
 
 /// Who may connect to a router of a run: whoever knows its password. Nobody else has a session, so that nobody else can fill

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::session::User;
+use alliance_proto::rendezvous::{Rendezvous, User};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};

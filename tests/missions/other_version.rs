@@ -5,9 +5,8 @@ use std::net::TcpListener;
 use alliance_proto::codec::encode;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Entrance, Rendezvous};
+use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
 use alliance_proto::secret::Secret;
-use alliance_proto::session::User;
 use zenoh::{Config, Session, Wait};
 
 use crate::harness::Lab;

@@ -8,9 +8,8 @@ use std::sync::{Arc, Mutex};
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
 use alliance_proto::keys::Keys;
 use alliance_proto::readings::Actuation;
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::secret::Secret;
-use alliance_proto::session::User;
 use alliance_proto::tick::{Report, ToAgent};
 use zenoh::Wait;
 

@@ -2,8 +2,8 @@
 
 use std::net::{Ipv4Addr, TcpListener};
 
-use alliance_proto::rendezvous::{Rendezvous, socket};
-use alliance_proto::session::{self, Members, User};
+use alliance_proto::rendezvous::{Rendezvous, User, socket};
+use alliance_proto::session::{self, Members};
 use zenoh::Session;
 
 use crate::error::WorldError;

@@ -5,9 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use alliance_proto::control::{ControlCommand, Reply};
 use alliance_proto::event::EventNews;
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::scenario::SetupFile;
-use alliance_proto::session::User;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::View;

@@ -4,9 +4,8 @@
 use alliance_proto::event::EventLine;
 use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
-use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::secret::Secret;
-use alliance_proto::session::User;
 use alliance_proto::view::View;
 use tokio::sync::{mpsc, watch};
 use zenoh::Session;

@@ -27,7 +27,8 @@ mod validate;
 mod values;
 mod vocabulary;
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::any::Any;
 use std::collections::BTreeMap;
 
@@ -322,8 +323,12 @@ pub struct Robot {
     /// Where it starts; absent: where robots of its mission begin, facing the left wall.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
-    /// The tasks that it has behavior sets for, by name; empty: all.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    /// The tasks that it has behavior sets for, by name; empty: all. In a file the key is left out then.
+    #[serde(
+        default,
+        deserialize_with = "tasks",
+        skip_serializing_if = "Vec::is_empty"
+    )]
     pub tasks: Vec<String>,
     /// Top speed on neutral ground, m/s; absent: that of `[body]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -398,4 +403,15 @@ impl Default for TaskSection {
             priority: 0,
         }
     }
+}
+
+/// Who writes an empty list means none.
+fn tasks<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<String>, D::Error> {
+    let tasks = Vec::deserialize(from)?;
+    if tasks.is_empty() {
+        return Err(D::Error::custom(
+            "a robot without tasks does nothing; name some, or leave the key out for all",
+        ));
+    }
+    Ok(tasks)
 }

@@ -396,6 +396,8 @@ mod tests {
         let moves = "tasks = ['move(top)', 'move(bottom)']\n";
         let cannot = "skills = { lift = 0 }\n";
         assert_eq!(refusal(&format!("{cannot}{moves}")), Err(none.to_owned()));
+        let none = "s.toml:5: robots[0].tasks: a robot without tasks does nothing; name some, or leave the key out for all";
+        assert_eq!(refusal("tasks = []"), Err(none.to_owned()));
         for robot in [cannot, moves] {
             assert!(refusal(robot).is_ok(), "{robot}");
         }

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::Rendezvous;
-use alliance_proto::session::{User, client};
+use alliance_proto::rendezvous::{Rendezvous, User};
+use alliance_proto::session::client;
 use zenoh::Wait;
 use zenoh::qos::{CongestionControl, Priority};
 

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use alliance_proto::ids::Tick;
 use alliance_proto::keys::Keys;
+use alliance_proto::rendezvous::User;
 use alliance_proto::secret::Secret;
-use alliance_proto::session::{self, User};
+use alliance_proto::session;
 use alliance_proto::view::View;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;

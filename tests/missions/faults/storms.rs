@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use alliance_proto::control::ControlCommand;
 use alliance_proto::fault::Order;
-use alliance_proto::session::User;
+use alliance_proto::rendezvous::User;
 use launch::control::query;
 use launch::observer::Observer;
 use nix::sys::signal::Signal;

@@ -10,8 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Entrance, Rendezvous};
-use alliance_proto::session::{self, Members, User};
+use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
+use alliance_proto::session::{self, Members};
 use clap::{Args, Parser, Subcommand};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::Signal;
