@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::ids::{Incarnation, RobotId, Tick};
 
 /// Version of everything that crosses the bus; raised with every incompatible change.
-pub const PROTOCOL_VERSION: u32 = 8;
+pub const PROTOCOL_VERSION: u32 = 9;
 
 /// Agent → world: "I want to be this robot."
 ///

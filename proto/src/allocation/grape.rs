@@ -3,11 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::ids::{RobotId, TaskId};
+use crate::time::SimTime;
 
 /// Most members of a message; with as many it takes less than 1,200 bytes.
-pub const MEMBERS_MAX: usize = 180;
+pub const MEMBERS_MAX: usize = 75;
 
-/// Who is in which coalition, or a part of that. What a robot says of one (evolution, stamp) is the same whoever says it.
+/// Who is in which coalition, or a part of that. What a robot says of one (evolution, stamp) is the same whoever says it, but for when
+/// its members gave their last sign of life.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Partition {
     /// How many decisions have led to it.
@@ -29,4 +31,6 @@ pub struct Member {
     pub robot: RobotId,
     /// Which task.
     pub task: TaskId,
+    /// When the robot said the last word of which somebody knows.
+    pub seen: SimTime,
 }

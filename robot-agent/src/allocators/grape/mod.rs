@@ -29,8 +29,8 @@ pub struct Grape {
     unit: Unit,
     partition: Partition,
     inbox: Inbox,
-    /// Who has been heard, and when what it said last was sent; by rank. Of heartbeats only that there are some is read.
-    heard: Vec<(RobotId, SimTime)>,
+    /// Who has ever been heard, by rank. Of heartbeats only that there are some is read.
+    heard: Vec<RobotId>,
     /// When the partition was told last.
     said: Option<SimTime>,
     /// The part that is told next; `None`: all have been.
@@ -65,33 +65,24 @@ impl Grape {
             if sender == self.me.robot || sender.index() >= self.me.team || !is_fresh {
                 continue;
             }
-            match self.heard.binary_search_by_key(&sender, |it| it.0) {
-                Ok(at) => self.heard[at].1 = self.heard[at].1.max(sent),
-                Err(at) => self.heard.insert(at, (sender, sent)),
+            if let Err(at) = self.heard.binary_search(&sender) {
+                self.heard.insert(at, sender);
             }
             if let Content::Allocation(AllocationMessage::Partition(message)) = &broadcast.body {
-                let known = self.partition.version;
-                let (team, tasks) = (self.me.team, self.me.tasks);
-                if let Some(newer) = self.inbox.take(message, &known, team, tasks) {
-                    self.partition = newer;
-                    has_changed = true;
-                }
+                let size = (self.me.team, self.me.tasks);
+                has_changed |= self.inbox.take(message, &mut self.partition, size, now);
             }
+            self.partition.saw(sender, sent);
         }
         has_changed
     }
 
-    /// FORGET: strikes those who have been silent for τ, whoever still has them in a coalition. Whether there was one.
+    /// FORGET: strikes those of whom nobody has heard anything for τ, as far as is known here, whoever still has them in a coalition. Who is
+    /// too far away to be heard is vouched for by those in between. Whether there was one.
     fn forget(&mut self, input: &Input<'_>) -> bool {
-        let mut is_struck = false;
-        for &(robot, sent) in &self.heard {
-            let is_silent = input.now.since(sent) >= self.me.ceased_after;
-            if is_silent && self.partition.task_of(robot).is_some() {
-                self.partition.put(robot, None);
-                is_struck = true;
-            }
-        }
-        is_struck
+        let has_met = |robot| self.heard.binary_search(&robot).is_ok();
+        self.partition
+            .strike(input.now, self.me.ceased_after, has_met)
     }
 
     /// What a task would be worth to the robot, by the best of its behaviors for it.
@@ -122,8 +113,8 @@ impl Grape {
             (None, _) => own.is_some(),
         };
         if moves {
-            self.partition
-                .put(self.me.robot, best.map(|(_, task)| task));
+            let task = best.map(|(_, task)| task);
+            self.partition.put(self.me.robot, task, input.now);
         }
         moves
     }
@@ -149,6 +140,7 @@ impl Grape {
             self.next = Some(0);
             self.said = Some(now);
         }
+        self.partition.saw(self.me.robot, now);
         // What does not go now goes in the next step.
         while let Some(part) = self.next
             && say.len() <= self.me.tasks

@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 
 use alliance_proto::allocation::grape::{MEMBERS_MAX, Member, Partition as Message};
 use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::time::SimTime;
 
 /// What decides between two partitions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,15 +65,44 @@ impl Partition {
             .map(|member| member.robot)
     }
 
-    /// A robot moves to a coalition, or out of all.
-    pub fn put(&mut self, robot: RobotId, task: Option<TaskId>) {
+    /// A robot that lives moves to a coalition, or out of all.
+    pub fn put(&mut self, robot: RobotId, task: Option<TaskId>, seen: SimTime) {
         match (self.place(robot), task) {
-            (Ok(at), Some(task)) => self.members[at].task = task,
+            (Ok(at), Some(task)) => self.members[at] = Member { robot, task, seen },
             (Ok(at), None) => {
                 self.members.remove(at);
             }
-            (Err(at), Some(task)) => self.members.insert(at, Member { robot, task }),
+            (Err(at), Some(task)) => self.members.insert(at, Member { robot, task, seen }),
             (Err(_), None) => {}
+        }
+    }
+
+    /// A robot gave a sign of life then.
+    pub fn saw(&mut self, robot: RobotId, seen: SimTime) {
+        if let Ok(at) = self.place(robot) {
+            let member = &mut self.members[at];
+            member.seen = member.seen.max(seen);
+        }
+    }
+
+    /// Strikes those whose last sign of life is τ ago, of whom `has_met` is true. Whether there was one.
+    pub fn strike(
+        &mut self,
+        now: SimTime,
+        tau: SimTime,
+        has_met: impl Fn(RobotId) -> bool,
+    ) -> bool {
+        let before = self.members.len();
+        self.members
+            .retain(|member| now.since(member.seen) < tau || !has_met(member.robot));
+        self.members.len() < before
+    }
+
+    /// Takes over what another one knows of signs of life.
+    fn merge_seen(&mut self, members: &[Member], now: SimTime) {
+        // Of the future nobody knows.
+        for member in members.iter().filter(|member| member.seen <= now) {
+            self.saw(member.robot, member.seen);
         }
     }
 
@@ -110,23 +140,46 @@ impl Partition {
 }
 
 impl Inbox {
-    /// Takes a message; the whole partition, if this was the last of a newer one than `known`. What no robot of such a team would say
-    /// is ignored.
+    /// Takes a message; whether this was the last of a newer partition than the one that is known, which it is now. What no robot of
+    /// such a team would say is ignored.
     pub fn take(
         &mut self,
         message: &Message,
-        known: &Version,
-        team: usize,
-        tasks: usize,
-    ) -> Option<Partition> {
+        known: &mut Partition,
+        (team, tasks): (usize, usize),
+        now: SimTime,
+    ) -> bool {
         let version = Version {
             evolution: message.evolution,
             stamp: message.stamp,
         };
         // What is known already is most of what is heard.
-        if !version.is_newer_than(known) {
-            return None;
+        if !version.is_newer_than(&known.version) {
+            if version == known.version {
+                known.merge_seen(&message.members, now);
+            }
+            return false;
         }
+        let Some(mut members) = self.complete(version, message, team, tasks) else {
+            return false;
+        };
+        for member in &mut members {
+            member.seen = member.seen.min(now);
+        }
+        let mut newer = Partition { version, members };
+        newer.merge_seen(&known.members, now);
+        *known = newer;
+        true
+    }
+
+    /// All members, if this was the last part.
+    fn complete(
+        &mut self,
+        version: Version,
+        message: &Message,
+        team: usize,
+        tasks: usize,
+    ) -> Option<Vec<Member>> {
         let parts = usize::from(message.parts);
         let in_team = |it: &Member| it.robot.index() < team && it.task.index() < tasks;
         let is_sound = (0.0..1.0).contains(&version.stamp)
@@ -153,6 +206,6 @@ impl Inbox {
         let members = all?.concat();
         self.0 = None;
         let is_sorted = members.is_sorted_by(|a, b| a.robot < b.robot);
-        is_sorted.then_some(Partition { version, members })
+        is_sorted.then_some(members)
     }
 }
