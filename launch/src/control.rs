@@ -36,6 +36,16 @@ pub struct ControlArgs {
 }
 
 impl ControlArgs {
+    /// The run that is meant now, and the same arguments for that one, whichever begins later; `None` where it is not live.
+    pub fn of_one_run(&self) -> Option<(String, Self)> {
+        let run = Rendezvous::find(self.run.as_deref()).ok()?.run;
+        let control = Self {
+            run: Some(run.clone()),
+            ..self.clone()
+        };
+        Some((run, control))
+    }
+
     /// Asks the run, and shows the reply on stderr in these words, or on stdout as JSON. `part` is the command's name.
     ///
     /// Exit status 0, 2 when the world refuses or it is not clear which run is meant, 3 when no run is live or none answers.

@@ -22,6 +22,7 @@ mod clock;
 pub mod control;
 mod fault;
 mod limits;
+mod ls_command;
 mod missions_command;
 pub mod observer;
 pub mod page;
@@ -59,6 +60,8 @@ enum Part {
     Clock(clock::ClockArgs),
     /// Show how a live run goes: robots, processes, tasks, motivations, faults
     Status(status::StatusArgs),
+    /// List live runs, and those whose logs lie in a folder
+    Ls(ls_command::LsCommand),
     /// Serve a page on which a live run is watched and interfered with
     Watch(page::watch::WatchCommand),
     /// Show a finished run on a page
@@ -114,6 +117,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Fault(command) => command.run(),
         Part::Clock(command) => command.run(),
         Part::Status(command) => command.run(),
+        Part::Ls(command) => command.run(),
         Part::Watch(command) => command.run(),
         Part::View(command) => command.run(),
         Part::Report(command) => command.run(),

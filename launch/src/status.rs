@@ -1,10 +1,14 @@
 //! `alliance status`: how a live run goes.
 
+use std::io::{IsTerminal, stderr};
 use std::process::ExitCode;
+use std::thread::sleep;
+use std::time::Duration;
 
 use alliance_proto::control::{ControlCommand, Reply, RobotStatus, Status};
 use alliance_proto::mission::columns::in_full;
-use clap::Args;
+use alliance_proto::{rendezvous, tell};
+use clap::{Args, value_parser};
 use comfy_table::{CellAlignment, Table};
 use study::table;
 
@@ -17,18 +21,39 @@ use crate::fault;
 pub struct StatusArgs {
     #[command(flatten)]
     control: ControlArgs,
+    /// Show it anew every so many seconds of wall-clock time, until the run is over
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, default_missing_value = "1", value_parser = value_parser!(u64).range(1..=3600))]
+    watch: Option<u64>,
 }
+
+/// Puts what follows at the top of an empty screen.
+const CLEAR: &str = "\x1b[2J\x1b[H";
 
 impl StatusArgs {
     /// Exit status 0, or 3 when no run is live or none answers.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        self.control
-            .ask("status", ControlCommand::Status, |reply| match reply {
-                Reply::Status(status) => text(status),
-                other => unexpected(other),
-            })
+        // Without a run it is said that there is none.
+        let (Some(seconds), Some((run, control))) = (self.watch, self.control.of_one_run()) else {
+            return show(&self.control, "");
+        };
+        let clear = if stderr().is_terminal() { CLEAR } else { "" };
+        let is_live = || rendezvous::live().is_ok_and(|live| live.iter().any(|it| it.run == run));
+        while is_live() {
+            // One that ends meanwhile does not answer; one that stands still is told of, and may go on.
+            let _ = show(&control, clear);
+            sleep(Duration::from_secs(seconds));
+        }
+        tell!("run {run} is over");
+        ExitCode::SUCCESS
     }
+}
+
+fn show(control: &ControlArgs, before: &str) -> ExitCode {
+    control.ask("status", ControlCommand::Status, |reply| match reply {
+        Reply::Status(status) => format!("{before}{}", text(status)),
+        other => unexpected(other),
+    })
 }
 
 fn text(status: &Status) -> String {

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::gateway;
 use crate::harness::{Finished, Lab};
-use crate::hostile::announced;
+use crate::hostile::{announced, hash};
 use crate::team::Team;
 
 /// The one line that it said.
@@ -128,6 +128,61 @@ fn an_announcement_is_that_of_one_process_and_of_no_later_one() {
         "{}",
         status.stderr
     );
+}
+
+/// Live runs, then those in the folder, newest first; a folder that is none is passed over.
+#[test]
+fn runs_are_listed() {
+    let lab = Lab::new();
+    let none = lab.run(&["ls"]).expect(0);
+    assert!(
+        none.stdout
+            .starts_with("no run is live, and none is in runs;")
+    );
+    lab.mission("runs/first", &["--log", "off"]).expect(0);
+    std::fs::create_dir(lab.path("runs/empty")).unwrap();
+    std::fs::create_dir(lab.path("runs/broken")).unwrap();
+    std::fs::write(lab.path("runs/broken/run.json"), "{").unwrap();
+    let _team = Team::start(&lab, &["--paused"]);
+    let id = announced(&lab).run;
+
+    let listed = lab.run(&["ls", "--json"]).expect(0);
+    let listed: Vec<Value> = serde_json::from_str(&listed.stdout).unwrap();
+    let of = |key: &str| {
+        listed
+            .iter()
+            .map(|run| run[key].clone())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(of("run"), [&*id, "runs/broken", "runs/first"]);
+    let broken = "run.json cannot be read";
+    assert_eq!(of("state"), ["live, paused", broken, "complete"]);
+    assert_eq!(listed[2]["hash"], hash(&lab, "runs/first"));
+    assert_eq!(listed[2]["seed"], 1);
+    let words = lab.run(&["ls"]).expect(0).stdout;
+    assert!(
+        words.contains(&id) && words.contains("338.250 s"),
+        "{words}"
+    );
+}
+
+/// Until the run that it began with is over.
+#[test]
+fn a_run_is_watched_to_its_end() {
+    let lab = Lab::new();
+    let none = lab.run(&["status", "--watch"]).expect(3);
+    assert!(none.stderr.contains("no run is live"), "{}", none.stderr);
+    let team = Team::start(&lab, &["--paused"]);
+    announced(&lab);
+    let mut watch = lab.start(&["status", "--watch", "1"]);
+    watch.wait_for_stderr("paused");
+    lab.run(&["clock", "speed", "max"]).expect(0);
+    lab.run(&["clock", "resume"]).expect(0);
+    let id = team.id.clone();
+    team.wait().expect(0);
+    let watched = watch.wait().expect(0);
+    let over = format!("run {id} is over\n");
+    assert!(watched.stderr.ends_with(&over), "{}", watched.stderr);
 }
 
 /// Without a runtime folder, and with the place for temporary files taken by somebody else, runs are found at home.

@@ -1,0 +1,198 @@
+//! `alliance ls`: the live runs of this user, and those whose logs lie in a folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::SystemTime;
+
+use alliance_proto::control::{ControlCommand, Reply};
+use alliance_proto::os_process::OsProcess;
+use alliance_proto::rendezvous::{self, Rendezvous};
+use alliance_proto::time::SimTime;
+use alliance_proto::{tell, terminal};
+use anyhow::Context;
+use clap::Args;
+use serde::{Deserialize, Serialize};
+use study::table;
+use tokio::runtime::Runtime;
+
+use crate::control::ask;
+use crate::runtime;
+
+/// List live runs, and those whose logs lie in a folder, newest first
+#[derive(Args, Clone, Debug)]
+pub struct LsCommand {
+    /// Folder of folders of runs
+    #[arg(value_name = "DIR", default_value = "runs")]
+    folder: PathBuf,
+    /// Print the list as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// A run of the list.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct Listed {
+    /// Id of a live run, or folder of a log.
+    run: String,
+    /// `live`, and how its clock is; or how it ended.
+    state: String,
+    scenario: Option<String>,
+    seed: Option<u64>,
+    sim_time_ms: Option<SimTime>,
+    hash: Option<String>,
+}
+
+/// What of run.json tells of a run in a list.
+#[derive(Deserialize)]
+struct Log {
+    outcome: String,
+    hash: Option<String>,
+    seed: u64,
+    scenario: Named,
+    result: Length,
+}
+
+#[derive(Deserialize)]
+struct Named {
+    name: String,
+}
+
+#[derive(Deserialize)]
+struct Length {
+    sim_time_ms: SimTime,
+}
+
+impl LsCommand {
+    /// Exit status 0, or 3 when a folder cannot be read.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let listed = live().and_then(|mut runs| {
+            runs.extend(logs(&self.folder)?);
+            let text = if self.json {
+                serde_json::to_string_pretty(&runs)? + "\n"
+            } else {
+                in_words(&runs, &self.folder)
+            };
+            Ok(text)
+        });
+        match listed {
+            Ok(text) => terminal::answer("alliance ls", text, ExitCode::SUCCESS),
+            Err(error) => {
+                tell!("alliance ls: {error:#}");
+                ExitCode::from(3)
+            }
+        }
+    }
+}
+
+fn live() -> anyhow::Result<Vec<Listed>> {
+    let runs = rendezvous::live()?;
+    // Without a run nobody is asked.
+    let runtime = (!runs.is_empty()).then(runtime::start).transpose()?;
+    let described = runtime.iter().flat_map(|runtime| {
+        let runs = runs.iter();
+        runs.map(|run| describe(run, runtime))
+    });
+    Ok(described.collect())
+}
+
+fn describe(run: &Rendezvous, runtime: &Runtime) -> Listed {
+    let unknown = |state: &str| Listed {
+        run: run.run.clone(),
+        state: state.to_owned(),
+        scenario: None,
+        seed: None,
+        sim_time_ms: None,
+        hash: None,
+    };
+    if OsProcess::of(run.pid).is_some_and(|world| world.is_stopped) {
+        return unknown("live, its world is stopped");
+    }
+    match runtime.block_on(ask(run.clone(), ControlCommand::Status)) {
+        Ok(Reply::Status(status)) => Listed {
+            state: if status.clock.paused {
+                "live, paused"
+            } else {
+                "live"
+            }
+            .to_owned(),
+            scenario: Some(status.scenario),
+            seed: Some(status.seed),
+            sim_time_ms: Some(status.t_ms),
+            ..unknown("")
+        },
+        _ => unknown("live, does not answer"),
+    }
+}
+
+/// The runs below a folder, newest first; none where there is no such folder.
+fn logs(folder: &Path) -> anyhow::Result<Vec<Listed>> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.with_context(|| folder.display().to_string())?,
+    };
+    let mut found: Vec<(SystemTime, Listed)> = Vec::new();
+    for entry in entries.flatten() {
+        // `latest` leads to one of the others.
+        if !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            continue;
+        }
+        let path = entry.path();
+        let Ok(text) = fs::read(path.join("run.json")) else {
+            continue;
+        };
+        let changed = entry.metadata().and_then(|data| data.modified());
+        found.push((changed.unwrap_or(SystemTime::UNIX_EPOCH), log(&path, &text)));
+    }
+    found.sort_by(|(a, x), (b, y)| b.cmp(a).then_with(|| x.run.cmp(&y.run)));
+    Ok(found.into_iter().map(|(_, run)| run).collect())
+}
+
+fn log(path: &Path, text: &[u8]) -> Listed {
+    let run = path.display().to_string();
+    match serde_json::from_slice::<Log>(text) {
+        Ok(log) => Listed {
+            run,
+            state: match log.outcome.as_str() {
+                // Live, or its world was killed.
+                "running" => "without an end".to_owned(),
+                _ => log.outcome,
+            },
+            scenario: Some(log.scenario.name),
+            seed: Some(log.seed),
+            sim_time_ms: Some(log.result.sim_time_ms),
+            hash: log.hash,
+        },
+        Err(_) => Listed {
+            run,
+            state: "run.json cannot be read".to_owned(),
+            scenario: None,
+            seed: None,
+            sim_time_ms: None,
+            hash: None,
+        },
+    }
+}
+
+fn in_words(runs: &[Listed], folder: &Path) -> String {
+    if runs.is_empty() {
+        return format!(
+            "no run is live, and none is in {}; `alliance run` makes one\n",
+            folder.display()
+        );
+    }
+    let mut table = table::new(["run", "state", "scenario", "seed", "simulated", "hash"]);
+    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
+    for run in runs {
+        table.add_row([
+            run.run.clone(),
+            run.state.clone(),
+            or_dash(run.scenario.clone()),
+            or_dash(run.seed.map(|seed| seed.to_string())),
+            or_dash(run.sim_time_ms.map(|time| time.to_string())),
+            or_dash(run.hash.clone()),
+        ]);
+    }
+    format!("{table}\n")
+}
