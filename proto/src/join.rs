@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::ids::{Incarnation, RobotId, Tick};
 
 /// Version of everything that crosses the bus; raised with every incompatible change.
-pub const PROTOCOL_VERSION: u32 = 8;
+pub const PROTOCOL_VERSION: u32 = 9;
 
 /// Agent → world: "I want to be this robot."
 ///
@@ -40,7 +40,7 @@ pub struct Welcome {
     pub incarnation: Incarnation,
     /// Earliest tick that it may take part in.
     pub first_tick: Tick,
-    /// The [briefing](crate::scenario::Setup::briefing) of the run as JSON, with the ALLIANCE parameters of this robot alone.
+    /// The [briefing](crate::scenario::Setup::briefing) of the run as JSON, with the ALLIANCE parameters and the profile of this robot alone.
     pub setup: String,
 }
 
