@@ -18,9 +18,6 @@ use crate::replay::team_at_end;
 /// # Errors
 /// When it cannot.
 pub fn check_place(path: &Path) -> anyhow::Result<()> {
-    if path.is_dir() {
-        bail!("{} is a folder; name a file", path.display());
-    }
     NewFile::create(path).map(drop)
 }
 

@@ -399,6 +399,9 @@ fn read_profile(
             learners.join(", ")
         );
     }
+    if path.is_dir() {
+        bail!("--profile {name}: that is a folder; name a file");
+    }
     match std::fs::read(path) {
         Ok(bytes) => {
             let text = text_of(&name, bytes)?;

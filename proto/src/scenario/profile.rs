@@ -176,7 +176,7 @@ fn check_task(robot: &Robot, task: &str, catalog: &Catalog, at: &Path) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::AllocatorSpec;
+    use crate::scenario::{AllocatorSpec, Setup, SetupFile};
     use crate::testkit::{unlike_robots, vocabulary};
 
     const LEARNER: &str = "learner";
@@ -221,6 +221,28 @@ mod tests {
         assert_eq!(read(&text).unwrap(), profile, "{text}");
         let json = serde_json::to_string(&profile).unwrap();
         assert_eq!(serde_json::from_str::<Profile>(&json).unwrap(), profile);
+    }
+
+    /// In run.json it is checked like the rest.
+    #[test]
+    fn a_setup_carries_it() {
+        let (scenario, vocabulary) = team();
+        let mut setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let through_json = |setup: &Setup| {
+            let file: SetupFile =
+                serde_json::from_str(&serde_json::to_string(setup).unwrap()).unwrap();
+            file.read(&vocabulary).map_err(|error| error.to_string())
+        };
+        assert!(!serde_json::to_string(&setup).unwrap().contains("profile"));
+        let text = "blue.find.gold = { trials = 2, latest_s = [0.3] }";
+        setup.profile = read(text).unwrap();
+        assert_eq!(through_json(&setup).unwrap(), setup);
+        let known = setup.profile.robots.remove("blue").unwrap();
+        setup.profile.robots.insert("blu".to_owned(), known);
+        assert_eq!(
+            through_json(&setup).unwrap_err(),
+            "profile.blu: the scenario has no robot 'blu'; did you mean 'blue'? (there are blue, gold)"
+        );
     }
 
     #[test]

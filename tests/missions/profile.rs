@@ -1,0 +1,234 @@
+//! `alliance run --profile`: what robots have learned goes from run to run, and a run that it went into repeats like any other.
+
+use std::fs::{read_dir, read_to_string, remove_file, write};
+
+use alliance_proto::log::{LogLevel, Memory};
+use alliance_proto::scenario::{KnownTimes, Profile, Setup};
+use alliance_proto::tick::Outcome;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use study::in_process::Team;
+
+use crate::allocators::scenario;
+use crate::harness::{Lab, command_line};
+
+const L_ALLIANCE: &str = "l-alliance";
+const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
+const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
+const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
+
+/// The default mission, before its first tick.
+fn team(faults: &str, seed: u64, profile: Profile) -> Team<Memory> {
+    let resolved = Setup::resolve(scenario(L_ALLIANCE, faults), seed, None);
+    let setup = Setup {
+        profile,
+        ..resolved.unwrap().setup
+    };
+    Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
+}
+
+/// The default mission to its end: when that was, s, and what its robots know then.
+fn mission(seed: u64, profile: Profile) -> (f64, Profile) {
+    let mut team = team("", seed, profile);
+    let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {});
+    assert_eq!(outcome.unwrap(), Outcome::Complete, "seed {seed}");
+    let learned = team.learned();
+    let (run, _) = team.end(Outcome::Complete).unwrap();
+    (run.result.sim_time_ms.as_secs_f64(), learned)
+}
+
+/// A robot's own trials of all tasks.
+fn own<'p>(profile: &'p Profile, robot: &str) -> Vec<(&'p str, &'p KnownTimes)> {
+    let tasks = profile.robots[robot].iter();
+    let own = tasks.filter_map(|(task, times)| Some((task.as_str(), times.get(robot)?)));
+    own.collect()
+}
+
+/// Three missions in a row: to the end, with a real SIGKILL, and cut short with as little of a log as there can be.
+#[test]
+fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
+    let lab = Lab::new();
+    write(lab.path("kill.toml"), KILL).unwrap();
+    let missions: [(&str, &[&str], i32); 3] = [
+        ("first", &["--seed", "1"], 0),
+        ("second", &["kill.toml", "--seed", "2"], 0),
+        ("third", &["--limit", "60", "--log", "off"], 1),
+    ];
+    let mut before = Profile::default();
+    for (name, arguments, status) in missions {
+        let arguments = [arguments, &["--allocator", L_ALLIANCE, "--profile"]].concat();
+        let (many, one) = (format!("{name}-many"), format!("{name}-one"));
+        lab.mission(&many, &[&arguments[..], &["many.toml"]].concat())
+            .expect(status);
+        let in_process = ["run", "--in-process", "--out", &one];
+        lab.run(&[&in_process, &arguments[..], &["one.toml"]].concat())
+            .expect(status);
+        if name != "third" {
+            lab.assert_same_bytes(&many, &one);
+        }
+        let run_file = |run: &str| read_to_string(lab.path(run).join("run.json")).unwrap();
+        assert_eq!(run_file(&many), run_file(&one), "{name}");
+        let text = read_to_string(lab.path("many.toml")).unwrap();
+        assert_eq!(
+            text,
+            read_to_string(lab.path("one.toml")).unwrap(),
+            "{name}"
+        );
+
+        // What it began with stands in its log.
+        let setup = lab.log(&many).run.setup;
+        assert_eq!(setup.profile, before, "{name}");
+        let known = missions::Registry::built_in().vocabulary();
+        let after = Profile::parse("many.toml", &text, &setup.scenario, &known).unwrap();
+        assert_ne!(after, before, "{name}");
+        // Who dies takes with it what it has learned in this run.
+        let gold = |profile: &Profile| profile.robots.get("gold").cloned();
+        assert_eq!(gold(&after) == gold(&before), name == "second", "{name}");
+        before = after;
+    }
+    remove_file(lab.path("many.toml")).unwrap();
+    remove_file(lab.path("one.toml")).unwrap();
+    for (name, _, _) in missions {
+        lab.run(&["replay", &format!("{name}-many")]).expect(0);
+    }
+    assert!(!lab.path("many.toml").exists(), "a replay writes none");
+}
+
+/// A new incarnation remembers what the run began with, and learns on from there.
+#[test]
+fn a_restarted_robot_begins_with_its_profile_again() {
+    let (_, profile) = mission(1, Profile::default());
+    let mut team = team(RESTART, 2, profile.clone());
+    let mut at = |time_s: u64| {
+        let ticks = time_s * 1000 / 50;
+        team.go_on_for(ticks, Outcome::Interrupted, |_| {}).unwrap();
+        team.learned()
+    };
+    let before = at(99);
+    assert_ne!(own(&before, "gold"), own(&profile, "gold"));
+    let dead = at(102);
+    assert_eq!(dead.robots["gold"], profile.robots["gold"]);
+    assert_ne!(dead.robots["blue"], profile.robots["blue"]);
+    let again = at(161);
+    assert_eq!(own(&again, "gold"), own(&profile, "gold"));
+    let end = at(1800);
+    assert_ne!(own(&end, "gold"), own(&profile, "gold"));
+}
+
+/// Who starts world and robots by hand states the file to the world alone; nobody writes it then.
+#[test]
+fn a_world_by_hand_reads_it() {
+    let lab = Lab::new();
+    let text = mission(1, Profile::default()).1.to_toml();
+    for name in ["p.toml", "again.toml"] {
+        write(lab.path(name), &text).unwrap();
+    }
+    let arguments = ["--limit", "50", "--allocator", L_ALLIANCE, "--profile"];
+    let world = lab.start(&[&["world", "--out", "by-hand"], &arguments[..], &["p.toml"]].concat());
+    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    for agent in agents {
+        agent.wait().expect(0);
+    }
+    world.wait().expect(1);
+    let in_process = ["run", "--in-process", "--out", "expected"];
+    lab.run(&[&in_process, &arguments[..], &["again.toml"]].concat())
+        .expect(1);
+    lab.assert_same_bytes("by-hand", "expected");
+    assert_eq!(read_to_string(lab.path("p.toml")).unwrap(), text);
+    assert_ne!(read_to_string(lab.path("again.toml")).unwrap(), text);
+}
+
+/// A run that does not end as it should has taught nothing.
+#[test]
+fn where_the_world_is_killed_the_file_stays() {
+    let lab = Lab::new();
+    let text = mission(1, Profile::default()).1.to_toml();
+    write(lab.path("p.toml"), &text).unwrap();
+    let mut run = lab.start(&[
+        "run",
+        "--no-page",
+        "--speed",
+        "1x",
+        "--allocator",
+        L_ALLIANCE,
+        "--profile",
+        "p.toml",
+    ]);
+    run.wait_for_stderr("process ids");
+    let mut children = run.children().into_iter();
+    let is_world = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(" world "));
+    let world = children.find(is_world).unwrap();
+    kill(Pid::from_raw(world as i32), Signal::SIGKILL).unwrap();
+    run.wait().expect(3);
+    assert_eq!(read_to_string(lab.path("p.toml")).unwrap(), text);
+    let left = read_dir(lab.path("")).unwrap();
+    let left = left.filter(|it| {
+        let name = it.as_ref().unwrap().file_name();
+        name.to_string_lossy().starts_with(".alliance-new-")
+    });
+    assert_eq!(left.count(), 0, "a file that was begun is left");
+}
+
+/// Mean of what each robot needs for a unit of the work that all of them do, s.
+const NEEDED_S: [(&str, f64); 3] = [
+    ("move-spill(top)", 22.0),
+    ("move-spill(bottom)", 22.0),
+    ("report-progress", 17.0),
+];
+
+/// All believe of all that they need so many times what they do.
+fn wrong_by(factor: f64) -> Profile {
+    let tasks = NEEDED_S.map(|(task, needed_s)| {
+        let known = KnownTimes {
+            trials: 7,
+            latest_s: vec![needed_s * factor; 7],
+        };
+        let of = ROBOTS.map(|robot| (robot.to_owned(), known.clone()));
+        (task.to_owned(), of.into())
+    });
+    let robots = ROBOTS.map(|robot| (robot.to_owned(), tasks.clone().into()));
+    Profile {
+        robots: robots.into(),
+    }
+}
+
+/// By which factor robots are wrong about themselves: the geometric mean.
+fn error(profile: &Profile) -> f64 {
+    let errors = ROBOTS.iter().flat_map(|robot| {
+        NEEDED_S.iter().map(|(task, needed_s)| {
+            let (mean_s, _) = profile.robots[*robot][*task][*robot].mean_and_deviation_s();
+            (mean_s / needed_s).ln().abs()
+        })
+    });
+    (errors.sum::<f64>() / 9.0).exp()
+}
+
+/// Ten missions in a row, from bad values (docs/allocators/l-alliance.md has the table): when each was complete, s, and how wrong the
+/// robots were before the first and after each.
+fn ten_missions(factor: f64) -> (Vec<f64>, Vec<f64>) {
+    let mut profile = wrong_by(factor);
+    let mut errors = vec![error(&profile)];
+    let mut took_s = Vec::new();
+    for seed in 1..=10 {
+        let (at_s, learned) = mission(seed, profile);
+        profile = learned;
+        errors.push(error(&profile));
+        took_s.push(at_s);
+    }
+    println!("{factor} times too long: {took_s:?} s, wrong by {errors:.2?}");
+    (took_s, errors)
+}
+
+#[test]
+fn in_ten_missions_bad_values_are_unlearned() {
+    for factor in [0.1, 10.0] {
+        let (took_s, errors) = ten_missions(factor);
+        assert!((errors[0] - 10.0).abs() < 1e-9);
+        assert!(errors[1] < errors[0], "{errors:?}");
+        assert!(errors[10] < errors[1] && errors[10] < 1.5, "{errors:?}");
+        // Too little patience costs time, which the first mission teaches. Too much of it costs none here.
+        if factor < 1.0 {
+            assert!(took_s[1..].iter().all(|it| *it < took_s[0]), "{took_s:?}");
+        }
+    }
+}
