@@ -9,6 +9,8 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use study::in_process::Team;
 
+use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
+
 use crate::allocators::scenario;
 use crate::harness::{Lab, command_line};
 
@@ -27,14 +29,9 @@ fn team(faults: &str, seed: u64, profile: Profile) -> Team<Memory> {
     Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
 }
 
-/// The default mission to its end: when that was, s, and what its robots know then.
-fn mission(seed: u64, profile: Profile) -> (f64, Profile) {
-    let mut team = team("", seed, profile);
-    let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {});
-    assert_eq!(outcome.unwrap(), Outcome::Complete, "seed {seed}");
-    let learned = team.learned();
-    let (run, _) = team.end(Outcome::Complete).unwrap();
-    (run.result.sim_time_ms.as_secs_f64(), learned)
+/// What the robots know after the default mission.
+fn learned(seed: u64) -> Profile {
+    mission("allocator = \"l-alliance\"", seed, Profile::default()).learned
 }
 
 /// A robot's own trials of all tasks.
@@ -97,7 +94,7 @@ fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
 /// A new incarnation remembers what the run began with, and learns on from there.
 #[test]
 fn a_restarted_robot_begins_with_its_profile_again() {
-    let (_, profile) = mission(1, Profile::default());
+    let profile = learned(1);
     let mut team = team(RESTART, 2, profile.clone());
     let mut at = |time_s: u64| {
         let ticks = time_s * 1000 / 50;
@@ -119,7 +116,7 @@ fn a_restarted_robot_begins_with_its_profile_again() {
 #[test]
 fn a_world_by_hand_reads_it() {
     let lab = Lab::new();
-    let text = mission(1, Profile::default()).1.to_toml();
+    let text = learned(1).to_toml();
     for name in ["p.toml", "again.toml"] {
         write(lab.path(name), &text).unwrap();
     }
@@ -142,7 +139,7 @@ fn a_world_by_hand_reads_it() {
 #[test]
 fn where_the_world_is_killed_the_file_stays() {
     let lab = Lab::new();
-    let text = mission(1, Profile::default()).1.to_toml();
+    let text = learned(1).to_toml();
     write(lab.path("p.toml"), &text).unwrap();
     let mut run = lab.start(&[
         "run",
@@ -169,66 +166,26 @@ fn where_the_world_is_killed_the_file_stays() {
     assert_eq!(left.count(), 0, "a file that was begun is left");
 }
 
-/// Mean of what each robot needs for a unit of the work that all of them do, s.
-const NEEDED_S: [(&str, f64); 3] = [
-    ("move-spill(top)", 22.0),
-    ("move-spill(bottom)", 22.0),
-    ("report-progress", 17.0),
-];
-
-/// All believe of all that they need so many times what they do.
-fn wrong_by(factor: f64) -> Profile {
-    let tasks = NEEDED_S.map(|(task, needed_s)| {
-        let known = KnownTimes {
-            trials: 7,
-            latest_s: vec![needed_s * factor; 7],
-        };
-        let of = ROBOTS.map(|robot| (robot.to_owned(), known.clone()));
-        (task.to_owned(), of.into())
-    });
-    let robots = ROBOTS.map(|robot| (robot.to_owned(), tasks.clone().into()));
-    Profile {
-        robots: robots.into(),
-    }
-}
-
-/// By which factor robots are wrong about themselves: the geometric mean.
-fn error(profile: &Profile) -> f64 {
-    let errors = ROBOTS.iter().flat_map(|robot| {
-        NEEDED_S.iter().map(|(task, needed_s)| {
-            let (mean_s, _) = profile.robots[*robot][*task][*robot].mean_and_deviation_s();
-            (mean_s / needed_s).ln().abs()
-        })
-    });
-    (errors.sum::<f64>() / 9.0).exp()
-}
-
-/// Ten missions in a row, from bad values (docs/allocators/l-alliance.md has the table): when each was complete, s, and how wrong the
-/// robots were before the first and after each.
-fn ten_missions(factor: f64) -> (Vec<f64>, Vec<f64>) {
-    let mut profile = wrong_by(factor);
-    let mut errors = vec![error(&profile)];
-    let mut took_s = Vec::new();
-    for seed in 1..=10 {
-        let (at_s, learned) = mission(seed, profile);
-        profile = learned;
-        errors.push(error(&profile));
-        took_s.push(at_s);
-    }
-    println!("{factor} times too long: {took_s:?} s, wrong by {errors:.2?}");
-    (took_s, errors)
-}
-
+/// From a tenth of what a unit takes and from ten times as much: what robots believe comes near to what they need, and too little
+/// patience, which costs time, is unlearned. docs/allocators/l-alliance.md has the whole table.
 #[test]
 fn in_ten_missions_bad_values_are_unlearned() {
+    let lines = "allocator = \"l-alliance\"";
+    let truth = &ten(lines, 1, Profile::default())[9].learned;
     for factor in [0.1, 10.0] {
-        let (took_s, errors) = ten_missions(factor);
-        assert!((errors[0] - 10.0).abs() < 1e-9);
-        assert!(errors[1] < errors[0], "{errors:?}");
-        assert!(errors[10] < errors[1] && errors[10] < 1.5, "{errors:?}");
-        // Too little patience costs time, which the first mission teaches. Too much of it costs none here.
+        let begin = wrong_by(factor);
+        let done = ten(lines, 1, begin.clone());
+        let learned = done.iter().map(|mission| error(&mission.learned, truth));
+        let (before, learned) = (error(&begin, truth), learned.collect::<Vec<f64>>());
+        assert!(before > 7.0, "{before}");
+        assert!(learned[0] < before, "{before}, then {learned:?}");
+        assert!(
+            learned[9] < learned[0] && learned[9] < 2.0,
+            "{before}, then {learned:?}"
+        );
         if factor < 1.0 {
-            assert!(took_s[1..].iter().all(|it| *it < took_s[0]), "{took_s:?}");
+            let took_s: Vec<f64> = done.iter().map(|mission| mission.took_s).collect();
+            assert!(took_s[9] < took_s[0], "{took_s:?}");
         }
     }
 }

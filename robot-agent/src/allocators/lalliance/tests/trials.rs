@@ -176,10 +176,10 @@ fn the_own_trials_are_measured_too() {
 fn what_was_learned_is_recalled() {
     let words = [
         (0, (Executing, Some(0), 0)),
-        (8000, (Executing, Some(0), 1)),
-        (14_000, (Executing, Some(0), 4)),
+        (4000, (Executing, Some(0), 1)),
+        (7000, (Executing, Some(0), 4)),
     ];
-    let learned = hears(&words, 14_000).learner.learned();
+    let learned = hears(&words, 7000).learner.learned();
     assert_eq!(learned.len(), 1);
     let mut solo = listener();
     let monitor = &mut solo.learner.monitor;
@@ -187,8 +187,8 @@ fn what_was_learned_is_recalled() {
         monitor.recall(*task, *robot, times);
     }
     assert_eq!(monitor.learned(), learned);
-    assert_eq!(learned[0].2.latest_s, [8.0, 2.0, 2.0, 2.0]);
-    assert_time(&solo, 0, 0, 6.5);
+    assert_eq!(learned[0].2.latest_s, [4.0, 1.0, 1.0, 1.0]);
+    assert_time(&solo, 0, 0, 3.25);
 
     for _ in 0..7 {
         solo.learner.monitor.store(RobotId(0), TaskId(0), 5.0);
