@@ -12,7 +12,7 @@ use study::in_process::Team;
 use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
 
 use crate::allocators::scenario;
-use crate::harness::{Lab, command_line};
+use crate::harness::{Lab, command_line, wait_until};
 
 const L_ALLIANCE: &str = "l-alliance";
 const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
@@ -135,31 +135,41 @@ fn a_world_by_hand_reads_it() {
     assert_ne!(read_to_string(lab.path("again.toml")).unwrap(), text);
 }
 
-/// A run that does not end as it should has taught nothing.
+/// A run that is ended early has taught something; one that was torn off has taught nothing.
 #[test]
-fn where_the_world_is_killed_the_file_stays() {
+fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
     let lab = Lab::new();
     let text = learned(1).to_toml();
-    write(lab.path("p.toml"), &text).unwrap();
-    let mut run = lab.start(&[
-        "run",
-        "--no-page",
-        "--speed",
-        "1x",
-        "--allocator",
-        L_ALLIANCE,
-        "--profile",
-        "p.toml",
-    ]);
-    run.wait_for_stderr("process ids");
+    // What a file says beside its values does not outlive a run.
+    let edited = format!("# mine\n{text}");
+    for name in ["interrupted.toml", "killed.toml"] {
+        write(lab.path(name), &edited).unwrap();
+    }
+    let start = |name: &str, file: &str| {
+        let arguments = ["run", "--no-page", "--speed", "1x", "--out", name];
+        let rest = ["--allocator", L_ALLIANCE, "--profile", file];
+        let mut run = lab.start(&[&arguments[..], &rest].concat());
+        run.wait_for_stderr("process ids");
+        let log = lab.path(name).join("ticks.csv");
+        wait_until("the first ticks", || {
+            read_to_string(&log).is_ok_and(|text| text.lines().count() > 1)
+        });
+        run
+    };
+    let run = start("interrupted", "interrupted.toml");
+    run.signal(Signal::SIGINT);
+    run.wait().expect(1);
+    let now = read_to_string(lab.path("interrupted.toml")).unwrap();
+    assert!(now.starts_with("# Learned times"), "{now}");
+
+    let run = start("killed", "killed.toml");
     let mut children = run.children().into_iter();
     let is_world = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(" world "));
     let world = children.find(is_world).unwrap();
     kill(Pid::from_raw(world as i32), Signal::SIGKILL).unwrap();
     run.wait().expect(3);
-    assert_eq!(read_to_string(lab.path("p.toml")).unwrap(), text);
-    let left = read_dir(lab.path("")).unwrap();
-    let left = left.filter(|it| {
+    assert_eq!(read_to_string(lab.path("killed.toml")).unwrap(), edited);
+    let left = read_dir(lab.path("")).unwrap().filter(|it| {
         let name = it.as_ref().unwrap().file_name();
         name.to_string_lossy().starts_with(".alliance-new-")
     });
