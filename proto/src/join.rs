@@ -40,7 +40,7 @@ pub struct Welcome {
     pub incarnation: Incarnation,
     /// Earliest tick that it may take part in.
     pub first_tick: Tick,
-    /// The [briefing](crate::scenario::Setup::briefing) of the run as JSON, with the ALLIANCE parameters of this robot alone.
+    /// The [briefing](crate::scenario::Setup::briefing) of the run as JSON, with the ALLIANCE parameters and the profile of this robot alone.
     pub setup: String,
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
 use alliance_proto::mission::Lore;
-use alliance_proto::scenario::{BehaviorParams, Setup};
+use alliance_proto::scenario::{BehaviorParams, RobotTimes, Setup};
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::team::{Broadcast, Content, Heartbeat};
 use alliance_proto::tick::{Report, TickMessage};
@@ -140,6 +140,18 @@ impl Agent {
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
         }
+    }
+
+    /// How long robots need for tasks, as far as this one has learned.
+    #[must_use]
+    pub fn learned(&self, setup: &Setup) -> RobotTimes {
+        let mut all = RobotTimes::new();
+        for (task, robot, times) in self.mind.learned() {
+            let task = setup.catalog.task_name(task).to_owned();
+            let robot = setup.roster.name(robot).to_owned();
+            all.entry(task).or_default().insert(robot, times);
+        }
+        all
     }
 
     /// One step of the robot at this tick.

@@ -1,6 +1,7 @@
 //! What is made of runs: they are made again, checked, compared, drawn, counted and written for other tools.
 //!
-//! - [`in_process`]: a whole mission without processes and sockets; [`replay`]: a run again, from its log; [`diff`]: where two runs
+//! - [`in_process`]: a whole mission without processes and sockets; [`replay`]: a run again, from its log; [`learned`]: what
+//!   its robots have learned; [`diff`]: where two runs
 //!   differ; [`retrace`]: a finished run with a view of each tick.
 //! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
 //! - [`sweep`]: many runs, and what is common to them; [`random_mission`]: missions that are drawn for it; [`invariants`]: what must
@@ -15,6 +16,8 @@ pub mod export;
 pub mod in_process;
 pub mod interrupted;
 pub mod invariants;
+pub mod learned;
+mod new_file;
 mod palette;
 pub mod random_mission;
 pub mod replay;

@@ -75,6 +75,23 @@ pub fn replay(
     level: LogLevel,
     see: impl FnMut(&mut Simulation),
 ) -> anyhow::Result<(Memory, RunLog)> {
+    let (team, outcome) = team_at_end(logged, level, see)?;
+    let (_, recorder) = team.end(outcome)?;
+    let memory = recorder.into_sink();
+    let vocabulary = Registry::of_this_program().vocabulary();
+    let again = RunLog::from_memory(&memory, &vocabulary).context("the replay's own log")?;
+    Ok((memory, again))
+}
+
+/// The team of a logged run, run again to where that ended, and how it ended; see [`replay()`].
+///
+/// # Errors
+/// Those of [`replay()`].
+pub(crate) fn team_at_end(
+    logged: &RunLog,
+    level: LogLevel,
+    see: impl FnMut(&mut Simulation),
+) -> anyhow::Result<(Team<Memory>, Outcome)> {
     let (ticks, outcome) = match (logged.run.outcome, logged.last) {
         (RunOutcome::Ended(outcome), _) => (logged.run.result.ticks, outcome),
         (RunOutcome::Running, Some(last)) => (last.tick + 1, Outcome::Interrupted),
@@ -89,12 +106,9 @@ pub fn replay(
     if let Err(error) = registry.worlds().of(scenario)?.start_poses(scenario) {
         bail!("run.json: scenario.{}", error.of(scenario));
     }
-    let team = Team::with_inputs(setup, logged.inputs()?, level, Memory::default())?;
-    let (_, recorder) = team.run_for(ticks, outcome, see)?;
-    let memory = recorder.into_sink();
-    let again =
-        RunLog::from_memory(&memory, &registry.vocabulary()).context("the replay's own log")?;
-    Ok((memory, again))
+    let mut team = Team::with_inputs(setup, logged.inputs()?, level, Memory::default())?;
+    let outcome = team.go_on_for(ticks, outcome, see)?;
+    Ok((team, outcome))
 }
 
 fn write(memory: &Memory, out: &Path) -> anyhow::Result<()> {

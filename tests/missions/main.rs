@@ -34,6 +34,7 @@ mod other_version;
 mod page;
 mod parity;
 mod parker;
+mod profile;
 mod python;
 mod recompute;
 mod refusals;

@@ -219,3 +219,71 @@ fn too_few_threads_are_told_before_anything_begins() {
     );
     assert!(!lab.path("run").exists());
 }
+
+#[test]
+fn profiles() {
+    let lab = Lab::new();
+    let known = "{ trials = 1, latest_s = [20.0] }";
+    let files = [
+        (
+            "robot.toml",
+            format!("\n[blue.report-progress]\nrad = {known}\n"),
+        ),
+        ("task.toml", format!("[blue.report]\nblue = {known}\n")),
+        (
+            "time.toml",
+            "[gold.report-progress]\ngold = { trials = 1, latest_s = [-2] }\n".to_owned(),
+        ),
+        ("syntax.toml", "[gold\n".to_owned()),
+    ];
+    for (name, text) in files {
+        std::fs::write(lab.path(name), text).unwrap();
+    }
+    std::fs::create_dir(lab.path("folder")).unwrap();
+    let cases: &[(&str, &[&str])] = &[
+        (
+            "robot.toml",
+            &[
+                "robot.toml:3: blue.report-progress.rad: ",
+                "no robot 'rad'",
+                "there are blue, gold, green",
+            ],
+        ),
+        (
+            "task.toml",
+            &[
+                "task.toml:1: blue.report: ",
+                "no task 'report'",
+                "report-progress",
+            ],
+        ),
+        (
+            "time.toml",
+            &[
+                "time.toml:2: ",
+                "latest_s[0]: -2 is out of range",
+                "above 0",
+            ],
+        ),
+        ("syntax.toml", &["syntax.toml:1: ", "TOML"]),
+        ("folder", &["--profile folder", "name a file"]),
+        (
+            "nowhere/p.toml",
+            &["--profile", "cannot write nowhere/p.toml"],
+        ),
+    ];
+    for (file, texts) in cases {
+        for way in [&["run"][..], &["run", "--in-process"]] {
+            let given = ["--allocator", "l-alliance", "--profile", file];
+            assert_refused(&lab, &[way, &given].concat(), texts);
+        }
+    }
+    // Of one that learns nothing there is nothing to be kept, whether there is a file or not.
+    let texts = [
+        "--profile new.toml",
+        "alliance, which learns nothing",
+        "l-alliance",
+    ];
+    assert_refused(&lab, &["run", "--profile", "new.toml"], &texts);
+    assert_refused(&lab, &["world", "--profile", "new.toml"], &texts);
+}

@@ -5,3 +5,4 @@ pub mod mishaps;
 pub mod recompute;
 pub mod rooms;
 pub mod storm;
+pub mod ten_missions;

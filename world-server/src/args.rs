@@ -11,7 +11,7 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::keys::is_name;
 use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{
-    MAX_ROBOTS, ParameterFile, Scenario, Setup, StepOrder, Vocabulary, text_of,
+    MAX_ROBOTS, ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, text_of,
 };
 use alliance_proto::session::LOG_FILTER;
 use alliance_proto::tell;
@@ -54,6 +54,9 @@ pub struct MissionArgs {
     /// Parameter file of the thesis' form (Fig. 3.4); its values beat the scenario's
     #[arg(long, value_name = "FILE")]
     pub params: Option<PathBuf>,
+    /// Learned times of the robots, from earlier runs, if there is such a file; at its end `alliance run` writes it anew
+    #[arg(long, value_name = "FILE")]
+    pub profile: Option<PathBuf>,
     /// When robots step: all at once, or one after the other in rank order [default: the preset's]
     #[arg(long, value_name = "ORDER", value_parser = step_order)]
     pub step_order: Option<StepOrder>,
@@ -146,7 +149,11 @@ impl MissionArgs {
                 &std::fs::read(path).with_context(|| path.display().to_string())?,
             )?),
         };
-        let resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
+        let mut resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
+        if let Some(path) = &self.profile {
+            resolved.setup.profile =
+                read_profile(path, &resolved.setup.scenario, &known.vocabulary)?;
+        }
         let scenario = &resolved.setup.scenario;
         if let Err(error) = known.worlds.of(scenario)?.start_poses(scenario) {
             let asked = self.scenario.as_deref().unwrap_or(&scenario.name);
@@ -373,6 +380,36 @@ fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
         }
     }
     bail!("{}: no name is left", parent.display())
+}
+
+/// What is in that file; nothing if there is none.
+fn read_profile(
+    path: &Path,
+    scenario: &Scenario,
+    vocabulary: &Vocabulary,
+) -> anyhow::Result<Profile> {
+    let name = path.display().to_string();
+    let mut robots = scenario.robots.iter();
+    if !robots.any(|robot| vocabulary.learns(scenario.allocator_of(robot))) {
+        let learners = vocabulary.allocators.iter().filter(|spec| spec.learns);
+        let learners: Vec<&str> = learners.map(|spec| spec.name).collect();
+        bail!(
+            "--profile {name}: the robots' allocator is {}, which learns nothing; those that learn are {}",
+            scenario.allocators_in_words(),
+            learners.join(", ")
+        );
+    }
+    if path.is_dir() {
+        bail!("--profile {name}: that is a folder; name a file");
+    }
+    match std::fs::read(path) {
+        Ok(bytes) => {
+            let text = text_of(&name, bytes)?;
+            Ok(Profile::parse(&name, &text, scenario, vocabulary)?)
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Profile::default()),
+        Err(error) => Err(error).with_context(|| format!("--profile {name}")),
+    }
 }
 
 /// The built-in scenario of that name, or the one in that file.

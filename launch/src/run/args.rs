@@ -2,10 +2,13 @@
 
 use std::process::ExitCode;
 
+use alliance_proto::log::RunLog;
 use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
+use missions::Registry;
 use study::export::export_mcap;
+use study::learned;
 use world_server::args::{MissionArgs, RunArgs};
 
 use super::one_process;
@@ -53,6 +56,9 @@ impl RunCommand {
             if !self.in_process {
                 limits::allow_a_run(setup.scenario.robots.len())?;
             }
+            if let Some(profile) = &self.mission.profile {
+                learned::check_place(profile).context("--profile")?;
+            }
             let link = self.link()?;
             Ok((self.run.folder(&setup)?, setup, link))
         });
@@ -97,13 +103,18 @@ impl RunCommand {
         }
     }
 
-    /// Runs it, and exports it if that is wanted; whether the mission is complete.
+    /// Runs it, and writes the profile and exports it if that is wanted; whether the mission is complete.
     fn carry_out(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
         let complete = if self.in_process {
             one_process::run(plan, self.run.log, self.check)?
         } else {
             supervise(plan, link)?
         };
+        if let Some(profile) = &self.mission.profile {
+            let vocabulary = Registry::of_this_program().vocabulary();
+            let logged = RunLog::open(&plan.folder, &vocabulary)?;
+            learned::write_profile(profile, &logged).context("--profile")?;
+        }
         if self.mcap {
             export_mcap(&plan.folder).context("--mcap")?;
         }
@@ -138,6 +149,9 @@ impl RunCommand {
         push("stall-after", self.run.stall_after.to_string());
         if let Some(params) = &mission.params {
             push("params", params.display().to_string());
+        }
+        if let Some(profile) = &mission.profile {
+            push("profile", profile.display().to_string());
         }
         if let Some(order) = mission.step_order {
             push("step-order", order.as_str().to_owned());

@@ -24,6 +24,8 @@ pub struct AllocatorSpec {
     pub parameters: Vec<ParameterSpec>,
     /// Whether its robots are told the [truth](crate::tick::TickMessage::truth).
     pub wants_truth: bool,
+    /// Whether its robots learn times that can be carried to a later run, in a [`Profile`](super::Profile).
+    pub learns: bool,
 }
 
 impl AllocatorSpec {
@@ -35,6 +37,7 @@ impl AllocatorSpec {
             about: "ALLIANCE: motivations that grow until a behavior set activates (Parker 1998)",
             parameters: Vec::new(),
             wants_truth: false,
+            learns: false,
         }
     }
 }

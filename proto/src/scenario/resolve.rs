@@ -17,7 +17,7 @@ use super::roster::Roster;
 use super::statement::{Statement, positive, statements};
 use super::validate::validate;
 use super::values::Values;
-use super::{Scenario, Setup};
+use super::{Profile, Scenario, Setup};
 
 /// A run, complete, and what of the parameter file found no use.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Resolved {
 }
 
 impl Setup {
-    /// Fills in every value that the scenario and the parameter file leave open.
+    /// Fills in every value that the scenario and the parameter file leave open. Robots have learned nothing yet.
     ///
     /// # Errors
     /// The first mistake in the scenario, or the first rule of ALLIANCE.md §1 that the values in force break.
@@ -45,6 +45,7 @@ impl Setup {
         let setup = Self {
             seed,
             alliance,
+            profile: Profile::default(),
             step_order: scenario.step_order(),
             catalog: Arc::new(catalog),
             roster: Arc::new(Roster::of(&scenario.robots)),

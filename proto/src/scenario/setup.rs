@@ -9,11 +9,11 @@ use serde_json::{Map, Value};
 
 use super::alliance::{Alliance, RobotParams, StepOrder, SwitchSection};
 use super::error::ScenarioError;
-use super::{Catalog, Roster, Scenario, Vocabulary};
+use super::{Catalog, Profile, Roster, Scenario, Vocabulary};
 
 /// A run, complete: what the world sends to every agent and writes to run.json.
 ///
-/// In JSON it has `seed`, `scenario` and `alliance`; whoever reads it, as a [`SetupFile`], works out the rest.
+/// In JSON it has `seed`, `scenario`, `alliance` and, where there is one, `profile`; whoever reads it, as a [`SetupFile`], works out the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// Seed of all random streams.
@@ -22,6 +22,8 @@ pub struct Setup {
     pub scenario: Scenario,
     /// Every ALLIANCE value in force.
     pub alliance: Alliance,
+    /// What robots have learned in earlier runs.
+    pub profile: Profile,
     /// When robots step and hear each other. In JSON it is `alliance.switches.step_order`.
     pub step_order: StepOrder,
     /// The scenario's tasks and behavior sets.
@@ -36,6 +38,8 @@ pub struct SetupFile {
     seed: u64,
     scenario: Map<String, Value>,
     alliance: AllianceFile<'static>,
+    #[serde(default)]
+    profile: Profile,
 }
 
 #[derive(Serialize)]
@@ -43,6 +47,8 @@ struct Written<'a> {
     seed: u64,
     scenario: &'a Scenario,
     alliance: AllianceFile<'a>,
+    #[serde(skip_serializing_if = "Profile::is_empty")]
+    profile: &'a Profile,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -65,6 +71,7 @@ impl Serialize for Setup {
                 switches: SwitchSection::stating(self.alliance.switches, self.step_order),
                 robots: Cow::Borrowed(&self.alliance.robots),
             },
+            profile: &self.profile,
         }
         .serialize(serializer)
     }
@@ -80,9 +87,14 @@ impl SetupFile {
             seed,
             scenario,
             alliance,
+            profile,
         } = self;
         let scenario = Scenario::from_json(scenario, vocabulary)
             .map_err(|problem| problem.below("scenario").located(None))?;
+        let catalog = Catalog::of(&scenario);
+        profile
+            .check(&scenario, &catalog, vocabulary)
+            .map_err(|problem| problem.below("profile").located(None))?;
         let preset = scenario.alliance.preset;
         let step_order = alliance.switches.step_order;
         Ok(Setup {
@@ -94,7 +106,8 @@ impl SetupFile {
                 robots: alliance.robots.into_owned(),
             },
             step_order: step_order.unwrap_or_else(|| scenario.step_order()),
-            catalog: Arc::new(Catalog::of(&scenario)),
+            profile,
+            catalog: Arc::new(catalog),
             roster: Arc::new(Roster::of(&scenario.robots)),
             scenario,
         })

@@ -38,6 +38,13 @@ impl Vocabulary {
         told.map(|(_, rank)| RobotId(rank)).collect()
     }
 
+    /// Whether the robots of that allocator learn times that can be carried to a later run.
+    #[must_use]
+    pub fn learns(&self, allocator: &str) -> bool {
+        let mut all = self.allocators.iter();
+        all.any(|spec| spec.name == allocator && spec.learns)
+    }
+
     /// The scenario in which nothing is stated: one of the first mission.
     ///
     /// # Errors

@@ -74,6 +74,7 @@ impl<A: Allocator> Kind for Typed<A> {
             about: self.about,
             parameters: A::parameters(),
             wants_truth: A::wants_truth(),
+            learns: false,
         }
     }
 

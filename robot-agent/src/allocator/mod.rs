@@ -32,7 +32,7 @@ use std::sync::Arc;
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use alliance_proto::rng::{self, Purpose};
-use alliance_proto::scenario::{ParameterSpec, Setup, TaskSpec};
+use alliance_proto::scenario::{KnownTimes, ParameterSpec, Setup, TaskSpec};
 use alliance_proto::team::{Broadcast, TaskState};
 use alliance_proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
 use alliance_proto::tick::Offer;
@@ -355,6 +355,12 @@ pub trait Mind: Debug + Send {
     /// See [`Allocator::uses_radio`]. It says the same at all times.
     fn uses_radio(&self) -> bool {
         true
+    }
+
+    /// How long robots need for tasks, as far as it has learned, by task and robot: what a later run can begin with, in its
+    /// [`Profile`](alliance_proto::scenario::Profile).
+    fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
+        Vec::new()
     }
 
     /// One step.

@@ -86,6 +86,7 @@ impl CheckCommand {
             size: self.size,
             seed: 1,
             params: self.params.clone(),
+            profile: None,
             step_order: None::<StepOrder>,
             allocator: None,
             limit: None,

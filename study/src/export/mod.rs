@@ -4,7 +4,6 @@
 //! - `parquet`: the tables of its log, a file each.
 
 mod mcap;
-mod new_file;
 mod parquet;
 
 use missions::Registry;
@@ -17,7 +16,7 @@ use alliance_proto::tell;
 use anyhow::{Context, anyhow};
 use clap::Args;
 
-use new_file::NewFile;
+use crate::new_file::NewFile;
 
 /// Write a run as MCAP, for Foxglove, Lichtblick and PlotJuggler, or as Parquet, for notebooks.
 #[derive(Args, Clone, Debug)]

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::log::{Input, InputLine, LogLevel, RunFile};
 use alliance_proto::process::ProcessAct;
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Profile, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::view::View;
 use missions::Registry;
@@ -140,6 +140,26 @@ impl<S: Sink> Team<S> {
         &self.simulation
     }
 
+    /// What the robots that learn know by now of how long each of them needs. Who has no agent has lost what it learned in this run,
+    /// and knows what it began it with.
+    pub fn learned(&self) -> Profile {
+        let setup = self.simulation.setup();
+        let vocabulary = Registry::of_this_program().vocabulary();
+        let robots = setup.scenario.robots.iter().zip(&self.agents);
+        let robots = robots
+            .filter(|(robot, _)| vocabulary.learns(setup.scenario.allocator_of(robot)))
+            .filter_map(|(robot, agent)| {
+                let known = match agent {
+                    Some(agent) => agent.learned(setup),
+                    None => setup.profile.robots.get(&robot.name)?.clone(),
+                };
+                Some((robot.name.clone(), known))
+            });
+        Profile {
+            robots: robots.collect(),
+        }
+    }
+
     /// A snapshot for eyes, see [`Simulation::glance`].
     pub fn glance(&self) -> View {
         self.simulation.glance()
@@ -218,14 +238,28 @@ impl<S: Sink> Team<S> {
         mut self,
         ticks: u64,
         then: Outcome,
-        mut see: impl FnMut(&mut Simulation),
+        see: impl FnMut(&mut Simulation),
     ) -> Result<(Outcome, Recorder<S>), RecordError> {
+        let outcome = self.go_on_for(ticks, then, see)?;
+        self.finish(outcome)
+    }
+
+    /// The same without the end of the log: says how the run ends.
+    ///
+    /// # Errors
+    /// When the log cannot be written.
+    pub fn go_on_for(
+        &mut self,
+        ticks: u64,
+        then: Outcome,
+        mut see: impl FnMut(&mut Simulation),
+    ) -> Result<Outcome, RecordError> {
         see(&mut self.simulation);
         while self.simulation.tick() < ticks {
             let outcome = self.tick()?;
             see(&mut self.simulation);
             if let Some(outcome) = outcome {
-                return self.finish(outcome);
+                return Ok(outcome);
             }
         }
         // A run that ended for want of robots has begun one more tick: what fell due in it is in the log.
@@ -236,8 +270,7 @@ impl<S: Sink> Team<S> {
         if then == Outcome::NoRobotLeft && is_deserted {
             self.tick()?;
         }
-        let outcome = self.simulation.outcome().unwrap_or(then);
-        self.finish(outcome)
+        Ok(self.simulation.outcome().unwrap_or(then))
     }
 
     /// Ends the log: the run ended like this.

@@ -550,11 +550,12 @@ impl Server {
         Ok(())
     }
 
-    /// What an agent is told of the run: the briefing without the parameters of its teammates, which would grow with the square
+    /// What an agent is told of the run: the briefing without parameters and profiles of its teammates, which would grow with the square
     /// of the team.
     fn briefing_for(&self, robot: &str) -> serde_json::Result<String> {
         let mut briefing = self.simulation.setup().briefing();
         briefing.alliance.robots.retain(|name, _| name == robot);
+        briefing.profile.robots.retain(|name, _| name == robot);
         serde_json::to_string(&briefing)
     }
 

@@ -22,6 +22,7 @@ impl Kind for LAlliance {
             about: "ALLIANCE with learned times: motivations and patience by how long each robot needs (Parker 1995)",
             parameters: Config::parameters(),
             wants_truth: false,
+            learns: true,
         }
     }
 
@@ -34,11 +35,8 @@ impl Kind for LAlliance {
 impl Prepared for Config {
     fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind> {
         let alliance = &setup.alliance;
-        Box::new(Learner::new(
-            &me,
-            self,
-            alliance.threshold,
-            alliance.switches,
-        ))
+        let mut learner = Learner::new(&me, self, alliance.threshold, alliance.switches);
+        learner.recall(setup);
+        Box::new(learner)
     }
 }

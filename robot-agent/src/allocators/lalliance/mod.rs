@@ -17,7 +17,7 @@ mod rates;
 mod tests;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
-use alliance_proto::scenario::Switches;
+use alliance_proto::scenario::{KnownTimes, Setup, Switches};
 use alliance_proto::time::SimTime;
 use rand::RngExt;
 
@@ -93,6 +93,20 @@ impl Learner {
             toward: Vec::new(),
             tasks,
             me: me.clone(),
+        }
+    }
+
+    /// Takes in what the robot has learned in earlier runs.
+    pub(super) fn recall(&mut self, setup: &Setup) {
+        let own = setup.profile.robots.get(setup.roster.name(self.me.robot));
+        for (task, times) in own.into_iter().flatten() {
+            for (robot, times) in times {
+                let task = setup.catalog.task_named(task);
+                let robot = setup.roster.robot_named(robot);
+                if let (Some(task), Some(robot)) = (task, robot) {
+                    self.monitor.recall(task, robot, times);
+                }
+            }
         }
     }
 
@@ -307,6 +321,10 @@ impl Mind for Learner {
 
     fn weighs_costs(&self) -> bool {
         false
+    }
+
+    fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
+        self.monitor.learned()
     }
 
     fn step(&mut self, input: &Input<'_>, outcome: &mut Outcome) {

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use alliance_proto::ids::{Incarnation, RobotId, TaskId};
+use alliance_proto::scenario::KnownTimes;
 use alliance_proto::team::{Broadcast, Content, TaskState};
 use alliance_proto::time::SimTime;
 use smallvec::SmallVec;
@@ -83,6 +84,28 @@ impl Monitor {
             own: None,
             trials: Vec::new(),
         }
+    }
+
+    /// Takes in what was learned of a robot and a task in an earlier run, as if it had just been seen.
+    pub fn recall(&mut self, task: TaskId, robot: RobotId, times: &KnownTimes) {
+        for &time_s in &times.latest_s {
+            self.store(robot, task, time_s);
+        }
+        if let Ok(place) = self.place(task, robot) {
+            self.trials[place].1.count = times.trials;
+        }
+    }
+
+    /// All that is known, by task and robot. A trial that goes on is none yet.
+    pub fn learned(&self) -> Vec<(TaskId, RobotId, KnownTimes)> {
+        let known = self.trials.iter().map(|((task, robot), trials)| {
+            let times = KnownTimes {
+                trials: trials.count,
+                latest_s: trials.times.to_vec(),
+            };
+            (*task, *robot, times)
+        });
+        known.collect()
     }
 
     /// Takes in what is heard in a step, and ends the trials of those who have been silent for τ.

@@ -23,7 +23,7 @@ use alliance_proto::log::{
 use anyhow::{Context, anyhow, bail};
 
 use super::facts;
-use super::new_file::NewFile;
+use crate::new_file::NewFile;
 use column::Column;
 use tables::{Columns, of_mission};
 

@@ -37,12 +37,14 @@ fn vocabulary() -> Vocabulary {
             parameter("tie", ParameterRange::Choice(&["low", "high"])),
         ],
         wants_truth: false,
+        learns: false,
     });
     vocabulary.allocators.push(AllocatorSpec {
         name: "market",
         about: "auctions",
         parameters: vec![parameter("rounds", ParameterRange::Whole(1, 9))],
         wants_truth: true,
+        learns: false,
     });
     vocabulary
 }

@@ -170,3 +170,29 @@ fn the_own_trials_are_measured_too() {
     let squares: f64 = times.iter().map(|it| (it - mean).powi(2)).sum();
     assert_time(&solo, 1, 0, mean + (squares / 2.0).sqrt());
 }
+
+/// What one robot has learned another life of it recalls to the bit; after μ new trials nothing of it is left but their number.
+#[test]
+fn what_was_learned_is_recalled() {
+    let words = [
+        (0, (Executing, Some(0), 0)),
+        (4000, (Executing, Some(0), 1)),
+        (7000, (Executing, Some(0), 4)),
+    ];
+    let learned = hears(&words, 7000).learner.learned();
+    assert_eq!(learned.len(), 1);
+    let mut solo = listener();
+    let monitor = &mut solo.learner.monitor;
+    for (task, robot, times) in &learned {
+        monitor.recall(*task, *robot, times);
+    }
+    assert_eq!(monitor.learned(), learned);
+    assert_eq!(learned[0].2.latest_s, [4.0, 1.0, 1.0, 1.0]);
+    assert_time(&solo, 0, 0, 3.25);
+
+    for _ in 0..7 {
+        solo.learner.monitor.store(RobotId(0), TaskId(0), 5.0);
+    }
+    assert_time(&solo, 0, 0, 5.0);
+    assert_eq!(solo.learner.learned()[0].2.trials, 11);
+}

@@ -25,7 +25,7 @@ impl NewFile {
             _ => Path::new("."),
         };
         let file = Builder::new()
-            .prefix(".alliance-export-")
+            .prefix(".alliance-new-")
             // By itself it would be readable by its owner only.
             .make_in(folder, |path| File::create_new(path))
             .with_context(|| format!("cannot write {}", path.display()))?;

@@ -1,0 +1,55 @@
+//! Ten missions in a row from bad values: `cargo run --release -p alliance-tests --example ten_missions`.
+//!
+//! Prints the tables of docs/allocators/l-alliance.md.
+
+use alliance_proto::scenario::Profile;
+use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
+
+/// Rows of ten missions; those of the first have the seeds 1 to 10.
+const ROWS: usize = 20;
+
+fn main() {
+    let begins = [
+        ("nothing", Profile::default()),
+        ("a tenth", wrong_by(0.1)),
+        ("ten times", wrong_by(10.0)),
+    ];
+    let reference: Vec<f64> = (1..=10 * ROWS as u64)
+        .map(|seed| mission("", seed, Profile::default()).took_s)
+        .collect();
+    println!("alliance: {:.0?}", &reference[..10]);
+    let lines = learning("IV");
+    let each: Vec<f64> = (1..=10)
+        .map(|seed| mission(&lines, seed, Profile::default()).took_s)
+        .collect();
+    println!("l-alliance, each from nothing: {each:.0?}");
+    let truth = &ten(&lines, 1, Profile::default())[9].learned;
+    for (name, begin) in &begins {
+        let done = ten(&lines, 1, begin.clone());
+        let took_s: Vec<f64> = done.iter().map(|it| it.took_s).collect();
+        println!("l-alliance, from {name}: {took_s:.0?}");
+        if !begin.is_empty() {
+            let known = [begin].into_iter().chain(done.iter().map(|it| &it.learned));
+            let errors: Vec<f64> = known.map(|known| error(known, truth)).collect();
+            println!("  wrong by {errors:.1?}");
+        }
+    }
+    println!("slower than alliance in the first to the tenth mission, %, mean of {ROWS} rows");
+    for strategy in ["I", "II", "III", "IV"] {
+        let lines = learning(strategy);
+        for (name, begin) in &begins {
+            let mut slower = [0.0; 10];
+            for (row, reference) in reference.chunks(10).enumerate() {
+                let done = ten(&lines, 10 * row as u64 + 1, begin.clone());
+                for (place, (mission, of_s)) in done.iter().zip(reference).enumerate() {
+                    slower[place] += 100.0 * (mission.took_s / of_s - 1.0) / ROWS as f64;
+                }
+            }
+            println!("{strategy} from {name}: {slower:+.1?}");
+        }
+    }
+}
+
+fn learning(strategy: &str) -> String {
+    format!("allocator = \"l-alliance\"\n[allocators.l-alliance]\nstrategy = \"{strategy}\"\n")
+}

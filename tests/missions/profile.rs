@@ -1,0 +1,201 @@
+//! `alliance run --profile`: what robots have learned goes from run to run, and a run that it went into repeats like any other.
+
+use std::fs::{read_dir, read_to_string, remove_file, write};
+
+use alliance_proto::log::{LogLevel, Memory};
+use alliance_proto::scenario::{KnownTimes, Profile, Setup};
+use alliance_proto::tick::Outcome;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use study::in_process::Team;
+
+use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
+
+use crate::allocators::scenario;
+use crate::harness::{Lab, command_line, wait_until};
+
+const L_ALLIANCE: &str = "l-alliance";
+const KILL: &str = "[[faults.timeline]]\nat_s = 100.0\nfault.kill = \"gold\"\n";
+const RESTART: &str = "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
+const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
+
+/// The default mission, before its first tick.
+fn team(faults: &str, seed: u64, profile: Profile) -> Team<Memory> {
+    let resolved = Setup::resolve(scenario(L_ALLIANCE, faults), seed, None);
+    let setup = Setup {
+        profile,
+        ..resolved.unwrap().setup
+    };
+    Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
+}
+
+/// What the robots know after the default mission.
+fn learned(seed: u64) -> Profile {
+    mission("allocator = \"l-alliance\"", seed, Profile::default()).learned
+}
+
+/// A robot's own trials of all tasks.
+fn own<'p>(profile: &'p Profile, robot: &str) -> Vec<(&'p str, &'p KnownTimes)> {
+    let tasks = profile.robots[robot].iter();
+    let own = tasks.filter_map(|(task, times)| Some((task.as_str(), times.get(robot)?)));
+    own.collect()
+}
+
+/// Three missions in a row: to the end, with a real SIGKILL, and cut short with as little of a log as there can be.
+#[test]
+fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
+    let lab = Lab::new();
+    write(lab.path("kill.toml"), KILL).unwrap();
+    let missions: [(&str, &[&str], i32); 3] = [
+        ("first", &["--seed", "1"], 0),
+        ("second", &["kill.toml", "--seed", "2"], 0),
+        ("third", &["--limit", "60", "--log", "off"], 1),
+    ];
+    let mut before = Profile::default();
+    for (name, arguments, status) in missions {
+        let arguments = [arguments, &["--allocator", L_ALLIANCE, "--profile"]].concat();
+        let (many, one) = (format!("{name}-many"), format!("{name}-one"));
+        lab.mission(&many, &[&arguments[..], &["many.toml"]].concat())
+            .expect(status);
+        let in_process = ["run", "--in-process", "--out", &one];
+        lab.run(&[&in_process, &arguments[..], &["one.toml"]].concat())
+            .expect(status);
+        if name != "third" {
+            lab.assert_same_bytes(&many, &one);
+        }
+        let run_file = |run: &str| read_to_string(lab.path(run).join("run.json")).unwrap();
+        assert_eq!(run_file(&many), run_file(&one), "{name}");
+        let text = read_to_string(lab.path("many.toml")).unwrap();
+        assert_eq!(
+            text,
+            read_to_string(lab.path("one.toml")).unwrap(),
+            "{name}"
+        );
+
+        // What it began with stands in its log.
+        let setup = lab.log(&many).run.setup;
+        assert_eq!(setup.profile, before, "{name}");
+        let known = missions::Registry::built_in().vocabulary();
+        let after = Profile::parse("many.toml", &text, &setup.scenario, &known).unwrap();
+        assert_ne!(after, before, "{name}");
+        // Who dies takes with it what it has learned in this run.
+        let gold = |profile: &Profile| profile.robots.get("gold").cloned();
+        assert_eq!(gold(&after) == gold(&before), name == "second", "{name}");
+        before = after;
+    }
+    remove_file(lab.path("many.toml")).unwrap();
+    remove_file(lab.path("one.toml")).unwrap();
+    for (name, _, _) in missions {
+        lab.run(&["replay", &format!("{name}-many")]).expect(0);
+    }
+    assert!(!lab.path("many.toml").exists(), "a replay writes none");
+}
+
+/// A new incarnation remembers what the run began with, and learns on from there.
+#[test]
+fn a_restarted_robot_begins_with_its_profile_again() {
+    let profile = learned(1);
+    let mut team = team(RESTART, 2, profile.clone());
+    let mut at = |time_s: u64| {
+        let ticks = time_s * 1000 / 50;
+        team.go_on_for(ticks, Outcome::Interrupted, |_| {}).unwrap();
+        team.learned()
+    };
+    let before = at(99);
+    assert_ne!(own(&before, "gold"), own(&profile, "gold"));
+    let dead = at(102);
+    assert_eq!(dead.robots["gold"], profile.robots["gold"]);
+    assert_ne!(dead.robots["blue"], profile.robots["blue"]);
+    let again = at(161);
+    assert_eq!(own(&again, "gold"), own(&profile, "gold"));
+    let end = at(1800);
+    assert_ne!(own(&end, "gold"), own(&profile, "gold"));
+}
+
+/// Who starts world and robots by hand states the file to the world alone; nobody writes it then.
+#[test]
+fn a_world_by_hand_reads_it() {
+    let lab = Lab::new();
+    let text = learned(1).to_toml();
+    for name in ["p.toml", "again.toml"] {
+        write(lab.path(name), &text).unwrap();
+    }
+    let arguments = ["--limit", "50", "--allocator", L_ALLIANCE, "--profile"];
+    let world = lab.start(&[&["world", "--out", "by-hand"], &arguments[..], &["p.toml"]].concat());
+    let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
+    for agent in agents {
+        agent.wait().expect(0);
+    }
+    world.wait().expect(1);
+    let in_process = ["run", "--in-process", "--out", "expected"];
+    lab.run(&[&in_process, &arguments[..], &["again.toml"]].concat())
+        .expect(1);
+    lab.assert_same_bytes("by-hand", "expected");
+    assert_eq!(read_to_string(lab.path("p.toml")).unwrap(), text);
+    assert_ne!(read_to_string(lab.path("again.toml")).unwrap(), text);
+}
+
+/// A run that is ended early has taught something; one that was torn off has taught nothing.
+#[test]
+fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
+    let lab = Lab::new();
+    let text = learned(1).to_toml();
+    // What a file says beside its values does not outlive a run.
+    let edited = format!("# mine\n{text}");
+    for name in ["interrupted.toml", "killed.toml"] {
+        write(lab.path(name), &edited).unwrap();
+    }
+    let start = |name: &str, file: &str| {
+        let arguments = ["run", "--no-page", "--speed", "1x", "--out", name];
+        let rest = ["--allocator", L_ALLIANCE, "--profile", file];
+        let mut run = lab.start(&[&arguments[..], &rest].concat());
+        run.wait_for_stderr("process ids");
+        let log = lab.path(name).join("ticks.csv");
+        wait_until("the first ticks", || {
+            read_to_string(&log).is_ok_and(|text| text.lines().count() > 1)
+        });
+        run
+    };
+    let run = start("interrupted", "interrupted.toml");
+    run.signal(Signal::SIGINT);
+    run.wait().expect(1);
+    let now = read_to_string(lab.path("interrupted.toml")).unwrap();
+    assert!(now.starts_with("# Learned times"), "{now}");
+
+    let run = start("killed", "killed.toml");
+    let mut children = run.children().into_iter();
+    let is_world = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(" world "));
+    let world = children.find(is_world).unwrap();
+    kill(Pid::from_raw(world as i32), Signal::SIGKILL).unwrap();
+    run.wait().expect(3);
+    assert_eq!(read_to_string(lab.path("killed.toml")).unwrap(), edited);
+    let left = read_dir(lab.path("")).unwrap().filter(|it| {
+        let name = it.as_ref().unwrap().file_name();
+        name.to_string_lossy().starts_with(".alliance-new-")
+    });
+    assert_eq!(left.count(), 0, "a file that was begun is left");
+}
+
+/// From a tenth of what a unit takes and from ten times as much: what robots believe comes near to what they need, and too little
+/// patience, which costs time, is unlearned. docs/allocators/l-alliance.md has the whole table.
+#[test]
+fn in_ten_missions_bad_values_are_unlearned() {
+    let lines = "allocator = \"l-alliance\"";
+    let truth = &ten(lines, 1, Profile::default())[9].learned;
+    for factor in [0.1, 10.0] {
+        let begin = wrong_by(factor);
+        let done = ten(lines, 1, begin.clone());
+        let learned = done.iter().map(|mission| error(&mission.learned, truth));
+        let (before, learned) = (error(&begin, truth), learned.collect::<Vec<f64>>());
+        assert!(before > 7.0, "{before}");
+        assert!(learned[0] < before, "{before}, then {learned:?}");
+        assert!(
+            learned[9] < learned[0] && learned[9] < 2.0,
+            "{before}, then {learned:?}"
+        );
+        if factor < 1.0 {
+            let took_s: Vec<f64> = done.iter().map(|mission| mission.took_s).collect();
+            assert!(took_s[9] < took_s[0], "{took_s:?}");
+        }
+    }
+}
