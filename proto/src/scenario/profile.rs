@@ -1,7 +1,7 @@
 //! Learned times that robots bring into a run, and take from it: an input of the run, as its scenario is.
 //!
 //! ```toml
-//! [blue."move-spill(top)"]                            # what blue knows of that task
+//! [blue."push(left)"]                                 # what blue knows of that task
 //! blue = { trials = 12, latest_s = [21.3, 19.8] }     # by whose times they are
 //! gold = { trials = 1, latest_s = [40.25] }
 //! ```
