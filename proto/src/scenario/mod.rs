@@ -412,7 +412,7 @@ fn tasks<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<String>, D::Error> {
     let tasks = Vec::deserialize(from)?;
     if tasks.is_empty() {
         return Err(D::Error::custom(
-            "a robot without tasks does nothing; name some, or leave the key out for all",
+            "without tasks a robot does nothing, and without the key it does all",
         ));
     }
     Ok(tasks)

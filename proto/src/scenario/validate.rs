@@ -396,7 +396,7 @@ mod tests {
         let moves = "tasks = ['move(top)', 'move(bottom)']\n";
         let cannot = "skills = { lift = 0 }\n";
         assert_eq!(refusal(&format!("{cannot}{moves}")), Err(none.to_owned()));
-        let none = "s.toml:5: robots[0].tasks: a robot without tasks does nothing; name some, or leave the key out for all";
+        let none = "s.toml:4: robots[0].tasks: without tasks a robot does nothing, and without the key it does all; see the reference scenario";
         assert_eq!(refusal("tasks = []"), Err(none.to_owned()));
         for robot in [cannot, moves] {
             assert!(refusal(robot).is_ok(), "{robot}");
