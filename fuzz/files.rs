@@ -10,7 +10,7 @@ use alliance_proto::log::{
     AllocationRow, EventRow, LogLevel, Memory, MessageRow, MissionRow, MotivationRow, PoseRow,
     RunFile, RunLog, Table, TableRow, TickRow,
 };
-use alliance_proto::scenario::{ParameterFile, Scenario, Setup, Vocabulary};
+use alliance_proto::scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
 use missions::Registry;
 use study::in_process::Team;
 use study::replay::replay;
@@ -75,6 +75,33 @@ pub fn is_parameters(text: &[u8]) -> bool {
         return false;
     };
     let _ = Setup::resolve(RUN.setup.scenario.clone(), 1, Some(&parameters)).map_err(one_line);
+    true
+}
+
+/// Whether it is a profile of a team that learns. What can be read can be written and read again, and a run begins with it.
+#[must_use]
+pub fn is_profile(text: &[u8]) -> bool {
+    static LEARNERS: LazyLock<Setup> = LazyLock::new(|| {
+        let mut scenario = RUN.setup.scenario.clone();
+        scenario.allocator = Some("l-alliance".to_owned());
+        Setup::resolve(scenario, 1, None).expect("a setup").setup
+    });
+    let Ok(text) = str::from_utf8(text) else {
+        return false;
+    };
+    let read = |text: &str| {
+        Profile::parse("p.toml", text, &LEARNERS.scenario, &VOCABULARY).map_err(one_line)
+    };
+    let Ok(profile) = read(text) else {
+        return false;
+    };
+    assert_eq!(read(&profile.to_toml()).as_ref(), Ok(&profile));
+    let setup = Setup {
+        profile,
+        ..LEARNERS.clone()
+    };
+    let team = Team::new(setup, LogLevel::Off, Memory::default()).expect("a team");
+    assert!(team.run().is_ok());
     true
 }
 

@@ -124,8 +124,9 @@ fn every_message_of_the_corpus_is_one_of_its_type() {
         }
     }
     type IsRead = fn(&[u8]) -> bool;
-    let is_read: [(&str, IsRead); 3] = [
+    let is_read: [(&str, IsRead); 4] = [
         ("parameters", files::is_parameters),
+        ("profile", files::is_profile),
         ("plan", files::is_plan),
         ("journal", files::is_journal),
     ];
@@ -172,10 +173,17 @@ fn damaged_logs_are_refused_or_stand() {
 }
 
 #[test]
-fn damaged_files_of_sweeps_are_refused_or_stand() {
+fn damaged_parameters_and_profiles_are_refused_or_stand() {
     damage("parameters", &[flip, insert, repeat], |text| {
         let _ = files::is_parameters(text);
     });
+    damage("profile", &[flip, insert, misspell], |text| {
+        let _ = files::is_profile(text);
+    });
+}
+
+#[test]
+fn damaged_files_of_sweeps_are_refused_or_stand() {
     damage("plan", &[flip, insert, misspell], |text| {
         let _ = files::is_plan(text);
     });

@@ -1,0 +1,10 @@
+//! Arbitrary text as a profile of learned times.
+#![no_main]
+
+#[path = "../files.rs"]
+#[allow(dead_code)] // A target each for what is there.
+mod files;
+
+libfuzzer_sys::fuzz_target!(|text: &[u8]| {
+    let _ = files::is_profile(text);
+});
