@@ -64,6 +64,7 @@ impl Registry {
             agents: AgentRegistry::built_in(),
         };
         none.mission(crate::waste::PARTS)
+            .mission(crate::service::PARTS)
     }
 
     /// Makes this the registry of the program: its commands and all that they start know these missions and allocators.

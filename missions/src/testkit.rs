@@ -97,7 +97,7 @@ fn catalog(setup: &Setup) {
             "{} has a task",
             behavior.name
         );
-        let unit_s = mission.unit_s(scenario, &scenario.body, behavior);
+        let unit_s = mission.unit_s(scenario, &scenario.body, 1.0, behavior);
         assert!(
             unit_s.is_finite() && unit_s > 0.0,
             "{} takes a time",

@@ -21,6 +21,8 @@ pub enum Purpose {
     Sensor = 5,
     /// Random faults of a robot.
     Campaign = 6,
+    /// What else a mission draws.
+    Mission = 7,
     /// What a robot's allocator draws.
     Allocation = 9,
 }

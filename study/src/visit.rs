@@ -4,13 +4,11 @@ use std::sync::Arc;
 
 use alliance_proto::log::{LogLevel, RunFile};
 use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{BuiltIn, MissionData, Terms};
+use alliance_proto::mission::data::{MissionData, Terms};
 use alliance_proto::mission::known::Mission;
 use alliance_proto::mission::known::section;
 use alliance_proto::mission::section::Section;
-use alliance_proto::scenario::{
-    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
-};
+use alliance_proto::scenario::{BehaviorSpec, ParameterSpec, Problem, Scenario, Unread};
 use alliance_proto::testkit::default_setup;
 use alliance_proto::view::{Mark, MarkOutline, MarkRole};
 use glam::Vec2;
@@ -59,18 +57,6 @@ impl MissionData for Visit {
 
     fn catalog(&self, _: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         (Vec::new(), Vec::new())
-    }
-
-    fn has_behavior(&self, _: &Robot, _: &BehaviorSpec) -> bool {
-        true
-    }
-
-    fn built_in(&self, _: &Scenario, _: &BehaviorSpec) -> BuiltIn {
-        unreachable!("it has no behaviors")
-    }
-
-    fn unit_s(&self, _: &Scenario, _: &Body, _: &BehaviorSpec) -> f64 {
-        1.0
     }
 
     fn period_s(&self, _: &Scenario, column: &str) -> Option<f64> {

@@ -148,7 +148,7 @@ fn a_crowd_completes() {
     };
     for task in ["move-spill(top)", "move-spill(bottom)"] {
         let section = TaskSection {
-            max_robots: 4,
+            max_robots: Some(4),
             ..TaskSection::default()
         };
         scenario.tasks.insert(task.to_owned(), section);

@@ -114,7 +114,13 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// [`one_behavior_each`].
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>);
 
-    /// Whether a robot that has the task of a behavior has the behavior: by devices and skills. All have all, where it is not said.
+    /// How many robots may execute a behavior's task at once, where the scenario does not say: 1 is exclusive.
+    fn max_robots(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> u32 {
+        1
+    }
+
+    /// Whether a robot that has the task of a behavior, and the skill that this takes, has the behavior: by devices. All have all,
+    /// where it is not said.
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
         let _ = (robot, behavior);
         true
@@ -125,16 +131,16 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// The ALLIANCE values of a behavior where nothing is stated.
-    fn built_in(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
-        let _ = (scenario, behavior);
+    /// The ALLIANCE values of a robot's behavior where nothing is stated.
+    fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+        let _ = (scenario, robot, behavior);
         BuiltIn::COMMON
     }
 
-    /// Longest unit of work of a behavior for a robot of that body, from one sign of progress to the next, s: an estimate. Across the
-    /// room and half a turn, where it is not said.
-    fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64 {
-        let _ = behavior;
+    /// Longest unit of work of a behavior for a robot of that body, which is that good at it, from one sign of progress to the next,
+    /// s: an estimate. Across the room and half a turn, where it is not said.
+    fn unit_s(&self, scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
+        let _ = (skill, behavior);
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
         let way_m = (width * width + height * height).sqrt();
         f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
@@ -211,6 +217,7 @@ pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, V
         name: name.clone(),
         task: TaskId(task),
         kind: task.into(),
+        skill: None,
     });
     let behaviors = behaviors.collect();
     (tasks, behaviors)

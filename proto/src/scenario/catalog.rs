@@ -27,6 +27,8 @@ pub struct BehaviorSpec {
     pub task: TaskId,
     /// What it does: a number of the mission's own.
     pub kind: u32,
+    /// The skill that it takes, if any: a robot without it does not have the behavior.
+    pub skill: Option<String>,
 }
 
 /// All tasks and behavior sets of a scenario; the index of each is its id.
@@ -47,10 +49,14 @@ impl Catalog {
     pub fn of(scenario: &Scenario) -> Self {
         let mission = scenario.mission();
         let (names, sets) = mission.catalog(scenario);
-        let tasks = names.into_iter().map(|name| {
+        let tasks = names.into_iter().zip(0..).map(|(name, id)| {
             let section = scenario.tasks.get(&name).copied().unwrap_or_default();
+            let max_robots = section.max_robots.or_else(|| {
+                let behavior = sets.get(sets.partition_point(|set| set.task < TaskId(id)))?;
+                Some(mission.max_robots(scenario, behavior))
+            });
             TaskSpec {
-                max_robots: section.max_robots,
+                max_robots: max_robots.unwrap_or(1),
                 priority: section.priority,
                 name,
             }
@@ -96,7 +102,10 @@ impl Catalog {
         tasks
             .into_iter()
             .flat_map(|task| self.behaviors_for(task))
-            .filter(|&set| self.mission.has_behavior(robot, &self.sets[set]))
+            .filter(|&set| {
+                let behavior = &self.sets[set];
+                robot.skill_at(behavior) > 0.0 && self.mission.has_behavior(robot, behavior)
+            })
             .map(|index| BehaviorId(index as u16))
     }
 

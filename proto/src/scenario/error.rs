@@ -122,7 +122,8 @@ pub(crate) fn nearest<'a>(
 }
 
 /// What to write instead of `wrong`: the nearest of the known names if one is near, and all of them if they are few.
-pub(crate) fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+#[must_use]
+pub fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const FEW: usize = 20;
     let known: Vec<&str> = known.into_iter().collect();
     let list = match known.len() {

@@ -76,7 +76,7 @@ impl Setup {
                     let remedy = format!("it must be '{}'", wanted.task);
                     return Err(Problem::at(at.key("task"), what, remedy));
                 }
-                let built_in = catalog.mission.built_in(&self.scenario, spec);
+                let built_in = catalog.mission.built_in(&self.scenario, robot, spec);
                 let values = Values::built_in(built_in, teammates);
                 check_params(given, &robot.name, spec, values, &at)?;
             }

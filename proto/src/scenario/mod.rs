@@ -43,8 +43,7 @@ pub use alliance::{
 };
 pub use allocators::{AllocatorSpec, Allocators};
 pub use catalog::{BehaviorSpec, Catalog, TaskSpec};
-pub(crate) use error::instead;
-pub use error::{Problem, ScenarioError, text_of};
+pub use error::{Problem, ScenarioError, instead, text_of};
 pub use load::TomlFile;
 pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
 pub use path::{Path, Step};
@@ -369,6 +368,13 @@ impl Robot {
         let skills = self.skills.as_ref()?;
         Some(skills.get(name).copied().unwrap_or(0.0))
     }
+
+    /// How good it is at a behavior, 0 and more: 1 where that takes no skill, or no skills of it are stated at all.
+    #[must_use]
+    pub fn skill_at(&self, behavior: &BehaviorSpec) -> f64 {
+        let skill = behavior.skill.as_deref().and_then(|name| self.skill(name));
+        skill.unwrap_or(1.0)
+    }
 }
 
 /// Where a robot starts.
@@ -389,22 +395,14 @@ fn facing_left() -> f32 {
 }
 
 /// What a task's definition says beside its behavior sets (thesis §3.3.1).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TaskSection {
-    /// How many robots may execute it at once; 1 is exclusive.
-    pub max_robots: u32,
+    /// How many robots may execute it at once; 1 is exclusive. Absent: as the mission has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_robots: Option<u32>,
     /// Of two sets at the threshold in the same step, the one with the higher priority activates.
     pub priority: i32,
-}
-
-impl Default for TaskSection {
-    fn default() -> Self {
-        Self {
-            max_robots: 1,
-            priority: 0,
-        }
-    }
 }
 
 /// Who writes an empty list means none.

@@ -88,7 +88,7 @@ pub(super) fn check(
         let mut sets = BTreeMap::new();
         for id in catalog.behaviors_of(robot) {
             let set = &catalog.sets[id.index()];
-            let built_in = catalog.mission.built_in(scenario, set);
+            let built_in = catalog.mission.built_in(scenario, robot, set);
             let mut values = Values::built_in(built_in, teammates.of_robot(&robot.name));
             for (number, statement) in layers.iter().enumerate() {
                 let applies = |wanted: &Option<String>, name: &str| {

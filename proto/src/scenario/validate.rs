@@ -296,7 +296,9 @@ fn tasks(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     for (name, section) in &scenario.tasks {
         let at = Path::of(["tasks"]).key(name);
         known("task", name, tasks(), &at)?;
-        closed(1.0, f64::from(u32::MAX), "").check(at.key("max_robots"), section.max_robots)?;
+        if let Some(max_robots) = section.max_robots {
+            closed(1.0, f64::from(u32::MAX), "").check(at.key("max_robots"), max_robots)?;
+        }
     }
     Ok(())
 }

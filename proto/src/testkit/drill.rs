@@ -117,6 +117,7 @@ impl MissionData for Drill {
             name: name.to_owned(),
             task: TaskId(task),
             kind: kind as u32,
+            skill: matches!(kind, 2 | 3).then(|| "lift".to_owned()),
         };
         (
             tasks.map(str::to_owned).to_vec(),
@@ -125,18 +126,14 @@ impl MissionData for Drill {
     }
 
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
-        match behavior.kind {
-            0 => robot.has_device(Robot::SIDE_BORDER),
-            2 | 3 => robot.skill("lift") != Some(0.0),
-            _ => true,
-        }
+        behavior.kind != 0 || robot.has_device(Robot::SIDE_BORDER)
     }
 
     fn skills(&self, _scenario: &Scenario) -> Vec<String> {
         vec!["lift".to_owned()]
     }
 
-    fn built_in(&self, _scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
+    fn built_in(&self, _scenario: &Scenario, _robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
         let (fast, slow, phi, psi, lambda) = match behavior.kind {
             0 => (20.0, 1.0, 60.0, 120.0, 300.0),
             1 => (5.0, 0.5, 60.0, 120.0, 300.0),
@@ -154,7 +151,13 @@ impl MissionData for Drill {
         }
     }
 
-    fn unit_s(&self, _scenario: &Scenario, _body: &Body, _behavior: &BehaviorSpec) -> f64 {
+    fn unit_s(
+        &self,
+        _scenario: &Scenario,
+        _body: &Body,
+        _skill: f64,
+        _behavior: &BehaviorSpec,
+    ) -> f64 {
         30.0
     }
 

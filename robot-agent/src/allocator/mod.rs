@@ -169,7 +169,8 @@ impl TaskBrief {
             for id in catalog.behaviors_of(robot) {
                 let behavior = &catalog.sets[id.index()];
                 let brief = &mut all[behavior.task.index()];
-                let unit_s = catalog.mission.unit_s(scenario, &body, behavior);
+                let skill = robot.skill_at(behavior);
+                let unit_s = catalog.mission.unit_s(scenario, &body, skill, behavior);
                 brief.unit_s = brief.unit_s.max(unit_s);
                 if brief.robots.last() != Some(&RobotId(rank)) {
                     brief.robots.push(RobotId(rank));

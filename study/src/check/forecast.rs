@@ -50,7 +50,9 @@ pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     let catalog = &setup.catalog;
     let unit_s = |robot: &Robot, set: &BehaviorSpec| {
         let body = scenario.body_of(robot);
-        catalog.mission.unit_s(scenario, &body, set)
+        catalog
+            .mission
+            .unit_s(scenario, &body, robot.skill_at(set), set)
     };
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     let mut forecasts = Vec::new();

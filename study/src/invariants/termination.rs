@@ -59,11 +59,13 @@ impl Termination {
             turn_deg_s: slowest.turn_deg_s.min(body.turn_deg_s),
             ..slowest
         });
-        let units = setup
-            .catalog
-            .sets
-            .iter()
-            .map(|set| setup.catalog.mission.unit_s(scenario, &slowest, set));
+        let units = setup.catalog.sets.iter().map(|set| {
+            let skills = scenario.robots.iter().map(|robot| robot.skill_at(set));
+            let able = skills.filter(|skill| *skill > 0.0);
+            let least = able.reduce(f64::min).unwrap_or(1.0);
+            let mission = setup.catalog.mission;
+            mission.unit_s(scenario, &slowest, least, set)
+        });
         let unit_s = units.fold(0.0, f64::max);
         let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
         let there_and_back_s = 2.0 * across_m / slowest.speed_m_s + 360.0 / slowest.turn_deg_s;

@@ -427,7 +427,7 @@ fn a_handover_counts_from_the_latest_effect() {
 fn both(max_robots: u32) -> Made {
     let mut made = Made::with(30.0, |scenario| {
         let section = TaskSection {
-            max_robots,
+            max_robots: Some(max_robots),
             ..TaskSection::default()
         };
         scenario.tasks.insert(TOP.to_owned(), section);

@@ -73,6 +73,7 @@ pub(super) fn catalog(scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         name: name.to_owned(),
         task: TaskId(task as u16),
         kind: kind.code(),
+        skill: None,
     };
     let last = tasks.len() - 1;
     let methodical = BehaviorKind::FindLocationsMethodical;

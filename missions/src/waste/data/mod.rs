@@ -182,11 +182,17 @@ impl MissionData for WasteData {
             || robot.has_device(Robot::SIDE_BORDER)
     }
 
-    fn built_in(&self, _scenario: &Scenario, behavior: &BehaviorSpec) -> BuiltIn {
+    fn built_in(&self, _scenario: &Scenario, _robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
         BehaviorKind::of(behavior).built_in()
     }
 
-    fn unit_s(&self, scenario: &Scenario, body: &Body, behavior: &BehaviorSpec) -> f64 {
+    fn unit_s(
+        &self,
+        scenario: &Scenario,
+        body: &Body,
+        _skill: f64,
+        behavior: &BehaviorSpec,
+    ) -> f64 {
         work::unit_s(scenario, body, BehaviorKind::of(behavior))
     }
 

@@ -153,7 +153,7 @@ fn populated() -> Scenario {
         idle_heartbeat: Some(true),
     };
     let task = TaskSection {
-        max_robots: 1,
+        max_robots: Some(1),
         priority: 0,
     };
     Scenario {

@@ -271,7 +271,7 @@ fn a_later_word_about_another_task_ends_the_claim_but_not_the_release_of_another
 #[test]
 fn a_task_for_two_is_occupied_by_two() {
     let setup = with_task(setup(Preset::Team, 4, 200), "move(top)", |task| {
-        task.max_robots = 2;
+        task.max_robots = Some(2);
     });
     let mut team = Team::new(&setup);
     team.run_until(ms(22_000), &[ONLY_TOP; 4]);

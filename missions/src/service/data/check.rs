@@ -1,0 +1,121 @@
+//! What is wrong with `[service]`, beyond what its parameters say.
+
+use std::f64::consts::PI;
+
+use alliance_proto::scenario::{Catalog, Path, Problem, Scenario, instead};
+
+use super::{Between, MAX_POINTS, ServiceSection};
+
+/// Refuses the first mistake of `[service]`.
+pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
+    let section = ServiceSection::of(scenario);
+    let at = Path::of(["service"]);
+    for (index, kind) in section.kinds.iter().enumerate() {
+        let at = at.key("kinds").index(index);
+        in_order(&kind.work_s, at.key("work_s"))?;
+        if let Some(deadline_s) = &kind.deadline_s {
+            in_order(deadline_s, at.key("deadline_s"))?;
+        }
+        fit(scenario, kind.workers, at.key("workers"))?;
+    }
+    let points = section.points.iter().map(|point| Some(&point.kind));
+    let random = section.random.iter().map(|batch| batch.kind.as_ref());
+    for (list, kinds) in [
+        ("points", points.collect::<Vec<_>>()),
+        ("random", random.collect()),
+    ] {
+        for (index, kind) in kinds.into_iter().enumerate() {
+            let Some(kind) = kind.filter(|kind| section.kind_named(kind).is_none()) else {
+                continue;
+            };
+            let at = at.key(list).index(index).key("kind");
+            let known = section.kinds.iter().map(|kind| kind.name.as_str());
+            let what = format!("there is no kind '{kind}'");
+            return Err(Problem::at(at, what, instead(kind, known)));
+        }
+    }
+    let count = section.kind_of_each().count();
+    let all = count + usize::from(section.spare);
+    if all == 0 {
+        let what = "there are no points";
+        return Err(Problem::at(at, what, "give points, random or spare"));
+    }
+    if all > MAX_POINTS {
+        let what = format!("{all} points in all");
+        let remedy = format!("give at most {MAX_POINTS}");
+        return Err(Problem::at(at, what, remedy));
+    }
+    if section.uncovered {
+        return Ok(());
+    }
+    covered(scenario, section, &at)
+}
+
+fn in_order(between: &Between, at: Path) -> Result<(), Problem> {
+    if between.min <= between.max {
+        return Ok(());
+    }
+    let what = format!("min {} is above max {}", between.min, between.max);
+    Err(Problem::at(at, what, "write the lower one as min"))
+}
+
+/// Robots side by side within reach of a point.
+fn fit(scenario: &Scenario, workers: u32, at: Path) -> Result<(), Problem> {
+    let reach_m = ServiceSection::of(scenario).reach_m;
+    let (reach, radius) = (f64::from(reach_m), f64::from(scenario.body.radius_m));
+    let has_room = |workers: u32| {
+        let between = 2.0 * reach * (PI / f64::from(workers)).sin();
+        scenario.body.robot_penetrability > 0.0 || workers <= 1 || between >= 2.0 * radius
+    };
+    if has_room(workers) {
+        return Ok(());
+    }
+    // One has.
+    let most = (1..workers)
+        .rev()
+        .find(|fewer| has_room(*fewer))
+        .unwrap_or(1);
+    let what = format!(
+        "{workers} robots of radius {} m have no room within reach_m, {reach_m} m, of a point",
+        scenario.body.radius_m
+    );
+    let remedy = format!("give at most {most}, or a longer reach_m");
+    Err(Problem::at(at, what, remedy))
+}
+
+/// Somebody can do each of the tasks.
+fn covered(scenario: &Scenario, section: &ServiceSection, at: &Path) -> Result<(), Problem> {
+    let catalog = Catalog::of(scenario);
+    let mut left: usize = catalog.tasks.len();
+    let mut is_covered = vec![false; left];
+    for robot in &scenario.robots {
+        if left == 0 {
+            break;
+        }
+        for behavior in catalog.behaviors_of(robot) {
+            let task = catalog.sets[behavior.index()].task.index();
+            left -= usize::from(!is_covered[task]);
+            is_covered[task] = true;
+        }
+    }
+    let Some(task) = is_covered.iter().position(|is_covered| !is_covered) else {
+        return Ok(());
+    };
+    let name = &catalog.tasks[task].name;
+    let what = match &catalog.sets[task].skill {
+        Some(skill) => format!("nobody has {name} among its tasks and the skill {skill}"),
+        None => format!("nobody has {name} among its tasks"),
+    };
+    let others = if left > 1 {
+        format!(", and {} more tasks that nobody can do", left - 1)
+    } else {
+        String::new()
+    };
+    let list = if task < section.points.len() {
+        "points"
+    } else {
+        "kinds"
+    };
+    let remedy = "give them to a robot, or say that it is meant: uncovered = true";
+    Err(Problem::at(at.key(list), what + &others, remedy))
+}

@@ -1,0 +1,178 @@
+//! Service in files: `[service]` of a scenario, its tasks, its words.
+
+mod check;
+mod faults;
+mod parameters;
+mod points;
+mod section;
+#[cfg(test)]
+mod tests;
+
+pub use faults::POINT;
+pub use points::{PointSpec, points};
+pub use section::{Batch, Between, Kind, KnownTo, Point, ServiceSection, TasksAre};
+
+use alliance_proto::fault::FaultSpec;
+use alliance_proto::ids::TaskId;
+use alliance_proto::mission::columns::Column;
+use alliance_proto::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms};
+use alliance_proto::mission::known::{Mission, section};
+use alliance_proto::mission::promises::Promises;
+use alliance_proto::mission::section::Section;
+use alliance_proto::scenario::{
+    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
+};
+
+/// Most points of a run.
+pub const MAX_POINTS: usize = 10_000;
+/// Most kinds of work.
+pub const MAX_KINDS: usize = 64;
+
+/// Service: points of work, served by whoever can.
+pub const SERVICE: Mission = Mission::new(
+    "service",
+    "points of work that arrive, take time and skills, and may expire or come back",
+    &Service,
+);
+
+const SCENARIOS: [BuiltinScenario; 1] = [BuiltinScenario {
+    name: "l-alliance-abstract",
+    text: include_str!("../scenarios/l-alliance-abstract.toml"),
+}];
+
+#[derive(Debug)]
+struct Service;
+
+impl MissionData for Service {
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        section::<ServiceSection>(text)
+    }
+
+    fn scenarios(&self) -> &'static [BuiltinScenario] {
+        &SCENARIOS
+    }
+
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        parameters::all()
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            devices: &["points", "effect"],
+            measuring_devices: &["points"],
+            events: &["arrived", "begun", "left", "done", "expired"],
+            verbs: &[
+                ("begins", "begun"),
+                ("leaves", "left"),
+                ("finishes", "done"),
+            ],
+            columns: const {
+                &[
+                    Column::left("open"),
+                    Column::count("started"),
+                    Column::done("done", "done"),
+                    Column::count("expired"),
+                    Column::real("work_left_s"),
+                ]
+            },
+            ..Terms::NONE
+        }
+    }
+
+    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        let section = ServiceSection::of(scenario);
+        let skill = |kind: usize| Some(section.kinds.get(kind)?.name.clone());
+        let (tasks, kinds): (Vec<String>, Vec<usize>) = match section.tasks {
+            TasksAre::Points => {
+                // What faults add may be of any kind.
+                let spare = std::iter::repeat_n(usize::MAX, section.spare.into());
+                let kinds: Vec<usize> = section.kind_of_each().chain(spare).collect();
+                let tasks = (0..kinds.len()).map(|point| format!("serve(p{point})"));
+                (tasks.collect(), kinds)
+            }
+            TasksAre::Kinds => {
+                let kinds = section.kinds.iter();
+                let tasks = kinds.map(|kind| format!("serve({})", kind.name));
+                (tasks.collect(), (0..section.kinds.len()).collect())
+            }
+        };
+        let behaviors = tasks.iter().zip(kinds).zip(0..=u16::MAX);
+        let behaviors = behaviors.map(|((name, kind), task)| BehaviorSpec {
+            name: name.clone(),
+            task: TaskId(task),
+            kind: kind.min(MAX_KINDS) as u32,
+            skill: skill(kind),
+        });
+        let behaviors = behaviors.collect();
+        (tasks, behaviors)
+    }
+
+    /// As many as can work on it at once; on a kind of work, one.
+    fn max_robots(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> u32 {
+        let section = ServiceSection::of(scenario);
+        match (section.tasks, section.kinds.get(behavior.kind as usize)) {
+            (TasksAre::Points, Some(kind)) => kind.workers,
+            _ => 1,
+        }
+    }
+
+    fn skills(&self, scenario: &Scenario) -> Vec<String> {
+        let kinds = ServiceSection::of(scenario).kinds.iter();
+        kinds.map(|kind| kind.name.clone()).collect()
+    }
+
+    /// In units of its work: patience is for two of them, perseverance for four.
+    fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+        let body = scenario.body_of(robot);
+        let unit_s = self.unit_s(scenario, &body, robot.skill_at(behavior), behavior);
+        BuiltIn {
+            broadcast_rate_hz: 1.0,
+            ceased_after_s: 5.0,
+            fast_impatience: 20.0,
+            slow_impatience: f64::min(10.0, scenario.alliance.threshold / (2.0 * unit_s)),
+            willing_to_affect_s: 2.0 * unit_s,
+            before_yielding_s: 2.0 * unit_s,
+            before_giving_up_s: 4.0 * unit_s,
+        }
+    }
+
+    /// To a point from across the room, and all of its work.
+    fn unit_s(&self, scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
+        let section = ServiceSection::of(scenario);
+        let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
+        let way_m = (across_m - section.reach_m).max(0.0);
+        let drive_s = if way_m > 0.0 {
+            f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
+        } else {
+            0.0
+        };
+        let of_kind = section.kinds.get(behavior.kind as usize);
+        let longest = section.kinds.iter().map(|kind| kind.work_s.max);
+        let work_s = of_kind.map_or_else(|| longest.fold(0.0, f64::max), |kind| kind.work_s.max);
+        drive_s + work_s / skill
+    }
+
+    fn faults(&self) -> &'static [FaultSpec] {
+        faults::ALL
+    }
+
+    /// It ends, unless points come back for ever.
+    fn promises(&self, scenario: &Scenario) -> Promises {
+        let section = ServiceSection::of(scenario);
+        let comes_back = section.kinds.iter().any(|kind| kind.period_s.is_some());
+        Promises {
+            ends: !section.uncovered && (!comes_back || section.duration_s.is_some()),
+            ..Promises::default()
+        }
+    }
+
+    /// Every point comes back after its kind's period.
+    fn due_every_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
+        let section = ServiceSection::of(scenario);
+        section.kinds.get(behavior.kind as usize)?.period_s
+    }
+
+    fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
+        check::check(scenario)
+    }
+}

@@ -1,0 +1,78 @@
+//! What robots know beforehand.
+
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+
+use crate::service::bus::Fact;
+use crate::service::data::{KnownTo, ServiceSection, TasksAre};
+
+/// What all robots of a run know beforehand.
+#[derive(Debug)]
+pub(super) struct Briefing {
+    pub tasks: TasksAre,
+    pub known: KnownTo,
+    pub reach_m: f32,
+    pub sight_m: f32,
+    pub step_s: f32,
+    pub kinds: Vec<KindBrief>,
+    /// From (0, 0) to here is inside the border, m.
+    pub room: Vec2,
+    most_points: usize,
+}
+
+/// A kind of work.
+#[derive(Debug)]
+pub(super) struct KindBrief {
+    pub name: String,
+    pub kept: bool,
+    pub period: Option<SimTime>,
+}
+
+impl Briefing {
+    pub fn of(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let section = ServiceSection::of(scenario);
+        let kinds = section.kinds.iter().map(|kind| KindBrief {
+            name: kind.name.clone(),
+            kept: kind.kept,
+            period: kind.period_s.map(SimTime::from_secs_f64),
+        });
+        Self {
+            tasks: section.tasks,
+            known: section.known,
+            reach_m: section.reach_m,
+            sight_m: section.sight_m,
+            step_s: scenario.step_ms as f32 / 1000.0,
+            kinds: kinds.collect(),
+            room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
+            most_points: section.most_points(),
+        }
+    }
+
+    /// How good a robot is at each kind.
+    pub fn skills(&self, robot: RobotId, setup: &Setup) -> Vec<f32> {
+        let robot = &setup.scenario.robots[robot.index()];
+        let kinds = self.kinds.iter();
+        kinds
+            .map(|kind| robot.skill(&kind.name).unwrap_or(1.0) as f32)
+            .collect()
+    }
+
+    /// Whether there may be such a point: what is heard may be anything.
+    pub fn is_possible(&self, fact: &Fact) -> bool {
+        usize::from(fact.point) < self.most_points
+            && usize::from(fact.kind) < self.kinds.len()
+            && fact.at.is_finite()
+            && (0.0..1e7).contains(&fact.left_s)
+    }
+
+    /// The task that a point is of.
+    pub fn task(&self, fact: &Fact) -> TaskId {
+        match self.tasks {
+            TasksAre::Points => TaskId(fact.point),
+            TasksAre::Kinds => TaskId(fact.kind.into()),
+        }
+    }
+}

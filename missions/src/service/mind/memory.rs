@@ -1,0 +1,150 @@
+//! What a robot knows of the points, whoever has sensed it.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::ids::TaskId;
+use alliance_proto::time::SimTime;
+use arrayvec::ArrayVec;
+use glam::Vec2;
+
+use super::briefing::Briefing;
+use crate::service::bus::{Fact, Known, TOLD_MOST, Told};
+use crate::service::data::KnownTo;
+
+/// How many points that have changed last are told with each heartbeat: where there is a board, it tells the rest.
+const NEWS: usize = 4;
+
+/// Points by number. Facts come in any order, doubled, or late: of two about a point the one of the later round holds, then the one that
+/// was sensed later; work that stays done is never more again.
+#[derive(Clone, Debug)]
+pub(super) struct Memory {
+    points: BTreeMap<u16, Known>,
+    /// Those that have changed last, the newest at the end.
+    news: ArrayVec<u16, NEWS>,
+    /// The tasks that the robot has behaviors for, in order, and how many open points that it can serve it knows of each.
+    open: Vec<(TaskId, u32)>,
+    /// By kind.
+    skills: Vec<f32>,
+}
+
+/// Whether there is work left on a point.
+pub(super) fn is_open(fact: &Fact) -> bool {
+    fact.left_s > 0.0
+}
+
+impl Memory {
+    /// Nothing is known. Tasks are in order.
+    pub fn new(tasks: impl Iterator<Item = TaskId>, skills: Vec<f32>) -> Self {
+        Self {
+            points: BTreeMap::new(),
+            news: ArrayVec::new(),
+            open: tasks.map(|task| (task, 0)).collect(),
+            skills,
+        }
+    }
+
+    pub fn skill(&self, fact: &Fact) -> f32 {
+        self.skills[usize::from(fact.kind)]
+    }
+
+    pub fn fact(&self, point: u16) -> Option<&Fact> {
+        Some(&self.points.get(&point)?.fact)
+    }
+
+    /// All points that are known, from that number on.
+    pub fn facts_from(&self, point: u16) -> impl Iterator<Item = &Fact> {
+        self.points.range(point..).map(|(_, known)| &known.fact)
+    }
+
+    /// For each own task, in order, whether it has a point that the robot can serve.
+    pub fn applicable(&self) -> impl Iterator<Item = bool> {
+        self.open.iter().map(|(_, open)| *open > 0)
+    }
+
+    /// Somebody has sensed something. It is possible.
+    pub fn learn(&mut self, briefing: &Briefing, mut new: Known) {
+        let number = new.fact.point;
+        let old = self.points.get(&number).copied();
+        if let Some(Known { fact, sensed }) = old {
+            let age = |round: u16, sensed: SimTime| (round, sensed);
+            if age(new.fact.round, new.sensed) <= age(fact.round, sensed) {
+                return;
+            }
+            let is_same_round = new.fact.round == fact.round;
+            let is_kept = briefing.kinds[usize::from(new.fact.kind)].kept;
+            if is_same_round && is_kept && is_open(&fact) && is_open(&new.fact) {
+                new.fact.left_s = new.fact.left_s.min(fact.left_s);
+            }
+        }
+        self.points.insert(number, new);
+        let was_open = old.is_some_and(|old| is_open(&old.fact));
+        let is_open = is_open(&new.fact);
+        if old.is_none_or(|old| old.fact != new.fact) {
+            self.is_news(number);
+        }
+        if was_open == is_open || self.skill(&new.fact) <= 0.0 {
+            return;
+        }
+        let task = briefing.task(&new.fact);
+        if let Ok(own) = self.open.binary_search_by_key(&task, |(task, _)| *task) {
+            let open = &mut self.open[own].1;
+            *open = if is_open {
+                *open + 1
+            } else {
+                open.saturating_sub(1)
+            };
+        }
+    }
+
+    /// The robot has taken work off a point.
+    pub fn work_left(&mut self, point: u16, left_s: f32) {
+        if let Some(known) = self.points.get_mut(&point) {
+            known.fact.left_s = known.fact.left_s.min(left_s);
+        }
+    }
+
+    /// A point is to be told of soon.
+    pub fn is_news(&mut self, point: u16) {
+        if let Some(old) = self.news.iter().position(|news| *news == point) {
+            self.news.remove(old);
+        }
+        if self.news.is_full() {
+            self.news.remove(0);
+        }
+        self.news.push(point);
+    }
+
+    /// What to tell: what has changed last, and where there is no board, more and more of the rest.
+    pub fn tell(&self, briefing: &Briefing, now: SimTime) -> Told {
+        let news = self.news.iter().rev();
+        let mut told: Told = news
+            .filter_map(|point| self.points.get(point))
+            .copied()
+            .collect();
+        if briefing.known == KnownTo::Sight && !self.points.is_empty() {
+            let most = TOLD_MOST - NEWS;
+            // In the order of the points, as many as there is room for in each second.
+            let from = (now.0 / 1000) as usize * most % self.points.len();
+            let rest = self
+                .points
+                .values()
+                .cycle()
+                .skip(from)
+                .take(most.min(self.points.len()));
+            told.extend(rest.copied());
+        }
+        told
+    }
+
+    /// The open point of a kind that is nearest to a place, among those that the robot can serve.
+    pub fn nearest(&self, kind: usize, to: Vec2) -> Option<&Fact> {
+        let facts = self.facts_from(0);
+        let of_kind = facts.filter(|fact| {
+            usize::from(fact.kind) == kind && is_open(fact) && self.skill(fact) > 0.0
+        });
+        of_kind.min_by(|a, b| {
+            let distance = |fact: &Fact| fact.at.distance_squared(to);
+            distance(a).total_cmp(&distance(b))
+        })
+    }
+}

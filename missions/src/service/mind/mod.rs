@@ -1,0 +1,360 @@
+//! What a robot of service knows and does: it goes to a point of its task and works there.
+//!
+//! - `briefing`: what it knows beforehand. `memory`: what is known of the points. `wander`: how it looks round. `trial`: how far it has come
+//!   with what it does.
+
+mod briefing;
+mod memory;
+#[cfg(test)]
+mod tests;
+mod trial;
+mod wander;
+
+use std::sync::Arc;
+
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use robot_agent::allocator::{Choice, OwnBehavior};
+use robot_agent::body::Driver;
+use robot_agent::mission::{
+    Action, AgentMission, Heard, MissionMind, Perception, SharedMission, Typed, TypedMind,
+    TypedMoment,
+};
+
+use super::bus::{Deed, Fact, Known, Sensed, Told};
+use super::data::{self, KnownTo, SERVICE, TasksAre};
+use briefing::Briefing;
+use memory::{Memory, is_open};
+use trial::Trial;
+use wander::Wander;
+
+/// Known points whose absence is noticed in a step, where there is no board.
+const LOOKED_FOR: usize = 8;
+/// A point that is nearer than the end of sight by so much is seen for certain, m.
+const CERTAIN_M: f32 = 0.3;
+
+/// The robots' side of service.
+pub const MIND: MissionMind = MissionMind {
+    data: SERVICE,
+    shared: |setup| Arc::new(Team(Arc::new(Briefing::of(setup)))),
+};
+
+/// What all robots of a run have in common.
+#[derive(Debug)]
+struct Team(Arc<Briefing>);
+
+impl SharedMission for Team {
+    fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
+        let mind = Server::new(robot, setup, &self.0);
+        Box::new(Typed::new(mind, robot, setup))
+    }
+
+    /// Straight from its start to each point, or the nearest of each kind, and all of the work.
+    fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
+        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
+        let points = data::points(scenario, setup.seed);
+        let row = |(robot, rank): (&alliance_proto::scenario::Robot, u16)| {
+            let skills = self.0.skills(RobotId(rank), setup);
+            let start = robot
+                .start
+                .map_or(Vec2::new(0.0, self.0.room.y / 2.0), |start| {
+                    Vec2::new(start.x_m, start.y_m)
+                });
+            let speed_m_s = scenario.body_of(robot).speed_m_s;
+            let cost_ms = |point: &data::PointSpec| {
+                let way_m = (start.distance(point.at) - self.0.reach_m).max(0.0);
+                let drive_s = f64::from(way_m / speed_m_s);
+                let work_s = point.work_s / f64::from(skills[point.kind]);
+                (1000.0 * (drive_s + work_s)) as i64
+            };
+            let mut row = vec![None; catalog.tasks.len()];
+            for id in catalog.behaviors_of(robot) {
+                let task = catalog.sets[id.index()].task.index();
+                let able = |point: &&data::PointSpec| skills[point.kind] > 0.0;
+                row[task] = match self.0.tasks {
+                    TasksAre::Points => points.get(task).filter(able).map(cost_ms),
+                    TasksAre::Kinds => {
+                        let of_kind = points.iter().filter(|point| point.kind == task);
+                        of_kind.filter(able).map(cost_ms).min()
+                    }
+                };
+            }
+            row
+        };
+        scenario.robots.iter().zip(0..).map(row).collect()
+    }
+}
+
+/// One robot's mind for service.
+#[derive(Clone, Debug)]
+struct Server {
+    briefing: Arc<Briefing>,
+    memory: Memory,
+    driver: Driver,
+    /// Where there is no board.
+    wander: Option<Wander>,
+    trial: Option<Trial>,
+    /// The point of a kind that it has chosen.
+    target: Option<u16>,
+    /// The point from which the search for what is missing goes on.
+    looked_for: u16,
+    now: SimTime,
+}
+
+impl Server {
+    fn new(robot: RobotId, setup: &Setup, briefing: &Arc<Briefing>) -> Self {
+        let own = OwnBehavior::all_of(robot, setup);
+        let skills = briefing.skills(robot, setup);
+        let looks_round = briefing.known == KnownTo::Sight;
+        Self {
+            memory: Memory::new(own.iter().map(|own| own.task), skills),
+            driver: Driver::of(robot, setup),
+            wander: looks_round.then(|| Wander::new(setup.seed, robot)),
+            trial: None,
+            target: None,
+            looked_for: 0,
+            now: SimTime::ZERO,
+            briefing: Arc::clone(briefing),
+        }
+    }
+
+    fn learn(&mut self, fact: Fact, sensed: SimTime) {
+        if self.briefing.is_possible(&fact) {
+            self.memory.learn(&self.briefing, Known { fact, sensed });
+        }
+    }
+
+    /// What it reads on the board, or sees.
+    fn look(&mut self, moment: &TypedMoment<'_, Self>) {
+        let Some(points) = &moment.sensed.points else {
+            return;
+        };
+        if self.briefing.known == KnownTo::All {
+            points.iter().for_each(|fact| self.learn(*fact, moment.now));
+            return;
+        }
+        let Some(pose) = moment.readings.pose else {
+            return;
+        };
+        let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
+        for fact in points {
+            let at = pose.position + ahead.rotate(fact.at);
+            let at = at.clamp(Vec2::ZERO, self.briefing.room);
+            self.learn(Fact { at, ..*fact }, moment.now);
+        }
+        self.miss(points, pose.position, moment.now);
+    }
+
+    /// An open point that would be seen if it were still open is over.
+    fn miss(&mut self, seen: &[Fact], position: Vec2, now: SimTime) {
+        let reach_m = match seen.last() {
+            Some(last) if seen.len() == super::bus::SENSED_MOST => last.at.length(),
+            _ => self.briefing.sight_m,
+        };
+        let mut missing: Vec<Fact> = Vec::new();
+        let mut looked_for = 0;
+        for fact in self.memory.facts_from(self.looked_for).take(LOOKED_FOR) {
+            looked_for = fact.point + 1;
+            let is_near = position.distance(fact.at) < reach_m - CERTAIN_M;
+            if is_open(fact) && is_near && !seen.iter().any(|seen| seen.point == fact.point) {
+                missing.push(Fact {
+                    left_s: 0.0,
+                    ..*fact
+                });
+            }
+        }
+        self.looked_for = looked_for;
+        for fact in missing {
+            self.learn(fact, now);
+        }
+    }
+
+    /// Notes how its work goes on: each quarter of a point is progress, or each point where the task is a kind.
+    fn note_work(&mut self, moment: &TypedMoment<'_, Self>, perception: &mut Perception) {
+        let effect = moment.sensed.effect;
+        if let (Some(trial), None) = (&self.trial, effect)
+            && trial.is_at_its_end()
+            && let Some(&fact) = self.memory.fact(trial.point)
+        {
+            // Nothing more can be taken off.
+            self.learn(
+                Fact {
+                    left_s: 0.0,
+                    ..fact
+                },
+                moment.now,
+            );
+        }
+        let Some(fact) = effect.and_then(|point| self.memory.fact(point)).copied() else {
+            self.trial = None;
+            return;
+        };
+        let is_same = |trial: &Trial| trial.point == fact.point && trial.round == fact.round;
+        let mut trial = self
+            .trial
+            .take()
+            .filter(is_same)
+            .unwrap_or_else(|| Trial::new(&fact));
+        let quarters = trial.work(self.memory.skill(&fact) * self.briefing.step_s);
+        let is_over = !is_open(&fact);
+        let has_progressed = match self.briefing.tasks {
+            TasksAre::Points => quarters || is_over,
+            TasksAre::Kinds => is_over,
+        };
+        if has_progressed {
+            perception.progressed.push(self.briefing.task(&fact));
+        }
+        if !is_over && self.briefing.kinds[usize::from(fact.kind)].kept {
+            self.memory.work_left(fact.point, trial.left_s());
+            if quarters {
+                self.memory.is_news(fact.point);
+            }
+        }
+        self.trial = (!is_over).then_some(trial);
+    }
+
+    /// The point of a task that it goes to.
+    fn target(&mut self, task: TaskId, position: Vec2) -> Option<Fact> {
+        let open = |fact: &&Fact| is_open(fact);
+        match self.briefing.tasks {
+            TasksAre::Points => self.memory.fact(task.0).filter(open).copied(),
+            TasksAre::Kinds => {
+                let chosen = self.target.and_then(|target| self.memory.fact(target));
+                let chosen = chosen
+                    .filter(open)
+                    .filter(|fact| u16::from(fact.kind) == task.0);
+                let fact = chosen
+                    .or_else(|| self.memory.nearest(task.index(), position))
+                    .copied();
+                self.target = fact.map(|fact| fact.point);
+                fact
+            }
+        }
+    }
+
+    /// Straight there at top speed, and all that is left of the work, s.
+    fn cost_s(&self, from: Vec2, fact: &Fact) -> Option<f64> {
+        let skill = self.memory.skill(fact);
+        let way_m = (from.distance(fact.at) - self.briefing.reach_m).max(0.0);
+        let drive_s = self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0));
+        (skill > 0.0).then(|| drive_s + f64::from(fact.left_s / skill))
+    }
+
+    /// The point that a task stands for, for a robot at that place.
+    fn point_of(&self, task: TaskId, from: Vec2) -> Option<&Fact> {
+        match self.briefing.tasks {
+            TasksAre::Points => self.memory.fact(task.0),
+            TasksAre::Kinds => self.memory.nearest(task.index(), from),
+        }
+    }
+}
+
+impl TypedMind for Server {
+    type Sensed = Sensed;
+    type Deed = Deed;
+    type Lore = Told;
+    type Bulletin = ();
+
+    fn new(robot: RobotId, setup: &Setup) -> Self {
+        Self::new(robot, setup, &Arc::new(Briefing::of(setup)))
+    }
+
+    fn perceive(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        heard: &[Heard<'_, Self>],
+        perception: &mut Perception,
+    ) {
+        self.now = moment.now;
+        self.look(moment);
+        for known in heard.iter().flat_map(|heard| heard.lore.iter().flatten()) {
+            // Nobody has sensed anything in times to come.
+            self.learn(known.fact, known.sensed.min(moment.now));
+        }
+        self.note_work(moment, perception);
+        let can_go = moment.position.is_some();
+        let applicable = self.memory.applicable().map(|is_open| is_open && can_go);
+        perception.applicable.extend(applicable);
+    }
+
+    fn choices(
+        &self,
+        moment: &TypedMoment<'_, Self>,
+        applicable: &[bool],
+        choices: &mut Vec<Choice>,
+    ) {
+        for (own, &applicable) in moment.own.iter().zip(applicable) {
+            let fact = moment
+                .position
+                .and_then(|from| self.point_of(own.task, from));
+            let came_back = fact.map_or(SimTime::ZERO, |fact| self.came_back(fact));
+            choices.push(Choice {
+                behavior: own.id,
+                task: own.task,
+                round: came_back.min(moment.now),
+                applicable,
+                cost_s: self.seconds(moment.position, &[], own.task),
+                reward: 1.0,
+                priority: own.priority,
+                max_robots: own.max_robots,
+            });
+        }
+    }
+
+    /// It drives on until its work has an effect: that it is within reach it only believes.
+    fn act(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        active: Option<BehaviorId>,
+        action: &mut Action,
+    ) -> Option<Deed> {
+        let target = moment.task_of(active).zip(moment.position);
+        let target = target.and_then(|(task, position)| self.target(task, position));
+        let mut deed = Deed {
+            work: None,
+            read: moment.sensed.told,
+        };
+        if let (Some(fact), Some(position)) = (target, moment.position) {
+            let near_m = self.briefing.reach_m;
+            if position.distance(fact.at) <= near_m + CERTAIN_M {
+                deed.work = Some(fact.point);
+            }
+            if moment.sensed.effect != Some(fact.point) {
+                let (readings, now) = (moment.readings, moment.now);
+                action.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
+            }
+        } else if let (Some(wander), Some(position)) = (&mut self.wander, moment.position) {
+            let near_m = self.briefing.sight_m.min(1.0);
+            let to = wander.next(position, near_m, self.briefing.room, moment.now);
+            action.actuation = self
+                .driver
+                .drive_to(to, near_m / 2.0, moment.readings, moment.now);
+        }
+        (deed != Deed::default()).then_some(deed)
+    }
+
+    fn lore(&self) -> Told {
+        self.memory.tell(&self.briefing, self.now)
+    }
+
+    fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {
+        let mut from = from?;
+        if let Some(last) = after.last() {
+            from = self.point_of(*last, from)?.at;
+        }
+        self.cost_s(from, self.point_of(task, from)?)
+    }
+}
+
+impl Server {
+    /// Since when at the earliest a point is in its round, where each point is a task: all robots take the same time for it.
+    fn came_back(&self, fact: &Fact) -> SimTime {
+        let period = self.briefing.kinds[usize::from(fact.kind)].period;
+        match (self.briefing.tasks, period) {
+            (TasksAre::Points, Some(period)) => SimTime(period.0 * u64::from(fact.round)),
+            _ => SimTime::ZERO,
+        }
+    }
+}

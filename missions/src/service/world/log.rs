@@ -1,0 +1,116 @@
+//! What is told of service beside its points: events, run.json, and what there is to see.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::mission::Sensed as Encoded;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
+use world_server::mission::{Happened, TeamFigures};
+
+use super::points::{Change, Points};
+use crate::service::bus::Sensed;
+
+/// Of steps to come nothing depends on it.
+#[derive(Clone, Debug)]
+pub(super) struct Log {
+    step_s: f64,
+    /// From the arrival of each point that was done until then, ms.
+    responses_ms: Vec<u64>,
+    /// Steps in which a robot worked where others were enough.
+    wasted_steps: u64,
+    /// By rank.
+    robots: Vec<Worker>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Worker {
+    work_steps: u64,
+    done: u64,
+    way_m: f64,
+}
+
+impl Log {
+    pub fn new(robots: usize, step_s: f64) -> Self {
+        Self {
+            step_s,
+            responses_ms: Vec::new(),
+            wasted_steps: 0,
+            robots: vec![Worker::default(); robots],
+        }
+    }
+
+    /// A point has changed, by a robot's work or by itself.
+    pub fn add(
+        &mut self,
+        points: &Points,
+        point: u16,
+        change: Change,
+        robot: Option<RobotId>,
+        now: SimTime,
+        happened: &mut Happened,
+    ) {
+        let (work_s, arrived) = points.work_and_arrival(point);
+        let response = now.since(arrived);
+        let (kind, detail) = match change {
+            Change::Arrived => ("arrived", format!("{work_s:.3} s of work")),
+            Change::Done => ("done", format!("after {:.3} s", response.as_secs_f64())),
+            Change::Expired => ("expired", String::new()),
+        };
+        let event = happened.tell(kind, robot);
+        event.subject = format!("p{point}");
+        event.detail = detail;
+        if change == Change::Done {
+            self.responses_ms.push(response.0);
+        }
+        if let Some(robot) = robot {
+            self.robots[robot.index()].done += 1;
+        }
+    }
+
+    /// A robot has worked for a step.
+    pub fn work_step(&mut self, robot: RobotId) {
+        self.robots[robot.index()].work_steps += 1;
+    }
+
+    /// A robot has worked for a step where others were enough.
+    pub fn waste_step(&mut self) {
+        self.wasted_steps += 1;
+    }
+
+    /// A robot has moved for a step.
+    pub fn moved(&mut self, robot: RobotId, speed_m_s: f32) {
+        self.robots[robot.index()].way_m += f64::from(speed_m_s) * self.step_s;
+    }
+
+    pub fn write_figures(&self, figures: &mut TeamFigures) {
+        let mission = &mut figures.mission;
+        let mut responses = self.responses_ms.clone();
+        responses.sort_unstable();
+        let count = responses.len();
+        let mean = responses.iter().sum::<u64>() as f64 / count as f64;
+        // The least that is not below 95 % of them.
+        let p95 = count
+            .checked_sub(1)
+            .map(|_| responses[(count * 95).div_ceil(100) - 1]);
+        mission.add("response.mean_ms", (count > 0).then_some(mean));
+        mission.add("response.p95_ms", p95);
+        mission.add("wasted_robot_s", self.wasted_steps as f64 * self.step_s);
+        for (figures, robot) in figures.robots.iter_mut().zip(&self.robots) {
+            figures.add("done", robot.done);
+            figures.add("work_s", robot.work_steps as f64 * self.step_s);
+            figures.add("way_m", robot.way_m);
+        }
+    }
+}
+
+/// The points that robots see, in their own frames.
+pub(super) fn show_sensed(view: &mut View) {
+    for robot in &mut view.robots {
+        let Encoded::Open(bytes) = &robot.readings.mission else {
+            continue;
+        };
+        // Whatever it is, it is only shown.
+        let sensed: Sensed = bytes.decode().unwrap_or_default();
+        let points = sensed.points.iter().flatten();
+        robot.sensed.extend(points.map(|fact| fact.at));
+    }
+}

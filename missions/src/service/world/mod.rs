@@ -1,0 +1,373 @@
+//! Service in the world: points arrive, robots within reach take work off them, points are done, expire and come back.
+//!
+//! - `points`: the points, and what becomes of them. `board`: what is written for robots to read. `log`: what is told of it all.
+
+mod board;
+mod log;
+mod points;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use alliance_proto::fault::MissionFault;
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::rng::{Purpose, robot_stream};
+use alliance_proto::scenario::Setup;
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::View;
+use arrayvec::ArrayVec;
+use glam::Vec2;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
+use world_server::world::{ChangeError, Floor};
+
+use super::bus::{Deed, Fact, SENSED_MOST, Sensed};
+use super::data::{self, KnownTo, PointSpec, ServiceSection, TasksAre};
+use board::{Board, Reader};
+use log::Log;
+use points::{Change, Points};
+
+/// A service mission of a run.
+#[derive(Clone, Serialize)]
+pub struct Service {
+    /// What never changes.
+    #[serde(skip)]
+    constants: Arc<Constants>,
+    points: Points,
+    board: Board,
+    /// By rank.
+    robots: Vec<Robot>,
+    /// How many robots have worked on each point in this step; all 0 between steps.
+    #[serde(skip)]
+    hands: Vec<u32>,
+    #[serde(skip)]
+    log: Log,
+}
+
+#[derive(Debug)]
+struct Constants {
+    section: ServiceSection,
+    seed: u64,
+    step_s: f64,
+    /// By rank and kind.
+    skills: Vec<Vec<f64>>,
+    /// The tasks that each robot has behaviors for, by rank.
+    readers: Vec<Reader>,
+}
+
+/// A robot as far as its work is concerned.
+#[derive(Clone, Debug, Default, Serialize)]
+struct Robot {
+    /// Up to where it has read the board.
+    read: u32,
+    /// The point from which it took work off in the step before.
+    worked: Option<u16>,
+    /// The same of this step.
+    #[serde(skip)]
+    works: Option<u16>,
+}
+
+/// The nearest place to a point where a robot can stand.
+fn free_place(at: Vec2, floor: &Floor) -> Option<Vec2> {
+    let radius_m = floor.body().radius_m;
+    floor.nearest_place(at, |place| floor.fits(place, radius_m))
+}
+
+impl Constants {
+    fn new(setup: &Setup) -> Self {
+        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
+        let section = ServiceSection::of(scenario).clone();
+        let skills = scenario.robots.iter().map(|robot| {
+            let kinds = section.kinds.iter();
+            kinds
+                .map(|kind| robot.skill(&kind.name).unwrap_or(1.0))
+                .collect()
+        });
+        let readers = scenario.robots.iter().map(|robot| {
+            let own = catalog.behaviors_of(robot);
+            let own = own.map(|id| catalog.sets[id.index()].task.0);
+            Reader::new(section.tasks, own.collect(), catalog.tasks.len())
+        });
+        Self {
+            skills: skills.collect(),
+            readers: readers.collect(),
+            seed: setup.seed,
+            step_s: scenario.step_ms as f64 / 1000.0,
+            section,
+        }
+    }
+}
+
+impl Service {
+    /// Passes on what has become of a point.
+    fn changed(&mut self, point: u16, change: Change, floor: &Floor, happened: &mut Happened) {
+        let now = floor.now();
+        self.log
+            .add(&self.points, point, change, None, now, happened);
+        self.announce(point, floor);
+    }
+
+    /// Whoever can know of a point may sense something else from now on.
+    fn announce(&mut self, point: u16, floor: &Floor) {
+        self.board.write(point);
+        match self.constants.section.known {
+            KnownTo::All => (0..floor.robot_count() as u16)
+                .map(RobotId)
+                .for_each(|robot| floor.changed(robot)),
+            KnownTo::Sight => {
+                floor.changed_near(self.points.at(point), self.constants.section.sight_m);
+            }
+        }
+    }
+
+    /// A robot works on a point: it takes off what its skill allows, if it can.
+    fn work(&mut self, robot: RobotId, point: u16, floor: &Floor, happened: &mut Happened) {
+        let constants = Arc::clone(&self.constants);
+        let Some(kind) = self.points.open_kind(point) else {
+            return;
+        };
+        let distance = floor.pose(robot).position.distance(self.points.at(point));
+        let skill = constants.skills[robot.index()][kind];
+        let spec = &constants.section.kinds[kind];
+        if distance > constants.section.reach_m || skill <= 0.0 {
+            return;
+        }
+        let hands = &mut self.hands[usize::from(point)];
+        if *hands >= spec.workers {
+            self.log.waste_step();
+            return;
+        }
+        *hands += 1;
+        let worker = &mut self.robots[robot.index()];
+        worker.works = Some(point);
+        if worker.worked != Some(point) {
+            happened.tell("begun", Some(robot)).subject = format!("p{point}");
+        }
+        self.log.work_step(robot);
+        let quarters = self.points.quarters_left(point);
+        let is_done = self.points.take_off(point, skill * constants.step_s);
+        if is_done {
+            let change = self.points.finish(point);
+            let now = floor.now();
+            self.log
+                .add(&self.points, point, change, Some(robot), now, happened);
+            self.announce(point, floor);
+        } else if self.points.quarters_left(point) != quarters
+            && constants.section.known == KnownTo::Sight
+        {
+            floor.changed_near(self.points.at(point), constants.section.sight_m);
+        }
+    }
+
+    /// The points that a robot sees, nearest first, in its own frame.
+    fn in_sight(&self, robot: RobotId, floor: &Floor) -> ArrayVec<Fact, SENSED_MOST> {
+        let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
+        let near = self
+            .points
+            .open_near(position, self.constants.section.sight_m);
+        near.into_iter()
+            .map(|point| {
+                let offset = self.points.at(point) - position;
+                let at = Vec2::new(ahead.dot(offset), ahead.perp_dot(offset));
+                Fact {
+                    at,
+                    ..self.points.fact(point)
+                }
+            })
+            .collect()
+    }
+}
+
+impl TypedMission for Service {
+    type Sensed = Sensed;
+    type Deed = Deed;
+
+    fn new(setup: &Setup, floor: &Floor) -> Self {
+        let constants = Arc::new(Constants::new(setup));
+        let mut specs = data::points(&setup.scenario, setup.seed);
+        for spec in &mut specs {
+            spec.at = free_place(spec.at, floor).unwrap_or(spec.at);
+        }
+        let points = Points::new(&constants.section, specs, floor.size());
+        Self {
+            robots: vec![Robot::default(); floor.robot_count()],
+            hands: vec![0; points.len()],
+            board: Board::default(),
+            log: Log::new(floor.robot_count(), constants.step_s),
+            points,
+            constants,
+        }
+    }
+
+    /// Points arrive, expire and come back.
+    fn begin(&mut self, floor: &mut Floor, happened: &mut Happened) {
+        while let Some((point, change)) = self.points.next_change(floor.now()) {
+            self.changed(point, change, floor, happened);
+        }
+    }
+
+    fn act(&mut self, robot: RobotId, deed: Deed, floor: &mut Floor, happened: &mut Happened) {
+        let reader = &mut self.robots[robot.index()];
+        if let Some(read) = deed.read.filter(|read| *read > reader.read) {
+            reader.read = read.min(self.board.latest());
+            floor.changed(robot);
+        }
+        if let Some(point) = deed.work {
+            self.work(robot, point, floor, happened);
+        }
+    }
+
+    /// Whoever has stopped working has left, unless the point is over.
+    fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {
+        for rank in 0..self.robots.len() {
+            let robot = RobotId(rank as u16);
+            self.log.moved(robot, floor.speed_m_s(robot));
+            let worker = &mut self.robots[rank];
+            let (before, now) = (worker.worked, worker.works.take());
+            worker.worked = now;
+            if before != now {
+                floor.changed(robot);
+            }
+            let Some(left) = before.filter(|before| Some(*before) != now) else {
+                continue;
+            };
+            if let Some(kind) = self.points.open_kind(left) {
+                happened.tell("left", Some(robot)).subject = format!("p{left}");
+                if !self.constants.section.kinds[kind].kept && self.hands[usize::from(left)] == 0 {
+                    self.points.start_over(left);
+                }
+            }
+        }
+        for robot in &self.robots {
+            if let Some(point) = robot.worked {
+                self.hands[usize::from(point)] = 0;
+            }
+        }
+    }
+
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (Sensed, Validity) {
+        let state = &self.robots[robot.index()];
+        let (points, told) = match self.constants.section.known {
+            KnownTo::All => {
+                let reader = &self.constants.readers[robot.index()];
+                let news = self.board.news(reader, &self.points, state.read);
+                (news.facts, (news.upto > state.read).then_some(news.upto))
+            }
+            KnownTo::Sight => (self.in_sight(robot, floor), None),
+        };
+        let sensed = Sensed {
+            points: Some(points),
+            told,
+            effect: state.worked,
+        };
+        (sensed, Validity::UntilChange)
+    }
+
+    /// Whoever takes its place has read nothing.
+    fn lose(&mut self, robot: RobotId, floor: &mut Floor, _: &mut Happened) {
+        self.robots[robot.index()].read = 0;
+        floor.changed(robot);
+    }
+
+    /// A point arrives now, at the nearest place where a robot can stand.
+    fn change(
+        &mut self,
+        fault: &MissionFault,
+        floor: &mut Floor,
+    ) -> Option<Result<String, ChangeError>> {
+        // Checked when it was ordered: only what has a default may be left out.
+        let number = |key| fault.get(key).unwrap_or(0.0);
+        let section = &self.constants.section;
+        let kind = number("kind") as usize;
+        let refused = |why: String| Some(Err(ChangeError::Mission(why)));
+        if kind >= section.kinds.len() {
+            return refused(format!("there are {} kinds of work", section.kinds.len()));
+        }
+        if self.points.len() >= section.most_points() {
+            return refused(match section.tasks {
+                TasksAre::Points => {
+                    "no task is left for it: service.spare is how many there are".to_owned()
+                }
+                TasksAre::Kinds => format!("there are {} points", self.points.len()),
+            });
+        }
+        let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
+        let Some(at) = free_place(near, floor) else {
+            return refused("no place is left where a robot could stand".to_owned());
+        };
+        // The first points are drawn for nobody.
+        let mut rng: ChaCha8Rng = robot_stream(
+            self.constants.seed,
+            Purpose::Mission,
+            RobotId(self.points.len() as u16),
+        );
+        let spec = PointSpec::drawn(&section.kinds, kind, at, floor.now(), &mut rng);
+        let point = self.points.add(spec);
+        self.hands.push(0);
+        Some(Ok(format!("p{point} {} {}", at.x, at.y)))
+    }
+
+    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+        match device {
+            "points" => {
+                to.points.clone_from(&from.points);
+                to.told = from.told;
+            }
+            "effect" => to.effect = from.effect,
+            _ => {}
+        }
+    }
+
+    /// What is written on a board is no length.
+    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+        if device != "points" || self.constants.section.known == KnownTo::All {
+            return;
+        }
+        if let Some(points) = &mut sensed.points {
+            for fact in points.iter_mut() {
+                fact.at.x += error_m();
+                fact.at.y += error_m();
+            }
+            points.sort_by(|a, b| a.at.length_squared().total_cmp(&b.at.length_squared()));
+        }
+    }
+
+    fn end(&self, _: SimTime) -> Option<Outcome> {
+        self.points.is_over().then_some(Outcome::Complete)
+    }
+
+    fn is_due(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
+        match self.constants.section.tasks {
+            TasksAre::Points => self.points.open_kind(task.0).is_some(),
+            TasksAre::Kinds => self.points.open_of_kind(task.index()) > 0,
+        }
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        self.points.write_row(row);
+    }
+
+    fn figures(&self, figures: &mut TeamFigures) {
+        self.points.write_figures(figures);
+        self.log.write_figures(figures);
+    }
+
+    fn show(&self, _: &Floor, view: &mut View) {
+        let section = &self.constants.section;
+        self.points.show(section, view);
+        if section.known == KnownTo::Sight {
+            log::show_sensed(view);
+        }
+    }
+
+    fn holds(&self, _: &Floor) -> Result<(), String> {
+        self.points.holds()?;
+        match self.hands.iter().position(|hands| *hands != 0) {
+            None => Ok(()),
+            Some(point) => Err(format!("somebody is at work on p{point} between steps")),
+        }
+    }
+}
