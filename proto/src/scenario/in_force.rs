@@ -88,7 +88,7 @@ impl Setup {
     fn named_teammates(&self) -> BTreeSet<&str> {
         let robots = self.scenario.robots.iter();
         let robots: BTreeSet<&str> = robots.map(|robot| robot.name.as_str()).collect();
-        if lists_all(&self.scenario) {
+        if lists_all(&self.scenario, &self.catalog) {
             return robots;
         }
         let sets = self

@@ -82,7 +82,7 @@ pub(super) fn check(
     }
 
     let mut used = vec![false; layers.len()];
-    let teammates = Toward::of(scenario, &layers);
+    let teammates = Toward::of(scenario, catalog, &layers);
     let mut robots = BTreeMap::new();
     for (rank, robot) in scenario.robots.iter().enumerate() {
         let mut sets = BTreeMap::new();
@@ -176,17 +176,22 @@ fn nearly<'a>(
 struct Toward<'a>(BTreeSet<&'a str>);
 
 /// Whether each robot has values of its own toward each of the others.
-pub(super) fn lists_all(scenario: &Scenario) -> bool {
-    scenario.robots.len() <= Toward::MOST_LISTED
+pub(super) fn lists_all(scenario: &Scenario, catalog: &Catalog) -> bool {
+    let robots = &scenario.robots;
+    let sets = || robots.iter().map(|robot| catalog.behaviors_of(robot).count());
+    robots.len() <= Toward::MOST_LISTED
+        && robots.len() * sets().sum::<usize>() <= Toward::MOST_VALUES
 }
 
 impl<'a> Toward<'a> {
-    /// Most robots that list each other: 1 MB of JSON.
+    /// Most robots that list each other, if they have a few sets each: 1 MB of JSON.
     const MOST_LISTED: usize = 100;
+    /// Most values that a team lists, whose sets may be many.
+    const MOST_VALUES: usize = 100_000;
 
-    fn of(scenario: &'a Scenario, statements: &'a [Statement]) -> Self {
+    fn of(scenario: &'a Scenario, catalog: &Catalog, statements: &'a [Statement]) -> Self {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
-        if lists_all(scenario) {
+        if lists_all(scenario, catalog) {
             return Self(names().collect());
         }
         let known: BTreeSet<&str> = names().collect();

@@ -35,10 +35,20 @@ pub const SERVICE: Mission = Mission::new(
     &Service,
 );
 
-const SCENARIOS: [BuiltinScenario; 1] = [BuiltinScenario {
-    name: "l-alliance-abstract",
-    text: include_str!("../scenarios/l-alliance-abstract.toml"),
-}];
+const SCENARIOS: [BuiltinScenario; 3] = [
+    BuiltinScenario {
+        name: "l-alliance-abstract",
+        text: include_str!("../scenarios/l-alliance-abstract.toml"),
+    },
+    BuiltinScenario {
+        name: "janitorial",
+        text: include_str!("../scenarios/janitorial.toml"),
+    },
+    BuiltinScenario {
+        name: "space-greedy",
+        text: include_str!("../scenarios/space-greedy.toml"),
+    },
+];
 
 #[derive(Debug)]
 struct Service;
