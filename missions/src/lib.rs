@@ -3,6 +3,7 @@
 //! - [`Registry`]: the missions and allocators that a program knows. [`testkit`]: what every mission must keep.
 //! - [`waste`]: the hazardous waste clean-up. [`service`]: points of work.
 
+mod districts;
 mod registry;
 pub mod service;
 pub mod testkit;

@@ -178,7 +178,11 @@ struct Toward<'a>(BTreeSet<&'a str>);
 /// Whether each robot has values of its own toward each of the others.
 pub(super) fn lists_all(scenario: &Scenario, catalog: &Catalog) -> bool {
     let robots = &scenario.robots;
-    let sets = || robots.iter().map(|robot| catalog.behaviors_of(robot).count());
+    let sets = || {
+        robots
+            .iter()
+            .map(|robot| catalog.behaviors_of(robot).count())
+    };
     robots.len() <= Toward::MOST_LISTED
         && robots.len() * sets().sum::<usize>() <= Toward::MOST_VALUES
 }

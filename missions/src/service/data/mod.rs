@@ -1,6 +1,7 @@
 //! Service in files: `[service]` of a scenario, its tasks, its words.
 
 mod check;
+mod family;
 mod faults;
 mod parameters;
 mod points;
@@ -60,6 +61,14 @@ impl MissionData for Service {
 
     fn scenarios(&self) -> &'static [BuiltinScenario] {
         &SCENARIOS
+    }
+
+    fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
+        Some(family::family(robots, size))
+    }
+
+    fn size_word(&self) -> Option<&'static str> {
+        Some("points")
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {

@@ -11,7 +11,8 @@
 //! - Teams of more than 20 robots have radios of such a range that each hears about 20.
 
 use super::{Spill, Spot, WasteSection, default_scenario};
-use alliance_proto::scenario::{Radio, Robot, Scenario, Start};
+use crate::districts::{Districts, Share, nearest, range_to_hear};
+use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
 
 /// Most robots and spills of a district: those of the default mission.
 const ROBOTS: usize = 3;
@@ -37,12 +38,12 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
         ),
         ..default_scenario()
     };
-    scenario.room.width_m *= plan.columns as f32;
-    scenario.room.height_m *= plan.rows as f32;
+    scenario.room.width_m *= plan.0.columns as f32;
+    scenario.room.height_m *= plan.0.rows as f32;
     let one = WasteSection::default();
     let items = one.spills[0].items as usize;
 
-    let mut deposits = (0..plan.districts())
+    let mut deposits = (0..plan.0.count())
         .map(|district| plan.spot(district, one.deposit.x_fraction, one.deposit.y_fraction));
     if let Some(first) = deposits.next() {
         WasteSection::of_mut(&mut scenario).deposit.x_fraction = first.x_fraction;
@@ -50,6 +51,7 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     }
     WasteSection::of_mut(&mut scenario).further_deposits = deposits.collect();
     WasteSection::of_mut(&mut scenario).spills = plan
+        .0
         .deal(spills)
         .enumerate()
         .map(|(index, (district, share))| {
@@ -62,8 +64,9 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
             }
         })
         .collect();
-    WasteSection::of_mut(&mut scenario).border_known = plan.districts() > SEARCHED;
+    WasteSection::of_mut(&mut scenario).border_known = plan.0.count() > SEARCHED;
     scenario.robots = plan
+        .0
         .deal(robots)
         .enumerate()
         .map(|(index, (district, share))| plan.robot(index, district, share))
@@ -72,10 +75,9 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
         assign(&mut scenario);
     }
     if robots > HEARD {
-        let area = f64::from(scenario.room.width_m) * f64::from(scenario.room.height_m);
-        let range_m = (area * HEARD as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
+        let Room { width_m, height_m } = scenario.room;
         scenario.radio = Radio {
-            range_m: Some(range_m.ceil() as f32),
+            range_m: Some(range_to_hear(HEARD, robots, width_m, height_m)),
         };
     }
     // As much time for each item as in the default mission.
@@ -85,63 +87,20 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     scenario
 }
 
-/// Districts side by side.
-struct Plan {
-    columns: usize,
-    rows: usize,
-}
-
-/// One of those that share a district.
-struct Share {
-    index: usize,
-    of: usize,
-}
-
-impl Share {
-    /// How high it is when all are evenly spread, the first on top, as a fraction; `margin` is the room above and below, in
-    /// distances between two.
-    fn height(&self, margin: f32) -> f32 {
-        1.0 - (self.index as f32 + margin) / (self.of as f32 - 1.0 + 2.0 * margin)
-    }
-}
+struct Plan(Districts);
 
 impl Plan {
     fn new(robots: usize, spills: usize) -> Self {
         let least = robots.div_ceil(ROBOTS).max(spills.div_ceil(SPILLS));
-        let mut columns = least.isqrt();
-        if columns * columns < least {
-            columns += 1;
-        }
-        Self {
-            columns,
-            rows: least.div_ceil(columns),
-        }
-    }
-
-    fn districts(&self) -> usize {
-        self.columns * self.rows
-    }
-
-    /// So many things, dealt to the districts: of each its district, and which of those there it is.
-    fn deal(&self, count: usize) -> impl Iterator<Item = (usize, Share)> + use<> {
-        let districts = self.districts();
-        let first = move |district: usize| (district * count).div_ceil(districts);
-        (0..count).map(move |each| {
-            let district = each * districts / count;
-            let share = Share {
-                index: each - first(district),
-                of: first(district + 1) - first(district),
-            };
-            (district, share)
-        })
+        Self(Districts::new(least))
     }
 
     /// A place that is given as fractions of a district, as fractions of the room.
     fn spot(&self, district: usize, x: f32, y: f32) -> Spot {
-        let (column, row) = (district % self.columns, district / self.columns);
+        let (column, row) = self.0.place(district);
         Spot {
-            x_fraction: (column as f32 + x) / self.columns as f32,
-            y_fraction: (row as f32 + y) / self.rows as f32,
+            x_fraction: (column as f32 + x) / self.0.columns as f32,
+            y_fraction: (row as f32 + y) / self.0.rows as f32,
         }
     }
 
@@ -149,7 +108,7 @@ impl Plan {
     fn robot(&self, index: usize, district: usize, share: Share) -> Robot {
         let default = default_scenario();
         let (room, site) = (default.room, WasteSection::of(&default).report_site);
-        let (column, row) = (district % self.columns, district / self.columns);
+        let (column, row) = self.0.place(district);
         let middle = (row as f32 + 0.5) * room.height_m;
         Robot {
             name: format!("r{}", index + 1),
@@ -206,22 +165,6 @@ fn assign(scenario: &mut Scenario) {
             robot.tasks.push("report-progress".to_owned());
         }
     }
-}
-
-/// The places that are nearest to one, at most so many, nearest first; of two that are equally near, the first.
-fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec<usize> {
-    let mut nearest: Vec<(f32, usize)> = Vec::with_capacity(most + 1);
-    for (index, place) in places.iter().enumerate() {
-        let (x, y) = (place.0 - to.0, place.1 - to.1);
-        let squared = x * x + y * y;
-        if nearest.len() == most && nearest[most - 1].0 <= squared {
-            continue;
-        }
-        let before = nearest.partition_point(|known| known.0 <= squared);
-        nearest.insert(before, (squared, index));
-        nearest.truncate(most);
-    }
-    nearest.into_iter().map(|(_, index)| index).collect()
 }
 
 #[cfg(test)]
@@ -287,8 +230,8 @@ mod tests {
         for (robots, spills) in [(10, 7), (100, 67), (50, 100), (9, 1)] {
             let plan = Plan::new(robots, spills);
             for (count, most) in [(robots, ROBOTS), (spills, SPILLS)] {
-                let mut there = vec![0; plan.districts()];
-                for (district, share) in plan.deal(count) {
+                let mut there = vec![0; plan.0.count()];
+                for (district, share) in plan.0.deal(count) {
                     assert_eq!(share.index, there[district]);
                     assert!(share.of <= most && share.index < share.of);
                     there[district] += 1;

@@ -1,0 +1,142 @@
+//! Service in any size: room, team and points grow together (`--robots N --points M`).
+//!
+//! A district of 12 × 9 m has three robots at its left end and two points of work at most; there are as many districts as that
+//! takes. Each point is the task of the three robots that start nearest to it, and each robot has the two points nearest to it: so a robot
+//! that dies has others to take its work over. Teams of more than 20 robots have radios of such a range that each hears about 20.
+
+use alliance_proto::mission::section::MissionSection;
+use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
+
+use super::{Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};
+use crate::districts::{Districts, nearest, range_to_hear};
+
+/// Most robots and points of a district.
+const ROBOTS: usize = 3;
+const POINTS: usize = 2;
+/// How many robots have a task, and how many points a robot has.
+const ROBOTS_PER_TASK: usize = 3;
+const POINTS_PER_ROBOT: usize = 2;
+/// About so many robots hear each other.
+const HEARD: usize = 20;
+/// Where the points of a district are, of its width; robots are at its left end.
+const POINTS_AT: f32 = 0.6;
+/// How far the robots' starts are from the left end of their district, and from each other, m.
+const STARTS_AT_M: f32 = 0.5;
+const STARTS_APART_M: f32 = 1.0;
+
+/// Service with so many robots and points, 1 to 10,000 of each.
+pub(super) fn family(robots: usize, points: usize) -> Scenario {
+    let districts = Districts::new(robots.div_ceil(ROBOTS).max(points.div_ceil(POINTS)));
+    let one = Room::default();
+    let room = Room {
+        width_m: one.width_m * districts.columns as f32,
+        height_m: one.height_m * districts.rows as f32,
+    };
+    let corner = |district: usize| {
+        let (column, row) = districts.place(district);
+        (column as f32 * one.width_m, row as f32 * one.height_m)
+    };
+    let points: Vec<Point> = districts
+        .deal(points)
+        .map(|(district, share)| {
+            let (x_m, y_m) = corner(district);
+            Point {
+                kind: KIND.to_owned(),
+                x_m: x_m + POINTS_AT * one.width_m,
+                y_m: y_m + share.height(1.0) * one.height_m,
+                arrival_s: 0.0,
+                work_s: None,
+            }
+        })
+        .collect();
+    let mut team: Vec<Robot> = districts
+        .deal(robots)
+        .enumerate()
+        .map(|(index, (district, share))| {
+            let (x_m, y_m) = corner(district);
+            let above_middle = (share.height(0.5) - 0.5) * share.of as f32 * STARTS_APART_M;
+            Robot {
+                name: format!("r{}", index + 1),
+                start: Some(Start {
+                    x_m: x_m + STARTS_AT_M,
+                    y_m: y_m + one.height_m / 2.0 + above_middle,
+                    heading_deg: 0.0,
+                }),
+                ..Robot::default()
+            }
+        })
+        .collect();
+    if robots > ROBOTS_PER_TASK {
+        assign(&mut team, &points);
+    }
+    // As much time for each point as for two by three robots.
+    let load = points.len() as f64 / robots as f64;
+    Scenario {
+        description: format!(
+            "{robots} robots, {} points of work: room, team and work grow together.",
+            points.len()
+        ),
+        name: SERVICE.name().to_owned(),
+        limit_s: 600.0 * load.ceil(),
+        room,
+        radio: Radio {
+            range_m: (robots > HEARD)
+                .then(|| range_to_hear(HEARD, robots, room.width_m, room.height_m)),
+        },
+        robots: team,
+        mission: MissionSection::new(SERVICE, section(points)),
+        ..Scenario::default()
+    }
+}
+
+/// Name of the only kind.
+const KIND: &str = "work";
+
+fn section(points: Vec<Point>) -> ServiceSection {
+    ServiceSection {
+        tasks: TasksAre::Points,
+        known: KnownTo::All,
+        reach_m: 0.3,
+        sight_m: 3.0,
+        spare: 0,
+        duration_s: None,
+        uncovered: false,
+        kinds: vec![Kind {
+            name: KIND.to_owned(),
+            work_s: Between {
+                min: 6.0,
+                max: 60.0,
+            },
+            workers: 1,
+            kept: true,
+            deadline_s: None,
+            period_s: None,
+        }],
+        points,
+        random: Vec::new(),
+    }
+}
+
+/// Gives each robot its tasks.
+fn assign(team: &mut [Robot], points: &[Point]) {
+    let at = |robot: &Robot| {
+        let start = robot.start;
+        start.map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
+    };
+    let robots: Vec<(f32, f32)> = team.iter().map(at).collect();
+    let places: Vec<(f32, f32)> = points.iter().map(|point| (point.x_m, point.y_m)).collect();
+    let own = robots
+        .iter()
+        .map(|&robot| nearest(&places, robot, POINTS_PER_ROBOT));
+    let mut own: Vec<Vec<usize>> = own.collect();
+    for (point, &place) in places.iter().enumerate() {
+        for robot in nearest(&robots, place, ROBOTS_PER_TASK) {
+            own[robot].push(point);
+        }
+    }
+    for (robot, mut own) in team.iter_mut().zip(own) {
+        own.sort_unstable();
+        own.dedup();
+        robot.tasks = own.iter().map(|point| format!("serve(p{point})")).collect();
+    }
+}
