@@ -4,17 +4,16 @@ use std::process::ExitCode;
 
 use alliance_proto::scenario::Vocabulary;
 use alliance_proto::tell;
+use clap::Parser;
 use clap::error::ErrorKind;
-use clap::{Command, Parser};
+use world_server::size::with_size_words;
 
-/// What the arguments say. For `--size` go the words of the missions, too.
+/// What the arguments say. Beside `--size` there are the words of the missions.
 ///
 /// # Errors
 /// The exit status, when everything has been said that there is to say.
 pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
-    let missions = vocabulary.missions.iter();
-    let words: Vec<&str> = missions.filter_map(|mission| mission.size_word()).collect();
-    let matches = with_size_words(C::command(), &words).try_get_matches();
+    let matches = with_size_words(C::command(), vocabulary).try_get_matches();
     let parsed = matches.and_then(|mut matches| C::from_arg_matches_mut(&mut matches));
     parsed.map_err(|error| match error.kind() {
         // Whoever gave no argument at all wants to know what there is.
@@ -26,16 +25,6 @@ pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
             ExitCode::from(2)
         }
     })
-}
-
-fn with_size_words(command: Command, words: &[&'static str]) -> Command {
-    let is_sized = command.get_arguments().any(|it| it.get_id() == "size");
-    let command = if is_sized {
-        command.mut_arg("size", |size| size.visible_aliases(words))
-    } else {
-        command
-    };
-    command.mut_subcommands(|part| with_size_words(part, words))
 }
 
 /// What clap says without the usage, which is for whoever asks for help.

@@ -8,7 +8,7 @@ use alliance_proto::{tell, terminal};
 use clap::Args;
 
 use missions::Registry;
-use world_server::args::SizeArgs;
+use world_server::size::SizeArgs;
 
 /// List the built-in scenarios, or print one.
 #[derive(Args, Clone, Debug)]

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use alliance_proto::log::RunFile;
+use alliance_proto::scenario::Scenario;
 use missions::Registry;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -54,9 +55,18 @@ fn check_in(lab: &Lab, arguments: &[&str]) -> RunFile {
 
 #[test]
 fn every_scenario() {
-    for builtin in Registry::built_in().vocabulary().builtins() {
+    let vocabulary = Registry::built_in().vocabulary();
+    for builtin in vocabulary.builtins() {
+        let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary).unwrap();
+        // A large team has met everything long before its end.
+        let limit = if scenario.robots.len() > 10 {
+            30.0
+        } else {
+            scenario.limit_s
+        };
         for seed in 1..=amount(10, 2) {
-            check(&[builtin.name, "--seed", &seed.to_string()]);
+            let (seed, limit) = (seed.to_string(), limit.to_string());
+            check(&[builtin.name, "--seed", &seed, "--limit", &limit]);
         }
     }
 }

@@ -53,7 +53,18 @@ fn arguments() {
         ),
         (
             &["run", "thesis-trapped-robot", "--spills", "5"],
-            &["'thesis-trapped-robot' has its own", "'waste-cleanup' only"],
+            &[
+                "'thesis-trapped-robot' has its own",
+                "'waste-cleanup' and 'service' only",
+            ],
+        ),
+        (
+            &["run", "service", "--spills", "5"],
+            &["--spills: 'service' goes by --points"],
+        ),
+        (
+            &["run", "--spills", "5", "--points", "5"],
+            &["'--spills <M>' cannot be used with '--points <M>'"],
         ),
         (
             &["run", "--speed", "fast"],

@@ -79,6 +79,7 @@ pub fn compare(
 struct Robot<'a> {
     alliance: &'a Alliance,
     sets: &'a BTreeMap<String, BehaviorParams>,
+    teammates: Vec<&'a str>,
     /// Starts of its lives, ms.
     lives: Vec<i64>,
     /// What it heard, in the order of hearing: by time, sender's rank, incarnation and number.
@@ -133,6 +134,12 @@ impl<'a> Robot<'a> {
         Self {
             alliance,
             sets: &alliance.robots[name].sets,
+            teammates: alliance
+                .robots
+                .keys()
+                .map(String::as_str)
+                .filter(|it| *it != name)
+                .collect(),
             lives: events
                 .iter()
                 .filter(joined)
@@ -274,8 +281,9 @@ impl<'a> Robot<'a> {
     /// Eq. 2.4, with "= 0" (ALLIANCE.md §2).
     fn impatience(&self, params: &BehaviorParams, now: i64) -> f64 {
         let mut slowest = None;
-        for (teammate, &slow) in &params.slow_impatience {
-            let phi = span(params.willing_to_affect_s[teammate]);
+        for teammate in &self.teammates {
+            let slow = params.slow_toward(teammate);
+            let phi = span(params.phi_toward(teammate));
             let words = self.words(params, teammate);
             let speaks = self.received_lately(words, now - span(params.ceased_after_s), now);
             let is_new = !self.received_since_origin(words, now - phi, now);
@@ -289,7 +297,7 @@ impl<'a> Robot<'a> {
     /// Eq. 2.5: whether the factor is 0.
     fn is_reset(&self, params: &BehaviorParams, now: i64) -> bool {
         let before = now - ms(self.alliance.step_ms);
-        params.slow_impatience.keys().any(|teammate| {
+        self.teammates.iter().any(|teammate| {
             let words = self.words(params, teammate);
             let just_now = |word: &Word| before < word.at && word.at <= now && self.counts(word);
             words.iter().any(just_now) && !self.received_since_origin(words, before, now)
@@ -300,7 +308,7 @@ impl<'a> Robot<'a> {
     fn acquiesces(&self, params: &BehaviorParams, active_since: i64, now: i64) -> bool {
         let active_for = now - active_since;
         let from = now - span(params.ceased_after_s);
-        let wanted = params.slow_impatience.keys().any(|teammate| {
+        let wanted = self.teammates.iter().any(|teammate| {
             let words = after_release(self.words(params, teammate));
             words.iter().any(|word| word.at > from)
         });

@@ -11,7 +11,7 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::keys::is_name;
 use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{
-    MAX_ROBOTS, ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, text_of,
+    ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, text_of,
 };
 use alliance_proto::session::LOG_FILTER;
 use alliance_proto::tell;
@@ -24,6 +24,7 @@ use crate::gateway;
 use crate::mission::{MissionWorld, Worlds};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
+use crate::size::SizeArgs;
 
 /// What a program that reads scenarios knows beforehand.
 #[derive(Clone, Debug)]
@@ -33,11 +34,6 @@ pub struct Known {
     /// The worlds of their missions.
     pub worlds: Worlds,
 }
-
-/// Robots of a mission whose size alone is asked for.
-const DEFAULT_ROBOTS: usize = 3;
-/// Most that there is to do in a mission of any size.
-const MAX_SIZE: usize = 10_000;
 
 /// What is run.
 #[derive(Args, Clone, Debug)]
@@ -66,17 +62,6 @@ pub struct MissionArgs {
     /// End the run after this much simulated time, in seconds [default: the scenario's]
     #[arg(long, value_name = "SIM-SECONDS", value_parser = positive, allow_negative_numbers = true)]
     pub limit: Option<f64>,
-}
-
-/// How large a mission is made.
-#[derive(Args, Clone, Copy, Debug, Default)]
-pub struct SizeArgs {
-    /// The mission with so many robots, in a room that grows with them [default: 3]
-    #[arg(long, value_name = "N", value_parser = count::<MAX_ROBOTS>, allow_negative_numbers = true)]
-    pub robots: Option<usize>,
-    /// The mission with so much to do [default: two for every three robots]
-    #[arg(long, value_name = "M", value_parser = count::<MAX_SIZE>, allow_negative_numbers = true)]
-    pub size: Option<usize>,
 }
 
 /// How it is run. Nothing of this changes a byte of the run.
@@ -167,54 +152,6 @@ impl MissionArgs {
             );
         }
         Ok(resolved.setup)
-    }
-}
-
-impl SizeArgs {
-    /// The default scenario of a mission in that size, the first known mission's if none is asked for; `None` if no size is asked for.
-    ///
-    /// # Errors
-    /// One line, when another scenario is asked for, or the mission comes in one size.
-    pub fn scenario(
-        &self,
-        asked: Option<&str>,
-        vocabulary: &Vocabulary,
-    ) -> anyhow::Result<Option<Scenario>> {
-        let Self { robots, size } = *self;
-        if robots.is_none() && size.is_none() {
-            return Ok(None);
-        }
-        let mut missions = vocabulary.missions.iter();
-        let mission = match asked {
-            Some(asked) => missions.find(|mission| mission.scenario_name() == asked),
-            None => missions.next(),
-        };
-        let robots = robots.unwrap_or(DEFAULT_ROBOTS);
-        let size = size.unwrap_or((2 * robots).div_ceil(3));
-        let sized = mission.and_then(|mission| mission.family(robots, size));
-        if sized.is_none() {
-            let of_any_size = vocabulary.missions.iter();
-            let of_any_size = of_any_size.filter(|mission| mission.family(1, 1).is_some());
-            let names: Vec<&str> = of_any_size.map(|mission| mission.scenario_name()).collect();
-            bail!(
-                "--robots and --size: '{}' has its own; they go with '{}' only",
-                asked.unwrap_or_default(),
-                names.join("', '")
-            );
-        }
-        Ok(sized)
-    }
-
-    /// As they are given to a process.
-    #[must_use]
-    pub fn arguments(&self) -> Vec<String> {
-        let given = [("robots", self.robots), ("size", self.size)];
-        let given = given
-            .into_iter()
-            .filter_map(|(name, count)| Some((name, count?)));
-        given
-            .map(|(name, count)| format!("--{name}={count}"))
-            .collect()
     }
 }
 
@@ -482,13 +419,6 @@ fn log_level() -> impl TypedValueParser<Value = LogLevel> {
             .find(|level| level.as_str() == asked)
             .expect("one of the possible values")
     })
-}
-
-fn count<const MOST: usize>(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count) if (1..=MOST).contains(&count) => Ok(count),
-        _ => Err(format!("use a whole number from 1 to {MOST}")),
-    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -8,7 +8,7 @@
 //! - [`simulation`]: world and barrier together, a run tick by tick.
 //! - [`recorder`]: the run's log and hash.
 //!
-//! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`latest`] leads to it, [`args`] is its
+//! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`latest`] leads to it, [`args`] and [`size`] are its
 //! command line. [`gateway`] is another process, where operators come in.
 
 // They panic where nothing can be written; `alliance_proto::terminal` does not.
@@ -30,4 +30,5 @@ pub mod recorder;
 pub mod router;
 pub mod server;
 pub mod simulation;
+pub mod size;
 pub mod world;

@@ -14,7 +14,8 @@ use std::process::ExitCode;
 use alliance_proto::scenario::{Setup, StepOrder};
 use alliance_proto::{tell, terminal};
 use clap::Args;
-use world_server::args::{Known, MissionArgs, SizeArgs};
+use world_server::args::{Known, MissionArgs};
+use world_server::size::SizeArgs;
 
 use forecast::{Forecast, forecasts};
 use warnings::{Warning, warnings};
@@ -83,7 +84,7 @@ impl CheckCommand {
     fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
         let mission = MissionArgs {
             scenario: self.scenario.clone(),
-            size: self.size,
+            size: self.size.clone(),
             seed: 1,
             params: self.params.clone(),
             profile: None,
