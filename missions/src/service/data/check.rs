@@ -41,8 +41,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         return Err(Problem::at(at, what, "give points, random or spare"));
     }
     if all > MAX_POINTS {
-        let what = format!("{all} points in all");
-        let remedy = format!("give at most {MAX_POINTS}");
+        let what = format!("more than {MAX_POINTS} points in all");
+        let remedy = "give fewer points, random and spare";
         return Err(Problem::at(at, what, remedy));
     }
     if section.uncovered {

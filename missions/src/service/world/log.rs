@@ -13,8 +13,12 @@ use crate::service::bus::Sensed;
 #[derive(Clone, Debug)]
 pub(super) struct Log {
     step_s: f64,
+    /// When the last point was done.
+    makespan: Option<SimTime>,
     /// From the arrival of each point that was done until then, ms.
     responses_ms: Vec<u64>,
+    /// From the arrivals of points until somebody began with them, and how many these were, ms.
+    waits_ms: (u64, u64),
     /// Steps in which a robot worked where others were enough.
     wasted_steps: u64,
     /// By rank.
@@ -32,7 +36,9 @@ impl Log {
     pub fn new(robots: usize, step_s: f64) -> Self {
         Self {
             step_s,
+            makespan: None,
             responses_ms: Vec::new(),
+            waits_ms: (0, 0),
             wasted_steps: 0,
             robots: vec![Worker::default(); robots],
         }
@@ -60,10 +66,17 @@ impl Log {
         event.detail = detail;
         if change == Change::Done {
             self.responses_ms.push(response.0);
+            self.makespan = Some(now);
         }
         if let Some(robot) = robot {
             self.robots[robot.index()].done += 1;
         }
+    }
+
+    /// Work on a point of which nothing was done begins so long after its arrival.
+    pub fn waited(&mut self, wait: SimTime) {
+        self.waits_ms.0 += wait.0;
+        self.waits_ms.1 += 1;
     }
 
     /// A robot has worked for a step.
@@ -91,6 +104,12 @@ impl Log {
         let p95 = count
             .checked_sub(1)
             .map(|_| responses[(count * 95).div_ceil(100) - 1]);
+        let (waited_ms, waits) = self.waits_ms;
+        mission.add("makespan_ms", self.makespan.map(|last| last.0));
+        mission.add(
+            "wait.mean_ms",
+            (waits > 0).then_some(waited_ms as f64 / waits as f64),
+        );
         mission.add("response.mean_ms", (count > 0).then_some(mean));
         mission.add("response.p95_ms", p95);
         mission.add("wasted_robot_s", self.wasted_steps as f64 * self.step_s);

@@ -147,6 +147,10 @@ impl Service {
             happened.tell("begun", Some(robot)).subject = format!("p{point}");
         }
         self.log.work_step(robot);
+        if self.points.is_untouched(point) {
+            let (_, arrived) = self.points.work_and_arrival(point);
+            self.log.waited(floor.now().since(arrived));
+        }
         let quarters = self.points.quarters_left(point);
         let is_done = self.points.take_off(point, skill * constants.step_s);
         if is_done {

@@ -205,6 +205,12 @@ impl Points {
         self.open_of_kind[kind]
     }
 
+    /// Whether nothing of a point is done.
+    pub fn is_untouched(&self, point: u16) -> bool {
+        let point = &self.points[usize::from(point)];
+        point.left_s >= point.spec.work_s
+    }
+
     /// Quarters of the work of a point that are left, rounded up.
     pub fn quarters_left(&self, point: u16) -> u64 {
         self.points[usize::from(point)].quarters_left()

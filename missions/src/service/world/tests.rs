@@ -1,1 +1,438 @@
+//! What becomes of points, robots doing as they are told here.
 
+use alliance_proto::fault::{Fault, MissionFault};
+use alliance_proto::ids::RobotId;
+use alliance_proto::mission::{Bytes, Deed as AnyDeed, Sensed as AnySensed};
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::time::SimTime;
+use proptest::prelude::*;
+use world_server::mission::Value;
+use world_server::world::World;
+
+use super::super::bus::{Deed, Sensed};
+use super::super::data::POINT;
+use crate::Registry;
+
+const GOLD: RobotId = RobotId(0);
+const BLUE: RobotId = RobotId(1);
+
+/// Two robots within reach of everything: steps of 0.5 s.
+fn world(section: &str) -> World {
+    let skills = [("garbage", 1.0), ("dust", 0.5), ("floor", 0.0)];
+    let own: Vec<String> = skills
+        .into_iter()
+        .filter(|(kind, _)| section.contains(&format!("name = '{kind}'")))
+        .map(|(kind, skill)| format!("{kind} = {skill}"))
+        .collect();
+    let text = format!(
+        "step_ms = 500\n[service]\nreach_m = 1000\n{section}\n\
+         [[robots]]\nname = 'gold'\nskills = {{ {} }}\n[[robots]]\nname = 'blue'\n",
+        own.join(", ")
+    );
+    world_of(&text)
+}
+
+fn world_of(text: &str) -> World {
+    let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary())
+        .unwrap_or_else(|error| panic!("{error}"));
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    World::new(&setup, crate::service::PARTS.world)
+}
+
+fn kind(name: &str, work_s: f64, more: &str) -> String {
+    format!(
+        "[[service.kinds]]\nname = '{name}'\nwork_s = {{ min = {work_s}, max = {work_s} }}\n{more}\n"
+    )
+}
+
+fn point(kind: &str, arrival_s: f64) -> String {
+    format!("[[service.points]]\nkind = '{kind}'\nx_m = 6\ny_m = 4\narrival_s = {arrival_s}\n")
+}
+
+fn works(point: u16) -> Option<Actuation> {
+    does(Deed {
+        work: Some(point),
+        read: None,
+    })
+}
+
+fn does(deed: Deed) -> Option<Actuation> {
+    Some(Actuation {
+        deed: AnyDeed::Open(Bytes::encode(&deed).unwrap()),
+        ..Actuation::default()
+    })
+}
+
+/// A step in which gold and blue do that; the events as `12.5 done gold p0`.
+fn step(world: &mut World, commands: [Option<Actuation>; 2]) -> Vec<String> {
+    let now = world.now();
+    let events = world.step(&commands);
+    world.mission().holds(world).unwrap();
+    let text = |event: &world_server::recorder::Event| {
+        let robot = event
+            .robot
+            .map_or("-", |robot| ["gold", "blue"][robot.index()]);
+        format!(
+            "{} {} {robot} {}",
+            now.as_secs_f64(),
+            event.kind,
+            event.subject
+        )
+    };
+    events.iter().map(text).collect()
+}
+
+/// The events until that time.
+fn until(world: &mut World, end_s: f64, commands: [Option<Actuation>; 2]) -> Vec<String> {
+    let mut events = Vec::new();
+    while world.now() < SimTime::from_secs_f64(end_s) {
+        events.extend(step(world, commands));
+    }
+    events
+}
+
+fn row(world: &World) -> Vec<Value> {
+    let mut row = Vec::new();
+    world.mission().row(&mut row);
+    row
+}
+
+fn sensed(world: &World, robot: RobotId) -> Sensed {
+    match world.readings(robot).mission {
+        AnySensed::Open(bytes) => bytes.decode().unwrap(),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Work is taken off by skill: 3 s of dust take gold, of skill 0.5, 6 s, and blue, of skill 1, 3 s.
+#[test]
+fn work_takes_its_time_by_skill() {
+    let section = kind("dust", 3.0, "") + &point("dust", 1.0) + &point("dust", 1.0);
+    let mut world = world(&section);
+    assert_eq!(until(&mut world, 1.0, [works(0), works(1)]), [""; 0]);
+    assert_eq!(
+        until(&mut world, 20.0, [works(0), works(1)]),
+        [
+            "1 arrived - p0",
+            "1 arrived - p1",
+            "1 begun gold p0",
+            "1 begun blue p1",
+            "3.5 done blue p1",
+            "6.5 done gold p0",
+        ]
+    );
+    assert!(world.mission().end(world.now()).is_some());
+    assert_eq!(
+        row(&world),
+        [
+            Value::Count(0),
+            Value::Count(0),
+            Value::Count(2),
+            Value::Count(0),
+            Value::Real(0.0)
+        ]
+    );
+}
+
+#[test]
+fn nobody_works_without_the_skill_or_on_what_has_not_arrived() {
+    let section = kind("floor", 1.0, "")
+        + &kind("garbage", 1.0, "")
+        + &point("floor", 0.0)
+        + &point("garbage", 9.0);
+    let mut world = world(&section);
+    let events = until(&mut world, 2.0, [works(0), works(1)]);
+    assert_eq!(events, ["0 arrived - p0"]);
+    assert_eq!(until(&mut world, 3.0, [works(77), None]), [""; 0]);
+}
+
+#[test]
+fn nobody_works_beyond_reach() {
+    let start = "[[robots]]\nname = 'gold'\nstart = { x_m = 5.4, y_m = 4, heading_deg = 0 }\n";
+    let text = format!(
+        "step_ms = 500\n[service]\nreach_m = 0.5\n{}{}{start}",
+        kind("garbage", 1.0, ""),
+        point("garbage", 0.0)
+    );
+    let mut world = world_of(&text);
+    assert_eq!(step(&mut world, [works(0), None]), ["0 arrived - p0"]);
+    let near = Actuation {
+        speed_m_s: 0.5,
+        ..works(0).unwrap()
+    };
+    // 0.6 m away, and after a step 0.35 m.
+    assert_eq!(step(&mut world, [Some(near), None]), [""; 0]);
+    assert_eq!(step(&mut world, [works(0), None]), ["1 begun gold p0"]);
+}
+
+/// A second robot on a point for one takes nothing off, and the time that it wastes is told.
+#[test]
+fn no_more_than_the_workers_take_work_off() {
+    let section =
+        |workers| kind("garbage", 4.0, &format!("workers = {workers}")) + &point("garbage", 0.0);
+    let mut one = world(&section(1));
+    let events = until(&mut one, 10.0, [works(0), works(0)]);
+    assert_eq!(
+        events,
+        ["0 arrived - p0", "0 begun gold p0", "3.5 done gold p0"]
+    );
+    let mut figures = world_server::mission::TeamFigures::new(2);
+    one.mission().figures(&mut figures);
+    let told = |name: &str| figures.mission.get(name);
+    assert_eq!(told("wasted_robot_s"), Value::Real(3.5));
+    assert_eq!(told("makespan_ms"), Value::Count(3500));
+    assert_eq!(told("wait.mean_ms"), Value::Real(0.0));
+    assert_eq!(told("response.p95_ms"), Value::Count(3500));
+
+    let mut both = world(&section(2));
+    let events = until(&mut both, 10.0, [works(0), works(0)]);
+    assert_eq!(events[3], "1.5 done blue p0");
+}
+
+/// Work that is left stays done, or is lost, as the kind says.
+#[test]
+fn what_is_left_unfinished() {
+    let section = |kept| kind("garbage", 4.0, &format!("kept = {kept}")) + &point("garbage", 0.0);
+    for (kept, done) in [(true, "6 done blue p0"), (false, "8.5 done blue p0")] {
+        let mut world = world(&section(kept));
+        until(&mut world, 2.5, [works(0), None]);
+        let left = until(&mut world, 5.0, [None, None]);
+        assert_eq!(left, ["2.5 left gold p0"]);
+        let events = until(&mut world, 20.0, [None, works(0)]);
+        assert_eq!(events, ["5 begun blue p0", done], "kept = {kept}");
+    }
+}
+
+/// One who dies has left; the point is there for the next.
+#[test]
+fn a_robot_that_is_gone_has_left() {
+    let mut world = world(&(kind("garbage", 4.0, "") + &point("garbage", 0.0)));
+    until(&mut world, 1.0, [works(0), None]);
+    world.lose(GOLD);
+    assert_eq!(step(&mut world, [None, None]), ["1 left gold p0"]);
+    let events = until(&mut world, 20.0, [None, works(0)]);
+    assert_eq!(events, ["1.5 begun blue p0", "4 done blue p0"]);
+}
+
+#[test]
+fn points_expire() {
+    let deadline = "deadline_s = { min = 3, max = 3 }";
+    let section = kind("garbage", 4.0, deadline) + &point("garbage", 1.0) + &point("garbage", 2.0);
+    let mut world = world(&section);
+    let events = until(&mut world, 20.0, [None, works(1)]);
+    assert_eq!(
+        events,
+        [
+            "1 arrived - p0",
+            "2 arrived - p1",
+            "2 begun blue p1",
+            "4 expired - p0",
+            "5 expired - p1",
+        ]
+    );
+    assert!(world.mission().end(world.now()).is_some());
+    assert_eq!(row(&world)[3], Value::Count(2));
+}
+
+/// A point of a period comes back whether it was done or not, until `duration_s`; what is open then can still be done.
+#[test]
+fn points_come_back() {
+    let section = "duration_s = 11\n".to_owned()
+        + &kind("garbage", 1.0, "period_s = 5")
+        + &point("garbage", 0.0);
+    let mut world = world(&section);
+    let mut events = until(&mut world, 1.0, [works(0), None]);
+    events.extend(until(&mut world, 30.0, [None, None]));
+    assert_eq!(
+        events,
+        [
+            "0 arrived - p0",
+            "0 begun gold p0",
+            "0.5 done gold p0",
+            "5 arrived - p0",
+            "10 expired - p0",
+            "10 arrived - p0",
+        ]
+    );
+    assert!(world.mission().end(world.now()).is_none());
+    assert_eq!(step(&mut world, [works(0), None]), ["30 begun gold p0"]);
+    assert_eq!(step(&mut world, [works(0), None]), ["30.5 done gold p0"]);
+    assert!(world.mission().end(world.now()).is_some());
+}
+
+/// What was told is told again until the robot says that it has read it.
+#[test]
+fn the_board_is_read_in_pieces_and_told_again() {
+    let points: String = (0..10).map(|_| point("garbage", 0.0)).collect();
+    let mut world = world(&(kind("garbage", 4.0, "") + &points));
+    step(&mut world, [None, None]);
+    let numbers = |sensed: &Sensed| -> Vec<u16> {
+        let points = sensed.points.iter().flatten();
+        points.map(|fact| fact.point).collect()
+    };
+    let first = sensed(&world, GOLD);
+    assert_eq!(numbers(&first), [0, 1, 2, 3, 4, 5, 6]);
+    assert_eq!(first.told, Some(7));
+    // A step that did not count: nothing was read.
+    step(&mut world, [None, None]);
+    assert_eq!(sensed(&world, GOLD), first);
+    let reads = |told| {
+        does(Deed {
+            work: None,
+            read: told,
+        })
+    };
+    step(&mut world, [reads(first.told), None]);
+    let rest = sensed(&world, GOLD);
+    assert_eq!((numbers(&rest), rest.told), (vec![7, 8, 9], Some(10)));
+    step(&mut world, [reads(rest.told), None]);
+    assert_eq!(
+        (numbers(&sensed(&world, GOLD)), sensed(&world, GOLD).told),
+        (vec![], None)
+    );
+    // Blue has read nothing, and one in gold's place neither. Nobody has read what is not written yet.
+    assert_eq!(sensed(&world, BLUE), first);
+    world.lose(GOLD);
+    assert_eq!(sensed(&world, GOLD), first);
+    step(&mut world, [reads(Some(u32::MAX)), works(3)]);
+    assert_eq!(sensed(&world, GOLD).told, None);
+    // What is done comes to the end of the board.
+    until(&mut world, 10.0, [None, works(3)]);
+    let news = sensed(&world, GOLD);
+    let news = news.points.iter().flatten().next().unwrap();
+    assert_eq!((news.point, news.left_s), (3, 0.0));
+}
+
+/// A robot reads of points that it has a task for, and of no others.
+#[test]
+fn a_robot_is_told_of_its_own_tasks() {
+    let section = kind("garbage", 4.0, "")
+        + &kind("floor", 4.0, "")
+        + &point("garbage", 0.0)
+        + &point("floor", 0.0)
+        + &point("garbage", 0.0);
+    let mut world = world(&section);
+    step(&mut world, [None, None]);
+    let numbers = |robot| -> Vec<u16> {
+        let sensed = sensed(&world, robot);
+        sensed
+            .points
+            .iter()
+            .flatten()
+            .map(|fact| fact.point)
+            .collect()
+    };
+    assert_eq!(numbers(GOLD), [0, 2]);
+    assert_eq!(numbers(BLUE), [0, 1, 2]);
+}
+
+#[test]
+fn a_fault_adds_a_point_while_there_are_tasks_for_it() {
+    let mut world =
+        world(&("spare = 1\n".to_owned() + &kind("garbage", 4.0, "") + &point("garbage", 0.0)));
+    step(&mut world, [None, None]);
+    let burst = |kind: f64| {
+        let at = [("x_m", 3.0), ("y_m", 3.0), ("kind", kind)];
+        Fault::Mission(MissionFault::new(POINT, &at))
+    };
+    let refused = world.change(&burst(1.0)).unwrap().unwrap_err().to_string();
+    assert_eq!(refused, "there are 1 kinds of work");
+    assert_eq!(world.change(&burst(0.0)).unwrap().unwrap(), "p1 3 3");
+    assert_eq!(
+        step(&mut world, [None, works(1)]),
+        ["0.5 arrived - p1", "0.5 begun blue p1"]
+    );
+    let refused = world.change(&burst(0.0)).unwrap().unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "no task is left for it: service.spare is how many there are"
+    );
+    world.mission().holds(&world).unwrap();
+}
+
+/// The points that are seen are those within sight, the nearest first, in the robot's own frame.
+#[test]
+fn sight_is_limited_and_relative() {
+    let place =
+        |x_m, y_m| format!("[[service.points]]\nkind = 'garbage'\nx_m = {x_m}\ny_m = {y_m}\n");
+    let text = format!(
+        "[service]\nknown = 'sight'\nsight_m = 2\n{}{}{}{}\
+         [[robots]]\nname = 'gold'\nstart = {{ x_m = 5, y_m = 4, heading_deg = 90 }}\n\
+         [[robots]]\nname = 'blue'\nstart = {{ x_m = 1, y_m = 8, heading_deg = 0 }}\n",
+        kind("garbage", 4.0, ""),
+        place(5.0, 5.5),
+        place(4.0, 4.0),
+        place(5.0, 6.1),
+    );
+    let mut world = world_of(&text);
+    step(&mut world, [None, None]);
+    let seen = sensed(&world, GOLD).points.unwrap();
+    let places: Vec<(u16, [f32; 2])> = seen
+        .iter()
+        .map(|fact| (fact.point, fact.at.to_array()))
+        .collect();
+    // To the left and ahead of it.
+    assert_eq!(places.len(), 2);
+    let expected = [(1, [0.0, 1.0]), (0, [1.5, 0.0])];
+    for ((point, at), (number, place)) in places.iter().zip(expected) {
+        assert_eq!(*point, number);
+        assert!(
+            (at[0] - place[0]).abs() < 1e-5 && (at[1] - place[1]).abs() < 1e-5,
+            "{at:?}"
+        );
+    }
+    assert_eq!(sensed(&world, BLUE).points.unwrap().len(), 0);
+}
+
+/// What is told fits in a reading, whatever the numbers are.
+#[test]
+fn the_largest_reading_fits() {
+    let fact = super::super::bus::Fact {
+        point: u16::MAX,
+        kind: u8::MAX,
+        round: u16::MAX,
+        at: glam::Vec2::MAX,
+        left_s: f32::MAX,
+    };
+    let largest = Sensed {
+        points: Some([fact; super::super::bus::SENSED_MOST].into()),
+        told: Some(u32::MAX),
+        effect: Some(u16::MAX),
+    };
+    Bytes::<{ alliance_proto::mission::SENSED_MAX }>::encode(&largest).unwrap();
+    let most = Deed {
+        work: Some(u16::MAX),
+        read: Some(u32::MAX),
+    };
+    Bytes::<{ alliance_proto::mission::DEED_MAX }>::encode(&most).unwrap();
+}
+
+proptest! {
+    /// Whatever robots do, no point is lost: each is waiting, open or over, and what is counted is what the events told.
+    #[test]
+    fn all_points_are_accounted_for(
+        tasks in proptest::collection::vec((0..3_u16, 0..3_u16), 1..120),
+        period in proptest::bool::ANY,
+    ) {
+        let more = if period { "kept = false\nperiod_s = 7" } else { "deadline_s = { min = 2, max = 30 }" };
+        let section = "duration_s = 40\n".to_owned()
+            + &kind("garbage", 3.0, more)
+            + &kind("dust", 2.0, "workers = 2")
+            + &point("garbage", 0.0)
+            + &point("dust", 4.0);
+        let mut world = world(&section);
+        let mut events = Vec::new();
+        for (gold, blue) in tasks {
+            events.extend(step(&mut world, [works(gold), works(blue)]));
+        }
+        let count = |kind: &str| events.iter().filter(|event| event.contains(kind)).count() as u64;
+        let row = row(&world);
+        let [Value::Count(open), _, Value::Count(done), Value::Count(expired), _] = row[..] else {
+            panic!("{row:?}");
+        };
+        prop_assert_eq!(done, count(" done "));
+        prop_assert_eq!(expired, count(" expired "));
+        prop_assert_eq!(count(" arrived "), open + done + expired);
+    }
+}
