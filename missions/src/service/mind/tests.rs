@@ -1,1 +1,186 @@
+//! What a robot knows of the points, and how far it has come with one.
 
+use alliance_proto::ids::TaskId;
+use alliance_proto::mission::LORE_MAX;
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use proptest::prelude::*;
+
+use super::briefing::Briefing;
+use super::memory::Memory;
+use super::trial::Trial;
+use crate::Registry;
+use crate::service::bus::{Fact, Known, TOLD_MOST, Told};
+
+/// Two kinds of work for points in a room of 12 × 9 m: garbage is kept, dust is not.
+fn briefing(section: &str) -> Briefing {
+    let text = format!(
+        "[service]\n{section}\n\
+         [[service.kinds]]\nname = 'garbage'\nwork_s = {{ min = 1, max = 60 }}\n\
+         [[service.kinds]]\nname = 'dust'\nwork_s = {{ min = 1, max = 60 }}\nkept = false\n\
+         [[service.random]]\nn = 40\n"
+    );
+    let scenario = Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary())
+        .unwrap_or_else(|error| panic!("{error}"));
+    Briefing::of(&Setup::resolve(scenario, 1, None).unwrap().setup)
+}
+
+fn memory() -> Memory {
+    Memory::new((0..40).map(TaskId), vec![1.0, 0.5])
+}
+
+fn fact(point: u16, round: u16, left_s: f32) -> Fact {
+    Fact {
+        point,
+        kind: (point % 2) as u8,
+        round,
+        at: Vec2::new(f32::from(point % 12), 3.0),
+        left_s,
+    }
+}
+
+fn known(fact: Fact, sensed_s: f64) -> Known {
+    Known {
+        fact,
+        sensed: SimTime::from_secs_f64(sensed_s),
+    }
+}
+
+/// A point's life as it is: rounds go up, and the work that is left in each goes down.
+fn history() -> impl Strategy<Value = Vec<Known>> {
+    proptest::collection::vec((0..2_u16, proptest::bool::ANY, 0.0..30.0_f32), 1..20).prop_map(
+        |steps| {
+            let (mut round, mut left_s) = (0, 60.0_f32);
+            let life = (1..).zip(steps).map(|(second, (back, is_over, work_s))| {
+                if back == 1 {
+                    (round, left_s) = (round + 1, 60.0);
+                } else if left_s > 0.0 {
+                    left_s = if is_over {
+                        0.0
+                    } else {
+                        (left_s - work_s).max(0.5)
+                    };
+                }
+                known(fact(4, round, left_s), f64::from(second))
+            });
+            life.collect()
+        },
+    )
+}
+
+proptest! {
+    /// Facts come late, doubled and in any order: in the end the newest is known, and the task is there as long as there is work.
+    #[test]
+    fn the_newest_fact_holds(life in history(), order in proptest::collection::vec(0..20_usize, 0..40)) {
+        let briefing = briefing("");
+        let mut memory = memory();
+        for index in order {
+            memory.learn(&briefing, life[index % life.len()]);
+        }
+        let newest = life[life.len() - 1];
+        memory.learn(&briefing, newest);
+        for late in &life {
+            memory.learn(&briefing, *late);
+        }
+        prop_assert_eq!(memory.fact(4), Some(&newest.fact));
+        let applicable: Vec<bool> = memory.applicable().collect();
+        let expected: Vec<bool> = (0..40).map(|task| task == 4 && newest.fact.left_s > 0.0).collect();
+        prop_assert_eq!(applicable, expected);
+    }
+
+    /// Whatever is told fits in a heartbeat, and within a minute everything has been told.
+    #[test]
+    fn what_is_told_fits(points in proptest::collection::btree_set(0..40_u16, 1..40)) {
+        let briefing = briefing("known = 'sight'");
+        let mut memory = memory();
+        for point in &points {
+            memory.learn(&briefing, known(fact(*point, u16::MAX, f32::MAX), 1e6));
+        }
+        let mut told = std::collections::BTreeSet::new();
+        for second in 0..60 {
+            let heartbeat: Told = memory.tell(&briefing, SimTime(1000 * second));
+            prop_assert!(heartbeat.len() <= TOLD_MOST);
+            let bytes = alliance_proto::codec::encode(&heartbeat).unwrap();
+            prop_assert!(bytes.len() <= LORE_MAX, "{} bytes", bytes.len());
+            told.extend(heartbeat.iter().map(|known| known.fact.point));
+        }
+        prop_assert_eq!(told, points);
+    }
+}
+
+/// What anybody may say is looked at before it is believed.
+#[test]
+fn impossible_facts_are_not_possible() {
+    let briefing = briefing("");
+    let sound = fact(39, 0, 1.0);
+    assert!(briefing.is_possible(&sound));
+    let wrong = [
+        Fact { point: 40, ..sound },
+        Fact { kind: 2, ..sound },
+        Fact {
+            at: Vec2::NAN,
+            ..sound
+        },
+        Fact {
+            at: Vec2::INFINITY,
+            ..sound
+        },
+        Fact {
+            left_s: f32::NAN,
+            ..sound
+        },
+        Fact {
+            left_s: -1.0,
+            ..sound
+        },
+        Fact {
+            left_s: f32::INFINITY,
+            ..sound
+        },
+    ];
+    for fact in wrong {
+        assert!(!briefing.is_possible(&fact), "{fact:?}");
+    }
+}
+
+/// Of the open points of a kind the nearest one that the robot can serve.
+#[test]
+fn the_nearest_open_point_of_a_kind() {
+    let briefing = briefing("tasks = 'kinds'");
+    let mut memory = Memory::new([TaskId(0), TaskId(1)].into_iter(), vec![1.0, 0.0]);
+    for point in [2, 4, 8] {
+        memory.learn(&briefing, known(fact(point, 0, 5.0), 1.0));
+    }
+    memory.learn(&briefing, known(fact(3, 0, 5.0), 1.0));
+    let nearest = |memory: &Memory, kind, x| {
+        memory
+            .nearest(kind, Vec2::new(x, 3.0))
+            .map(|fact| fact.point)
+    };
+    assert_eq!(nearest(&memory, 0, 5.0), Some(4));
+    assert_eq!(nearest(&memory, 1, 5.0), None, "it has no skill for dust");
+    assert_eq!(memory.applicable().collect::<Vec<_>>(), [true, false]);
+    memory.learn(&briefing, known(fact(4, 0, 0.0), 2.0));
+    assert_eq!(nearest(&memory, 0, 5.0), Some(2), "p4 is done");
+    memory.learn(&briefing, known(fact(4, 1, 5.0), 3.0));
+    assert_eq!(nearest(&memory, 0, 5.0), Some(4), "p4 has come back");
+}
+
+/// 8 s in steps of 0.5 s: a quarter is done with each fourth step.
+#[test]
+fn each_quarter_is_progress() {
+    let mut trial = Trial::new(&fact(0, 0, 8.0));
+    let progress: Vec<u32> = (1..=16).filter(|_| trial.work(0.5)).collect();
+    assert_eq!(progress, [4, 8, 12, 16]);
+    assert!(trial.is_at_its_end());
+    assert!(trial.left_s() > 0.0, "whether it is over, the point says");
+
+    let mut trial = Trial::new(&fact(0, 0, 8.0));
+    (1..=14).for_each(|_| {
+        trial.work(0.5);
+    });
+    assert!(!trial.is_at_its_end());
+    trial.work(0.5);
+    assert!(trial.is_at_its_end(), "another step would end it");
+}
