@@ -1,4 +1,4 @@
-//! How large a mission is made: `--robots N --size M`, or for `--size` the mission's own word, such as `--spills M`.
+//! How large a mission is made: `--robots N --size M`, or for `--size` the word that the mission has for it.
 
 use alliance_proto::scenario::{MAX_ROBOTS, Scenario, Vocabulary};
 use anyhow::bail;
