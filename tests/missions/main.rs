@@ -40,6 +40,7 @@ mod recompute;
 mod refusals;
 mod repeatable;
 mod rooms;
+mod service;
 mod soak;
 mod steady;
 mod stopped;
