@@ -80,3 +80,26 @@ pub(crate) fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec
     }
     nearest.into_iter().map(|(_, index)| index).collect()
 }
+
+/// For each robot, in order, the places that are its own: so many that are nearest to it, and those to which it is one of so many nearest
+/// robots.
+pub fn nearest_both_ways(
+    robots: &[(f32, f32)],
+    places_per_robot: usize,
+    places: &[(f32, f32)],
+    robots_per_place: usize,
+) -> Vec<Vec<usize>> {
+    let own = robots.iter();
+    let own = own.map(|&robot| nearest(places, robot, places_per_robot));
+    let mut own: Vec<Vec<usize>> = own.collect();
+    for (index, &place) in places.iter().enumerate() {
+        for robot in nearest(robots, place, robots_per_place) {
+            own[robot].push(index);
+        }
+    }
+    for places in &mut own {
+        places.sort_unstable();
+        places.dedup();
+    }
+    own
+}

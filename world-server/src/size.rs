@@ -67,8 +67,8 @@ impl SizeArgs {
             (None, None) => missions.next(),
         };
         let robots = self.robots.unwrap_or(DEFAULT_ROBOTS);
-        let least = (2 * robots).div_ceil(3);
-        let size = self.work.0.as_ref().map_or(least, |(_, size)| *size);
+        let default = (2 * robots).div_ceil(3);
+        let size = self.work.0.as_ref().map_or(default, |(_, size)| *size);
         let Some((mission, sized)) =
             mission.and_then(|mission| Some((mission, mission.family(robots, size)?)))
         else {

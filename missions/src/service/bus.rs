@@ -11,6 +11,9 @@ pub const SENSED_MOST: usize = 7;
 /// Most points that a heartbeat tells of.
 pub const TOLD_MOST: usize = 20;
 
+/// Of an open point at least so much is left, s: none is left of one that is over.
+pub const LEAST_LEFT_S: f32 = 0.001;
+
 /// What there is to know of a point at some time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fact {

@@ -124,7 +124,7 @@ pub(crate) fn nearest<'a>(
 /// What to write instead of `wrong`: the nearest of the known names if one is near, and all of them if they are few.
 #[must_use]
 pub fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    const FEW: usize = 20;
+    const FEW: usize = 30;
     let known: Vec<&str> = known.into_iter().collect();
     let list = match known.len() {
         0 => "there are none".to_owned(),

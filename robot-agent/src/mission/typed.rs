@@ -98,7 +98,7 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
     );
 
     /// See [`AgentMission::choices`]. As it stands here, a unit of each task is worth the same, costs what
-    /// [`seconds`](TypedMind::seconds) says, and is never due again.
+    /// [`seconds`](TypedMind::seconds) says, and is due since [`round`](TypedMind::round).
     fn choices(
         &self,
         moment: &TypedMoment<'_, Self>,
@@ -109,7 +109,7 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
             choices.push(Choice {
                 behavior: own.id,
                 task: own.task,
-                round: SimTime::ZERO,
+                round: self.round(moment, own.task),
                 applicable,
                 cost_s: self.seconds(self.position(moment.position), &[], own.task),
                 reward: 1.0,
@@ -117,6 +117,12 @@ pub trait TypedMind: Clone + Debug + Send + 'static {
                 max_robots: own.max_robots,
             });
         }
+    }
+
+    /// See [`Choice::round`]. Where it is not said, a task is never due again.
+    fn round(&self, moment: &TypedMoment<'_, Self>, task: TaskId) -> SimTime {
+        let _ = (moment, task);
+        SimTime::ZERO
     }
 
     /// See [`AgentMission::act`]. What is returned is the deed; bulletins are made by [`bulletin`].

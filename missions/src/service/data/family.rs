@@ -8,7 +8,7 @@ use alliance_proto::mission::section::MissionSection;
 use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
 
 use super::{Between, Kind, KnownTo, Point, SERVICE, ServiceSection, TasksAre};
-use crate::districts::{Districts, nearest, range_to_hear};
+use crate::districts::{Districts, nearest_both_ways, range_to_hear};
 
 /// Most robots and points of a district.
 const ROBOTS: usize = 3;
@@ -125,18 +125,8 @@ fn assign(team: &mut [Robot], points: &[Point]) {
     };
     let robots: Vec<(f32, f32)> = team.iter().map(at).collect();
     let places: Vec<(f32, f32)> = points.iter().map(|point| (point.x_m, point.y_m)).collect();
-    let own = robots
-        .iter()
-        .map(|&robot| nearest(&places, robot, POINTS_PER_ROBOT));
-    let mut own: Vec<Vec<usize>> = own.collect();
-    for (point, &place) in places.iter().enumerate() {
-        for robot in nearest(&robots, place, ROBOTS_PER_TASK) {
-            own[robot].push(point);
-        }
-    }
-    for (robot, mut own) in team.iter_mut().zip(own) {
-        own.sort_unstable();
-        own.dedup();
+    let own = nearest_both_ways(&robots, POINTS_PER_ROBOT, &places, ROBOTS_PER_TASK);
+    for (robot, own) in team.iter_mut().zip(own) {
         robot.tasks = own.iter().map(|point| format!("serve(p{point})")).collect();
     }
 }

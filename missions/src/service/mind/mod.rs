@@ -1,13 +1,13 @@
 //! What a robot of service knows and does: it goes to a point of its task and works there.
 //!
-//! - `briefing`: what it knows beforehand. `memory`: what is known of the points. `wander`: how it looks round. `trial`: how far it has come
+//! - `briefing`: what it knows beforehand. `memory`: what is known of the points. `wander`: how it looks round. `progress`: how far it has come
 //!   with what it does.
 
 mod briefing;
 mod memory;
+mod progress;
 #[cfg(test)]
 mod tests;
-mod trial;
 mod wander;
 
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
-use robot_agent::allocator::{Choice, OwnBehavior};
+use robot_agent::allocator::OwnBehavior;
 use robot_agent::body::Driver;
 use robot_agent::mission::{
     Action, AgentMission, Heard, MissionMind, Perception, SharedMission, Typed, TypedMind,
@@ -27,7 +27,7 @@ use super::bus::{Deed, Fact, Known, Sensed, Told};
 use super::data::{self, KnownTo, SERVICE, TasksAre};
 use briefing::Briefing;
 use memory::{Memory, is_open};
-use trial::Trial;
+use progress::Progress;
 use wander::Wander;
 
 /// Known points whose absence is noticed in a step, where there is no board.
@@ -47,7 +47,7 @@ struct Team(Arc<Briefing>);
 
 impl SharedMission for Team {
     fn mind(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        let mind = Server::new(robot, setup, &self.0);
+        let mind = ServiceMind::new(robot, setup, &self.0);
         Box::new(Typed::new(mind, robot, setup))
     }
 
@@ -89,13 +89,13 @@ impl SharedMission for Team {
 
 /// One robot's mind for service.
 #[derive(Clone, Debug)]
-struct Server {
+struct ServiceMind {
     briefing: Arc<Briefing>,
     memory: Memory,
     driver: Driver,
     /// Where there is no board.
     wander: Option<Wander>,
-    trial: Option<Trial>,
+    progress: Option<Progress>,
     /// The point of a kind that it has chosen.
     target: Option<u16>,
     /// The point from which the search for what is missing goes on.
@@ -103,7 +103,7 @@ struct Server {
     now: SimTime,
 }
 
-impl Server {
+impl ServiceMind {
     fn new(robot: RobotId, setup: &Setup, briefing: &Arc<Briefing>) -> Self {
         let own = OwnBehavior::all_of(robot, setup);
         let skills = briefing.skills(robot, setup);
@@ -112,7 +112,7 @@ impl Server {
             memory: Memory::new(own.iter().map(|own| own.task), skills),
             driver: Driver::of(robot, setup),
             wander: looks_round.then(|| Wander::new(setup.seed, robot)),
-            trial: None,
+            progress: None,
             target: None,
             looked_for: 0,
             now: SimTime::ZERO,
@@ -174,9 +174,9 @@ impl Server {
     /// Notes how its work goes on: each quarter of a point is progress, or each point where the task is a kind.
     fn note_work(&mut self, moment: &TypedMoment<'_, Self>, perception: &mut Perception) {
         let effect = moment.sensed.effect;
-        if let (Some(trial), None) = (&self.trial, effect)
-            && trial.is_at_its_end()
-            && let Some(&fact) = self.memory.fact(trial.point)
+        if let (Some(progress), None) = (&self.progress, effect)
+            && progress.is_at_its_end()
+            && let Some(&fact) = self.memory.fact(progress.point)
         {
             // Nothing more can be taken off.
             self.learn(
@@ -188,16 +188,17 @@ impl Server {
             );
         }
         let Some(fact) = effect.and_then(|point| self.memory.fact(point)).copied() else {
-            self.trial = None;
+            self.progress = None;
             return;
         };
-        let is_same = |trial: &Trial| trial.point == fact.point && trial.round == fact.round;
-        let mut trial = self
-            .trial
+        let is_same =
+            |progress: &Progress| progress.point == fact.point && progress.round == fact.round;
+        let mut progress = self
+            .progress
             .take()
             .filter(is_same)
-            .unwrap_or_else(|| Trial::new(&fact));
-        let quarters = trial.work(self.memory.skill(&fact) * self.briefing.step_s);
+            .unwrap_or_else(|| Progress::new(&fact));
+        let quarters = progress.work(self.memory.skill(&fact) * self.briefing.step_s);
         let is_over = !is_open(&fact);
         let has_progressed = match self.briefing.tasks {
             TasksAre::Points => quarters || is_over,
@@ -207,12 +208,12 @@ impl Server {
             perception.progressed.push(self.briefing.task(&fact));
         }
         if !is_over && self.briefing.kinds[usize::from(fact.kind)].kept {
-            self.memory.work_left(fact.point, trial.left_s());
+            self.memory.work_left(fact.point, progress.left_s());
             if quarters {
                 self.memory.is_news(fact.point);
             }
         }
-        self.trial = (!is_over).then_some(trial);
+        self.progress = (!is_over).then_some(progress);
     }
 
     /// The point of a task that it goes to.
@@ -251,7 +252,7 @@ impl Server {
     }
 }
 
-impl TypedMind for Server {
+impl TypedMind for ServiceMind {
     type Sensed = Sensed;
     type Deed = Deed;
     type Lore = Told;
@@ -279,28 +280,11 @@ impl TypedMind for Server {
         perception.applicable.extend(applicable);
     }
 
-    fn choices(
-        &self,
-        moment: &TypedMoment<'_, Self>,
-        applicable: &[bool],
-        choices: &mut Vec<Choice>,
-    ) {
-        for (own, &applicable) in moment.own.iter().zip(applicable) {
-            let fact = moment
-                .position
-                .and_then(|from| self.point_of(own.task, from));
-            let came_back = fact.map_or(SimTime::ZERO, |fact| self.came_back(fact));
-            choices.push(Choice {
-                behavior: own.id,
-                task: own.task,
-                round: came_back.min(moment.now),
-                applicable,
-                cost_s: self.seconds(moment.position, &[], own.task),
-                reward: 1.0,
-                priority: own.priority,
-                max_robots: own.max_robots,
-            });
-        }
+    fn round(&self, moment: &TypedMoment<'_, Self>, task: TaskId) -> SimTime {
+        let from = moment.position;
+        let fact = from.and_then(|from| self.point_of(task, from));
+        fact.map_or(SimTime::ZERO, |fact| self.came_back(fact))
+            .min(moment.now)
     }
 
     /// It drives on until its work has an effect: that it is within reach it only believes.
@@ -348,7 +332,7 @@ impl TypedMind for Server {
     }
 }
 
-impl Server {
+impl ServiceMind {
     /// Since when at the earliest a point is in its round, where each point is a task: all robots take the same time for it.
     fn came_back(&self, fact: &Fact) -> SimTime {
         let period = self.briefing.kinds[usize::from(fact.kind)].period;

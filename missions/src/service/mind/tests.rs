@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 use super::briefing::Briefing;
 use super::memory::Memory;
-use super::trial::Trial;
+use super::progress::Progress;
 use crate::Registry;
 use crate::service::bus::{Fact, Known, TOLD_MOST, Told};
 
@@ -170,17 +170,20 @@ fn the_nearest_open_point_of_a_kind() {
 /// 8 s in steps of 0.5 s: a quarter is done with each fourth step.
 #[test]
 fn each_quarter_is_progress() {
-    let mut trial = Trial::new(&fact(0, 0, 8.0));
-    let progress: Vec<u32> = (1..=16).filter(|_| trial.work(0.5)).collect();
-    assert_eq!(progress, [4, 8, 12, 16]);
-    assert!(trial.is_at_its_end());
-    assert!(trial.left_s() > 0.0, "whether it is over, the point says");
+    let mut progress = Progress::new(&fact(0, 0, 8.0));
+    let quarters: Vec<u32> = (1..=16).filter(|_| progress.work(0.5)).collect();
+    assert_eq!(quarters, [4, 8, 12, 16]);
+    assert!(progress.is_at_its_end());
+    assert!(
+        progress.left_s() > 0.0,
+        "whether it is over, the point says"
+    );
 
-    let mut trial = Trial::new(&fact(0, 0, 8.0));
+    let mut progress = Progress::new(&fact(0, 0, 8.0));
     (1..=14).for_each(|_| {
-        trial.work(0.5);
+        progress.work(0.5);
     });
-    assert!(!trial.is_at_its_end());
-    trial.work(0.5);
-    assert!(trial.is_at_its_end(), "another step would end it");
+    assert!(!progress.is_at_its_end());
+    progress.work(0.5);
+    assert!(progress.is_at_its_end(), "another step would end it");
 }

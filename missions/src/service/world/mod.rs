@@ -42,7 +42,7 @@ pub struct Service {
     robots: Vec<Robot>,
     /// How many robots have worked on each point in this step; all 0 between steps.
     #[serde(skip)]
-    hands: Vec<u32>,
+    workers_on: Vec<u32>,
     #[serde(skip)]
     log: Log,
 }
@@ -112,11 +112,12 @@ impl Service {
 
     /// Whoever can know of a point may sense something else from now on.
     fn announce(&mut self, point: u16, floor: &Floor) {
-        self.board.write(point);
         match self.constants.section.known {
-            KnownTo::All => (0..floor.robot_count() as u16)
-                .map(RobotId)
-                .for_each(|robot| floor.changed(robot)),
+            KnownTo::All => {
+                self.board.write(point);
+                let robots = (0..floor.robot_count() as u16).map(RobotId);
+                robots.for_each(|robot| floor.changed(robot));
+            }
             KnownTo::Sight => {
                 floor.changed_near(self.points.at(point), self.constants.section.sight_m);
             }
@@ -135,12 +136,12 @@ impl Service {
         if distance > constants.section.reach_m || skill <= 0.0 {
             return;
         }
-        let hands = &mut self.hands[usize::from(point)];
-        if *hands >= spec.workers {
+        let workers = &mut self.workers_on[usize::from(point)];
+        if *workers >= spec.workers {
             self.log.waste_step();
             return;
         }
-        *hands += 1;
+        *workers += 1;
         let worker = &mut self.robots[robot.index()];
         worker.works = Some(point);
         if worker.worked != Some(point) {
@@ -198,7 +199,7 @@ impl TypedMission for Service {
         let points = Points::new(&constants.section, specs, floor.size());
         Self {
             robots: vec![Robot::default(); floor.robot_count()],
-            hands: vec![0; points.len()],
+            workers_on: vec![0; points.len()],
             board: Board::default(),
             log: Log::new(floor.robot_count(), constants.step_s),
             points,
@@ -240,14 +241,16 @@ impl TypedMission for Service {
             };
             if let Some(kind) = self.points.open_kind(left) {
                 happened.tell("left", Some(robot)).subject = format!("p{left}");
-                if !self.constants.section.kinds[kind].kept && self.hands[usize::from(left)] == 0 {
+                if !self.constants.section.kinds[kind].kept
+                    && self.workers_on[usize::from(left)] == 0
+                {
                     self.points.start_over(left);
                 }
             }
         }
         for robot in &self.robots {
             if let Some(point) = robot.worked {
-                self.hands[usize::from(point)] = 0;
+                self.workers_on[usize::from(point)] = 0;
             }
         }
     }
@@ -310,7 +313,7 @@ impl TypedMission for Service {
         );
         let spec = PointSpec::drawn(&section.kinds, kind, at, floor.now(), &mut rng);
         let point = self.points.add(spec);
-        self.hands.push(0);
+        self.workers_on.push(0);
         Some(Ok(format!("p{point} {} {}", at.x, at.y)))
     }
 
@@ -369,7 +372,7 @@ impl TypedMission for Service {
 
     fn holds(&self, _: &Floor) -> Result<(), String> {
         self.points.holds()?;
-        match self.hands.iter().position(|hands| *hands != 0) {
+        match self.workers_on.iter().position(|workers| *workers != 0) {
             None => Ok(()),
             Some(point) => Err(format!("somebody is at work on p{point} between steps")),
         }

@@ -11,11 +11,9 @@ use world_server::mission::{TeamFigures, Value};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::service::bus::{Fact, SENSED_MOST};
+use crate::service::bus::{Fact, LEAST_LEFT_S, SENSED_MOST};
 use crate::service::data::{PointSpec, ServiceSection};
 
-/// Of an open point, at least so much is told to be left, s: none is left of one that is over.
-const LEAST_LEFT_S: f32 = 0.001;
 /// Radius of a point as it is shown, m.
 const SHOWN_M: f32 = 0.15;
 

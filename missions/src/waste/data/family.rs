@@ -11,7 +11,7 @@
 //! - Teams of more than 20 robots have radios of such a range that each hears about 20.
 
 use super::{Spill, Spot, WasteSection, default_scenario};
-use crate::districts::{Districts, Share, nearest, range_to_hear};
+use crate::districts::{Districts, Share, nearest, nearest_both_ways, range_to_hear};
 use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
 
 /// Most robots and spills of a district: those of the default mission.
@@ -31,31 +31,41 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     if (robots, spills) == (ROBOTS, SPILLS) {
         return default_scenario();
     }
-    let plan = Plan::new(robots, spills);
+    let districts = districts(robots, spills);
     let mut scenario = Scenario {
         description: format!(
             "{robots} robots, {spills} spills: room, team and work grow together."
         ),
         ..default_scenario()
     };
-    scenario.room.width_m *= plan.0.columns as f32;
-    scenario.room.height_m *= plan.0.rows as f32;
+    scenario.room.width_m *= districts.columns as f32;
+    scenario.room.height_m *= districts.rows as f32;
     let one = WasteSection::default();
     let items = one.spills[0].items as usize;
 
-    let mut deposits = (0..plan.0.count())
-        .map(|district| plan.spot(district, one.deposit.x_fraction, one.deposit.y_fraction));
+    let mut deposits = (0..districts.count()).map(|district| {
+        spot(
+            &districts,
+            district,
+            one.deposit.x_fraction,
+            one.deposit.y_fraction,
+        )
+    });
     if let Some(first) = deposits.next() {
         WasteSection::of_mut(&mut scenario).deposit.x_fraction = first.x_fraction;
         WasteSection::of_mut(&mut scenario).deposit.y_fraction = first.y_fraction;
     }
     WasteSection::of_mut(&mut scenario).further_deposits = deposits.collect();
-    WasteSection::of_mut(&mut scenario).spills = plan
-        .0
+    WasteSection::of_mut(&mut scenario).spills = districts
         .deal(spills)
         .enumerate()
         .map(|(index, (district, share))| {
-            let spot = plan.spot(district, one.spills[0].x_fraction, share.height(1.0));
+            let spot = spot(
+                &districts,
+                district,
+                one.spills[0].x_fraction,
+                share.height(1.0),
+            );
             Spill {
                 name: format!("s{}", index + 1),
                 x_fraction: spot.x_fraction,
@@ -64,12 +74,11 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
             }
         })
         .collect();
-    WasteSection::of_mut(&mut scenario).border_known = plan.0.count() > SEARCHED;
-    scenario.robots = plan
-        .0
+    WasteSection::of_mut(&mut scenario).border_known = districts.count() > SEARCHED;
+    scenario.robots = districts
         .deal(robots)
         .enumerate()
-        .map(|(index, (district, share))| plan.robot(index, district, share))
+        .map(|(index, (district, share))| robot(&districts, index, district, share))
         .collect();
     if robots > ROBOTS_PER_TASK {
         assign(&mut scenario);
@@ -87,39 +96,35 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     scenario
 }
 
-struct Plan(Districts);
+/// As many as robots and spills take.
+fn districts(robots: usize, spills: usize) -> Districts {
+    Districts::new(robots.div_ceil(ROBOTS).max(spills.div_ceil(SPILLS)))
+}
 
-impl Plan {
-    fn new(robots: usize, spills: usize) -> Self {
-        let least = robots.div_ceil(ROBOTS).max(spills.div_ceil(SPILLS));
-        Self(Districts::new(least))
+/// A place that is given as fractions of a district, as fractions of the room.
+fn spot(districts: &Districts, district: usize, x: f32, y: f32) -> Spot {
+    let (column, row) = districts.place(district);
+    Spot {
+        x_fraction: (column as f32 + x) / districts.columns as f32,
+        y_fraction: (row as f32 + y) / districts.rows as f32,
     }
+}
 
-    /// A place that is given as fractions of a district, as fractions of the room.
-    fn spot(&self, district: usize, x: f32, y: f32) -> Spot {
-        let (column, row) = self.0.place(district);
-        Spot {
-            x_fraction: (column as f32 + x) / self.0.columns as f32,
-            y_fraction: (row as f32 + y) / self.0.rows as f32,
-        }
-    }
-
-    /// At the left end of its district, beside the others.
-    fn robot(&self, index: usize, district: usize, share: Share) -> Robot {
-        let default = default_scenario();
-        let (room, site) = (default.room, WasteSection::of(&default).report_site);
-        let (column, row) = self.0.place(district);
-        let middle = (row as f32 + 0.5) * room.height_m;
-        Robot {
-            name: format!("r{}", index + 1),
-            side_sensor: share.index == 0,
-            start: Some(Start {
-                x_m: column as f32 * room.width_m + site.width_m / 2.0,
-                y_m: middle + (share.height(0.5) - 0.5) * site.height_m,
-                heading_deg: 180.0,
-            }),
-            ..Robot::default()
-        }
+/// A robot at the left end of its district, beside the others.
+fn robot(districts: &Districts, index: usize, district: usize, share: Share) -> Robot {
+    let default = default_scenario();
+    let (room, site) = (default.room, WasteSection::of(&default).report_site);
+    let (column, row) = districts.place(district);
+    let middle = (row as f32 + 0.5) * room.height_m;
+    Robot {
+        name: format!("r{}", index + 1),
+        side_sensor: share.index == 0,
+        start: Some(Start {
+            x_m: column as f32 * room.width_m + site.width_m / 2.0,
+            y_m: middle + (share.height(0.5) - 0.5) * site.height_m,
+            heading_deg: 180.0,
+        }),
+        ..Robot::default()
     }
 }
 
@@ -138,24 +143,14 @@ fn assign(scenario: &mut Scenario) {
         .collect();
     let site = (0.0, scenario.room.height_m / 2.0);
 
-    let mut spills_of: Vec<Vec<usize>> = robots
-        .iter()
-        .map(|&robot| nearest(&spills, robot, SPILLS_PER_ROBOT))
-        .collect();
-    for (spill, &place) in spills.iter().enumerate() {
-        for robot in nearest(&robots, place, ROBOTS_PER_TASK) {
-            spills_of[robot].push(spill);
-        }
-    }
+    let spills_of = nearest_both_ways(&robots, SPILLS_PER_ROBOT, &spills, ROBOTS_PER_TASK);
     let reporters = nearest(&robots, site, ROBOTS_PER_TASK);
     let names: Vec<String> = WasteSection::of(scenario)
         .spills
         .iter()
         .map(|spill| format!("move-spill({})", spill.name))
         .collect();
-    for (index, (robot, mut spills)) in scenario.robots.iter_mut().zip(spills_of).enumerate() {
-        spills.sort_unstable();
-        spills.dedup();
+    for (index, (robot, spills)) in scenario.robots.iter_mut().zip(spills_of).enumerate() {
         robot.tasks = spills
             .into_iter()
             .map(|spill| names[spill].clone())
@@ -228,10 +223,10 @@ mod tests {
     #[test]
     fn a_district_has_no_more_than_the_default_room() {
         for (robots, spills) in [(10, 7), (100, 67), (50, 100), (9, 1)] {
-            let plan = Plan::new(robots, spills);
+            let districts = districts(robots, spills);
             for (count, most) in [(robots, ROBOTS), (spills, SPILLS)] {
-                let mut there = vec![0; plan.0.count()];
-                for (district, share) in plan.0.deal(count) {
+                let mut there = vec![0; districts.count()];
+                for (district, share) in districts.deal(count) {
                     assert_eq!(share.index, there[district]);
                     assert!(share.of <= most && share.index < share.of);
                     there[district] += 1;

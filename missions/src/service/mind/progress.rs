@@ -1,12 +1,9 @@
 //! How far a robot has come with a point, by its own reckoning.
 
-use crate::service::bus::Fact;
-
-/// Of an open point at least so much is left, s.
-const LEAST_LEFT_S: f32 = 0.001;
+use crate::service::bus::{Fact, LEAST_LEFT_S};
 
 #[derive(Clone, Debug)]
-pub(super) struct Trial {
+pub(super) struct Progress {
     pub point: u16,
     pub round: u16,
     /// Work left when it began, s of a robot of skill 1.
@@ -17,7 +14,7 @@ pub(super) struct Trial {
     step_s: f32,
 }
 
-impl Trial {
+impl Progress {
     pub fn new(fact: &Fact) -> Self {
         Self {
             point: fact.point,
