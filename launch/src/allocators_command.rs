@@ -2,10 +2,11 @@
 
 use std::process::ExitCode;
 
-use alliance_proto::scenario::AllocatorSpec;
+use alliance_proto::scenario::{AllocatorSpec, instead};
 use alliance_proto::{tell, terminal};
 use clap::Args;
 use missions::Registry;
+use study::table;
 
 use crate::parameters::blocks;
 
@@ -22,18 +23,15 @@ impl AllocatorsCommand {
     pub fn run(&self) -> ExitCode {
         let specs = Registry::of_this_program().vocabulary().allocators;
         let Some(name) = &self.name else {
-            let lines = specs
-                .iter()
-                .map(|spec| format!("{:<12} {}\n", spec.name, spec.about));
-            return say(lines.collect::<String>());
+            let listed = specs.iter().map(|spec| (spec.name, spec.about));
+            return say(table::list(listed));
         };
         if let Some(spec) = specs.iter().find(|spec| spec.name == name) {
             return say(description(spec));
         }
-        let names: Vec<&str> = specs.iter().map(|spec| spec.name).collect();
         tell!(
-            "alliance allocators: there is no allocator '{name}'; there are {}",
-            names.join(", ")
+            "alliance allocators: there is no allocator '{name}'; {}",
+            instead(name, specs.iter().map(|spec| spec.name))
         );
         ExitCode::from(2)
     }

@@ -34,7 +34,8 @@ fn one_line(text: &str) -> String {
         .lines()
         .map(str::trim)
         .take_while(|said| !said.starts_with("Usage:") && !said.starts_with("For more information"))
-        .filter(|said| !said.is_empty());
+        // "-5" where no such option is: that it could be passed on after "--" helps nobody.
+        .filter(|said| !said.is_empty() && !said.starts_with("tip: to pass '-"));
     for said in said {
         if !line.is_empty() {
             line += if line.ends_with(':') { " " } else { "; " };
@@ -75,6 +76,7 @@ mod tests {
             &["--robto=blue"],
             "unexpected argument '--robto' found; tip: a similar argument exists: '--robot'",
         );
+        check(&["-5"], "unexpected argument '-5' found");
         check(
             &["--robot=blue", "--log=loud"],
             "invalid value 'loud' for '--log <log>'; [possible values: full, off]",

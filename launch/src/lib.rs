@@ -11,18 +11,21 @@
 use std::process::ExitCode;
 
 use alliance_proto::tell;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 pub use missions::Registry;
 use robot_agent::args::AgentArgs;
 use world_server::args::{Known, WorldArgs, log_to_stderr};
+use world_server::size::with_size_words;
 
 mod allocators_command;
 mod arguments;
 mod clock;
+mod completions_command;
 pub mod control;
 mod fault;
 mod limits;
 mod ls_command;
+mod man_command;
 mod missions_command;
 pub mod observer;
 pub mod page;
@@ -80,6 +83,10 @@ enum Part {
     Allocators(allocators_command::AllocatorsCommand),
     /// List the missions, or the parameters of one
     Missions(missions_command::MissionsCommand),
+    /// Print what a shell needs to complete the command line
+    Completions(completions_command::CompletionsCommand),
+    /// Write manual pages of the command and of each of its parts
+    Man(man_command::ManCommand),
 }
 
 /// What scenarios of this program may speak of, and which are built in.
@@ -89,6 +96,14 @@ pub fn known() -> Known {
         vocabulary: Registry::of_this_program().vocabulary(),
         worlds: Registry::of_this_program().worlds().clone(),
     }
+}
+
+/// The command as this program has it, with the words of its missions.
+fn whole() -> clap::Command {
+    with_size_words(
+        AllianceCli::command(),
+        &Registry::of_this_program().vocabulary(),
+    )
 }
 
 /// The whole command: reads the arguments of this process and does what they say. The registry says which allocators there are; every
@@ -127,5 +142,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Scenarios(command) => command.run(),
         Part::Allocators(command) => command.run(),
         Part::Missions(command) => command.run(),
+        Part::Completions(command) => command.run(whole()),
+        Part::Man(command) => command.run(whole()),
     }
 }

@@ -194,5 +194,7 @@ fn in_words(runs: &[Listed], folder: &Path) -> String {
             or_dash(run.hash.clone()),
         ]);
     }
-    format!("{table}\n")
+    table::keep_whole(&mut table, &[2, 5]);
+    table::spare(&mut table, 2);
+    table.trim_fmt() + "\n"
 }

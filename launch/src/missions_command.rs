@@ -3,9 +3,11 @@
 use std::process::ExitCode;
 
 use alliance_proto::mission::known::Mission;
+use alliance_proto::scenario::instead;
 use alliance_proto::{tell, terminal};
 use clap::Args;
 use missions::Registry;
+use study::table;
 
 use crate::parameters::blocks;
 
@@ -22,18 +24,17 @@ impl MissionsCommand {
     pub fn run(&self) -> ExitCode {
         let missions = Registry::of_this_program().vocabulary().missions;
         let Some(name) = &self.name else {
-            let lines = missions
-                .iter()
-                .map(|mission| format!("{:<12} {}\n", mission.name(), mission.about()));
-            return say(lines.collect::<String>());
+            let listed = missions.iter();
+            let listed = listed.map(|mission| (mission.name(), mission.about()));
+            return say(table::list(listed));
         };
         if let Some(mission) = missions.iter().find(|mission| mission.name() == name) {
             return say(description(*mission));
         }
-        let names: Vec<&str> = missions.iter().map(|mission| mission.name()).collect();
+        let names = missions.iter().map(|mission| mission.name());
         tell!(
-            "alliance missions: there is no mission '{name}'; there are {}",
-            names.join(", ")
+            "alliance missions: there is no mission '{name}'; {}",
+            instead(name, names)
         );
         ExitCode::from(2)
     }

@@ -3,11 +3,12 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
-use alliance_proto::scenario::{Scenario, Vocabulary};
+use alliance_proto::scenario::{Scenario, Vocabulary, instead};
 use alliance_proto::{tell, terminal};
 use clap::Args;
 
 use missions::Registry;
+use study::table;
 use world_server::size::SizeArgs;
 
 /// List the built-in scenarios, or print one.
@@ -39,23 +40,20 @@ impl ScenariosCommand {
 
     fn list_or_print(&self, vocabulary: &Vocabulary) -> ExitCode {
         let Some(name) = &self.name else {
-            let lines = vocabulary.builtins().map(|scenario| {
+            let listed = vocabulary.builtins().map(|scenario| {
                 let description = Scenario::parse(scenario.name, scenario.text, vocabulary)
                     .map_or_else(|error| error.to_string(), |parsed| parsed.description);
-                format!("{:<24} {description}\n", scenario.name)
+                (scenario.name, description)
             });
-            return say(lines.collect::<String>());
+            return say(table::list(listed));
         };
         if let Some(scenario) = vocabulary.builtin(name) {
             return say(scenario.text);
         }
-        let known: Vec<&str> = vocabulary
-            .builtins()
-            .map(|scenario| scenario.name)
-            .collect();
+        let known = vocabulary.builtins().map(|scenario| scenario.name);
         tell!(
-            "alliance scenarios: no built-in scenario '{name}'; there are {}",
-            known.join(", ")
+            "alliance scenarios: no built-in scenario '{name}'; {}",
+            instead(name, known)
         );
         ExitCode::from(2)
     }

@@ -61,7 +61,8 @@ fn text(status: &Status) -> String {
         "run    {} ({}, seed {})\n\
          clock  tick {}, {} simulated, {}\n\
          so far {}\n\
-         {}",
+         \n{}\n\
+         \n{}",
         status.run,
         status.scenario,
         status.seed,
@@ -69,31 +70,19 @@ fn text(status: &Status) -> String {
         status.t_ms,
         describe(&status.clock),
         in_full(&status.mission),
-        robots(&status.robots),
+        robots(&status.robots).trim_fmt(),
+        motivations(&status.robots).trim_fmt(),
     );
     if !status.faults.is_empty() {
-        text += &format!("\n{}", fault::in_a_table(&status.faults));
+        text += &format!("\n\n{}", fault::in_a_table(&status.faults).trim_fmt());
     }
     text
 }
 
 fn robots(robots: &[RobotStatus]) -> Table {
-    let mut table = table::new([
-        "robot",
-        "process",
-        "life",
-        "state",
-        "task",
-        "carries",
-        "behavior set",
-        "motivation",
-    ]);
+    let mut table = table::new(["robot", "process", "life", "state", "task", "carries"]);
     let number = |number: Option<u32>| number.map_or_else(|| "–".to_owned(), |n| n.to_string());
     for robot in robots {
-        let lines = |line: fn(&(String, String)) -> &str| {
-            let sets = sets(robot);
-            sets.iter().map(line).collect::<Vec<_>>().join("\n")
-        };
         table.add_row([
             robot.robot.clone(),
             number(robot.pid),
@@ -101,31 +90,38 @@ fn robots(robots: &[RobotStatus]) -> Table {
             robot.state.as_str().to_owned(),
             robot.task.clone().unwrap_or_else(|| "–".to_owned()),
             if robot.carrying { "an item" } else { "–" }.to_owned(),
-            lines(|(name, _)| name),
-            lines(|(_, motivation)| motivation),
         ]);
     }
-    for column in [1, 2, 7] {
+    align_right(&mut table, &[1, 2]);
+    table
+}
+
+/// The behavior sets of all robots. Most hibernate, which goes without saying.
+fn motivations(robots: &[RobotStatus]) -> Table {
+    let mut table = table::new(["robot", "behavior set", "motivation", "state"]);
+    for robot in robots {
+        for (index, set) in robot.sets.iter().enumerate() {
+            table.add_row([
+                if index == 0 { &robot.robot } else { "" },
+                &set.behavior_set,
+                &format!("{:.1}", set.motivation),
+                match set.state.as_str() {
+                    "hibernating" => "",
+                    state => state,
+                },
+            ]);
+        }
+    }
+    align_right(&mut table, &[2]);
+    table
+}
+
+fn align_right(table: &mut Table, columns: &[usize]) {
+    for &column in columns {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    table
-}
-
-/// Names and motivations of a robot's behavior sets. Most hibernate, which goes without saying.
-fn sets(robot: &RobotStatus) -> Vec<(String, String)> {
-    robot
-        .sets
-        .iter()
-        .map(|set| {
-            let name = match set.state.as_str() {
-                "hibernating" => set.behavior_set.clone(),
-                state => format!("{} ({state})", set.behavior_set),
-            };
-            (name, format!("{:.1}", set.motivation))
-        })
-        .collect()
 }
 
 #[cfg(test)]
@@ -162,11 +158,10 @@ mod tests {
         for part in [
             "run waste-cleanup-10929 (waste-cleanup, seed 1) clock tick 1310, 65.500 s simulated, at 5x so far \
              3 of 24 items delivered, items in spills 21, last report –",
-            "│ blue ┆ 10932 ┆ 1 ┆ present ┆ move-spill(top) ┆ an item ┆ move-spill(top) (active) ┆ 100.0 │",
-            "│ ┆ ┆ ┆ ┆ ┆ ┆ report-progress ┆ 3.3 │",
-            "│ gold ┆ – ┆ – ┆ dead ┆ – ┆ – ┆ ┆ │",
-            "│ f1 ┆ kill gold ┆ in force ┆ 60.000 s ┆ – ┆ 1 │",
-            "│ late ┆ mute blue --when \"blue reports\" ┆ armed ┆ – ┆ – ┆ 0 │",
+            "blue 10932 1 present move-spill(top) an item gold – – dead – –",
+            "blue move-spill(top) 100.0 active report-progress 3.3",
+            "f1 kill gold in force 60.000 s – 1",
+            "late mute blue --when \"blue reports\" armed – – 0",
         ] {
             assert!(words.contains(part), "no '{part}' in:\n{text}");
         }

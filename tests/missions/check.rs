@@ -236,13 +236,16 @@ fn a_table_for_people_and_json_for_programs() {
     let shown = lab.run(&["check"]).expect(0);
     assert_eq!(shown.stdout, "");
     let lines: Vec<&str> = shown.stderr.lines().collect();
-    let rows = lines.iter().filter(|line| line.starts_with("│ ")).count();
+    let sets = ["find-locations-", "move-spill(", "report-progress"];
+    let is_row = |line: &&&str| sets.iter().any(|set| line.starts_with(set));
     assert_eq!(
-        rows,
-        1 + 5,
+        lines.iter().filter(is_row).count(),
+        5,
         "all robots of a set have the same figures: {}",
         shown.stderr
     );
+    let widths = lines.iter().filter(is_row).map(|line| line.chars().count());
+    assert!(widths.max() <= Some(80), "{}", shown.stderr);
     assert_eq!(lines[lines.len() - 1], "waste-cleanup: no warnings");
 
     // Warnings are no failure.

@@ -126,9 +126,10 @@ fn scenarios_and_parameter_files() {
             &["nowhere"],
             &[
                 "'nowhere' is neither a built-in scenario nor a file",
-                "`alliance scenarios`",
+                "there are waste-cleanup, ",
             ],
         ),
+        (&["waste-clean"], &["did you mean 'waste-cleanup'?"]),
         (
             &["key.toml"],
             &["key.toml:3: stepms: ", "did you mean 'step_ms'?"],

@@ -11,7 +11,7 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::keys::is_name;
 use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{
-    ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, text_of,
+    ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, instead, text_of,
 };
 use alliance_proto::session::LOG_FILTER;
 use alliance_proto::tell;
@@ -359,8 +359,10 @@ pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
     }
     let path = Path::new(asked);
     if !path.exists() {
+        let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
         bail!(
-            "'{asked}' is neither a built-in scenario nor a file; `alliance scenarios` lists the built-in ones"
+            "'{asked}' is neither a built-in scenario nor a file; {}",
+            instead(asked, builtins)
         );
     }
     let bytes = std::fs::read(path).with_context(|| asked.to_owned())?;

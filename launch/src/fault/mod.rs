@@ -81,7 +81,7 @@ impl FaultArgs {
             Ok(command) => self.control.ask("fault", command, |reply| match reply {
                 Reply::Cleared(cleared) => cleared_in_words(cleared),
                 Reply::Faults(faults) if faults.is_empty() => "no faults".to_owned(),
-                Reply::Faults(faults) => in_a_table(faults).to_string(),
+                Reply::Faults(faults) => in_a_table(faults).trim_fmt(),
                 other => unexpected(other),
             }),
             Err(why) => refuse(&why),

@@ -35,7 +35,7 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
         terminal::print(format_args!("{result:#}\n"))?;
         return Ok(());
     }
-    tell!("{}", robots(plan, run));
+    tell!("{}", robots(plan, run).trim_fmt());
     let result = &run.result;
     let real_s = host["running_s"].as_f64().unwrap_or_default();
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();

@@ -10,14 +10,15 @@ use super::Check;
 use super::forecast::{Forecast, Takeover};
 use crate::table;
 
-/// The table, what it says, and the warnings.
+/// The tables, what they say, and the warnings.
 pub fn text(setup: &Setup, check: &Check) -> String {
-    let mut text = format!(
-        "{}\ntimes in s; silent, failing, working: taking over from such a teammate, counted from its first word\n",
-        table(&check.forecasts)
-    );
-    for warning in &check.warnings {
+    let mut text = String::new();
+    for (robots, table) in tables(&check.forecasts) {
         // Writing to a String cannot fail.
+        let _ = writeln!(text, "{}\n{}", robots.join(", "), table.trim_fmt());
+    }
+    text += "times in s; silent, failing, working: taking over from such a teammate, counted from its first word\n";
+    for warning in &check.warnings {
         let _ = writeln!(
             text,
             "warning: {} of {}: {}",
@@ -32,8 +33,8 @@ pub fn text(setup: &Setup, check: &Check) -> String {
     text
 }
 
-/// One row for all robots that have the same figures.
-fn table(forecasts: &[Forecast]) -> Table {
+/// A table for each group of robots, with one row for all robots that have the same figures.
+fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
     let mut rows: Vec<(Vec<&str>, [String; 8])> = Vec::new();
     for forecast in forecasts {
         let figures = figures(forecast);
@@ -43,24 +44,39 @@ fn table(forecasts: &[Forecast]) -> Table {
             None => rows.push((vec![&forecast.robot], figures)),
         }
     }
-    let mut table = table::new([
-        "robots",
+    let mut tables: Vec<(Vec<&str>, Table)> = Vec::new();
+    for (robots, figures) in rows {
+        let of_group = tables.iter().position(|(group, _)| *group == robots);
+        let of_group = of_group.unwrap_or_else(|| {
+            tables.push((robots, empty_table()));
+            tables.len() - 1
+        });
+        tables[of_group].1.add_row(figures);
+    }
+    for (_, table) in &mut tables {
+        // As many columns as 80 characters have room for.
+        for column in table.column_iter_mut() {
+            column.set_padding((0, 1));
+        }
+        for column in table.column_iter_mut().skip(1) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table::keep_whole(table, &[0]);
+    }
+    tables
+}
+
+fn empty_table() -> Table {
+    table::new([
         "behavior set",
-        "activates",
+        "active\nafter",
         "silent",
         "failing",
         "working",
         "yields",
-        "gives up",
-        "unit of work",
-    ]);
-    for (robots, figures) in rows {
-        table.add_row([robots.join(", ")].into_iter().chain(figures));
-    }
-    for column in table.column_iter_mut().skip(2) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+        "gives\nup",
+        "unit of\nwork",
+    ])
 }
 
 fn figures(forecast: &Forecast) -> [String; 8] {
@@ -73,7 +89,7 @@ fn figures(forecast: &Forecast) -> [String; 8] {
         over(|it| it.working_s.unwrap_or(f64::INFINITY)),
         seconds(forecast.yields_s),
         seconds(forecast.gives_up_s),
-        format!("about {:.0}", forecast.work_s),
+        format!("≈ {:.0}", forecast.work_s),
     ]
 }
 
