@@ -66,7 +66,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
     let ids: Vec<_> = faults.iter().map(|fault| fault["id"].as_str()).collect();
     assert_eq!(ids, [Some("noise"), Some(id)]);
     let table = alliance("fault list").expect(0).stderr;
-    let row = format!("\nnoise {drop} --for 60s ");
+    let row = format!("\nnoise  {drop} --for 60s ");
     assert!(table.contains(&row), "{table}");
     let status = alliance("status").expect(0).stderr;
     let pid = team.pid("blue").to_string();

@@ -14,6 +14,7 @@ mod control;
 mod control_python;
 mod corpus;
 mod differential;
+mod documents;
 mod ends;
 mod export;
 mod family;

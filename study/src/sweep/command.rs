@@ -373,7 +373,10 @@ fn repeat(scenario: &str, seed: u64, check: bool) -> String {
 
 fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     if page.conditions.len() <= SHOWN {
-        tell!("{}", terminal_table(page));
+        tell!(
+            "{}\n95 % intervals: of completion Wilson's, of medians the bootstrap's",
+            terminal_table(page).trim_fmt()
+        );
     }
     let all = page.overall;
     tell!(
@@ -419,33 +422,27 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     tell!("summary  {}", folder.join("summary.html").display());
 }
 
+/// A row per condition; intervals stand below what they are of, and long keys in several lines, so that it fits a terminal.
 fn terminal_table(page: &Page<'_>) -> Table {
-    let settings: Vec<&str> = page.setting_columns();
-    let figures = [
-        "runs",
-        "complete",
-        "95 %",
-        "makespan in s",
-        "95 %",
-        "lateness in s",
-        "95 %",
-    ];
-    let mut table = table::new(settings.iter().copied().chain(figures));
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let settings = page.setting_columns();
+    let settings = settings.iter().map(|key| key.replace('.', ".\n"));
+    let figures = ["complete", "makespan\nin s", "lateness\nin s"];
+    let mut table = table::new(settings.chain(figures.map(ToOwned::to_owned)));
     for (cells, summary) in page.conditions {
-        let share = summary.share().map_or_else(dash, percent);
         let (from, to) = summary.completion;
-        let mut row: Vec<String> = cells.iter().map(|cell| cell.to_string()).collect();
-        row.extend([
+        let complete = format!(
+            "{} of {}\n{:.0} – {:.0} %",
+            summary.complete,
             runs(summary),
-            share,
-            format!("{} – {}", percent(from), percent(to)),
-        ]);
-        row.extend(estimated(summary.makespan_s));
-        row.extend(estimated(summary.lateness_s));
-        table.add_row(row);
+            100.0 * from,
+            100.0 * to
+        );
+        let cells = cells.iter().map(|cell| cell.to_string());
+        let figures = [summary.makespan_s, summary.lateness_s].map(estimated);
+        table.add_row(cells.chain([complete]).chain(figures));
     }
-    for column in table.column_iter_mut().skip(settings.len()) {
+    let settings = page.setting_columns().len();
+    for column in table.column_iter_mut().skip(settings) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table
@@ -458,13 +455,13 @@ fn runs(summary: &Summary) -> String {
     }
 }
 
-fn estimated(estimate: Option<Estimate>) -> [String; 2] {
+fn estimated(estimate: Option<Estimate>) -> String {
     match estimate {
         Some(Estimate {
             median,
             interval: (from, to),
-        }) => [format!("{median:.1}"), format!("{from:.1} – {to:.1}")],
-        None => [dash(), dash()],
+        }) => format!("{median:.1}\n{from:.1} – {to:.1}"),
+        None => dash(),
     }
 }
 

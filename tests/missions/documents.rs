@@ -1,0 +1,277 @@
+//! What README and book print is what the command prints: every ```console block is typed into a shell, and what comes back is
+//! compared, numbers included.
+//!
+//! A block's lines that begin with "$ " are commands; what follows up to the next one is what the terminal shows. "…" stands for any text
+//! in a line, and alone in a line for any lines; a command without anything below it may print what it likes. It must end with
+//! status 0, or with N where the block says `# exit status N`. All blocks of a document are one session in a folder of its own. Comments in
+//! the document prepare it: `<!-- file: NAME -->` before a block writes it to that file, and `<!-- run: COMMANDS -->` is typed unseen.
+//! What needs a person, a browser or other machines is in ```sh blocks, which are read and not run.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::harness::Lab;
+
+/// What is printed before and after each command; no command prints it by itself.
+const MARK: &str = "\u{1}mark";
+
+/// A command of a document, and what it is to print.
+struct Typed {
+    line: usize,
+    command: String,
+    shown: Vec<String>,
+}
+
+/// Commands of a document in their order; files that it shows are written by commands, too.
+fn typed(text: &str) -> Vec<Typed> {
+    let mut all: Vec<Typed> = Vec::new();
+    let mut lines = text.lines().enumerate();
+    let mut file = None;
+    while let Some((number, line)) = lines.next() {
+        let hidden = |command: String| Typed {
+            line: number + 1,
+            command,
+            shown: Vec::new(),
+        };
+        if let Some(commands) = comment(line, "run") {
+            all.push(hidden(commands.to_owned()));
+        } else if let Some(name) = comment(line, "file") {
+            file = Some(name.to_owned());
+        } else if let Some(language) = line.trim_start().strip_prefix("```") {
+            let body = lines.by_ref().take_while(|(_, line)| line.trim() != "```");
+            if let Some(name) = file.take() {
+                let body: Vec<&str> = body.map(|(_, line)| line).collect();
+                let body = body.join("\n");
+                all.push(hidden(format!(
+                    "cat > {name} <<'END OF FILE'\n{body}\nEND OF FILE"
+                )));
+            } else if language == "console" {
+                for (number, line) in body {
+                    match line.strip_prefix("$ ") {
+                        Some(command) => all.push(Typed {
+                            line: number + 1,
+                            command: command.to_owned(),
+                            shown: Vec::new(),
+                        }),
+                        None => all.last_mut().unwrap().shown.push(line.to_owned()),
+                    }
+                }
+            } else {
+                body.for_each(drop);
+            }
+        }
+    }
+    all
+}
+
+/// What a comment of that kind says.
+fn comment<'a>(line: &'a str, kind: &str) -> Option<&'a str> {
+    let said = line.strip_prefix("<!-- ")?.strip_suffix(" -->")?;
+    said.strip_prefix(kind)?.strip_prefix(": ")
+}
+
+/// What a shell prints for each command, with its exit status.
+fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
+    let programs = lab.path("bin");
+    fs::create_dir(&programs).unwrap();
+    symlink(
+        env!("CARGO_BIN_EXE_alliance-under-test"),
+        programs.join("alliance"),
+    )
+    .unwrap();
+    fs::create_dir(lab.path("runtime")).unwrap();
+    // What the README says of cargo is the same program; its tests are under way.
+    let mut script = String::from(
+        "set -m\ncargo() { if [[ $1 == test ]]; then true; else shift 3; alliance \"$@\"; fi; }\n\
+         trap 'kill -9 $(jobs -p) 2>/dev/null' EXIT\n",
+    );
+    for typed in commands {
+        // Writing to a String cannot fail.
+        let _ = write!(
+            script,
+            "printf '%s\\n' '{MARK}'\n{}\nprintf '%s %d\\n' '{MARK}' $?\n",
+            typed.command
+        );
+    }
+    fs::write(lab.path("session.sh"), script).unwrap();
+    let folder = lab.path("session");
+    fs::create_dir(&folder).unwrap();
+    // Plans and clients that come with the project.
+    for name in ["study", "campaigns", "tests"] {
+        symlink(root().join(name), folder.join(name)).unwrap();
+    }
+    let output = Command::new("bash")
+        .args([
+            "-c",
+            "exec timeout --kill-after=5 600 bash ../session.sh 2>&1",
+        ])
+        .current_dir(&folder)
+        .env("XDG_RUNTIME_DIR", lab.path("runtime"))
+        .env("RUST_BACKTRACE", "0")
+        .env_remove("RUST_LOG")
+        .env(
+            "PATH",
+            format!("{}:{}", programs.display(), std::env::var("PATH").unwrap()),
+        )
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let mut parts = printed.split(MARK).skip(1);
+    commands
+        .iter()
+        .map(|typed| {
+            let said = parts.next().unwrap_or_else(|| panic!("{printed}"));
+            let after = parts.next();
+            let status = after.and_then(|after| after.trim().parse().ok());
+            let status = status.unwrap_or_else(|| panic!("{}: {said}", typed.command));
+            (said.trim_start_matches('\n').to_owned(), status)
+        })
+        .collect()
+}
+
+/// Whether a line is as shown.
+fn is_like(line: &str, shown: &str) -> bool {
+    let mut parts = shown.split('…');
+    let Some(mut rest) = line.strip_prefix(parts.next().unwrap_or_default()) else {
+        return false;
+    };
+    let parts: Vec<&str> = parts.collect();
+    let Some((last, between)) = parts.split_last() else {
+        return rest.is_empty();
+    };
+    for part in between {
+        let Some(at) = rest.find(part) else {
+            return false;
+        };
+        rest = &rest[at + part.len()..];
+    }
+    rest.ends_with(last)
+}
+
+/// Whether all lines are as shown.
+fn are_like(lines: &[&str], shown: &[&str]) -> bool {
+    match shown.split_first() {
+        None => lines.is_empty(),
+        Some((&"…", rest)) => (0..=lines.len()).any(|skipped| are_like(&lines[skipped..], rest)),
+        Some((first, rest)) => lines
+            .split_first()
+            .is_some_and(|(line, lines)| is_like(line, first) && are_like(lines, rest)),
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap()
+        .to_owned()
+}
+
+/// What a document prints that its commands do not.
+fn untrue(document: &Path) -> String {
+    let text = fs::read_to_string(document).unwrap();
+    let commands = typed(&text);
+    if commands.is_empty() {
+        return String::new();
+    }
+    let lab = Lab::new();
+    let printed = session(&lab, &commands);
+    let mut wrong = String::new();
+    for (typed, (said, status)) in commands.iter().zip(&printed) {
+        let expected = typed.command.rsplit_once("# exit status ");
+        let expected = expected.map_or(0, |(_, number)| number.trim().parse().unwrap());
+        let lines: Vec<&str> = said.trim_end().lines().map(str::trim_end).collect();
+        let shown: Vec<&str> = typed.shown.iter().map(|line| line.trim_end()).collect();
+        if *status != expected || !(shown.is_empty() || are_like(&lines, &shown)) {
+            let _ = writeln!(
+                wrong,
+                "{}:{}: $ {}\nexit status {status}, and it printed:\n{said}",
+                document.display(),
+                typed.line,
+                typed.command
+            );
+        }
+    }
+    wrong
+}
+
+#[test]
+fn what_the_readme_prints() {
+    let wrong = untrue(&root().join("README.md"));
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+#[test]
+fn what_the_book_prints() {
+    let chapters = documents(&root().join("docs/book"));
+    let wrong: String = chapters.iter().map(|chapter| untrue(chapter)).collect();
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// Every relative link of a document leads to something that is there.
+#[test]
+fn links_lead_somewhere() {
+    let mut wrong = String::new();
+    for document in documents(&root()) {
+        let text = fs::read_to_string(&document).unwrap();
+        let folder = document.parent().unwrap();
+        for link in text.split("](").skip(1) {
+            let target = link.split(')').next().unwrap_or_default();
+            let path = target.split('#').next().unwrap_or_default();
+            let is_elsewhere =
+                path.is_empty() || path.contains("://") || path.contains(char::is_whitespace);
+            if !is_elsewhere && !folder.join(path).exists() {
+                let _ = writeln!(wrong, "{}: {target}", document.display());
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// All documents of the project.
+fn documents(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let entry = entry.unwrap();
+        let (path, name) = (entry.path(), entry.file_name());
+        let name = name.to_string_lossy();
+        if entry.file_type().unwrap().is_dir() {
+            if !(name.starts_with('.') || name == "target" || name == "node_modules") {
+                found.extend(documents(&path));
+            }
+        } else if name.ends_with(".md") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+#[test]
+fn what_is_compared() {
+    assert!(is_like("hash    cf2fc051", "hash    cf2fc051"));
+    assert!(!is_like("hash    cf2fc051", "hash    cf2fc05"));
+    assert!(is_like(
+        "run waste-cleanup-17, in one process",
+        "run waste-cleanup-…, in one process"
+    ));
+    assert!(!is_like(
+        "run waste-cleanup-17",
+        "run waste-cleanup-…, in one process"
+    ));
+    assert!(are_like(&["a", "b", "c"], &["a", "…", "c"]));
+    assert!(are_like(&["a", "c"], &["a", "…", "c"]));
+    assert!(!are_like(&["a", "b", "d"], &["a", "…", "c"]));
+    let document = "<!-- file: x.toml -->\n```toml\na = 1\n```\n```console\n$ false # exit status 1\n$ echo b\nb\n```\n";
+    let commands = typed(document);
+    assert_eq!(commands.len(), 3);
+    assert_eq!(
+        commands[0].command,
+        "cat > x.toml <<'END OF FILE'\na = 1\nEND OF FILE"
+    );
+    assert_eq!(commands[2].shown, ["b"]);
+    let printed = session(&Lab::new(), &commands);
+    assert_eq!(printed[1..], [(String::new(), 1), ("b\n".to_owned(), 0)]);
+}
