@@ -61,13 +61,10 @@ pub(super) fn draw(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         // One has.
         kind.workers = (1..=kind.workers).rev().find(fits).unwrap_or(1);
     }
-    let names: Vec<&str> = section
-        .kinds
-        .iter()
-        .map(|kind| kind.name.as_str())
-        .collect();
+    // Of a kind without points there may be no task.
+    let sure: Vec<usize> = section.kind_of_each().collect();
     for robot in &mut scenario.robots {
-        robot.skills = Some(dice.skills(&names));
+        robot.skills = Some(dice.skills(&section.kinds, &sure));
     }
     scenario.mission = MissionSection::new(SERVICE, section.clone());
     section.uncovered = covered(scenario).is_err();
@@ -95,14 +92,14 @@ impl Dice<'_> {
         }
     }
 
-    /// Skills of a robot, one at least.
-    fn skills(&mut self, names: &[&str]) -> BTreeMap<String, f64> {
-        let sure = names[self.0.random_range(0..names.len())];
+    /// Skills of a robot, one of these kinds among them.
+    fn skills(&mut self, kinds: &[Kind], sure: &[usize]) -> BTreeMap<String, f64> {
+        let sure = sure[self.0.random_range(0..sure.len())];
         let mut skills = BTreeMap::new();
-        for name in names {
+        for (index, kind) in kinds.iter().enumerate() {
             let skill = self.between(0.2..2.0);
-            if *name == sure || !self.0.random_bool(LACKED) {
-                skills.insert((*name).to_owned(), skill);
+            if index == sure || !self.0.random_bool(LACKED) {
+                skills.insert(kind.name.clone(), skill);
             }
         }
         skills

@@ -145,6 +145,7 @@ impl MissionData for WasteData {
                 "pick-failed",
                 "dropped",
                 "delivered",
+                "respawned",
                 "reported",
                 "position-update",
                 "locations-learned",
@@ -242,6 +243,6 @@ impl MissionData for WasteData {
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
-        check::check(WasteSection::of(scenario))
+        check::check(scenario)
     }
 }

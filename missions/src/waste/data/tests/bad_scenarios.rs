@@ -488,7 +488,7 @@ fn faults() {
         ),
         (
             "fault.kil = 'blue'",
-            "s.toml:2: faults.timeline[0].fault: there is no choice 'kil'; did you mean 'kill'? (there are kill, terminate, pause, continue, restart, add, remove, drop, delay, duplicate, reorder, hold, partition, mute, deaf, range, radio, sensor, actuator, power, babble, obstacle, move-robot)",
+            "s.toml:2: faults.timeline[0].fault: there is no choice 'kil'; did you mean 'kill'? (there are kill, terminate, pause, continue, restart, add, remove, drop, delay, duplicate, reorder, hold, partition, mute, deaf, range, radio, sensor, actuator, skill, power, babble, obstacle, move-robot)",
         ),
         (
             "at_s = -1\nfault.kill = 'blue'",
