@@ -686,7 +686,8 @@ impl Simulation {
         }
     }
 
-    /// Those that the mission tells, and how far it has come if it does not say so itself.
+    /// Those that the mission tells, how far it has come if it does not say so itself, and what energy all robots have used, if that is
+    /// simulated.
     fn figures(&self) -> TeamFigures {
         let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
         self.world.mission().figures(&mut figures);
@@ -695,6 +696,14 @@ impl Simulation {
             if counts && figures.mission.column(&column.name).is_none() {
                 figures.mission.add(&column.name, column.value);
             }
+        }
+        if let Some(energy) = &self.setup.scenario.energy {
+            let left = self
+                .barrier
+                .robots()
+                .filter_map(|it| self.world.energy_j(it));
+            let used = left.map(|left_j| f64::from(energy.capacity_j - left_j));
+            figures.mission.add("energy_used_j", used.sum::<f64>());
         }
         figures
     }

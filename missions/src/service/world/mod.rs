@@ -363,9 +363,9 @@ impl TypedMission for Service {
         self.log.write_figures(figures);
     }
 
-    fn show(&self, _: &Floor, view: &mut View) {
+    fn show(&self, floor: &Floor, view: &mut View) {
         let section = &self.constants.section;
-        self.points.show(section, view);
+        self.points.show(section, floor.now(), view);
         if section.known == KnownTo::Sight {
             log::show_sensed(view);
         }

@@ -226,7 +226,10 @@ impl WasteFloor {
         // Each delivery has numbers of its own.
         rng.set_word_pos(u128::from(foraging.deliveries) << 16);
         foraging.deliveries += 1;
-        let place = place_in_spill(center, radius_m, self.item_radius_m, floor, &mut rng);
+        let place = place_in_spill(center, radius_m, floor, &mut rng, |place| {
+            // The deposit would keep it.
+            !self.is_deposit(place) && floor.can_be_gripped(place, self.item_radius_m, |_| true)
+        });
         self.relocate(item, place);
         Some(place)
     }
@@ -340,27 +343,26 @@ fn named(waste: &WasteSection) -> Vec<Place> {
 fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
     let waste = WasteSection::of(scenario);
     let mut rng = rng::stream(seed, Purpose::Items);
-    let (radius_m, item_radius_m) = (waste.spill_radius_m, waste.item_radius_m);
+    let radius_m = waste.spill_radius_m;
+    let will_do = |place: Vec2| floor.can_be_gripped(place, waste.item_radius_m, |_| true);
     let mut places = Vec::new();
     for spill in &waste.spills {
         let center = floor.size() * Vec2::new(spill.x_fraction, spill.y_fraction);
         for _ in 0..spill.items {
-            let place = place_in_spill(center, radius_m, item_radius_m, floor, &mut rng);
-            places.push(place);
+            places.push(place_in_spill(center, radius_m, floor, &mut rng, will_do));
         }
     }
     places
 }
 
-/// A random place of a spill, inside the border and clear of solids, at which a robot can grip an item.
+/// A random place of a spill that will do, or the nearest one to it.
 fn place_in_spill(
     center: Vec2,
     radius_m: f32,
-    item_radius_m: f32,
     floor: &Floor,
     rng: &mut impl Rng,
+    will_do: impl Fn(Vec2) -> bool,
 ) -> Vec2 {
-    let will_do = |place: Vec2| floor.can_be_gripped(place, item_radius_m, |_| true);
     let mut tries = (0..TRIES).map(|_| center + in_unit_disc(rng) * radius_m);
     tries
         .find(|place| will_do(*place))
