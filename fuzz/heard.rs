@@ -5,28 +5,34 @@ use std::sync::{Arc, LazyLock};
 
 use alliance_proto::codec::{LIMIT_BYTES, decode, encoded_len};
 use alliance_proto::ids::RobotId;
-use alliance_proto::scenario::Setup;
+use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::{ManifestEntry, TickMessage};
 use alliance_proto::time::SimTime;
 use missions::Registry;
-use missions::waste::data::default_scenario;
+use missions::waste::data::{WASTE, default_scenario};
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 
-/// The default mission with each of the allocators.
+/// The default mission with each of the allocators, and each other mission in a small size.
 static TEAMS: LazyLock<Vec<(Setup, TeamConfig)>> = LazyLock::new(|| {
     let registry = Registry::built_in();
-    let known = registry.vocabulary().allocators;
-    let team = |name: &str| {
+    let vocabulary = registry.vocabulary();
+    let with = |name: &str| {
         let mut scenario = default_scenario();
         scenario.allocator = Some(name.to_owned());
+        scenario
+    };
+    let others = vocabulary.missions.iter().filter(|it| **it != WASTE);
+    let others = others.filter_map(|mission| mission.family(3, 2));
+    let allocators = vocabulary.allocators.iter().map(|it| with(it.name));
+    let team = |scenario: Scenario| {
         let setup = Setup::resolve(scenario, 1, None)
             .expect("it is sound")
             .setup;
         let team = TeamConfig::of(&setup, registry.agents()).expect("all are known");
         (setup, team)
     };
-    known.iter().map(|allocator| team(allocator.name)).collect()
+    allocators.chain(others).map(team).collect()
 });
 
 const ME: RobotId = RobotId(1);

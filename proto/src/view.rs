@@ -64,7 +64,8 @@ impl View {
 /// Something of a mission that can be seen, for eyes that do not know the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
-    /// What tells it from the others; the same in every view.
+    /// What tells it from the others; the same in every view. Marks of several kinds begin with the number of their kind, which has a
+    /// color of its own: `2/p7`.
     pub id: String,
     /// Where it is.
     pub outline: MarkOutline,
@@ -77,6 +78,22 @@ pub struct Mark {
 }
 
 impl Mark {
+    /// Whether its label can be read among so many marks: where they are a crowd, only those of large ones.
+    #[must_use]
+    pub fn is_labelled(&self, among: usize) -> bool {
+        const CROWD: usize = 60;
+        const SMALL_M: f32 = 0.3;
+        let is_small =
+            matches!(self.outline, MarkOutline::Disc { radius_m, .. } if radius_m < SMALL_M);
+        !self.label.is_empty() && !(is_small && among > CROWD)
+    }
+
+    /// The number of its kind, where there are several.
+    #[must_use]
+    pub fn kind(&self) -> Option<usize> {
+        self.id.split_once('/')?.0.parse().ok()
+    }
+
     /// A disc: what of it is done means nothing, and it has no name.
     #[must_use]
     pub fn disc(id: String, center: Vec2, radius_m: f32, role: MarkRole) -> Self {

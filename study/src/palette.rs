@@ -37,17 +37,15 @@ const OTHERS: [RGBColor; 7] = [
 /// An item.
 pub const ITEM: RGBColor = RGBColor(196, 60, 40);
 
-/// A mark: a light color for its role, the fuller the more of it is done.
+/// Done marks of any kind.
+const DONE: RGBColor = RGBColor(225, 225, 225);
+
+/// A mark: a light color for its role, the fuller the more of it is done; of one of several kinds that of the kind, the paler the more of
+/// it is done.
 #[must_use]
 pub fn of_mark(mark: &Mark) -> RGBColor {
-    let (light, full) = match mark.role {
-        MarkRole::Item => (ITEM, ITEM),
-        MarkRole::Target => (RGBColor(206, 200, 230), RGBColor(122, 62, 160)),
-        MarkRole::Zone => (RGBColor(236, 190, 170), RGBColor(205, 120, 84)),
-        MarkRole::Goal => (RGBColor(190, 220, 190), RGBColor(104, 168, 116)),
-        MarkRole::Range => (RGBColor(214, 220, 226), RGBColor(150, 164, 178)),
-        MarkRole::Link => (RGBColor(110, 110, 110), RGBColor(60, 60, 60)),
-    };
+    let of_kind = |kind: usize| (OTHERS[kind % OTHERS.len()], DONE);
+    let (light, full) = mark.kind().map_or_else(|| of_role(mark.role), of_kind);
     let share = mark.share.unwrap_or(0.0).clamp(0.0, 1.0);
     let between = |from: u8, to: u8| {
         let (from, to) = (f32::from(from), f32::from(to));
@@ -58,6 +56,18 @@ pub fn of_mark(mark: &Mark) -> RGBColor {
         between(light.1, full.1),
         between(light.2, full.2),
     )
+}
+
+/// Light and full.
+fn of_role(role: MarkRole) -> (RGBColor, RGBColor) {
+    match role {
+        MarkRole::Item => (ITEM, ITEM),
+        MarkRole::Target => (RGBColor(206, 200, 230), RGBColor(122, 62, 160)),
+        MarkRole::Zone => (RGBColor(236, 190, 170), RGBColor(205, 120, 84)),
+        MarkRole::Goal => (RGBColor(190, 220, 190), RGBColor(104, 168, 116)),
+        MarkRole::Range => (RGBColor(214, 220, 226), RGBColor(150, 164, 178)),
+        MarkRole::Link => (RGBColor(110, 110, 110), RGBColor(60, 60, 60)),
+    }
 }
 
 /// A color for each name.

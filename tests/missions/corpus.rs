@@ -201,3 +201,72 @@ fn whatever_a_teammate_says_a_robot_of_any_allocator_goes_on() {
         let _ = heard::is_heard(bytes);
     });
 }
+
+#[test]
+fn zz_dump() {
+    use alliance_proto::codec::encode;
+    use alliance_proto::ids::RobotId;
+    use alliance_proto::tick::{ManifestEntry, TickMessage, ToAgent};
+    use alliance_proto::time::SimTime;
+    use missions::Registry;
+    use robot_agent::agent::{Agent, TeamConfig, Workspace};
+    use world_server::world::World;
+    let registry = Registry::built_in();
+    let vocabulary = registry.vocabulary();
+    let builtin = vocabulary.builtin("space-greedy").unwrap();
+    let text = builtin
+        .text
+        .replace("allocator = \"nearest\"\n", "")
+        .replace("n = 250", "n = 60");
+    let mut scenario = alliance_proto::scenario::Scenario::parse("s", &text, &vocabulary).unwrap();
+    scenario.robots.truncate(3);
+    let setup = alliance_proto::scenario::Setup::resolve(scenario, 1, None)
+        .unwrap()
+        .setup;
+    let team = TeamConfig::of(&setup, registry.agents()).unwrap();
+    let mut world = World::new(&setup, registry.worlds().of(&setup.scenario).unwrap());
+    let mut agents: Vec<_> = (0..3)
+        .map(|r| Agent::new(RobotId(r), 1, &setup, &team))
+        .collect();
+    let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
+    let mut spaces: Vec<_> = (0..3).map(|_| Workspace::default()).collect();
+    for tick in 0..600u64 {
+        let mut commands = Vec::new();
+        for (r, agent) in agents.iter_mut().enumerate() {
+            let mut readings = alliance_proto::readings::Readings::default();
+            world.sense(RobotId(r as u16), &mut readings);
+            let message = TickMessage {
+                incarnation: 1,
+                tick,
+                now: SimTime(tick * setup.scenario.step_ms),
+                last_counted: tick.checked_sub(1),
+                readings,
+                manifest: Vec::<ManifestEntry>::new(),
+                ..TickMessage::default()
+            };
+            agent.step(&message, &mut spaces[r]);
+            commands.push(Some(spaces[r].report.actuation.clone()));
+            let write = |name: &str, bytes: Vec<u8>| std::fs::write(out.join(name), bytes).unwrap();
+            if r == 0 && (tick == 1 || tick == 500) {
+                write(
+                    &format!("decode/tick-service_{tick}"),
+                    encode(&ToAgent::Tick(Box::new(message.clone()))).unwrap(),
+                );
+                write(
+                    &format!("decode/report-service_{tick}"),
+                    encode(&spaces[r].report).unwrap(),
+                );
+            }
+            if r < 2 && tick > 300 {
+                for said in &spaces[r].broadcasts {
+                    write(
+                        &format!("decode/broadcast-service_{r}"),
+                        encode(said).unwrap(),
+                    );
+                    write(&format!("heard/service-{r}"), encode(said).unwrap());
+                }
+            }
+        }
+        world.step(&commands);
+    }
+}

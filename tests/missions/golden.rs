@@ -2,7 +2,8 @@
 //!
 //! `golden/waste-cleanup.json` holds hash and figures of some runs of the default mission. The hash covers every reading,
 //! command, message, motivation and event of every tick, on any machine; the figures tell a reader of the diff what a change
-//! has done to the missions; `golden/allocators.json` the same of allocators other than ALLIANCE. After a change that is meant to change them, renew the file and look at its diff:
+//! has done to the missions; `golden/allocators.json` the same of allocators other than ALLIANCE, `golden/NAME.json` of other
+//! missions. After a change that is meant to change them, renew the file and look at its diff:
 //! `UPDATE_GOLDEN=1 cargo test -p alliance-tests --test missions golden`.
 //!
 //! The runs are made within one process; that processes give the same bytes is another test's promise.
@@ -10,7 +11,9 @@
 use std::path::PathBuf;
 
 use alliance_proto::log::{Document, LogLevel};
-use alliance_proto::scenario::{Setup, StepOrder};
+use alliance_proto::scenario::{Scenario, Setup, StepOrder};
+use missions::Registry;
+use missions::waste::data::WASTE;
 use serde_json::{Map, Value, json};
 
 use crate::allocators::UNMOVED;
@@ -57,6 +60,23 @@ fn golden_runs_of_allocators_are_as_they_were() {
         runs.insert(allocator.to_owned(), pinned(setup));
     }
     assert_as_before("golden/allocators.json", runs);
+}
+
+/// The scenarios that come with each mission but the default one, at most so many seconds of each.
+#[test]
+fn golden_runs_of_other_missions_are_as_they_were() {
+    const LIMIT_S: f64 = 1_200.0;
+    let vocabulary = Registry::built_in().vocabulary();
+    for mission in vocabulary.missions.iter().filter(|it| **it != WASTE) {
+        let mut runs = Map::new();
+        for builtin in mission.scenarios() {
+            let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary);
+            let mut setup = Setup::resolve(scenario.unwrap(), 1, None).unwrap().setup;
+            setup.scenario.limit_s = setup.scenario.limit_s.min(LIMIT_S);
+            runs.insert(builtin.name.to_owned(), pinned(setup));
+        }
+        assert_as_before(&format!("golden/{}.json", mission.name()), runs);
+    }
 }
 
 #[track_caller]

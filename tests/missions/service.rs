@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use alliance_proto::fault::{Fault, Order};
-use alliance_proto::log::{EventRow, LogLevel};
+use alliance_proto::fault::{Fault, Order, SkillFault};
+use alliance_proto::log::{EventRow, LogLevel, MessageRow, MotivationRow};
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use missions::Registry;
@@ -94,5 +94,141 @@ fn whoever_is_able_takes_over_from_the_dead() {
             .collect();
         assert_eq!(late.len(), 2, "{late:?} work after {dead}'s death");
         assert!(!late.contains(dead));
+    }
+}
+
+/// Work of a point by its rounds, s, from what its arrivals tell.
+fn works_s(events: &[EventRow]) -> BTreeMap<&str, f64> {
+    let arrived = events.iter().filter(|event| event.kind == "arrived");
+    let work = arrived.map(|event| {
+        let seconds = event.detail.split(' ').next().unwrap();
+        (event.subject.as_str(), seconds.parse().unwrap())
+    });
+    work.collect()
+}
+
+/// A robot that gets worse at a kind of work takes longer for it, as long as that lasts, and for nothing else.
+#[test]
+fn a_worse_skill_takes_longer_until_it_heals() {
+    let (from, lasts) = (300.0, 450.0);
+    let share = 0.3;
+    let mut scenario = janitorial();
+    scenario.faults.timeline.push(Order {
+        at_s: Some(from),
+        for_s: Some(lasts),
+        ..Order::now(Fault::Skill(SkillFault {
+            robot: "gold".to_owned(),
+            skill: "dust".to_owned(),
+            share,
+        }))
+    });
+    let events = events(&scenario, Outcome::Complete);
+    let of_fault = events.iter().filter(|event| event.subject == "f1");
+    let phases: Vec<&str> = of_fault.map(|event| event.kind.as_str()).collect();
+    assert_eq!(phases, ["armed", "applied", "hit", "healed"]);
+
+    let work_s = works_s(&events);
+    let mut seen = BTreeSet::new();
+    for (place, begun) in events.iter().enumerate() {
+        if begun.kind != "begun" || begun.robot != "gold" {
+            continue;
+        }
+        let mut later = events[place + 1..].iter();
+        let next = later.find(|event| event.robot == "gold" && event.subject == begun.subject);
+        let done = next.filter(|event| event.kind == "done");
+        let Some(done) = done else { continue };
+        let (from_s, to_s) = (begun.t_ms.as_secs_f64(), done.t_ms.as_secs_f64());
+        let is_worse = from_s >= from && to_s < from + lasts;
+        let is_well = to_s < from || from_s >= from + lasts;
+        if is_worse == is_well {
+            continue;
+        }
+        let kind = kind_of(&scenario, &begun.subject);
+        let robot = &scenario.robots[0];
+        let hampered = is_worse && kind == "dust";
+        let skill = robot.skill(&kind).unwrap() * if hampered { share } else { 1.0 };
+        let expected_s = work_s[begun.subject.as_str()] / skill;
+        let step_s = scenario.step_ms as f64 / 1000.0;
+        let took_s = to_s - from_s + step_s;
+        // Two robots may have worked on it one after the other.
+        assert!(
+            (took_s - expected_s).abs() <= step_s + 1e-6,
+            "{} took {took_s} s, {expected_s} s would be right",
+            begun.subject
+        );
+        seen.insert((kind, hampered));
+    }
+    let garbage = ("garbage".to_owned(), false);
+    let dust = |hampered| ("dust".to_owned(), hampered);
+    assert_eq!(seen, BTreeSet::from([garbage, dust(false), dust(true)]));
+}
+
+/// Who takes over when, from the log alone: ALLIANCE.md §4 from the last that was heard of the dead, or from when the successor is done with
+/// what it had to do, to the step.
+#[test]
+fn the_able_take_over_when_the_closed_form_says() {
+    // Killed in the middle of a task. The successor waits for the task, is about to be done with another one, and has another one
+    // for long.
+    let cases = [
+        ("gold", 160.0, "serve(garbage)", "green"),
+        ("blue", 210.0, "serve(dust)", "gold"),
+        ("green", 460.0, "serve(garbage)", "gold"),
+    ];
+    for (dead, at_s, task, successor) in cases {
+        let mut scenario = janitorial();
+        scenario.limit_s = 560.0;
+        scenario.faults.timeline.push(Order {
+            at_s: Some(at_s),
+            ..Order::now(Fault::Kill(dead.to_owned()))
+        });
+        let step_s = scenario.step_ms as f64 / 1000.0;
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let params = setup.alliance.robots[successor].sets[task].clone();
+        let threshold = setup.alliance.threshold;
+        let (outcome, recorder) = run(setup, LogLevel::Full);
+        assert_eq!(outcome, Outcome::TimeLimit);
+        let log = log_of(recorder);
+
+        let messages: Vec<MessageRow> = log.rows().unwrap();
+        let last = messages.iter().rfind(|row| {
+            (row.receiver.as_str(), row.sender.as_str()) == (successor, dead) && row.fate == "heard"
+        });
+        let last = last.unwrap();
+        assert_eq!(
+            (last.state.as_str(), last.task.as_str()),
+            ("executing", task)
+        );
+        let heard_s = last.t_ms.as_secs_f64();
+        assert!((at_s - 1.1..=at_s + 0.1).contains(&heard_s), "{heard_s}");
+
+        let rows: Vec<MotivationRow> = log.rows().unwrap();
+        let own = rows
+            .iter()
+            .filter(|row| row.robot == successor && row.behavior_set == task);
+        let own: Vec<(f64, f64, &str)> = own
+            .map(|row| (row.t_ms.as_secs_f64(), row.motivation, row.state.as_str()))
+            .collect();
+        let after = own.iter().filter(|(t_s, ..)| *t_s > heard_s);
+        let taken_s = after
+            .clone()
+            .find(|(.., state)| *state == "active")
+            .unwrap()
+            .0;
+        let before = own.iter().filter(|(t_s, ..)| *t_s < taken_s);
+        let at_rest = before
+            .clone()
+            .rfind(|(_, motivation, _)| *motivation == 0.0);
+        let at_last = before.clone().rfind(|(t_s, ..)| *t_s <= heard_s);
+        let begins = [at_rest, at_last].into_iter().flatten();
+        let (from_s, motivation, _) = *begins.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+
+        let ceased_s = heard_s + params.ceased_after_s;
+        let slowly_s = (ceased_s - from_s).max(0.0);
+        let left = threshold - motivation - slowly_s * params.slow_impatience[dead];
+        let expected_s = ceased_s.max(from_s) + left.max(0.0) / params.fast_impatience;
+        assert!(
+            (taken_s - expected_s).abs() <= step_s + 1e-9,
+            "{successor} takes {task} over from {dead} at {taken_s} s instead of {expected_s} s"
+        );
     }
 }

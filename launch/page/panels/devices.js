@@ -1,6 +1,7 @@
-// The menus of a robot: break a sensor, break an actuator, and what else there is.
+// The menus of a robot: break a sensor, break an actuator, let a skill get worse, and what else there is.
 
 import { devicesOf } from "../model/devices.js";
+import { skillsOf } from "../model/skills.js";
 import { lasts } from "../room/tools.js";
 import { el } from "../ui/dom.js";
 import { closeMenu, numberField, openMenu, selectField } from "../ui/menu.js";
@@ -104,6 +105,16 @@ export function openActuators(model, orders, rank, at) {
     at,
     form(orders, "Break it", duration(), fault, mode.element, share.element, turn.element),
   );
+}
+
+/** Let the robot get worse at something. */
+export function openSkills(model, orders, rank, at) {
+  const robot = model.names[rank];
+  const choice = skillsOf(model.run, rank).map((name) => [name, name]);
+  const skill = selectField("Skill", choice, { "data-field": "skill" });
+  const share = numberField("To this share of it, %", { min: 0, max: 100, step: 1, value: 30, "data-field": "share" });
+  const fault = () => ({ skill: { robot, skill: skill.input.value, share: share.input.valueAsNumber / 100 } });
+  openMenu(`Let ${robot} get worse`, at, form(orders, "Let it", duration(), fault, skill.element, share.element));
 }
 
 /** Power, behavior, radio and place of the robot. */

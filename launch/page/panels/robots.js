@@ -1,11 +1,12 @@
 // The robots as cards: state, process, what each does and carries, what is broken about it, and what can be done to it.
 
 import { concernsRobot } from "../model/faults.js";
+import { skillsOf } from "../model/skills.js";
 import { lasts } from "../room/tools.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
 import { faultInWords, seconds } from "../ui/words.js";
-import { openActuators, openMore, openSensors } from "./devices.js";
+import { openActuators, openMore, openSensors, openSkills } from "./devices.js";
 
 export class Robots {
   #model;
@@ -89,6 +90,9 @@ export class Robots {
       act("add", "Bring in", () => this.#orders.arm({ add: name }, lasts())),
       act("sensors", "Sensor…", ({ currentTarget }) => openSensors(this.#model, this.#orders, rank, currentTarget)),
       act("actuators", "Actuator…", ({ currentTarget }) => openActuators(this.#model, this.#orders, rank, currentTarget)),
+      skillsOf(this.#model.run, rank).length > 0
+        ? act("skills", "Skill…", ({ currentTarget }) => openSkills(this.#model, this.#orders, rank, currentTarget))
+        : null,
       act(
         "more",
         "⋯",

@@ -1,7 +1,7 @@
 // Draws the room on a canvas. Everything is in CSS pixels of the canvas; `p` is the projection from meters.
 
 import { trail } from "../model/trail.js";
-import { themeColor } from "../ui/colors.js";
+import { kindColor, themeColor } from "../ui/colors.js";
 import { percent } from "../ui/words.js";
 
 /** Up to this penetrability an obstacle is solid. */
@@ -45,9 +45,20 @@ export function paintFloor(c, p, room, palette) {
   c.fillRect(p.x(0), p.y(room.height_m), p.scale * room.width_m, p.scale * room.height_m);
 }
 
-/** What the mission shows: each mark in the color of its role, filled from below as far as it is done, with its label. */
+/** Smaller discs are rings: their share that is left, from the top. Pixels. */
+const RING = 24;
+/** With more marks than that only large ones have labels. */
+const LABELS = 60;
+
+/** What the mission shows: each mark in the color of its kind or role, filled from below as far as it is done, with its label. */
 export function paintMarks(c, p, marks, palette) {
-  for (const { outline, role, share } of marks) {
+  const isSmall = ({ outline: { disc } }) => disc && p.scale * disc.radius_m < RING;
+  for (const mark of marks) {
+    const { outline, role, share } = mark;
+    if (isSmall(mark) && share !== null) {
+      paintRing(c, p, mark, palette);
+      continue;
+    }
     const box = outlined(c, p, outline);
     const isOpen = role === "range" || box === null;
     const [light, full] = [palette[role], palette[`${role}-full`] ?? palette[role]];
@@ -69,12 +80,33 @@ export function paintMarks(c, p, marks, palette) {
     c.stroke();
     c.setLineDash([]);
   }
-  for (const { outline, share, label } of marks) {
+  const isCrowded = marks.length > LABELS;
+  for (const mark of marks) {
+    if (isCrowded && isSmall(mark)) continue;
+    const { outline, share, label } = mark;
     const isDone = share === 1;
     const look = { color: isDone ? palette.ink : palette["ink-2"], bold: isDone };
     const { x, y, align } = labelPlace(p, outline);
     if (label) words(c, isDone ? `✓ ${label}` : label, x, y - 8, { ...look, align });
   }
+}
+
+/** A small disc: what is left of it, in the color of its kind; a faint one if nothing is. */
+function paintRing(c, p, { id, outline: { disc }, role, share }, palette) {
+  const [x, y, radius] = [p.x(disc.center[0]), p.y(disc.center[1]), Math.max(p.scale * disc.radius_m, 3)];
+  const top = -FULL_TURN / 4;
+  c.beginPath();
+  c.arc(x, y, radius, 0, FULL_TURN);
+  c.strokeStyle = share < 1 ? palette["ink-2"] : palette.line;
+  c.lineWidth = 1;
+  c.stroke();
+  if (share >= 1) return;
+  c.beginPath();
+  c.moveTo(x, y);
+  c.arc(x, y, radius - 1, top, top + (1 - share) * FULL_TURN);
+  c.closePath();
+  c.fillStyle = kindColor(id) ?? palette[`${role}-full`];
+  c.fill();
 }
 
 /** Begins the path of an outline. Gives the box that it fills, in pixels; null of a line. */

@@ -49,6 +49,12 @@ export function setStyles(catalog) {
   });
 }
 
+/** The color of a mark that is one of several kinds, as its id says: `2/p7` is of the third; null of any other. */
+export function kindColor(id) {
+  const kind = /^(\d+)\//.exec(id);
+  return kind && TASK_COLORS[Number(kind[1]) % TASK_COLORS.length];
+}
+
 /** A custom property of the page's theme, such as `--ink`. */
 export function themeColor(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();

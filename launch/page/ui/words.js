@@ -59,6 +59,8 @@ export function faultInWords(fault) {
       return `sensor ${it.robot} ${it.device} ${sensorMode(it.mode)}`;
     case "actuator":
       return `actuator ${it.robot} ${actuatorMode(it.mode)}`;
+    case "skill":
+      return `skill ${it.robot} ${it.skill} ${it.share}`;
     case "obstacle":
       return `obstacle ${it.x_m} ${it.y_m} ${it.width_m} ${it.height_m}${option("penetrability", it.penetrability)}`;
     case "move-robot":

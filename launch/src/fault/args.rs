@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use alliance_proto::fault::{
     ActuatorFault, Chance, Delay, Device, Fault, Link, Loss, MoveRobot, Order, Partition,
-    RadioQuality, RangeFault, SensorFault, Who,
+    RadioQuality, RangeFault, SensorFault, SkillFault, Who,
 };
 use alliance_proto::scenario::Obstacle;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -62,6 +62,8 @@ pub enum OrderArgs {
     Sensor(Timed<SensorArgs>),
     /// Let a motor or the gripper fail
     Actuator(Timed<ActuatorArgs>),
+    /// Let a robot get worse at a skill, without knowing
+    Skill(Timed<SkillArgs>),
     /// Take a robot's power: its body obeys nothing
     Power(Timed<OneRobot>),
     /// Let a robot tell its team that it works, and do nothing
@@ -201,6 +203,18 @@ pub struct ActuatorArgs {
     size: Option<String>,
 }
 
+/// Skill.
+#[derive(Args, Clone, Debug)]
+pub struct SkillArgs {
+    /// Name of the robot
+    robot: String,
+    /// What it gets worse at, as the scenario names it
+    skill: String,
+    /// Share of the skill that is left, 0 to 1
+    #[arg(value_name = "SHARE", allow_negative_numbers = true)]
+    share: f64,
+}
+
 /// A rectangle on the floor.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ObstacleArgs {
@@ -327,6 +341,13 @@ impl OrderArgs {
                     mode: actuator_mode(&actuator.mode, actuator.size.as_deref())?,
                 }))
             })?,
+            Self::Skill(timed) => timed.order(|worse| {
+                Fault::Skill(SkillFault {
+                    robot: worse.robot,
+                    skill: worse.skill,
+                    share: worse.share,
+                })
+            }),
             Self::Obstacle(timed) => timed.order(|rectangle| {
                 Fault::Obstacle(Obstacle {
                     x_m: rectangle.x_m,

@@ -130,6 +130,10 @@ const FAULTS: &[(&str, &str)] = &[
         "actuator gold gripper",
         r#"{"actuator":{"robot":"gold","mode":"gripper"}}"#,
     ),
+    (
+        "skill gold dust 0.3",
+        r#"{"skill":{"robot":"gold","skill":"dust","share":0.3}}"#,
+    ),
     ("power gold", r#"{"power":"gold"}"#),
     ("babble gold", r#"{"babble":"gold"}"#),
     (

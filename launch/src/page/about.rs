@@ -41,6 +41,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         "alliance": setup_file["alliance"],
         "catalog": {"tasks": tasks, "sets": sets},
         "devices": devices(catalog.mission),
+        "skills": catalog.mission.skills(&setup.scenario),
         "momentary": momentary(catalog.mission),
         "mission": mission,
         "log": log,

@@ -29,6 +29,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/mission.js"
     "model/model.js"
     "model/own_faults.js"
+    "model/skills.js"
     "model/traffic.js"
     "model/trail.js"
     "panels.css"

@@ -162,6 +162,10 @@ impl Checker<'_> {
                 }
                 ActuatorMode::Dead | ActuatorMode::OneWheel(_) | ActuatorMode::Gripper => Ok(()),
             },
+            Fault::Skill(fault) => {
+                self.can(&at("skill"), &fault.robot, &fault.skill)?;
+                share(&at("share"), fault.share)
+            }
             Fault::Obstacle(rectangle) => {
                 anywhere(name, rectangle.x_m, rectangle.y_m)?;
                 self.in_the_room(&["fault", name], rectangle)?;
@@ -278,6 +282,25 @@ impl Checker<'_> {
             format!("'{robot}' has no '{device}'"),
             &remedy,
         ))
+    }
+
+    /// A robot gets worse only at what it can do.
+    fn can(&self, field: &[&str], robot: &str, skill: &str) -> Checked {
+        let known = self.catalog.mission.skills(self.scenario);
+        let mut known = known.iter().map(String::as_str);
+        if !known.clone().any(|known| known == skill) {
+            let what = format!("there is no skill '{skill}'");
+            return Err(wrong(field, what, &instead(skill, &mut known)));
+        }
+        let has = |robot: &&Robot| robot.skill(skill).unwrap_or(1.0) > 0.0;
+        let able = self.scenario.robots.iter().filter(has);
+        let mut able = able.map(|robot| robot.name.as_str());
+        if able.clone().any(|able| able == robot) {
+            return Ok(());
+        }
+        let what = format!("'{robot}' has no skill '{skill}'");
+        let remedy = format!("name one that has it: {}", instead(robot, &mut able));
+        Err(wrong(field, what, &remedy))
     }
 
     /// An obstacle that changes something, and leaves something.

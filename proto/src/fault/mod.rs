@@ -92,6 +92,9 @@ pub enum Fault {
     /// What only the mission knows.
     #[schemars(skip)]
     Mission(MissionFault),
+
+    /// A robot gets worse at something, and does not know.
+    Skill(SkillFault),
 }
 
 /// One end of a link: a robot by its name, or `all`.
@@ -292,6 +295,18 @@ pub struct ActuatorFault {
     pub robot: String,
     /// How.
     pub mode: ActuatorMode,
+}
+
+/// A skill that has got worse.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SkillFault {
+    /// Whose.
+    pub robot: String,
+    /// Which one, by the name that the mission gives it.
+    pub skill: String,
+    /// Share that is left of it, 0 to 1.
+    pub share: f64,
 }
 
 /// A robot elsewhere.

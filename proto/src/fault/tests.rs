@@ -142,3 +142,37 @@ fn events_are_read_as_people_write_them() {
         assert!(wrong.parse::<When>().is_err(), "{wrong}");
     }
 }
+
+#[test]
+fn a_skill_gets_worse_where_there_is_one() {
+    let mut scenario = default_scenario();
+    let weak = std::collections::BTreeMap::from([("lift".to_owned(), 0.0)]);
+    scenario.robots[0].skills = Some(weak);
+    let refused = |robot: &str, skill: &str, share: f64| {
+        let fault = Fault::Skill(SkillFault {
+            robot: robot.to_owned(),
+            skill: skill.to_owned(),
+            share,
+        });
+        let checked = Order::now(fault).check(&scenario, &Catalog::of(&scenario));
+        checked.unwrap_err().to_string()
+    };
+    let (weak, other) = (&scenario.robots[0].name, &scenario.robots[1].name);
+    assert_eq!(
+        refused(other, "lfit", 0.3),
+        "fault.skill.skill: there is no skill 'lfit'; did you mean 'lift'? (there is only 'lift')"
+    );
+    let line = refused(weak, "lift", 0.3);
+    let expected =
+        format!("fault.skill.skill: '{weak}' has no skill 'lift'; name one that has it: ");
+    assert!(line.starts_with(&expected), "{line}");
+    assert!(line.contains(other.as_str()), "{line}");
+    for share in [-0.1, 1.1, f64::NAN] {
+        assert_eq!(
+            refused(other, "lift", share),
+            format!(
+                "fault.skill.share: {share} is out of range; it must be at least 0 and at most 1"
+            )
+        );
+    }
+}

@@ -6,7 +6,7 @@ use super::{ActuatorMode, Chance, Fault, Link, Order, SensorError, SensorMode, S
 
 impl Fault {
     /// Names of those of every mission.
-    pub const COMMON: [&str; 23] = [
+    pub const COMMON: [&str; 24] = [
         "kill",
         "terminate",
         "pause",
@@ -26,6 +26,7 @@ impl Fault {
         "radio",
         "sensor",
         "actuator",
+        "skill",
         "power",
         "babble",
         "obstacle",
@@ -55,6 +56,7 @@ impl Fault {
             Self::Radio(_) => "radio",
             Self::Sensor(_) => "sensor",
             Self::Actuator(_) => "actuator",
+            Self::Skill(_) => "skill",
             Self::Power(_) => "power",
             Self::Babble(_) => "babble",
             Self::Obstacle(_) => "obstacle",
@@ -80,6 +82,7 @@ impl Fault {
             | Self::Babble(robot) => Some(robot),
             Self::Sensor(fault) => Some(&fault.robot),
             Self::Actuator(fault) => Some(&fault.robot),
+            Self::Skill(fault) => Some(&fault.robot),
             Self::MoveRobot(fault) => Some(&fault.robot),
             _ => None,
         }
@@ -146,6 +149,7 @@ impl Display for Fault {
             Self::Radio(quality) => write!(f, " {}", quality.as_str()),
             Self::Sensor(fault) => write!(f, " {} {}", fault.device.as_str(), fault.mode),
             Self::Actuator(fault) => write!(f, " {}", fault.mode),
+            Self::Skill(fault) => write!(f, " {} {}", fault.skill, fault.share),
             Self::Obstacle(rectangle) => {
                 let (x, y, w, h) = (
                     rectangle.x_m,

@@ -4,6 +4,7 @@
 use std::fmt::Debug;
 
 use glam::Vec2;
+use rand_chacha::ChaCha8Rng;
 
 use super::columns::Column;
 use super::promises::Promises;
@@ -195,6 +196,12 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         false
     }
 
+    /// Writes a random section of its own into a scenario whose room and robots have been drawn, and what robots have for it; `None`:
+    /// random missions are of it only with the section of their scenario.
+    fn random(&self) -> Option<Draw> {
+        None
+    }
+
     /// Rectangles that random missions keep free of obstacles: lower left and upper right corners, m.
     fn kept_free(&self, _scenario: &Scenario) -> Vec<[Vec2; 2]> {
         Vec::new()
@@ -222,6 +229,9 @@ pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, V
     let behaviors = behaviors.collect();
     (tasks, behaviors)
 }
+
+/// Draws what a scenario says of a mission ([`MissionData::random`]). What it draws can be read and run with any room and robots.
+pub type Draw = fn(&mut Scenario, &mut ChaCha8Rng);
 
 /// A scenario that comes with a mission, and can be run by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

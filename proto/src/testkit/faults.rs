@@ -74,6 +74,11 @@ pub fn one_of_each() -> Vec<Fault> {
         actuator(ActuatorMode::TurnBias(-10.0)),
         actuator(ActuatorMode::OneWheel(Side::Left)),
         actuator(ActuatorMode::Gripper),
+        Fault::Skill(SkillFault {
+            robot: robot(),
+            skill: "lift".to_owned(),
+            share: 0.3,
+        }),
         Fault::Power(robot()),
         Fault::Babble(robot()),
         Fault::Obstacle(Obstacle {

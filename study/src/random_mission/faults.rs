@@ -2,7 +2,7 @@
 
 use alliance_proto::fault::{
     Chance, Delay, Fault, FaultRange, Happening, Link, Loss, MissionFault, MoveRobot, Order,
-    Partition, RadioQuality, RangeFault, When, Who,
+    Partition, RadioQuality, RangeFault, SkillFault, When, Who,
 };
 use alliance_proto::ids::BehaviorId;
 use alliance_proto::scenario::{Catalog, Obstacle, Robot, Scenario};
@@ -51,7 +51,7 @@ impl RandomFaults {
 type Draw = fn(&mut Dice<'_>) -> Option<Fault>;
 
 /// All kinds that there are, each as likely.
-const DRAWS: [Draw; 25] = [
+const DRAWS: [Draw; 26] = [
     |dice| Some(Fault::Kill(dice.robot().name)),
     |dice| Some(Fault::Terminate(dice.robot().name)),
     |dice| Some(Fault::Pause(dice.robot().name)),
@@ -123,7 +123,11 @@ const DRAWS: [Draw; 25] = [
             heading_deg: dice.any(&[None, Some(-90.0), Some(33.0)]),
         }))
     },
+    |dice| dice.worse_skill().map(Fault::Skill),
 ];
+
+/// So many of them are for missions without skills, too.
+const WITHOUT_SKILLS: usize = DRAWS.len() - 1;
 
 /// The number that a place reads as, to two decimals; never beyond the border.
 fn written(place_m: f32) -> f64 {
@@ -136,8 +140,12 @@ pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng
     let count = faults.between().draw(rng);
     let mut dice = Dice { rng, scenario };
     let mut orders = Vec::new();
+    let draws = match scenario.mission().skills(scenario)[..] {
+        [] => &DRAWS[..WITHOUT_SKILLS],
+        _ => &DRAWS[..],
+    };
     while orders.len() < count as usize {
-        let draw = dice.any(&DRAWS);
+        let draw = dice.any(draws);
         if let Some(fault) = draw(&mut dice) {
             orders.push(dice.order(fault, faults.until_s));
         }
@@ -260,6 +268,18 @@ impl Dice<'_> {
         let mut along = |size_m: f32| self.between(0.0, f64::from(size_m)) as f32;
         let (x_m, y_m) = (along(room.width_m), along(room.height_m));
         (x_m.min(room.width_m), y_m.min(room.height_m))
+    }
+
+    /// A robot gets worse at something that it can do, if it can do anything.
+    fn worse_skill(&mut self) -> Option<SkillFault> {
+        let robot = self.robot();
+        let mut skills = self.scenario.mission().skills(self.scenario);
+        skills.retain(|skill| robot.skill(skill).unwrap_or(1.0) > 0.0);
+        Some(SkillFault {
+            skill: (!skills.is_empty()).then(|| self.any(&skills))?,
+            robot: robot.name,
+            share: self.between(0.0, 1.0),
+        })
     }
 
     /// A fault of the mission's own, if it has any.

@@ -1,4 +1,4 @@
-//! Random missions: room, team and what goes wrong, each a function of a seed.
+//! Random missions: room, team, what there is to do and what goes wrong, each a function of a seed.
 //!
 //! - [`room`]: obstacles with corridors between them. [`mod@team`]: robots. [`faults`]: a timeline with faults of every kind.
 //!
@@ -9,7 +9,10 @@ pub mod faults;
 pub mod room;
 pub mod team;
 
-use alliance_proto::scenario::Scenario;
+use alliance_proto::mission::data::Draw;
+use alliance_proto::mission::known::Mission;
+use alliance_proto::scenario::{Scenario, instead};
+use missions::Registry;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -36,6 +39,8 @@ pub struct RandomMission {
     pub obstacles: Option<Between>,
     /// How many robots.
     pub robots: Option<Between>,
+    /// Name of the mission that draws what there is to do.
+    pub mission: Option<String>,
     /// What goes wrong.
     pub faults: Option<RandomFaults>,
 }
@@ -67,6 +72,13 @@ enum Stream {
     Obstacles = 2,
     Faults = 3,
     Room = 4,
+    Mission = 5,
+}
+
+/// What a mission of this program draws.
+fn draw_of(name: &str) -> Option<Draw> {
+    let missions = Registry::of_this_program().vocabulary().missions;
+    missions.iter().find(|it| it.name() == name)?.random()
 }
 
 impl Between {
@@ -110,6 +122,15 @@ impl RandomMission {
                 format!("write lengths from {LEAST_M} to {MOST_M} m, the lower one as min");
             return Some(("room", what, remedy));
         }
+        if let Some(name) = &self.mission
+            && draw_of(name).is_none()
+        {
+            let missions = Registry::of_this_program().vocabulary().missions;
+            let drawn = missions.iter().filter(|it| it.random().is_some());
+            let what = format!("no mission '{name}' draws anything");
+            let remedy = instead(name, drawn.map(Mission::name));
+            return Some(("mission", what, remedy));
+        }
         let until_s = self.faults.as_ref().map(|faults| faults.until_s);
         until_s
             .filter(|until_s| !(1.0..=1e6).contains(until_s))
@@ -141,6 +162,9 @@ impl RandomMission {
             let count = between.draw(&mut rng);
             scenario.robots = team(count, self.faults.is_some(), &mut rng);
         }
+        if let Some(draw) = self.mission.as_deref().and_then(draw_of) {
+            draw(&mut scenario, &mut stream(Stream::Mission));
+        }
         if let Some(between) = self.obstacles {
             let mut rng = stream(Stream::Obstacles);
             let count = between.draw(&mut rng);
@@ -156,7 +180,6 @@ impl RandomMission {
 
 #[cfg(test)]
 mod tests {
-    use missions::Registry;
     use missions::waste::data::default_scenario;
     use std::collections::BTreeSet;
 
@@ -172,6 +195,7 @@ mod tests {
             }),
             obstacles: Some(Between { min: 1, max: 8 }),
             robots: Some(Between { min: 1, max: 8 }),
+            mission: None,
             faults: Some(RandomFaults {
                 min: 0,
                 max: 12,
@@ -219,6 +243,35 @@ mod tests {
         assert_eq!(kinds.len(), 25);
     }
 
+    /// Each mission that draws: all seeds can be read, also by their text, and resolved, and they differ.
+    #[test]
+    fn every_mission_draws_what_can_be_run() {
+        let missions = Registry::of_this_program().vocabulary().missions;
+        let drawing = missions.iter().filter(|it| it.random().is_some());
+        let names: Vec<&str> = drawing.map(Mission::name).collect();
+        assert!(names.contains(&"service"));
+        for name in names {
+            let random = RandomMission {
+                mission: Some(name.to_owned()),
+                ..mission()
+            };
+            let mut sections = BTreeSet::new();
+            for seed in 0..200 {
+                let scenario = random.draw(default_scenario(), seed);
+                assert_eq!(scenario.mission().name(), name);
+                let again = random.draw(default_scenario(), seed);
+                assert_eq!(scenario, again);
+                let text = toml::to_string(&scenario).unwrap();
+                let vocabulary = Registry::built_in().vocabulary();
+                let read = Scenario::parse("mission.toml", &text, &vocabulary);
+                assert_eq!(read.unwrap(), scenario, "seed {seed}");
+                sections.insert(format!("{:?}", scenario.mission));
+                Setup::resolve(scenario, seed, None).unwrap();
+            }
+            assert_eq!(sections.len(), 200, "{name}");
+        }
+    }
+
     #[test]
     fn what_is_drawn_shifts_nothing_else() {
         let all = mission().draw(default_scenario(), 7);
@@ -264,6 +317,16 @@ mod tests {
             })),
             "room"
         );
+        for name in ["waste", "no-such"] {
+            let mut mission = mission();
+            mission.mission = Some(name.to_owned());
+            let (key, what, remedy) = mission.mistake().unwrap();
+            assert_eq!(
+                (key, what),
+                ("mission", format!("no mission '{name}' draws anything"))
+            );
+            assert!(remedy.contains("service"), "{remedy}");
+        }
         for until_s in [0.0, f64::NAN, 1e9] {
             let mut mission = mission();
             mission.faults.as_mut().unwrap().until_s = until_s;

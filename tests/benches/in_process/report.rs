@@ -50,6 +50,15 @@ pub fn print(teams: &[usize]) {
     );
 }
 
+/// Prints, for each mission that was measured, robot-steps per second and core.
+pub fn print_missions(names: &[&str], robots: usize) {
+    for name in names {
+        if let Some(times) = Times::read("missions", robots, name) {
+            println!("\n{name:>16} {robots} robots {:>25}", times.rates(robots));
+        }
+    }
+}
+
 /// Prints, for each allocator that was measured, robot-steps per second and core in teams of each size, and how many times as long a
 /// step takes in the largest as in the smallest.
 pub fn print_allocators(names: &[&str], teams: &[usize]) {

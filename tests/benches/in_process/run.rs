@@ -1,5 +1,6 @@
 //! A team at work in one process.
 
+use missions::Registry;
 use missions::waste::data::{WasteSection, family};
 use std::time::{Duration, Instant};
 
@@ -24,6 +25,14 @@ pub fn with_allocator(robots: usize, allocator: &str) -> Setup {
     let mut scenario = family(robots, (2 * robots).div_ceil(3));
     WasteSection::of_mut(&mut scenario).border_known = true;
     scenario.allocator = Some(allocator.to_owned());
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+/// Another mission of that size.
+pub fn of_mission(name: &str, robots: usize, size: usize) -> Setup {
+    let missions = Registry::built_in().vocabulary().missions;
+    let mission = missions.iter().find(|it| it.name() == name).unwrap();
+    let scenario = mission.family(robots, size).unwrap();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 

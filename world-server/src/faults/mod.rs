@@ -2,7 +2,7 @@
 //!
 //! - [`schedule`]: when they begin and end.
 //! - [`links`]: what they do to messages; bursts of losses are in `bursts`.
-//! - [`sensors`], [`actuators`]: what stands between a robot's mind and its body while they are in force.
+//! - [`sensors`], [`actuators`]: what stands between a robot's mind and its body while they are in force. [`skills`]: what it does worse.
 //! - [`campaign`]: random faults, as orders for the schedule. `draws`: what chance does to all of them.
 //!
 //! Faults of the world itself are [interruptions](crate::interruption).
@@ -14,3 +14,4 @@ mod draws;
 pub mod links;
 pub mod schedule;
 pub mod sensors;
+pub mod skills;

@@ -39,12 +39,13 @@ use crate::faults::campaign;
 use crate::faults::links::Links;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
+use crate::faults::skills::impairments;
 use crate::interruption::{Interruption, InterruptionHandler};
 use crate::mission::{MissionWorld, TeamFigures, Value};
 use crate::recorder::{
     Answer, Answers, BodyRecord, Ending, Event, FaultEvent, Record, RecordError, TickRecord,
 };
-use crate::world::World;
+use crate::world::{Impairment, World};
 
 use acts::{Act, Acts};
 use commands::QueuedCommand;
@@ -395,6 +396,9 @@ impl Simulation {
         self.sensors
             .begin(self.barrier.tick(), self.schedule.in_force(), told);
         self.actuators.begin(self.schedule.in_force());
+        let impaired = impairments(self.schedule.in_force(), &self.setup.roster);
+        self.world
+            .impair(impaired.map(|(_, impairment)| impairment));
         self.learn_truth();
     }
 
@@ -490,6 +494,7 @@ impl Simulation {
             }
         }
         let mut happened = self.world.step(commands);
+        self.tell_of_impairments();
         for robot in &gathered.dead {
             happened.append(&mut self.world.lose(*robot));
         }
@@ -506,6 +511,22 @@ impl Simulation {
         self.answers = answers;
         self.ended = ended;
         self.outcome = self.decide_outcome();
+    }
+
+    /// What robots did worse in the last step hits the faults that impair them.
+    fn tell_of_impairments(&mut self) {
+        let acted = |it: &Impairment| it.has_acted;
+        if !self.world.impairments().iter().any(acted) {
+            // As in most runs.
+            return;
+        }
+        // Since the tick was opened no fault has begun or ended.
+        let faults = impairments(self.schedule.in_force(), &self.setup.roster);
+        let told = faults.zip(self.world.impairments());
+        let hits = told.filter_map(|((fault, _), it)| it.has_acted.then_some(fault));
+        for fault in hits.collect::<Vec<_>>() {
+            self.hit(fault, 1);
+        }
     }
 
     /// Hands over what the tick was that has ended, once. Says whether there was one.
@@ -665,7 +686,8 @@ impl Simulation {
         }
     }
 
-    /// Those that the mission tells, and how far it has come if it does not say so itself.
+    /// Those that the mission tells, how far it has come if it does not say so itself, and what energy all robots have used, if that is
+    /// simulated.
     fn figures(&self) -> TeamFigures {
         let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
         self.world.mission().figures(&mut figures);
@@ -674,6 +696,14 @@ impl Simulation {
             if counts && figures.mission.column(&column.name).is_none() {
                 figures.mission.add(&column.name, column.value);
             }
+        }
+        if let Some(energy) = &self.setup.scenario.energy {
+            let left = self
+                .barrier
+                .robots()
+                .filter_map(|it| self.world.energy_j(it));
+            let used = left.map(|left_j| f64::from(energy.capacity_j - left_j));
+            figures.mission.add("energy_used_j", used.sum::<f64>());
         }
         figures
     }

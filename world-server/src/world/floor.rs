@@ -32,6 +32,21 @@ pub struct Floor {
     pub(super) drift: Drift,
     /// `None` where all hear all.
     pub(super) range: Option<RadioRange>,
+    /// In this step.
+    impairments: Vec<Impairment>,
+}
+
+/// A skill of a robot of which only a share is left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Impairment {
+    /// Whose.
+    pub robot: RobotId,
+    /// Which one.
+    pub skill: String,
+    /// What is left of it, 0 to 1.
+    pub share: f64,
+    /// Whether the robot has used it in this step.
+    pub has_acted: bool,
 }
 
 /// A robot's body.
@@ -130,6 +145,7 @@ impl Floor {
         });
         Self {
             range,
+            impairments: Vec::new(),
             now: SimTime::ZERO,
             step: SimTime(scenario.step_ms),
             body,
@@ -221,6 +237,28 @@ impl Floor {
     #[must_use]
     pub fn body_of(&self, robot: RobotId) -> &Body {
         &self.robots[robot.index()].body
+    }
+
+    /// The skills that are impaired in this step.
+    #[must_use]
+    pub fn impairments(&self) -> &[Impairment] {
+        &self.impairments
+    }
+
+    /// Impairs these skills, and no others, in the step to come.
+    pub fn impair(&mut self, impairments: impl Iterator<Item = Impairment>) {
+        self.impairments.clear();
+        self.impairments.extend(impairments);
+    }
+
+    /// A robot uses a skill in this step: what share faults have left of it, 0 to 1.
+    pub fn use_skill(&mut self, robot: RobotId, skill: &str) -> f64 {
+        let own = self.impairments.iter_mut();
+        let own = own.filter(|it| it.robot == robot && it.skill == skill);
+        own.fold(1.0, |left, impairment| {
+            impairment.has_acted = impairment.share < 1.0;
+            left * impairment.share
+        })
     }
 
     /// How far sensors reach.

@@ -57,7 +57,7 @@ use crate::recorder::Event;
 pub use aspect::{Aspect, Battery};
 pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
-pub use floor::Floor;
+pub use floor::{Floor, Impairment};
 pub use grid::Grid;
 use happened::Happened;
 pub use motion::{limited, wrapped};

@@ -48,7 +48,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     if section.uncovered {
         return Ok(());
     }
-    covered(scenario, section, &at)
+    covered(scenario)
 }
 
 fn in_order(between: &Between, at: Path) -> Result<(), Problem> {
@@ -62,18 +62,13 @@ fn in_order(between: &Between, at: Path) -> Result<(), Problem> {
 /// Robots side by side within reach of a point.
 fn fit(scenario: &Scenario, workers: u32, at: Path) -> Result<(), Problem> {
     let reach_m = ServiceSection::of(scenario).reach_m;
-    let (reach, radius) = (f64::from(reach_m), f64::from(scenario.body.radius_m));
-    let has_room = |workers: u32| {
-        let between = 2.0 * reach * (PI / f64::from(workers)).sin();
-        scenario.body.robot_penetrability > 0.0 || workers <= 1 || between >= 2.0 * radius
-    };
-    if has_room(workers) {
+    if has_room(scenario, reach_m, workers) {
         return Ok(());
     }
     // One has.
     let most = (1..workers)
         .rev()
-        .find(|fewer| has_room(*fewer))
+        .find(|fewer| has_room(scenario, reach_m, *fewer))
         .unwrap_or(1);
     let what = format!(
         "{workers} robots of radius {} m have no room within reach_m, {reach_m} m, of a point",
@@ -83,8 +78,16 @@ fn fit(scenario: &Scenario, workers: u32, at: Path) -> Result<(), Problem> {
     Err(Problem::at(at, what, remedy))
 }
 
+/// Whether so many robots have room within reach of a point.
+pub(super) fn has_room(scenario: &Scenario, reach_m: f32, workers: u32) -> bool {
+    let (reach, radius) = (f64::from(reach_m), f64::from(scenario.body.radius_m));
+    let between = 2.0 * reach * (PI / f64::from(workers)).sin();
+    scenario.body.robot_penetrability > 0.0 || workers <= 1 || between >= 2.0 * radius
+}
+
 /// Somebody can do each of the tasks.
-fn covered(scenario: &Scenario, section: &ServiceSection, at: &Path) -> Result<(), Problem> {
+pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
+    let section = ServiceSection::of(scenario);
     let catalog = Catalog::of(scenario);
     let mut left: usize = catalog.tasks.len();
     let mut is_covered = vec![false; left];
@@ -117,5 +120,6 @@ fn covered(scenario: &Scenario, section: &ServiceSection, at: &Path) -> Result<(
         "kinds"
     };
     let remedy = "give them to a robot, or say that it is meant: uncovered = true";
-    Err(Problem::at(at.key(list), what + &others, remedy))
+    let at = Path::of(["service", list]);
+    Err(Problem::at(at, what + &others, remedy))
 }

@@ -5,6 +5,7 @@ mod family;
 mod faults;
 mod parameters;
 mod points;
+mod random;
 mod section;
 #[cfg(test)]
 mod tests;
@@ -16,7 +17,7 @@ pub use section::{Batch, Between, Kind, KnownTo, Point, ServiceSection, TasksAre
 use alliance_proto::fault::FaultSpec;
 use alliance_proto::ids::TaskId;
 use alliance_proto::mission::columns::Column;
-use alliance_proto::mission::data::{BuiltIn, BuiltinScenario, MissionData, Terms};
+use alliance_proto::mission::data::{BuiltIn, BuiltinScenario, Draw, MissionData, Terms};
 use alliance_proto::mission::known::{Mission, section};
 use alliance_proto::mission::promises::Promises;
 use alliance_proto::mission::section::Section;
@@ -169,6 +170,10 @@ impl MissionData for Service {
         let longest = section.kinds.iter().map(|kind| kind.work_s.max);
         let work_s = of_kind.map_or_else(|| longest.fold(0.0, f64::max), |kind| kind.work_s.max);
         drive_s + work_s / skill
+    }
+
+    fn random(&self) -> Option<Draw> {
+        Some(random::draw)
     }
 
     fn faults(&self) -> &'static [FaultSpec] {

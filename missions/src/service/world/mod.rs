@@ -125,7 +125,7 @@ impl Service {
     }
 
     /// A robot works on a point: it takes off what its skill allows, if it can.
-    fn work(&mut self, robot: RobotId, point: u16, floor: &Floor, happened: &mut Happened) {
+    fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut Happened) {
         let constants = Arc::clone(&self.constants);
         let Some(kind) = self.points.open_kind(point) else {
             return;
@@ -153,6 +153,7 @@ impl Service {
             self.log.waited(floor.now().since(arrived));
         }
         let quarters = self.points.quarters_left(point);
+        let skill = skill * floor.use_skill(robot, &spec.name);
         let is_done = self.points.take_off(point, skill * constants.step_s);
         if is_done {
             let change = self.points.finish(point);
@@ -362,9 +363,9 @@ impl TypedMission for Service {
         self.log.write_figures(figures);
     }
 
-    fn show(&self, _: &Floor, view: &mut View) {
+    fn show(&self, floor: &Floor, view: &mut View) {
         let section = &self.constants.section;
-        self.points.show(section, view);
+        self.points.show(section, floor.now(), view);
         if section.known == KnownTo::Sight {
             log::show_sensed(view);
         }

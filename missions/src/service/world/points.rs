@@ -352,15 +352,15 @@ impl Points {
         figures.mission.add("open", self.counts.open);
     }
 
-    /// Each point that has arrived.
-    pub fn show(&self, section: &ServiceSection, view: &mut View) {
+    /// Each point that has arrived, or does so now.
+    pub fn show(&self, section: &ServiceSection, now: SimTime, view: &mut View) {
         for (number, point) in self.points.iter().enumerate() {
-            if point.phase == Phase::Waiting {
+            if point.phase == Phase::Waiting && point.arrives > now {
                 continue;
             }
             let done = 1.0 - point.left_s / point.spec.work_s;
             let kind = &section.kinds[point.spec.kind].name;
-            let id = format!("p{number}");
+            let id = format!("{}/p{number}", point.spec.kind);
             view.mark(Mark {
                 share: Some(done as f32),
                 label: format!("p{number} {kind}"),

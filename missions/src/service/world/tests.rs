@@ -8,7 +8,7 @@ use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::time::SimTime;
 use proptest::prelude::*;
 use world_server::mission::Value;
-use world_server::world::World;
+use world_server::world::{Impairment, World};
 
 use super::super::bus::{Deed, Sensed};
 use super::super::data::POINT;
@@ -131,6 +131,38 @@ fn work_takes_its_time_by_skill() {
             Value::Count(2),
             Value::Count(0),
             Value::Real(0.0)
+        ]
+    );
+}
+
+/// 3 s of dust take blue, of skill 1, 6 s with half of it, whatever becomes of other skills, and of others' skills.
+#[test]
+fn an_impaired_skill_takes_less_off() {
+    let section = kind("dust", 3.0, "") + &kind("garbage", 3.0, "");
+    let section = section + &point("dust", 0.0) + &point("garbage", 0.0);
+    let mut world = world(&section);
+    let impairment = |robot, skill: &str, share| Impairment {
+        robot,
+        skill: skill.to_owned(),
+        share,
+        has_acted: false,
+    };
+    let (half, none) = (impairment(BLUE, "dust", 0.5), impairment(GOLD, "dust", 0.0));
+    let mut events = Vec::new();
+    while world.now() < SimTime::from_secs_f64(8.0) {
+        world.impair([half.clone(), none.clone()].into_iter());
+        events.extend(step(&mut world, [works(1), works(0)]));
+        let acted: Vec<bool> = world.impairments().iter().map(|it| it.has_acted).collect();
+        let works = world.now() <= SimTime::from_secs_f64(6.0);
+        assert_eq!(acted, [works, false], "at {}", world.now());
+    }
+    assert_eq!(
+        events[2..],
+        [
+            "0 begun gold p1",
+            "0 begun blue p0",
+            "2.5 done gold p1",
+            "5.5 done blue p0"
         ]
     );
 }

@@ -2,7 +2,7 @@
 
 use super::WasteSection;
 use alliance_proto::scenario::limits::{FRACTION, LENGTH, TIME, closed, named};
-use alliance_proto::scenario::{Path, Problem};
+use alliance_proto::scenario::{Path, Problem, Scenario};
 
 /// Most spills of a scenario, and most deposits.
 pub const MAX_SPILLS: usize = 10_000;
@@ -12,7 +12,8 @@ pub(super) const MAX_ITEMS: u32 = 1000;
 pub(crate) const MAX_ITEMS_IN_ALL: u32 = 200_000;
 
 /// Refuses the first mistake of `[waste]`.
-pub(super) fn check(waste: &WasteSection) -> Result<(), Problem> {
+pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
+    let waste = WasteSection::of(scenario);
     let at = Path::of(["waste"]);
     let spills = at.key("spills");
     named(
@@ -65,5 +66,28 @@ pub(super) fn check(waste: &WasteSection) -> Result<(), Problem> {
     LENGTH.check(site.key("width_m"), waste.report_site.width_m)?;
     LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
     closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
-    TIME.check(at.key("report_period_s"), waste.report_period_s)
+    TIME.check(at.key("report_period_s"), waste.report_period_s)?;
+    lasting(scenario, at.key("duration_s"))
+}
+
+/// Only foraging lasts for a time, and no longer than the run.
+fn lasting(scenario: &Scenario, at: Path) -> Result<(), Problem> {
+    let waste = WasteSection::of(scenario);
+    let Some(duration_s) = waste.duration_s else {
+        return Ok(());
+    };
+    TIME.check(at.clone(), duration_s)?;
+    if !waste.respawn {
+        let what = "the clean-up ends when all is delivered";
+        let remedy = "leave it out, or write respawn = true";
+        return Err(Problem::at(at, what, remedy));
+    }
+    if duration_s > scenario.limit_s {
+        let what = format!(
+            "the run ends before, after limit_s = {} s",
+            scenario.limit_s
+        );
+        return Err(Problem::at(at, what, "write a longer limit_s"));
+    }
+    Ok(())
 }

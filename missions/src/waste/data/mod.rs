@@ -63,7 +63,7 @@ pub const WASTE: Mission = Mission::new(
 );
 
 /// The default mission first.
-const SCENARIOS: [BuiltinScenario; 5] = [
+const SCENARIOS: [BuiltinScenario; 8] = [
     BuiltinScenario {
         name: "waste-cleanup",
         text: include_str!("../scenarios/waste-cleanup.toml"),
@@ -79,6 +79,18 @@ const SCENARIOS: [BuiltinScenario; 5] = [
     BuiltinScenario {
         name: "parker-specialised",
         text: include_str!("../scenarios/parker-specialised.toml"),
+    },
+    BuiltinScenario {
+        name: "foraging",
+        text: include_str!("../scenarios/foraging.toml"),
+    },
+    BuiltinScenario {
+        name: "puck-moving",
+        text: include_str!("../scenarios/puck-moving.toml"),
+    },
+    BuiltinScenario {
+        name: "puck-moving-unaware",
+        text: include_str!("../scenarios/puck-moving-unaware.toml"),
     },
     BuiltinScenario {
         name: "reference",
@@ -145,6 +157,7 @@ impl MissionData for WasteData {
                 "pick-failed",
                 "dropped",
                 "delivered",
+                "respawned",
                 "reported",
                 "position-update",
                 "locations-learned",
@@ -242,6 +255,6 @@ impl MissionData for WasteData {
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
-        check::check(WasteSection::of(scenario))
+        check::check(scenario)
     }
 }

@@ -122,6 +122,20 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "whether the robots know the border beforehand",
             ParameterRange::Flag,
         ),
+        ParameterSpec::new(
+            "respawn",
+            "",
+            Flag(false),
+            "whether what is delivered comes back at the spill: foraging, with no end but time",
+            ParameterRange::Flag,
+        ),
+        ParameterSpec::new(
+            "duration_s",
+            "s",
+            Words("limit_s"),
+            "after this foraging is complete; with respawn only",
+            ParameterRange::Above(0.0, 1e9),
+        ),
     ]
 }
 
@@ -143,6 +157,8 @@ mod tests {
                 y_fraction: 0.0,
             }],
             border_known: true,
+            respawn: true,
+            duration_s: Some(600.0),
             ..WasteSection::default()
         };
         serde_json::to_value(section).unwrap()

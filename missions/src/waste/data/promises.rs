@@ -22,7 +22,7 @@ pub(super) fn promises(scenario: &Scenario) -> Promises {
         items: waste.spills.iter().map(|spill| spill.items as usize).sum(),
         goals: deposits.clone(),
         targets: deposits,
-        ends: true,
+        ends: !waste.respawn,
     }
 }
 

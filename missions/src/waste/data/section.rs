@@ -27,6 +27,12 @@ pub struct WasteSection {
     /// Whether the robots know the border beforehand, and with it where everything is.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub border_known: bool,
+    /// Whether what is delivered comes back at the spill, so that there is no end but time: foraging.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub respawn: bool,
+    /// After this foraging is complete, s; absent: at the time limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
 }
 
 impl WasteSection {
@@ -104,6 +110,8 @@ impl Default for WasteSection {
             report_site: ReportSite::default(),
             report_period_s: 120.0,
             border_known: false,
+            respawn: false,
+            duration_s: None,
         }
     }
 }

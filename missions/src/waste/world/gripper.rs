@@ -4,7 +4,7 @@ use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::mission::items::Gripper;
 use glam::Vec2;
 
-use super::{DELIVERED, DROPPED, PICK_FAILED, PICKED, Waste};
+use super::{DELIVERED, DROPPED, PICK_FAILED, PICKED, RESPAWNED, Waste};
 use world_server::mission::Happened;
 use world_server::world::{Floor, SKIN_M, around};
 
@@ -15,6 +15,7 @@ impl Waste {
             return;
         };
         let at = self.drop_place(robot, floor);
+        let picked_up = self.floor.items()[item.0 as usize].position;
         let delivered = self.floor.put_down(item, at);
         floor.changed(robot);
         self.laid(at, floor);
@@ -27,6 +28,13 @@ impl Waste {
             event
         };
         event.subject = item.to_string();
+        if delivered && let Some(back) = self.floor.bring_back(item, picked_up, floor) {
+            self.taken(at, floor);
+            self.laid(back, floor);
+            let event = happened.tell(RESPAWNED, Some(robot));
+            event.subject = item.to_string();
+            event.detail = format!("{} {}", back.x, back.y);
+        }
     }
 
     pub(super) fn grip(

@@ -8,6 +8,7 @@ use alliance_proto::ids::{ItemId, RobotId};
 use alliance_proto::mission::items::Zone;
 use alliance_proto::rng::{self, Purpose};
 use alliance_proto::scenario::Scenario;
+use alliance_proto::time::SimTime;
 use glam::Vec2;
 use rand::Rng;
 use xxhash_rust::xxh3::xxh3_64;
@@ -51,6 +52,27 @@ pub(super) struct WasteFloor {
     zone_centers: Grid,
     zone_reach_m: f32,
     report_site: Outline,
+    /// `None` where the deposit keeps what it gets.
+    pub foraging: Option<Foraging>,
+}
+
+/// What is delivered comes back.
+#[derive(Clone, Debug)]
+pub(super) struct Foraging {
+    seed: u64,
+    /// How much has been delivered.
+    pub deliveries: u32,
+    /// How long the run has lasted, in whole steps.
+    pub elapsed: SimTime,
+    step: SimTime,
+    pub duration: SimTime,
+}
+
+impl Foraging {
+    /// A step has been made.
+    pub fn step(&mut self) {
+        self.elapsed = self.elapsed + self.step;
+    }
 }
 
 impl WasteFloor {
@@ -84,6 +106,13 @@ impl WasteFloor {
             zone_centers,
             zone_reach_m,
             report_site: Outline::Rectangle { min, max },
+            foraging: waste.respawn.then(|| Foraging {
+                seed,
+                deliveries: 0,
+                elapsed: SimTime::ZERO,
+                step: SimTime(scenario.step_ms),
+                duration: SimTime::from_secs_f64(waste.duration_s.unwrap_or(scenario.limit_s)),
+            }),
         };
         for place in places {
             new.add(place);
@@ -143,19 +172,7 @@ impl WasteFloor {
     /// Whether anything lies outside the deposits, or is carried by that robot, that was nearer to that spill than to another when it was
     /// touched last; of two that are equally near the first has it.
     pub fn has_waste_of(&self, spill: u16, robot: RobotId) -> bool {
-        let centers = || {
-            let discs = self.zones.iter().filter(|(zone, _)| *zone == Zone::Source);
-            discs.filter_map(|(_, outline)| match outline {
-                Outline::Disc { center, .. } => Some(*center),
-                Outline::Rectangle { .. } | Outline::Wall { .. } => None,
-            })
-        };
-        let nearest = |at: Vec2| {
-            let far = |center: &Vec2| center.distance_squared(at);
-            let spills = centers().enumerate();
-            let nearest = spills.min_by(|(_, a), (_, b)| far(a).total_cmp(&far(b)));
-            nearest.map(|(spill, _)| spill)
-        };
+        let nearest = |at: Vec2| Some(self.nearest_spill(at)?.0);
         self.items.iter().any(|item| {
             let is_left = match item.carrier {
                 Some(carrier) => carrier == robot,
@@ -165,12 +182,56 @@ impl WasteFloor {
         })
     }
 
+    /// The spill nearest to a place: its number, center and radius, m; of two that are equally near the first.
+    fn nearest_spill(&self, at: Vec2) -> Option<(usize, Vec2, f32)> {
+        let discs = self.zones.iter().filter(|(zone, _)| *zone == Zone::Source);
+        let discs = discs.filter_map(|(_, outline)| match outline {
+            Outline::Disc { center, radius_m } => Some((*center, *radius_m)),
+            Outline::Rectangle { .. } | Outline::Wall { .. } => None,
+        });
+        let spills = discs
+            .enumerate()
+            .map(|(spill, (center, radius_m))| (spill, center, radius_m));
+        let far = |center: Vec2| center.distance_squared(at);
+        spills.min_by(|a, b| far(a.1).total_cmp(&far(b.1)))
+    }
+
+    /// Where the items are.
     pub fn counts(&self) -> ItemCounts {
         self.counts
     }
 
-    pub fn is_complete(&self) -> bool {
-        self.counts.delivered as usize == self.items.len()
+    /// The same, but with all that has ever been delivered.
+    pub fn told_counts(&self) -> ItemCounts {
+        let foraging = self.foraging.as_ref();
+        ItemCounts {
+            delivered: foraging.map_or(self.counts.delivered, |it| it.deliveries),
+            ..self.counts
+        }
+    }
+
+    pub fn is_complete(&self, now: SimTime) -> bool {
+        match &self.foraging {
+            Some(foraging) => now >= foraging.duration,
+            None => self.counts.delivered as usize == self.items.len(),
+        }
+    }
+
+    /// What has been delivered comes back at a random place of the spill that is nearest to where it was picked up. Tells where;
+    /// `None`: the deposit keeps it.
+    pub fn bring_back(&mut self, item: ItemId, picked_up: Vec2, floor: &Floor) -> Option<Vec2> {
+        let (_, center, radius_m) = self.nearest_spill(picked_up)?;
+        let foraging = self.foraging.as_mut()?;
+        let mut rng = rng::stream(foraging.seed, Purpose::Mission);
+        // Each delivery has numbers of its own.
+        rng.set_word_pos(u128::from(foraging.deliveries) << 16);
+        foraging.deliveries += 1;
+        let place = place_in_spill(center, radius_m, floor, &mut rng, |place| {
+            // The deposit would keep it.
+            !self.is_deposit(place) && floor.can_be_gripped(place, self.item_radius_m, |_| true)
+        });
+        self.relocate(item, place);
+        Some(place)
     }
 
     /// A new item on the floor.
@@ -222,9 +283,11 @@ impl WasteFloor {
         *self.count(from) -= 1;
     }
 
-    /// Hash of where each item is: it changes with the item that changes, and takes no look at the others.
+    /// Hash of where each item is: it changes with the item that changes, and takes no look at the others. And of how many have come
+    /// back: that decides where the next one does.
     pub fn hash(&self) -> u64 {
-        self.hash
+        let deliveries = self.foraging.as_ref().map_or(0, |it| it.deliveries);
+        self.hash ^ u64::from(deliveries).wrapping_mul(0xd6e8_feb8_6659_fd93)
     }
 
     fn hash_of(&self, item: ItemId) -> u64 {
@@ -280,21 +343,31 @@ fn named(waste: &WasteSection) -> Vec<Place> {
 fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
     let waste = WasteSection::of(scenario);
     let mut rng = rng::stream(seed, Purpose::Items);
+    let radius_m = waste.spill_radius_m;
     let will_do = |place: Vec2| floor.can_be_gripped(place, waste.item_radius_m, |_| true);
     let mut places = Vec::new();
     for spill in &waste.spills {
         let center = floor.size() * Vec2::new(spill.x_fraction, spill.y_fraction);
         for _ in 0..spill.items {
-            let mut tries =
-                (0..TRIES).map(|_| center + in_unit_disc(&mut rng) * waste.spill_radius_m);
-            let place = tries
-                .find(|place| will_do(*place))
-                .or_else(|| floor.nearest_place(center, will_do))
-                .unwrap_or_else(|| center.clamp(Vec2::ZERO, floor.size()));
-            places.push(place);
+            places.push(place_in_spill(center, radius_m, floor, &mut rng, will_do));
         }
     }
     places
+}
+
+/// A random place of a spill that will do, or the nearest one to it.
+fn place_in_spill(
+    center: Vec2,
+    radius_m: f32,
+    floor: &Floor,
+    rng: &mut impl Rng,
+    will_do: impl Fn(Vec2) -> bool,
+) -> Vec2 {
+    let mut tries = (0..TRIES).map(|_| center + in_unit_disc(rng) * radius_m);
+    tries
+        .find(|place| will_do(*place))
+        .or_else(|| floor.nearest_place(center, will_do))
+        .unwrap_or_else(|| center.clamp(Vec2::ZERO, floor.size()))
 }
 
 /// Uniform: points of the square that are not in the disc are drawn again.

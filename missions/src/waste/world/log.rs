@@ -63,7 +63,7 @@ impl Reports {
 
 impl Waste {
     pub(super) fn write_row(&self, row: &mut Vec<Value>) {
-        let counts = self.floor.counts();
+        let counts = self.floor.told_counts();
         row.extend(
             [
                 counts.in_spills,
@@ -77,7 +77,7 @@ impl Waste {
     }
 
     pub(super) fn write_figures(&self, figures: &mut TeamFigures) {
-        let (counts, reports) = (self.floor.counts(), &self.reports);
+        let (counts, reports) = (self.floor.told_counts(), &self.reports);
         let mission = &mut figures.mission;
         mission.add("items.in_spills", counts.in_spills);
         mission.add("items.carried", counts.carried);
@@ -87,6 +87,11 @@ impl Waste {
         let mean = reports.lateness_total_ms as f64 / f64::from(reports.made);
         mission.add(LATENESS_MEAN_MS, (reports.made > 0).then_some(mean));
         mission.add(LATENESS_MAX_MS, reports.lateness_max_ms);
+        if let Some(foraging) = &self.floor.foraging {
+            let hours = foraging.elapsed.as_secs_f64() / 3600.0;
+            let per_hour = f64::from(foraging.deliveries) / hours;
+            mission.add("items_per_hour", (hours > 0.0).then_some(per_hour));
+        }
         for (figures, robot) in figures.robots.iter_mut().zip(&self.robots) {
             figures.add(ITEMS_DELIVERED, robot.delivered);
             figures.add(REPORTS_MADE, robot.reports_made);

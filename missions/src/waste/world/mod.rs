@@ -41,6 +41,7 @@ const PICKED: &str = "picked";
 const PICK_FAILED: &str = "pick-failed";
 const DROPPED: &str = "dropped";
 const DELIVERED: &str = "delivered";
+const RESPAWNED: &str = "respawned";
 const REPORTED: &str = "reported";
 
 /// The waste clean-up.
@@ -136,6 +137,12 @@ impl WorldMission for Waste {
         }
     }
 
+    fn settle(&mut self, _: &mut Floor, _: &mut Happened) {
+        if let Some(foraging) = &mut self.floor.foraging {
+            foraging.step();
+        }
+    }
+
     /// Waste stays sorted by its distance. The other devices tell no lengths.
     fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
         if device == "waste"
@@ -171,8 +178,8 @@ impl WorldMission for Waste {
         }
     }
 
-    fn end(&self, _now: SimTime) -> Option<Outcome> {
-        self.floor.is_complete().then_some(Outcome::Complete)
+    fn end(&self, now: SimTime) -> Option<Outcome> {
+        self.floor.is_complete(now).then_some(Outcome::Complete)
     }
 
     fn load(&self, robot: RobotId) -> Option<ItemId> {

@@ -290,7 +290,7 @@ fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
                 (from + to) / 2.0
             }
         };
-        if !mark.label.is_empty() {
+        if mark.is_labelled(marks.len()) {
             let above = vector(top.x, f64::from(top.y) + LETTERS, 0.1);
             entity.texts.push(lettering(mark.label.clone(), above));
         }

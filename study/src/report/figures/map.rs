@@ -209,6 +209,9 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
                 (from + to) / 2.0
             }
         };
+        if !mark.is_labelled(run.history.marks.len()) {
+            continue;
+        }
         // Beside a wall there is room inside only.
         let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
         label(

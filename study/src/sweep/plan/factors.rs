@@ -353,6 +353,8 @@ pub(super) fn drawn(
     if let Some((name, what, remedy)) = mission.mistake() {
         return Err(file.mistake(&at(name), what, remedy));
     }
+    let section = mission.mission.iter();
+    let section = section.map(|name| (at("mission"), path(name)));
     let keys = [
         ("room", mission.room.is_some()),
         ("obstacles", mission.obstacles.is_some()),
@@ -360,7 +362,8 @@ pub(super) fn drawn(
         ("faults", mission.faults.is_some()),
     ];
     let drawn = keys.into_iter().filter(|(_, drawn)| *drawn);
-    Ok(drawn.map(|(name, _)| (at(name), path(name))).collect())
+    let drawn = drawn.map(|(name, _)| (at(name), path(name)));
+    Ok(drawn.chain(section).collect())
 }
 
 /// A value that is there twice would count twice.

@@ -488,7 +488,7 @@ fn faults() {
         ),
         (
             "fault.kil = 'blue'",
-            "s.toml:2: faults.timeline[0].fault: there is no choice 'kil'; did you mean 'kill'? (there are kill, terminate, pause, continue, restart, add, remove, drop, delay, duplicate, reorder, hold, partition, mute, deaf, range, radio, sensor, actuator, power, babble, obstacle, move-robot)",
+            "s.toml:2: faults.timeline[0].fault: there is no choice 'kil'; did you mean 'kill'? (there are kill, terminate, pause, continue, restart, add, remove, drop, delay, duplicate, reorder, hold, partition, mute, deaf, range, radio, sensor, actuator, skill, power, babble, obstacle, move-robot)",
         ),
         (
             "at_s = -1\nfault.kill = 'blue'",
@@ -645,6 +645,33 @@ fn scenario_without_a_file_names_the_key_alone() {
         Setup::resolve(scenario, 1, None).unwrap_err().to_string(),
         "step_ms: 0 is out of range; it must be at least 1 and at most 500 ms"
     );
+}
+
+#[test]
+fn only_foraging_lasts_for_a_time() {
+    let refused = |text: &str, expected: &str| {
+        let read = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary());
+        assert_eq!(read.unwrap_err().to_string(), expected);
+    };
+    refused(
+        "[waste]\nduration_s = 60",
+        "s.toml:2: waste.duration_s: the clean-up ends when all is delivered; leave it out, or write respawn = true",
+    );
+    refused(
+        "limit_s = 30\n[waste]\nrespawn = true\nduration_s = 60",
+        "s.toml:4: waste.duration_s: the run ends before, after limit_s = 30 s; write a longer limit_s",
+    );
+    refused(
+        "[waste]\nrespawn = 1",
+        "s.toml:2: waste.respawn: invalid type: integer `1`, expected a boolean",
+    );
+    let read = Scenario::parse(
+        "s.toml",
+        "[waste]\nrespawn = true\nduration_s = 60",
+        &Registry::built_in().vocabulary(),
+    );
+    let scenario = read.unwrap();
+    assert!(!scenario.mission().promises(&scenario).ends);
 }
 
 /// Pieces of scenario files, put together at random: near enough to real ones to reach every check.

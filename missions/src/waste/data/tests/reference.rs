@@ -81,7 +81,8 @@ fn every_fault() -> impl Iterator<Item = Fault> {
     let add = Fault::Add("red".to_owned());
     let common = one_of_each()
         .into_iter()
-        .filter(|fault| !matches!(fault, Fault::Mission(_)));
+        // Nor has the clean-up skills.
+        .filter(|fault| !matches!(fault, Fault::Mission(_) | Fault::Skill(_)));
     common.chain([add, strew(3.0, 4.0, 2), move_waste(7, 3.0, 4.0)])
 }
 

@@ -162,6 +162,59 @@ fn a_mission_without_items_is_complete_at_once() {
     assert!(world(robots(&[(1.0, 1.0, 0.0)])).is_complete());
 }
 
+/// Foraging: what is delivered lies at its spill again, and there is no end but time.
+#[test]
+fn what_is_delivered_comes_back_where_foraging_is_asked_for() {
+    let mut places = Vec::new();
+    let mut world = world(|scenario| {
+        robots(&[(9.0, 4.5, 0.0)])(scenario);
+        let waste = WasteSection::of_mut(scenario);
+        waste.spills[0].items = 1;
+        // So wide that the gripper reaches all of it from the middle of the deposit beside it.
+        (waste.spill_radius_m, waste.deposit.radius_m) = (0.3, 0.2);
+        waste.spills[0].x_fraction = 9.0 / 12.0;
+        waste.spills[0].y_fraction = 0.5;
+        waste.deposit.x_fraction = 9.25 / 12.0;
+        (waste.respawn, waste.duration_s) = (true, Some(3.0));
+        scenario.body.reach_m = 0.5;
+    });
+    let lying = ItemCounts {
+        in_spills: 1,
+        ..ItemCounts::default()
+    };
+    for delivered in 1..=20 {
+        assert_eq!(
+            told(&world.step(&[gripper(Gripper::Pick)])),
+            ["picked 0 item-0"]
+        );
+        assert_eq!(
+            told(&world.step(&[gripper(Gripper::Drop)])),
+            ["delivered 0 item-0", "respawned 0 item-0"]
+        );
+        assert_eq!(world.item_counts(), lying);
+        let place = world.items()[0].position;
+        assert!(place.distance(Vec2::new(9.0, 4.5)) <= 0.3, "{place}");
+        places.push(place);
+        world.mission().holds(&world).unwrap();
+        let mut row = Vec::new();
+        world.mission().row(&mut row);
+        assert_eq!(row[3], Value::Count(delivered));
+    }
+    places.dedup();
+    assert_eq!(places.len(), 20, "each time another one");
+    let mut figures = TeamFigures::new(1);
+    world.mission().figures(&mut figures);
+    let hours = world.now().as_secs_f64() / 3600.0;
+    let per_hour = figures.mission.get("items_per_hour");
+    assert_eq!(per_hour, Value::Real(20.0 / hours));
+    assert!(!world.is_complete());
+    while world.now() < SimTime::from_secs_f64(3.0) {
+        assert!(!world.is_complete());
+        world.step(&[drive(0.0, 0.0)]);
+    }
+    assert!(world.is_complete());
+}
+
 #[test]
 fn carries_an_item_to_the_deposit() {
     // One item 0.3 m ahead of the robot, which the gripper reaches up to 0.4 m from the center.
