@@ -1,34 +1,41 @@
-//! The standing campaign, `alliance sweep campaigns/faults.toml`: a fixed part of it, and how it tells what it finds.
+//! The standing campaigns, `alliance sweep campaigns/….toml`: a fixed part of each, and how they tell what they find.
 
 use std::fs;
 use std::path::Path;
 
 use crate::harness::Lab;
 
-/// Every so many-th run of the campaign.
-const SHARD: &str = "0/400";
+/// Every so many-th run of a campaign, and how many that are.
+const PARTS: [(&str, &str, u32); 2] = [("faults", "0/400", 50), ("observe", "0/400", 25)];
 
-fn plan() -> String {
+fn plan(campaign: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let file = root.join("campaigns/faults.toml");
+    let file = root.join(format!("campaigns/{campaign}.toml"));
     file.to_str().unwrap().to_owned()
 }
 
 #[test]
-fn nothing_that_must_hold_is_violated_in_a_fixed_part_of_the_campaign() {
-    let lab = Lab::new();
-    let said = lab
-        .run(&["sweep", &plan(), "--shard", SHARD, "--out", "part"])
-        .expect(0)
-        .stderr;
-    assert!(said.contains("all 50 runs are done"), "{said}");
-    assert!(!lab.path("part/failures").exists());
+fn nothing_that_must_hold_is_violated_in_a_fixed_part_of_each_campaign() {
+    for (campaign, shard, runs) in PARTS {
+        let lab = Lab::new();
+        let said = lab
+            .run(&["sweep", &plan(campaign), "--shard", shard, "--out", "part"])
+            .expect(0)
+            .stderr;
+        assert!(
+            said.contains(&format!("all {runs} runs are done")),
+            "{said}"
+        );
+        assert!(!lab.path("part/failures").exists());
+    }
 }
 
 #[test]
 fn a_run_of_the_campaign_is_repeated_by_the_command_that_is_printed() {
     let lab = Lab::new();
-    let printed = lab.run(&["sweep", &plan(), "--scenario", "12"]).expect(0);
+    let printed = lab
+        .run(&["sweep", &plan("faults"), "--scenario", "12"])
+        .expect(0);
     fs::write(lab.path("run-12.toml"), &printed.stdout).unwrap();
     let (_, again) = printed.stderr.split_once(": alliance ").unwrap();
     assert_eq!(

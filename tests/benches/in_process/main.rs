@@ -1,7 +1,7 @@
 //! How many robot-steps one core makes in one process, from 3 to 10,000 robots, against the world alone: the same bodies,
-//! sensors and physics without minds, radio and log; and with each of the allocators.
+//! sensors and physics without minds, radio and log; with each of the allocators; and in other missions.
 //!
-//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, or `allocators`; results with their explanation: BENCHMARKS.md.
+//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, `allocators` or `missions`; results with their explanation: BENCHMARKS.md.
 
 // A benchmark takes the real clock, and one that meets trouble ends there.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
@@ -24,6 +24,9 @@ const ROBOTS: [usize; 5] = [3, 10, 100, 1_000, 10_000];
 
 /// Sizes of the teams in which allocators are measured, without a log.
 const ALLOCATOR_TEAMS: [usize; 4] = [3, 10, 30, 100];
+
+/// Robots of the team in which other missions are measured, without a log.
+const MISSION_TEAM: usize = 100;
 
 /// What is measured of each team, beside the world alone.
 const LEVELS: [LogLevel; 3] = [LogLevel::Off, LogLevel::Summary, LogLevel::Full];
@@ -68,8 +71,17 @@ fn main() {
         }
         group.finish();
     }
+    let mut group = criterion.benchmark_group(format!("missions/{MISSION_TEAM}"));
+    group.throughput(Throughput::Elements(MISSION_TEAM as u64 * ROUND));
+    group.sampling_mode(SamplingMode::Flat);
+    group.bench_function("observe", |bencher| {
+        let mut run = Run::new(run::observe(MISSION_TEAM), LogLevel::Off);
+        bencher.iter_custom(|rounds| run.time(rounds * ROUND));
+    });
+    group.finish();
     criterion.final_summary();
     report::print(&ROBOTS);
     let names = known.allocators.iter().map(|it| it.name);
-    report::print_allocators(&names.collect::<Vec<_>>(), &ALLOCATOR_TEAMS);
+    report::print_each("allocators", &names.collect::<Vec<_>>(), &ALLOCATOR_TEAMS);
+    report::print_each("missions", &["observe"], &[MISSION_TEAM]);
 }

@@ -1,5 +1,6 @@
 //! A team at work in one process.
 
+use missions::observe::data::{OBSERVE, ObserveSection};
 use missions::waste::data::{WasteSection, family};
 use std::time::{Duration, Instant};
 
@@ -24,6 +25,14 @@ pub fn with_allocator(robots: usize, allocator: &str) -> Setup {
     let mut scenario = family(robots, (2 * robots).div_ceil(3));
     WasteSection::of_mut(&mut scenario).border_known = true;
     scenario.allocator = Some(allocator.to_owned());
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+/// As many moving targets as robots, to be kept in sight.
+pub fn observe(robots: usize) -> Setup {
+    let mut scenario = OBSERVE.family(robots, robots).unwrap();
+    let section: &mut ObserveSection = scenario.mission.values_mut().unwrap();
+    section.duration_s = scenario.limit_s;
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 

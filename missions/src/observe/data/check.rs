@@ -23,7 +23,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         (robot_near, robot_far, false),
     ] {
         if low.1 > high.1 || (low.1 == high.1 && !may_be_equal) {
-            let what = format!("{} is not below {}, {}", low.1, high.0, high.1);
+            let how = if may_be_equal { "above" } else { "not below" };
+            let what = format!("{} is {how} {}, {}", low.1, high.0, high.1);
             let remedy = format!("give a lower {} or a higher {}", low.0, high.0);
             return Err(Problem::at(Path::of(["observe", low.0]), what, remedy));
         }
