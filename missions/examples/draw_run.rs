@@ -181,9 +181,14 @@ fn mark(svg: &mut String, scenario: &Scenario, mark: &Mark) -> fmt::Result {
     let (above, anchor) = match mark.outline {
         MarkOutline::Disc { center, radius_m } => {
             let (at, radius) = (pixels(scenario, center), radius_m * SCALE);
+            // How far something reaches hides nothing.
+            let paint = match mark.role {
+                MarkRole::Range => "fill=\"none\" stroke",
+                _ => "fill",
+            };
             writeln!(
                 svg,
-                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"{fill}\"/>",
+                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" {paint}=\"{fill}\"/>",
                 at.x, at.y
             )?;
             (at - Vec2::new(0.0, radius), "middle")

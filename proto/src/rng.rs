@@ -23,6 +23,8 @@ pub enum Purpose {
     Campaign = 6,
     /// What else a mission draws.
     Mission = 7,
+    /// How something moves that moves by itself.
+    Targets = 8,
     /// What a robot's allocator draws.
     Allocation = 9,
 }

@@ -29,7 +29,7 @@ const RUNS: [(u64, f64, StepOrder); 5] = [
     (1, 3600.0, StepOrder::InOrder),
 ];
 
-fn pinned(setup: Setup) -> Value {
+pub fn pinned(setup: Setup) -> Value {
     let (_, recorder) = run(setup, LogLevel::Off);
     let memory = recorder.into_sink();
     let file: Value = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
@@ -79,8 +79,9 @@ fn golden_runs_of_other_missions_are_as_they_were() {
     }
 }
 
+/// Holds them against a file of pinned runs, or renews it.
 #[track_caller]
-fn assert_as_before(file: &str, runs: Map<String, Value>) {
+pub fn assert_as_before(file: &str, runs: Map<String, Value>) {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(file);
     let now = format!("{:#}\n", Value::Object(runs));
     if std::env::var_os("UPDATE_GOLDEN").is_some() {

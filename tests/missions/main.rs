@@ -30,6 +30,7 @@ mod killed;
 mod learning;
 mod log_folder;
 mod negotiation;
+mod observe;
 mod on_time;
 mod other_version;
 mod page;

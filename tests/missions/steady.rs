@@ -1,6 +1,7 @@
 //! A tick in which robots just go on with their work does not allocate (issue "One process, thousands of runs", item 4):
 //! what a step needs is there from the step before.
 
+use missions::observe::data::{OBSERVE, ObserveSection};
 use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
@@ -56,6 +57,18 @@ fn a_tick_of_service_without_events_asks_for_no_memory() {
             let scenario = SERVICE.family(robots, points).unwrap();
             steady(robots, resolved(scenario, allocator));
         }
+    }
+}
+
+/// Targets come into sight and go all the time: it is for ticks in which none does.
+#[test]
+fn a_tick_of_observe_in_which_nothing_comes_into_sight_asks_for_no_memory() {
+    for (robots, targets) in [(3, 3), (30, 10)] {
+        let mut scenario = OBSERVE.family(robots, targets).unwrap();
+        let section: &mut ObserveSection = scenario.mission.values_mut().unwrap();
+        section.duration_s = (SimTime((END + 1) * scenario.step_ms)).as_secs_f64();
+        scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
+        steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
     }
 }
 

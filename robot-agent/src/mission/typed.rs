@@ -14,9 +14,13 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use smallvec::SmallVec;
 
 use super::{Action, AgentMission, Moment, Perception, SharedMission};
 use crate::allocator::{Choice, OwnBehavior, RouteCost};
+
+/// Hearing so many at once does not allocate.
+const AT_ONCE: usize = 8;
 
 /// An [`AgentMission`] in types of its own: see there what each method is for. [`Typed`] makes it one.
 ///
@@ -304,7 +308,8 @@ impl<M: TypedMind> AgentMission for Typed<M> {
             Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
             _ => M::Sensed::default(),
         };
-        let heard: Vec<Heard<'_, M>> = heard.iter().map(|it| Heard::of(it)).collect();
+        let heard: SmallVec<[Heard<'_, M>; AT_ONCE]> =
+            heard.iter().map(|it| Heard::of(it)).collect();
         let moment = TypedMoment::of(moment, &self.sensed, &self.own);
         self.position = moment.position;
         self.mind.perceive(&moment, &heard, perception);

@@ -1,7 +1,7 @@
 //! How many robot-steps one core makes in one process, from 3 to 10,000 robots, against the world alone: the same bodies,
 //! sensors and physics without minds, radio and log; with each of the allocators; and in other missions.
 //!
-//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, or `allocators`, or `missions`; results with their explanation: BENCHMARKS.md.
+//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, `allocators` or `missions`; results with their explanation: BENCHMARKS.md.
 
 // A benchmark takes the real clock, and one that meets trouble ends there.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
@@ -25,9 +25,8 @@ const ROBOTS: [usize; 5] = [3, 10, 100, 1_000, 10_000];
 /// Sizes of the teams in which allocators are measured, without a log.
 const ALLOCATOR_TEAMS: [usize; 4] = [3, 10, 30, 100];
 
-/// Other missions that are measured, without a log, in teams of this size, and the size of each: work for as long as is measured.
+/// Robots of the team in which other missions are measured, without a log.
 const MISSION_TEAM: usize = 100;
-const MISSIONS: [(&str, usize); 1] = [("service", 600)];
 
 /// What is measured of each team, beside the world alone.
 const LEVELS: [LogLevel; 3] = [LogLevel::Off, LogLevel::Summary, LogLevel::Full];
@@ -75,17 +74,20 @@ fn main() {
     let mut group = criterion.benchmark_group(format!("missions/{MISSION_TEAM}"));
     group.throughput(Throughput::Elements(MISSION_TEAM as u64 * ROUND));
     group.sampling_mode(SamplingMode::Flat);
-    for (mission, size) in MISSIONS {
-        group.bench_function(mission, |bencher| {
-            let setup = run::of_mission(mission, MISSION_TEAM, size);
-            let mut run = Run::new(setup, LogLevel::Off);
+    let missions = [
+        ("service", run::service(MISSION_TEAM)),
+        ("observe", run::observe(MISSION_TEAM)),
+    ];
+    for (mission, setup) in &missions {
+        group.bench_function(*mission, |bencher| {
+            let mut run = Run::new(setup.clone(), LogLevel::Off);
             bencher.iter_custom(|rounds| run.time(rounds * ROUND));
         });
     }
     group.finish();
     criterion.final_summary();
     report::print(&ROBOTS);
-    report::print_missions(&MISSIONS.map(|(mission, _)| mission), MISSION_TEAM);
     let names = known.allocators.iter().map(|it| it.name);
-    report::print_allocators(&names.collect::<Vec<_>>(), &ALLOCATOR_TEAMS);
+    report::print_each("allocators", &names.collect::<Vec<_>>(), &ALLOCATOR_TEAMS);
+    report::print_each("missions", &missions.map(|(name, _)| name), &[MISSION_TEAM]);
 }

@@ -50,24 +50,15 @@ pub fn print(teams: &[usize]) {
     );
 }
 
-/// Prints, for each mission that was measured, robot-steps per second and core.
-pub fn print_missions(names: &[&str], robots: usize) {
-    for name in names {
-        if let Some(times) = Times::read("missions", robots, name) {
-            println!("\n{name:>16} {robots} robots {:>25}", times.rates(robots));
-        }
-    }
-}
-
-/// Prints, for each allocator that was measured, robot-steps per second and core in teams of each size, and how many times as long a
+/// Prints, for each of a group that was measured, robot-steps per second and core in teams of each size, and how many times as long a
 /// step takes in the largest as in the smallest.
-pub fn print_allocators(names: &[&str], teams: &[usize]) {
+pub fn print_each(group: &str, names: &[&str], teams: &[usize]) {
     let heads: String = teams.iter().map(|team| format!(" {team:>25}")).collect();
-    println!("\n{:>16}{heads} {:>9}", "allocator", "cost");
+    println!("\n{:>16}{heads} {:>9}", group, "cost");
     for name in names {
         let times: Vec<_> = teams
             .iter()
-            .map(|&team| Some((team, Times::read("allocators", team, name)?)))
+            .map(|&team| Some((team, Times::read(group, team, name)?)))
             .collect();
         let cells: String = times
             .iter()

@@ -1,6 +1,7 @@
 //! A team at work in one process.
 
-use missions::Registry;
+use missions::observe::data::{OBSERVE, ObserveSection};
+use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::time::{Duration, Instant};
 
@@ -28,11 +29,17 @@ pub fn with_allocator(robots: usize, allocator: &str) -> Setup {
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
-/// Another mission of that size.
-pub fn of_mission(name: &str, robots: usize, size: usize) -> Setup {
-    let missions = Registry::built_in().vocabulary().missions;
-    let mission = missions.iter().find(|it| it.name() == name).unwrap();
-    let scenario = mission.family(robots, size).unwrap();
+/// Six points of work for each robot: more than is measured.
+pub fn service(robots: usize) -> Setup {
+    let scenario = SERVICE.family(robots, 6 * robots).unwrap();
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+/// As many moving targets as robots, to be kept in sight.
+pub fn observe(robots: usize) -> Setup {
+    let mut scenario = OBSERVE.family(robots, robots).unwrap();
+    let section: &mut ObserveSection = scenario.mission.values_mut().unwrap();
+    section.duration_s = scenario.limit_s;
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 

@@ -45,6 +45,8 @@ pub struct MissionWorld {
     pub data: Mission,
     /// Where robots begin to which the scenario gives no start: lower left and upper right corner, m.
     pub start_area: fn(&Scenario) -> [Vec2; 2],
+    /// Places where they begin rather than in that area, if there are enough that are free, m.
+    pub starts: fn(&Scenario) -> Vec<Vec2>,
     /// The mission of a run. The scenario is valid.
     pub new: fn(&Setup, &Floor) -> Box<dyn WorldMission>,
 }
@@ -56,6 +58,7 @@ impl MissionWorld {
         Self {
             data,
             start_area: M::start_area,
+            starts: M::starts,
             new: |setup, floor| Box::new(Typed(M::new(setup, floor))),
         }
     }
@@ -65,7 +68,11 @@ impl MissionWorld {
     /// # Errors
     /// When there is no room for one.
     pub fn start_poses(&self, scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
-        start_poses(scenario, (self.start_area)(scenario))
+        start_poses(
+            scenario,
+            (self.start_area)(scenario),
+            &(self.starts)(scenario),
+        )
     }
 }
 

@@ -90,6 +90,11 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
         [Vec2::ZERO, Vec2::new(1.0, scenario.room.height_m)]
     }
 
+    /// See [`MissionWorld::starts`](super::MissionWorld::starts). None, where it is not said.
+    fn starts(_scenario: &Scenario) -> Vec<Vec2> {
+        Vec::new()
+    }
+
     /// See [`WorldMission::begin`].
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 

@@ -89,12 +89,13 @@ impl Robot {
 }
 
 impl Floor {
-    /// The floor at the start of a run. Robots without a start begin in that area: lower left and upper right corner, m.
+    /// The floor at the start of a run. Robots without a start begin at those places or in that area: lower left and upper right
+    /// corner, m.
     ///
     /// # Panics
     /// If [`start_poses`] refuses the scenario; validation asks it first.
-    pub(super) fn new(scenario: &Scenario, start_area: [Vec2; 2]) -> Self {
-        let poses = match start_poses(scenario, start_area) {
+    pub(super) fn new(scenario: &Scenario, start_area: [Vec2; 2], starts: &[Vec2]) -> Self {
+        let poses = match start_poses(scenario, start_area, starts) {
             Ok(poses) => poses,
             Err(error) => panic!("scenario not validated: {error}"),
         };

@@ -103,7 +103,8 @@ impl World {
     #[must_use]
     pub fn new(setup: &Setup, kind: MissionWorld) -> Self {
         let area = (kind.start_area)(&setup.scenario);
-        let floor = Floor::new(&setup.scenario, area);
+        let starts = (kind.starts)(&setup.scenario);
+        let floor = Floor::new(&setup.scenario, area, &starts);
         let mission = (kind.new)(setup, &floor);
         Self { floor, mission }
     }

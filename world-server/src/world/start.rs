@@ -49,7 +49,8 @@ impl StartError {
     }
 }
 
-/// Where the robots start, by rank: where the scenario says, and else in the start area, of which the lower left and the upper
+/// Where the robots start, by rank: where the scenario says, and else at the first of the `starts` that are free, if all find one
+/// there, and else in the start area, of which the lower left and the upper
 /// right corner are given in m, facing the left wall, from its top to its bottom at even distances. Where they do not all fit
 /// like that, they fill columns of the area's height from its
 /// center outwards and then to the right; and where the room is too small for that, columns of the room's height, closer and
@@ -58,7 +59,11 @@ impl StartError {
 /// # Errors
 /// When a robot has no place clear of the border, the solid obstacles and the other robots. Robots that are not solid to each
 /// other may be given starts that overlap, and absent ones stand in nobody's way.
-pub fn start_poses(scenario: &Scenario, area: [Vec2; 2]) -> Result<Vec<Pose>, StartError> {
+pub fn start_poses(
+    scenario: &Scenario,
+    area: [Vec2; 2],
+    starts: &[Vec2],
+) -> Result<Vec<Pose>, StartError> {
     let space = Space::new(scenario);
     let radius_m = scenario.body.radius_m;
     let solid = Penetrability(scenario.body.robot_penetrability).is_solid();
@@ -85,7 +90,13 @@ pub fn start_poses(scenario: &Scenario, area: [Vec2; 2]) -> Result<Vec<Pose>, St
             scenario.robots[*rank].absent == absent && scenario.robots[*rank].start.is_none()
         };
         let unplaced: Vec<usize> = (0..poses.len()).filter(is_unplaced).collect();
-        let places = default_places(scenario, area, &space, taken, unplaced.len());
+        let own = starts.iter().copied();
+        let own = choose(&space, taken, radius_m, own, unplaced.len());
+        let places = if own.len() == unplaced.len() {
+            own
+        } else {
+            default_places(scenario, area, &space, taken, unplaced.len())
+        };
         let mut places = places.into_iter();
         for rank in unplaced {
             let position = places

@@ -48,6 +48,7 @@ const REPORTED: &str = "reported";
 pub const WASTE: MissionWorld = MissionWorld {
     data: data::WASTE,
     start_area: items::report_site,
+    starts: |_| Vec::new(),
     new: |setup, floor| Box::new(Waste::new(setup, floor)),
 };
 

@@ -5,7 +5,7 @@ use std::io::{Seek, Write};
 use alliance_proto::control::AgentState;
 use alliance_proto::scenario::{Obstacle, Setup};
 use alliance_proto::time::SimTime;
-use alliance_proto::view::{ItemView, Mark, MarkOutline, RobotView, View};
+use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, RobotView, View};
 use foxglove::messages::{
     ArrowPrimitive, Color, CubePrimitive, CylinderPrimitive, Pose, SceneEntity, SceneUpdate,
     SpherePrimitive, TextPrimitive, Vector3,
@@ -248,7 +248,13 @@ fn ball(x: f32, y: f32, radius: f32) -> SpherePrimitive {
 fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
     let mut entity = bare;
     for mark in marks {
-        let paint = Some(color(palette::of_mark(mark), 1.0));
+        // How far something reaches hides nothing.
+        let opacity = if mark.role == MarkRole::Range {
+            0.3
+        } else {
+            1.0
+        };
+        let paint = Some(color(palette::of_mark(mark), opacity));
         let mut slab = |from: Vec2, to: Vec2, width: f32| {
             let (way, middle) = (to - from, (from + to) / 2.0);
             entity.cubes.push(CubePrimitive {

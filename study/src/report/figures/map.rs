@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use alliance_proto::view::MarkOutline;
+use alliance_proto::view::{MarkOutline, MarkRole};
 use glam::Vec2;
 use plotters::element::{PathElement, Polygon, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
@@ -162,7 +162,7 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
             false => Ok(()),
         }
     };
-    let disc = |center: Vec2, radius: f32, color: RGBColor| {
+    let circle = |center: Vec2, radius: f32| -> Vec<(f64, f64)> {
         let corner = |turn: i32| {
             let (sin, cos) = (TAU * f64::from(turn) / 72.0).sin_cos();
             let (x, y) = (f64::from(center.x), f64::from(center.y));
@@ -170,8 +170,10 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
             let (x, y) = (x + radius * cos, y + radius * sin);
             (x.clamp(0.0, width), y.clamp(0.0, height))
         };
-        let edge: Vec<_> = (0..72).map(corner).collect();
-        plot.draw(&Polygon::new(edge, color.filled()))
+        (0..=72).map(corner).collect()
+    };
+    let disc = |center: Vec2, radius: f32, color: RGBColor| {
+        plot.draw(&Polygon::new(circle(center, radius), color.filled()))
     };
     // As thick as it is, but thick enough to be seen.
     let bar = |from: Vec2, to: Vec2, thickness_m: f32, color: RGBColor| {
@@ -187,7 +189,11 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
         let color = palette::of_mark(mark);
         let top = match mark.outline {
             MarkOutline::Disc { center, radius_m } => {
-                disc(center, radius_m, color)?;
+                match mark.role {
+                    // How far something reaches hides nothing.
+                    MarkRole::Range => curve(chart, circle(center, radius_m), line(color, 1.0))?,
+                    _ => disc(center, radius_m, color)?,
+                }
                 center + Vec2::new(0.0, radius_m)
             }
             MarkOutline::Rectangle { min, max } => {

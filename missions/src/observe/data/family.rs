@@ -1,0 +1,67 @@
+//! Observe in any size (`--robots N --targets M`): the region grows with the team, so that robots cover the same share of it.
+
+use alliance_proto::mission::section::MissionSection;
+use alliance_proto::scenario::{Radio, Robot, Room, Scenario};
+
+use super::{OBSERVE, ObserveSection, Policy, Region};
+
+/// So many robots have a region of that radius, m.
+const ROBOTS: f32 = 5.0;
+const RADIUS_M: f32 = 10.0;
+/// How far radios reach, m.
+const RADIO_M: f32 = 5.0;
+/// Top speed of robots, m/s.
+const SPEED_M_S: f32 = 0.2;
+
+/// Observe with so many robots and targets, 1 to 10,000 of each.
+pub(super) fn family(robots: usize, targets: usize) -> Scenario {
+    let default = Scenario::default();
+    let radius_m = RADIUS_M * (robots as f32 / ROBOTS).sqrt();
+    // To two decimals: people read them.
+    let side_m = (200.0 * radius_m).ceil() / 100.0;
+    let robot = |number| Robot {
+        name: format!("r{number}"),
+        ..Robot::default()
+    };
+    Scenario {
+        name: OBSERVE.name().to_owned(),
+        description: format!(
+            "{robots} robots, {targets} moving targets: the region grows with the team."
+        ),
+        room: Room {
+            width_m: side_m,
+            height_m: side_m,
+        },
+        body: alliance_proto::scenario::Body {
+            speed_m_s: SPEED_M_S,
+            ..default.body
+        },
+        radio: Radio {
+            range_m: Some(RADIO_M),
+        },
+        robots: (1..=robots).map(robot).collect(),
+        mission: MissionSection::new(OBSERVE, section(targets)),
+        ..default
+    }
+}
+
+/// The defaults of its keys.
+fn section(targets: usize) -> ObserveSection {
+    ObserveSection {
+        n: targets as u16,
+        slowest_m_s: 0.0,
+        fastest_m_s: 0.15,
+        turn_hz: 0.05,
+        turn_deg: 90.0,
+        region: Region::Disc,
+        range_m: 2.6,
+        predict_m: 3.0,
+        target_near_m: 0.4,
+        target_full_m: 0.8,
+        robot_near_m: 1.25,
+        robot_far_m: 2.0,
+        policy: Policy::ACmommt,
+        shared_weight: 0.25,
+        duration_s: 120.0,
+    }
+}

@@ -1,0 +1,128 @@
+//! Observe in files: `[observe]` of a scenario, its tasks, its words.
+
+mod area;
+mod check;
+mod family;
+mod parameters;
+mod section;
+#[cfg(test)]
+mod tests;
+
+pub use area::{Area, direction};
+pub use section::{Duty, ObserveSection, Policy, Region};
+
+use alliance_proto::mission::columns::Column;
+use alliance_proto::mission::data::{
+    BuiltIn, BuiltinScenario, MissionData, Terms, one_behavior_each,
+};
+use alliance_proto::mission::known::{Mission, section};
+use alliance_proto::mission::promises::Promises;
+use alliance_proto::mission::section::Section;
+use alliance_proto::scenario::{
+    BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread,
+};
+
+/// Most targets of a run.
+pub const MAX_TARGETS: usize = 10_000;
+
+/// Observe: moving targets, kept in sight.
+pub const OBSERVE: Mission = Mission::new(
+    "observe",
+    "moving targets that robots keep in sight (CMOMMT)",
+    &Observe,
+);
+
+const SCENARIOS: [BuiltinScenario; 2] = [
+    BuiltinScenario {
+        name: "cmommt",
+        text: include_str!("../scenarios/cmommt.toml"),
+    },
+    BuiltinScenario {
+        name: "cmommt-crowded",
+        text: include_str!("../scenarios/cmommt-crowded.toml"),
+    },
+];
+
+#[derive(Debug)]
+struct Observe;
+
+impl MissionData for Observe {
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        section::<ObserveSection>(text)
+    }
+
+    fn scenarios(&self) -> &'static [BuiltinScenario] {
+        &SCENARIOS
+    }
+
+    fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
+        Some(family::family(robots, size))
+    }
+
+    fn size_word(&self) -> Option<&'static str> {
+        Some("targets")
+    }
+
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        parameters::all()
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            devices: &["targets"],
+            measuring_devices: &["targets"],
+            events: &["found", "lost"],
+            verbs: &[("finds", "found"), ("loses", "lost")],
+            columns: const { &[Column::count("observed"), Column::count("pairs")] },
+            ..Terms::NONE
+        }
+    }
+
+    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        let duties = ObserveSection::of(scenario).policy.duties().iter();
+        one_behavior_each(duties.map(|duty| duty.name().to_owned()))
+    }
+
+    /// Nobody takes anything from anybody.
+    fn max_robots(&self, scenario: &Scenario, _: &BehaviorSpec) -> u32 {
+        scenario.robots.len() as u32
+    }
+
+    /// Teammates that do the same are no reason to wait: slow impatience is hardly slower than the fast one.
+    fn built_in(&self, scenario: &Scenario, _: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+        let section = ObserveSection::of(scenario);
+        let fast_impatience = match section.policy.duties()[behavior.task.index()] {
+            Duty::Observe => 100.0,
+            Duty::Search => 20.0,
+        };
+        BuiltIn {
+            broadcast_rate_hz: 1.0,
+            ceased_after_s: 5.0,
+            fast_impatience,
+            slow_impatience: 0.99 * fast_impatience,
+            willing_to_affect_s: section.duration_s,
+            before_yielding_s: section.duration_s,
+            before_giving_up_s: section.duration_s,
+        }
+    }
+
+    /// As long as the mission: whatever comes into sight.
+    fn unit_s(&self, scenario: &Scenario, _: &Body, _: f64, _: &BehaviorSpec) -> f64 {
+        ObserveSection::of(scenario).duration_s
+    }
+
+    fn goes_on(&self, _: &BehaviorSpec) -> bool {
+        true
+    }
+
+    fn promises(&self, _: &Scenario) -> Promises {
+        Promises {
+            ends: true,
+            ..Promises::default()
+        }
+    }
+
+    fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
+        check::check(scenario)
+    }
+}

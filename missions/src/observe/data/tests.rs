@@ -1,0 +1,162 @@
+//! What a scenario of observe may say, and what follows from it.
+
+use alliance_proto::scenario::{Catalog, Scenario, Setup};
+use glam::Vec2;
+use proptest::prelude::*;
+
+use super::*;
+use crate::Registry;
+use crate::observe::tests::scenario;
+
+#[track_caller]
+fn refused(lines: &str, expected: &str) {
+    let text = format!("[observe]\n{lines}\n");
+    match Scenario::parse("o.toml", &text, &Registry::built_in().vocabulary()) {
+        Ok(_) => panic!("accepted: {text}"),
+        Err(error) => assert_eq!(error.to_string(), expected, "for {text}"),
+    }
+}
+
+#[test]
+fn mistakes_are_answered_in_one_line() {
+    for (lines, expected) in [
+        (
+            "n = 0",
+            "o.toml:2: observe.n: 0 is out of range; it must be a whole number from 1 to 10000",
+        ),
+        (
+            "n = 10001",
+            "o.toml:2: observe.n: 10001 is out of range; it must be a whole number from 1 to 10000",
+        ),
+        (
+            "policy = 'parker'",
+            "o.toml:2: observe.policy: there is no choice 'parker'; there are fixed, random, local, a-cmommt",
+        ),
+        (
+            "range = 3",
+            "o.toml:2: observe.range: unknown key; did you mean 'range_m'? (there are n, slowest_m_s, fastest_m_s, turn_hz, turn_deg, region, range_m, predict_m, target_near_m, target_full_m, robot_near_m, robot_far_m, policy, shared_weight, duration_s)",
+        ),
+        (
+            "slowest_m_s = 0.3",
+            "o.toml:2: observe.slowest_m_s: 0.3 is above fastest_m_s, 0.15; give a lower slowest_m_s or a higher fastest_m_s",
+        ),
+        (
+            "range_m = 3.5",
+            "o.toml:2: observe.range_m: 3.5 is above predict_m, 3; give a lower range_m or a higher predict_m",
+        ),
+        (
+            "target_near_m = 0.8",
+            "o.toml:2: observe.target_near_m: 0.8 is not below target_full_m, 0.8; give a lower target_near_m or a higher target_full_m",
+        ),
+        (
+            "robot_far_m = 1.0",
+            "o.toml:1: observe.robot_near_m: 1.25 is not below robot_far_m, 1; give a lower robot_near_m or a higher robot_far_m",
+        ),
+        (
+            "shared_weight = 2",
+            "o.toml:2: observe.shared_weight: 2.0 is out of range; it must be at least 0 and at most 1",
+        ),
+        (
+            "duration_s = 0",
+            "o.toml:2: observe.duration_s: 0.0 is out of range; it must be above 0 and at most 1000000 s",
+        ),
+    ] {
+        refused(lines, expected);
+    }
+}
+
+/// The whole team has both tasks; who stays or strays has one.
+#[test]
+fn a_policy_has_its_tasks() {
+    for (policy, tasks) in [
+        ("fixed", vec!["observe"]),
+        ("random", vec!["search"]),
+        ("local", vec!["observe", "search"]),
+        ("a-cmommt", vec!["observe", "search"]),
+    ] {
+        let scenario = scenario(&format!("policy = '{policy}'"));
+        let catalog = Catalog::of(&scenario);
+        let names = catalog.tasks.iter().map(|task| task.name.as_str());
+        assert_eq!(names.collect::<Vec<_>>(), tasks);
+        assert!(catalog.tasks.iter().all(|task| task.max_robots == 3));
+    }
+}
+
+#[test]
+fn the_family_is_valid_in_every_size_and_covers_the_same_share() {
+    for (robots, targets) in [(1, 1), (1, 10_000), (5, 5), (100, 100), (10_000, 10_000)] {
+        let scenario = OBSERVE.family(robots, targets).unwrap();
+        let text = toml::to_string(&scenario).unwrap();
+        let vocabulary = Registry::built_in().vocabulary();
+        assert_eq!(
+            Scenario::parse("f.toml", &text, &vocabulary).unwrap(),
+            scenario
+        );
+        crate::observe::PARTS.world.start_poses(&scenario).unwrap();
+        let Area::Disc { radius_m, .. } = Area::of(&scenario) else {
+            panic!("a disc")
+        };
+        let per_robot = radius_m * radius_m / robots as f32;
+        assert!((per_robot - 20.0).abs() < 0.1, "{per_robot}");
+        assert_eq!(usize::from(ObserveSection::of(&scenario).n), targets);
+        // What is not stated has the same defaults.
+        let stated = Scenario::parse("d.toml", "[observe]\n", &vocabulary).unwrap();
+        let default = ObserveSection {
+            n: targets as u16,
+            ..ObserveSection::of(&stated).clone()
+        };
+        assert_eq!(*ObserveSection::of(&scenario), default);
+        Setup::resolve(scenario, 1, None).unwrap();
+    }
+}
+
+fn areas() -> [Area; 2] {
+    [
+        Area::Disc {
+            center: Vec2::new(5.0, 4.0),
+            radius_m: 3.0,
+        },
+        Area::Rectangle {
+            min: Vec2::new(1.0, 2.0),
+            max: Vec2::new(9.0, 5.0),
+        },
+    ]
+}
+
+proptest! {
+    #[test]
+    fn areas_agree_with_themselves(x in -20.0..20.0_f32, y in -20.0..20.0_f32, u in 0.0..1.0_f32, v in 0.0..1.0_f32) {
+        for area in areas() {
+            let place = Vec2::new(x, y);
+            let slightly_larger = area.inset(-1e-4);
+            prop_assert!(slightly_larger.contains(area.nearest(place)));
+            prop_assert!(slightly_larger.contains(area.place(Vec2::new(u, v))));
+            prop_assert!(!area.contains(place) || area.nearest(place).distance(place) < 1e-5);
+            match area.inward(place) {
+                None => prop_assert!(area.contains(place)),
+                Some(inward) => {
+                    prop_assert!((inward.length() - 1.0).abs() < 1e-5);
+                    let nearest = area.nearest(place);
+                    prop_assert!(inward.dot(nearest - place) >= nearest.distance(place) - 1e-3);
+                }
+            }
+            prop_assert!(!area.inset(0.5).contains(place) || area.contains(place));
+        }
+    }
+
+    /// No two of those that are spread are much nearer to each other than in a square grid.
+    #[test]
+    fn spread_places_keep_apart(count in 2..60_usize) {
+        for (area, size) in areas().into_iter().zip([9.0 * std::f32::consts::PI, 24.0]) {
+            let places: Vec<Vec2> = area.spread(count).collect();
+            prop_assert_eq!(places.len(), count);
+            let grid_m = (size / count as f32).sqrt();
+            for (index, place) in places.iter().enumerate() {
+                prop_assert!(area.inset(-1e-4).contains(*place));
+                for other in &places[..index] {
+                    prop_assert!(place.distance(*other) > 0.3 * grid_m, "{} {}", place, other);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! What a robot of observe knows and does: it follows the targets that are near, or looks for some.
+//!
+//! - `memory`: what it knows of targets and teammates. `forces`: what moves it where. `walk`: how it moves.
+
+mod forces;
+mod memory;
+#[cfg(test)]
+mod tests;
+mod walk;
+
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::scenario::Setup;
+use alliance_proto::team::Content;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use robot_agent::mission::{Action, Heard, Perception, TypedMind, TypedMoment};
+
+use super::bus::{SENSED_MOST, Sensed, Sighting, Told, Watch};
+use super::data::{Duty, ObserveSection, Policy, direction};
+use memory::{Memory, Reach};
+use walk::Walk;
+
+/// One robot's mind for observe.
+#[derive(Clone, Debug)]
+pub struct Observer {
+    section: ObserveSection,
+    memory: Memory,
+    walk: Walk,
+}
+
+impl Observer {
+    /// What it senses: whether a target is new to it.
+    fn look(&mut self, moment: &TypedMoment<'_, Self>) -> bool {
+        self.memory.look_away();
+        let (Some(targets), Some(pose)) = (&moment.sensed.targets, moment.readings.pose) else {
+            return false;
+        };
+        let ahead = direction(pose.heading_rad);
+        let mut is_new = false;
+        for seen in targets {
+            let sighting = Sighting {
+                target: seen.target,
+                at: pose.position + ahead.rotate(seen.offset),
+                when: moment.now,
+            };
+            if self.is_possible(&sighting) {
+                is_new |= self.memory.see(sighting, self.section.fastest_m_s);
+            }
+        }
+        is_new
+    }
+
+    /// What teammates say: where they are, and which targets they sense.
+    fn listen(&mut self, heard: &[Heard<'_, Self>], now: SimTime) {
+        for heard in heard {
+            if let Content::Heartbeat(heartbeat) = &heard.broadcast.body
+                && let Some(position) = heartbeat.position.filter(|it| it.is_finite())
+            {
+                let sender = heard.broadcast.sender;
+                self.memory.hear_of_teammate(sender, position, now);
+            }
+            for sighting in heard.lore.iter().flatten() {
+                // Nobody has sensed anything in times to come.
+                let when = sighting.when.min(now);
+                let sighting = Sighting { when, ..*sighting };
+                if self.is_possible(&sighting) {
+                    self.memory.hear(sighting, self.section.fastest_m_s);
+                }
+            }
+        }
+    }
+
+    /// Whether there may be such a target: what is heard may be anything.
+    fn is_possible(&self, sighting: &Sighting) -> bool {
+        sighting.target < self.section.n && sighting.at.is_finite()
+    }
+
+    /// How far it can be sure of what it senses.
+    fn reach(&self, moment: &TypedMoment<'_, Self>) -> Reach {
+        let sight_m = match &moment.sensed.targets {
+            None => -1.0,
+            // There may be more of them, farther away.
+            Some(targets) if targets.len() == SENSED_MOST => {
+                targets.last().map_or(0.0, |last| last.offset.length())
+            }
+            Some(_) => self.section.range_m,
+        };
+        Reach {
+            sight_m: sight_m.min(self.section.range_m),
+            targets_m: self.section.predict_m,
+            robots_m: self.section.robot_far_m,
+        }
+    }
+
+    /// The sum of what attracts and repels it.
+    fn force(&self, position: Vec2, now: SimTime) -> Vec2 {
+        let section = &self.section;
+        let of_targets = self.memory.tracks().map(|track| {
+            let is_less = section.policy == Policy::ACmommt && track.is_shared(now);
+            let weight = if is_less { section.shared_weight } else { 1.0 };
+            let offset = track.at(now) - position;
+            weight * forces::along(offset, |distance_m| forces::of_target(section, distance_m))
+        });
+        let of_robots = self.memory.teammates().map(|teammate| {
+            forces::along(teammate - position, |distance_m| {
+                forces::of_robot(section, distance_m)
+            })
+        });
+        of_targets.sum::<Vec2>() + of_robots.sum::<Vec2>()
+    }
+}
+
+impl TypedMind for Observer {
+    type Sensed = Sensed;
+    type Deed = Watch;
+    type Lore = Told;
+    type Bulletin = ();
+
+    fn new(robot: RobotId, setup: &Setup) -> Self {
+        Self {
+            section: ObserveSection::of(&setup.scenario).clone(),
+            memory: Memory::default(),
+            walk: Walk::new(robot, setup),
+        }
+    }
+
+    fn perceive(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        heard: &[Heard<'_, Self>],
+        perception: &mut Perception,
+    ) {
+        let duties = self.section.policy.duties();
+        self.listen(heard, moment.now);
+        if self.look(moment) {
+            let observe = duties.iter().position(|duty| *duty == Duty::Observe);
+            let task = observe.map(|index| TaskId(index as u16));
+            perception.progressed.extend(task);
+        }
+        if let Some(position) = moment.position {
+            let reach = self.reach(moment);
+            self.memory.forget(position, reach, moment.now);
+        }
+        let is_near = self.memory.has_tracks();
+        let can_go = moment.position.is_some();
+        let applicable = duties.iter().map(|duty| match (self.section.policy, duty) {
+            (Policy::Fixed, _) => true,
+            (Policy::Random, _) => can_go,
+            (_, Duty::Observe) => can_go && is_near,
+            (_, Duty::Search) => can_go && !is_near,
+        });
+        let own = moment.own.iter();
+        let of_task: smallvec::SmallVec<[bool; 2]> = applicable.collect();
+        let applicable = own.map(|own| of_task.get(own.task.index()).is_some_and(|it| *it));
+        perception.applicable.extend(applicable);
+    }
+
+    fn act(
+        &mut self,
+        moment: &TypedMoment<'_, Self>,
+        active: Option<BehaviorId>,
+        action: &mut Action,
+    ) -> Option<Watch> {
+        let task = moment.task_of(active);
+        let duty = task.and_then(|task| self.section.policy.duties().get(task.index()));
+        let (readings, now) = (moment.readings, moment.now);
+        match (duty, moment.position) {
+            (Some(Duty::Search), Some(_)) => action.actuation = self.walk.wander(readings, now),
+            (Some(Duty::Observe), Some(position)) if self.section.policy != Policy::Fixed => {
+                let force = self.force(position, now);
+                action.actuation = self.walk.follow(force, readings, now);
+            }
+            _ => {}
+        }
+        moment.sensed.targets.is_some().then_some(Watch)
+    }
+
+    fn lore(&self) -> Told {
+        // There are so many at most.
+        self.memory.in_sight().take(SENSED_MOST).collect()
+    }
+
+    /// Nobody has to go anywhere first.
+    fn seconds(&self, _: Option<Vec2>, _: &[TaskId], _: TaskId) -> Option<f64> {
+        Some(0.0)
+    }
+}

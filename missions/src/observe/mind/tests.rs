@@ -1,0 +1,136 @@
+//! What a robot of observe knows.
+
+use alliance_proto::mission::LORE_MAX;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use proptest::prelude::*;
+
+use super::memory::{Memory, Reach};
+use super::*;
+
+const REACH: Reach = Reach {
+    sight_m: 2.6,
+    targets_m: 3.0,
+    robots_m: 2.0,
+};
+const FASTEST_M_S: f32 = 0.15;
+
+fn sighting(target: u16, x: f32, when_ms: u64) -> Sighting {
+    Sighting {
+        target,
+        at: Vec2::new(x, 0.0),
+        when: SimTime(when_ms),
+    }
+}
+
+/// Seen at 2 m and 2.1 m a second later, it is at 2.65 m 5.5 s after that; beyond 3.0 m it is forgotten.
+#[test]
+fn a_target_out_of_sight_moves_straight_on() {
+    let mut memory = Memory::default();
+    assert!(memory.see(sighting(3, 2.0, 0), FASTEST_M_S));
+    memory.look_away();
+    assert!(
+        !memory.see(sighting(3, 2.1, 1000), FASTEST_M_S),
+        "it is not new"
+    );
+    let at = |memory: &Memory, ms| memory.tracks().next().map(|track| track.at(SimTime(ms)).x);
+    assert!((at(&memory, 6500).unwrap() - 2.65).abs() < 1e-4);
+    // It is believed to be out of sight, and near.
+    memory.look_away();
+    memory.forget(Vec2::ZERO, REACH, SimTime(6500));
+    assert!(memory.has_tracks());
+    assert_eq!(memory.in_sight().count(), 0);
+    memory.forget(Vec2::ZERO, REACH, SimTime(10_500));
+    assert!(!memory.has_tracks(), "at 3.05 m");
+}
+
+/// What would be seen and is not is gone; without a device that works nobody can tell.
+#[test]
+fn what_is_missed_is_forgotten() {
+    for (sight_m, is_known) in [(2.6, false), (-1.0, true), (1.0, true)] {
+        let mut memory = Memory::default();
+        memory.see(sighting(3, 1.0, 0), FASTEST_M_S);
+        memory.look_away();
+        memory.forget(Vec2::ZERO, Reach { sight_m, ..REACH }, SimTime(100));
+        assert_eq!(memory.has_tracks(), is_known, "{sight_m}");
+        memory.forget(Vec2::ZERO, Reach { sight_m, ..REACH }, SimTime(10_100));
+        assert!(!memory.has_tracks(), "after ten seconds");
+    }
+}
+
+/// A teammate's word counts for 2.5 s; what it senses far away does not.
+#[test]
+fn a_target_that_a_teammate_sees_is_shared_for_a_while() {
+    let mut memory = Memory::default();
+    memory.see(sighting(1, 2.0, 1000), FASTEST_M_S);
+    memory.hear(sighting(1, 2.0, 950), FASTEST_M_S);
+    memory.hear(sighting(2, 2.9, 950), FASTEST_M_S);
+    memory.hear(sighting(4, 3.1, 950), FASTEST_M_S);
+    memory.forget(Vec2::ZERO, REACH, SimTime(1000));
+    let shared = |memory: &Memory, ms| -> Vec<bool> {
+        memory
+            .tracks()
+            .map(|track| track.is_shared(SimTime(ms)))
+            .collect()
+    };
+    assert_eq!(shared(&memory, 1000), [true, true], "t4 is too far away");
+    assert_eq!(shared(&memory, 3450), [true, true]);
+    assert_eq!(shared(&memory, 3451), [false, false]);
+    memory.hear_of_teammate(RobotId(7), Vec2::X, SimTime(1000));
+    memory.hear_of_teammate(RobotId(8), 3.0 * Vec2::X, SimTime(1000));
+    memory.forget(Vec2::ZERO, REACH, SimTime(1000));
+    assert_eq!(memory.teammates().collect::<Vec<_>>(), [Vec2::X]);
+    memory.forget(Vec2::ZERO, REACH, SimTime(3501));
+    assert_eq!(memory.teammates().count(), 0, "it has said nothing since");
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Happens {
+    See(u16, f32),
+    Hear(u16, f32),
+    HearOf(u16, f32),
+    LookAway,
+    Forget,
+}
+
+fn happens() -> impl Strategy<Value = Happens> {
+    let about = || (0..60_u16, -4.0..4.0_f32);
+    prop_oneof![
+        4 => about().prop_map(|(target, x)| Happens::See(target, x)),
+        4 => about().prop_map(|(target, x)| Happens::Hear(target, x)),
+        1 => about().prop_map(|(robot, x)| Happens::HearOf(robot, x)),
+        1 => Just(Happens::LookAway),
+        1 => Just(Happens::Forget),
+    ]
+}
+
+proptest! {
+    /// Whatever comes, each target is there once, in order; what is in sight is what was seen last; and what is told fits.
+    #[test]
+    fn memory_keeps_order_and_bounds(life in prop::collection::vec(happens(), 0..200)) {
+        let mut memory = Memory::default();
+        let mut in_sight = std::collections::BTreeSet::new();
+        for (happens, step) in life.into_iter().zip(0..) {
+            let now = SimTime(100 * step);
+            match happens {
+                Happens::See(target, x) if in_sight.len() < SENSED_MOST => {
+                    memory.see(sighting(target, x, now.0), FASTEST_M_S);
+                    in_sight.insert(target);
+                }
+                Happens::See(..) => {}
+                Happens::Hear(target, x) => memory.hear(sighting(target, x, now.0), FASTEST_M_S),
+                Happens::HearOf(robot, x) => memory.hear_of_teammate(RobotId(robot), x * Vec2::X, now),
+                Happens::LookAway => {
+                    memory.look_away();
+                    in_sight.clear();
+                }
+                Happens::Forget => memory.forget(Vec2::ZERO, REACH, now),
+            }
+            let told: Told = memory.in_sight().collect();
+            let targets: Vec<u16> = told.iter().map(|sighting| sighting.target).collect();
+            prop_assert_eq!(&targets, &in_sight.iter().copied().collect::<Vec<_>>());
+            let bytes = alliance_proto::codec::encode(&told).unwrap();
+            prop_assert!(bytes.len() <= LORE_MAX);
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! How a robot moves: along a force, or about at random; always round what is in its way, and never out of the region.
+
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, TAU};
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::{Actuation, Readings};
+use alliance_proto::rng::{Purpose, robot_stream};
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use robot_agent::body::{Chassis, Goal, Navigator, Status, Surroundings};
+
+use crate::observe::data::{Area, direction};
+
+/// How far from the edge of the region a robot turns back, from its own edge, m.
+const MARGIN_M: f32 = 0.3;
+/// Who moves about turns so often on average.
+const STRAIGHT_S: f64 = 20.0;
+/// A weaker force moves nobody.
+const LEAST: f32 = 0.05;
+
+/// A body, and its random course.
+#[derive(Clone, Debug)]
+pub(super) struct Walk {
+    chassis: Chassis,
+    navigator: Navigator,
+    /// Where its center may be.
+    area: Area,
+    rng: ChaCha8Rng,
+    course: Vec2,
+    turns_at: SimTime,
+}
+
+impl Walk {
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let mut rng = robot_stream(setup.seed, Purpose::Behavior, robot);
+        Self {
+            chassis: Chassis::of(scenario, &scenario.robots[robot.index()]),
+            navigator: Navigator::default(),
+            area: Area::of(scenario).inset(scenario.body.radius_m + MARGIN_M),
+            course: direction(TAU * rng.random::<f32>()),
+            turns_at: SimTime::ZERO,
+            rng,
+        }
+    }
+
+    /// Along a force, as fast as it is strong.
+    pub fn follow(&mut self, mut force: Vec2, readings: &Readings, now: SimTime) -> Actuation {
+        let Some(around) = Surroundings::of(readings) else {
+            return Actuation::default();
+        };
+        if let Some(inward) = self.area.inward(around.pose.position) {
+            force -= force.dot(inward).min(0.0) * inward;
+        }
+        let strength = force.length();
+        if strength < LEAST {
+            return Actuation::default();
+        }
+        let (actuation, _) = self.go(force / strength, &around, now);
+        Actuation {
+            speed_m_s: actuation.speed_m_s * strength.min(1.0),
+            ..actuation
+        }
+    }
+
+    /// Straight on, with a turn now and then.
+    pub fn wander(&mut self, readings: &Readings, now: SimTime) -> Actuation {
+        let Some(around) = Surroundings::of(readings) else {
+            return Actuation::default();
+        };
+        let inward = self.area.inward(around.pose.position);
+        if let Some(inward) = inward.filter(|inward| self.course.dot(*inward) <= 0.0) {
+            self.course = self.turned(inward, FRAC_PI_3);
+        } else if now >= self.turns_at {
+            self.course = self.turned(self.course, FRAC_PI_2);
+            let wait_s = -STRAIGHT_S * libm::log(1.0 - self.rng.random::<f64>());
+            self.turns_at = now + SimTime::from_secs_f64(wait_s);
+        }
+        let (actuation, status) = self.go(self.course, &around, now);
+        if status == Status::Blocked {
+            self.turns_at = now;
+        }
+        actuation
+    }
+
+    /// A direction, turned by at most that angle, rad.
+    fn turned(&mut self, from: Vec2, most_rad: f32) -> Vec2 {
+        let angle = most_rad * (2.0 * self.rng.random::<f32>() - 1.0);
+        direction(angle).rotate(from).normalize()
+    }
+
+    fn go(&mut self, way: Vec2, around: &Surroundings, now: SimTime) -> (Actuation, Status) {
+        let goal = Goal::Direction(way);
+        let drive = self.navigator.drive(&self.chassis, goal, around, [], now);
+        (drive.actuation, drive.status)
+    }
+}

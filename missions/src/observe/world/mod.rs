@@ -1,0 +1,198 @@
+//! Observe in the world: targets move by themselves and are solid to nobody; robots that look see those in range.
+//!
+//! - `targets`: how they move. `watch`: who sees which.
+
+mod targets;
+#[cfg(test)]
+mod tests;
+mod watch;
+
+use std::sync::Arc;
+
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
+use glam::Vec2;
+use serde::Serialize;
+use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
+use world_server::world::Floor;
+
+use super::bus::{Seen, Sensed, Watch as Look};
+use super::data::{Area, Duty, ObserveSection, Policy};
+use targets::Targets;
+use watch::Watch;
+
+/// Radius of a target as it is shown, m.
+const SHOWN_M: f32 = 0.15;
+
+/// An observe mission of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Observe {
+    #[serde(skip)]
+    constants: Arc<Constants>,
+    targets: Targets,
+    watch: Watch,
+}
+
+/// What never changes.
+#[derive(Debug)]
+struct Constants {
+    section: ObserveSection,
+    area: Area,
+    step: SimTime,
+    duration: SimTime,
+}
+
+impl Observe {
+    /// The targets that a robot senses, in its own frame.
+    fn in_sight(&self, robot: RobotId, floor: &Floor) -> Sensed {
+        let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
+        let nearest = self.targets.nearest(position).into_iter();
+        let seen = nearest.map(|number| {
+            let offset = self.targets.at(number) - position;
+            Seen {
+                target: number as u16,
+                offset: Vec2::new(ahead.dot(offset), ahead.perp_dot(offset)),
+            }
+        });
+        Sensed {
+            targets: Some(seen.collect()),
+        }
+    }
+}
+
+impl TypedMission for Observe {
+    type Sensed = Sensed;
+    type Deed = Look;
+
+    fn new(setup: &Setup, floor: &Floor) -> Self {
+        let scenario = &setup.scenario;
+        let section = ObserveSection::of(scenario).clone();
+        let targets = Targets::new(setup);
+        Self {
+            watch: Watch::new(floor.robot_count(), targets.len()),
+            targets,
+            constants: Arc::new(Constants {
+                area: Area::of(scenario),
+                step: SimTime(scenario.step_ms),
+                duration: SimTime::from_secs_f64(section.duration_s),
+                section,
+            }),
+        }
+    }
+
+    /// Spread evenly over the region.
+    fn starts(scenario: &Scenario) -> Vec<Vec2> {
+        let area = Area::of(scenario).inset(1.1 * scenario.body.radius_m);
+        let count = scenario.robots.len();
+        // Where obstacles or bodies are in the way, the places of larger teams.
+        [1, 2, 4]
+            .into_iter()
+            .flat_map(|times| area.spread(times * count))
+            .collect()
+    }
+
+    fn begin(&mut self, floor: &mut Floor, _: &mut Happened) {
+        self.targets.step(floor.now());
+    }
+
+    fn act(&mut self, robot: RobotId, _: Look, _: &mut Floor, _: &mut Happened) {
+        self.watch.look(robot);
+    }
+
+    fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {
+        self.watch.settle(&self.targets, floor, happened);
+    }
+
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (Sensed, Validity) {
+        (self.in_sight(robot, floor), Validity::ThisTick)
+    }
+
+    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+        if device == "targets" {
+            to.targets.clone_from(&from.targets);
+        }
+    }
+
+    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+        if device != "targets" {
+            return;
+        }
+        if let Some(targets) = &mut sensed.targets {
+            for seen in targets.iter_mut() {
+                seen.offset += Vec2::new(error_m(), error_m());
+            }
+            targets.sort_by(|a, b| {
+                let of = |seen: &Seen| seen.offset.length_squared();
+                of(a).total_cmp(&of(b))
+            });
+        }
+    }
+
+    fn end(&self, now: SimTime) -> Option<Outcome> {
+        (now >= self.constants.duration).then_some(Outcome::Complete)
+    }
+
+    /// A robot that follows targets has one of its tasks at a time.
+    fn is_due(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
+        let section = &self.constants.section;
+        if matches!(section.policy, Policy::Fixed | Policy::Random) {
+            return true;
+        }
+        let place = floor.pose(robot).position;
+        let is_near = self.targets.any_within(place, section.predict_m);
+        is_near == (section.policy.duties()[task.index()] == Duty::Observe)
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        self.watch.write_row(row);
+    }
+
+    fn figures(&self, figures: &mut TeamFigures) {
+        self.watch.write_figures(self.constants.step, figures);
+    }
+
+    /// The region, the targets, and of each robot that looks its range and a line to what it sees.
+    fn show(&self, floor: &Floor, view: &mut View) {
+        if let Area::Disc { center, radius_m } = self.constants.area {
+            view.mark(Mark::disc(
+                "region".to_owned(),
+                center,
+                radius_m,
+                MarkRole::Range,
+            ));
+        }
+        for number in 0..self.targets.len() {
+            let id = format!("t{number}");
+            view.mark(Mark {
+                share: Some(if self.watch.is_seen(number) { 1.0 } else { 0.0 }),
+                ..Mark::disc(id, self.targets.at(number), SHOWN_M, MarkRole::Target)
+            });
+        }
+        for robot in self.watch.looked() {
+            let place = floor.pose(robot).position;
+            let id = format!("range {robot}");
+            let range_m = self.constants.section.range_m;
+            view.mark(Mark::disc(id, place, range_m, MarkRole::Range));
+            for (number, _) in self.targets.in_range(place) {
+                view.mark(Mark {
+                    id: format!("{robot} t{number}"),
+                    outline: MarkOutline::Line {
+                        from: place,
+                        to: self.targets.at(number),
+                    },
+                    role: MarkRole::Link,
+                    share: None,
+                    label: String::new(),
+                });
+            }
+        }
+    }
+
+    fn holds(&self, _: &Floor) -> Result<(), String> {
+        self.targets.holds()?;
+        self.watch.holds()
+    }
+}

@@ -1,0 +1,181 @@
+//! The targets: each goes straight at a speed of its own, turns at times of its own, and back at the edge of the region.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::rng::{Purpose, robot_stream};
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use arrayvec::ArrayVec;
+use glam::Vec2;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use serde::{Serialize, Serializer};
+use world_server::world::Grid;
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+use crate::observe::bus::SENSED_MOST;
+use crate::observe::data::{Area, ObserveSection, direction};
+
+/// All targets, by number.
+#[derive(Clone, Debug)]
+pub(super) struct Targets {
+    all: Vec<Target>,
+    /// Where they are.
+    grid: Grid,
+    area: Area,
+    range_m: f32,
+    step_s: f32,
+    turn_hz: f64,
+    turn_rad: f32,
+}
+
+#[derive(Clone, Debug)]
+struct Target {
+    at: Vec2,
+    /// A unit vector.
+    direction: Vec2,
+    speed_m_s: f32,
+    turns_at: SimTime,
+    /// How often it has turned: how much its stream has given.
+    turns: u32,
+    rng: ChaCha8Rng,
+}
+
+/// A hash tells the state apart: there may be thousands.
+impl Serialize for Targets {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let hash = self.all.iter().fold(0, |hash, target| {
+            let mut bytes = [0; 28];
+            let (at, direction) = (target.at, target.direction);
+            let numbers = [at.x, at.y, direction.x, direction.y];
+            for (place, number) in bytes.chunks_exact_mut(4).zip(numbers) {
+                place.copy_from_slice(&number.to_le_bytes());
+            }
+            bytes[16..24].copy_from_slice(&target.turns_at.0.to_le_bytes());
+            bytes[24..].copy_from_slice(&target.turns.to_le_bytes());
+            xxh3_64_with_seed(&bytes, hash)
+        });
+        hash.serialize(serializer)
+    }
+}
+
+impl Targets {
+    /// Anywhere in the region, by the seed.
+    pub fn new(setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let section = ObserveSection::of(scenario);
+        let area = Area::of(scenario);
+        let target = |number| {
+            // A stream for each.
+            let mut rng = robot_stream(setup.seed, Purpose::Targets, RobotId(number));
+            let at = area.place(Vec2::new(rng.random(), rng.random()));
+            let direction = direction(std::f32::consts::TAU * rng.random::<f32>());
+            let slowest = section.slowest_m_s;
+            Target {
+                at,
+                direction,
+                speed_m_s: slowest + (section.fastest_m_s - slowest) * rng.random::<f32>(),
+                turns_at: after(SimTime::ZERO, section.turn_hz, &mut rng),
+                turns: 0,
+                rng,
+            }
+        };
+        let all: Vec<Target> = (0..section.n).map(target).collect();
+        let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+        let mut grid = Grid::new(size, section.range_m, all.len());
+        for (number, target) in all.iter().enumerate() {
+            grid.insert(number, target.at);
+        }
+        Self {
+            all,
+            grid,
+            area,
+            range_m: section.range_m,
+            step_s: scenario.step_ms as f32 / 1000.0,
+            turn_hz: section.turn_hz,
+            turn_rad: section.turn_deg.to_radians(),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    pub fn at(&self, number: usize) -> Vec2 {
+        self.all[number].at
+    }
+
+    /// All go on for a step.
+    pub fn step(&mut self, now: SimTime) {
+        for (number, target) in self.all.iter_mut().enumerate() {
+            while target.turns_at <= now {
+                let turn_rad = self.turn_rad * (2.0 * target.rng.random::<f32>() - 1.0);
+                // Of length 1, however often it turns.
+                target.direction = direction(turn_rad).rotate(target.direction).normalize();
+                target.turns_at = after(target.turns_at, self.turn_hz, &mut target.rng);
+                target.turns = target.turns.wrapping_add(1);
+            }
+            let way_m = target.speed_m_s * self.step_s;
+            let mut to = target.at + way_m * target.direction;
+            if let Some(inward) = self.area.inward(to) {
+                let out = target.direction.dot(inward).min(0.0);
+                target.direction = (target.direction - 2.0 * out * inward).normalize();
+                to = self.area.nearest(target.at + way_m * target.direction);
+            }
+            if to != target.at {
+                target.at = to;
+                self.grid.relocate(number, to);
+            }
+        }
+    }
+
+    /// Those in range of a place, in no order, with the squares of their distances.
+    pub fn in_range(&self, place: Vec2) -> impl Iterator<Item = (usize, f32)> {
+        let near = self.grid.near(place, self.range_m);
+        let with_distance = near.map(move |(number, at)| (number, at.distance_squared(place)));
+        with_distance.filter(|(_, squared)| *squared <= self.range_m * self.range_m)
+    }
+
+    /// The nearest in range of a place; of those at the same distance, by number.
+    pub fn nearest(&self, place: Vec2) -> ArrayVec<usize, SENSED_MOST> {
+        let mut nearest: ArrayVec<(f32, usize), SENSED_MOST> = ArrayVec::new();
+        for (number, squared) in self.in_range(place) {
+            let found = (squared, number);
+            let before = nearest.partition_point(|known| *known < found);
+            if before == SENSED_MOST {
+                continue;
+            }
+            if nearest.is_full() {
+                nearest.pop();
+            }
+            nearest.insert(before, found);
+        }
+        nearest.into_iter().map(|(_, number)| number).collect()
+    }
+
+    /// Whether one is that near to a place.
+    pub fn any_within(&self, place: Vec2, reach_m: f32) -> bool {
+        let mut near = self.grid.near(place, reach_m);
+        near.any(|(_, at)| at.distance_squared(place) <= reach_m * reach_m)
+    }
+
+    /// What must be so.
+    pub fn holds(&self) -> Result<(), String> {
+        // Rounding may take a place on the edge out of it.
+        let area = self.area.inset(-0.001);
+        match self.all.iter().position(|it| !area.contains(it.at)) {
+            None => Ok(()),
+            Some(number) => Err(format!(
+                "t{number} is at {}, outside its region",
+                self.all[number].at
+            )),
+        }
+    }
+}
+
+/// When something happens next that happens so often on average, at times that do not depend on each other.
+fn after(now: SimTime, rate_hz: f64, rng: &mut ChaCha8Rng) -> SimTime {
+    // The number is below 1; a rate of 0 is never.
+    let wait_s = -libm::log(1.0 - rng.random::<f64>()) / rate_hz;
+    let wait = SimTime::from_secs_f64(wait_s.min(1e9));
+    now + wait.max(SimTime(1))
+}

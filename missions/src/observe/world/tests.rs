@@ -1,0 +1,226 @@
+//! How targets move and who sees them, robots doing as they are told here.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::mission::{Bytes, Deed, Sensed as AnySensed};
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::time::SimTime;
+use proptest::prelude::*;
+use world_server::mission::{TeamFigures, Value};
+use world_server::world::World;
+
+use super::targets::Targets;
+use super::*;
+use crate::observe::bus::SENSED_MOST;
+use crate::observe::tests::scenario;
+
+fn setup(lines: &str, seed: u64) -> Setup {
+    Setup::resolve(scenario(lines), seed, None).unwrap().setup
+}
+
+/// They go on for that long.
+fn play(setup: &Setup, steps: u64) -> Vec<Vec<Vec2>> {
+    let mut targets = Targets::new(setup);
+    let places = |targets: &Targets| (0..targets.len()).map(|it| targets.at(it)).collect();
+    let mut track = vec![places(&targets)];
+    for step in 0..steps {
+        targets.step(SimTime(step * setup.scenario.step_ms));
+        targets.holds().unwrap();
+        track.push(places(&targets));
+    }
+    track
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// They stay in the region, and none is faster than it may be, however long the steps and however often they turn.
+    #[test]
+    fn targets_stay_in_their_region_and_keep_their_speed(
+        seed: u64,
+        step_ms in 1..500_u64,
+        region in prop::sample::select(vec!["disc", "room"]),
+        turn_hz in 0.0..3.0_f64,
+        fastest in 0.1..5.0_f64,
+    ) {
+        let lines = format!("n = 20\nregion = '{region}'\nturn_hz = {turn_hz}\nfastest_m_s = {fastest}\nslowest_m_s = 0.05\n");
+        let mut setup = setup(&lines, seed);
+        setup.scenario.step_ms = step_ms;
+        let area = Area::of(&setup.scenario).inset(-0.001);
+        let track = play(&setup, 300);
+        let most_m = fastest as f32 * step_ms as f32 / 1000.0;
+        for pair in track.windows(2) {
+            for (before, after) in pair[0].iter().zip(&pair[1]) {
+                prop_assert!(area.contains(*after));
+                prop_assert!(before.distance(*after) <= most_m + 1e-4);
+            }
+        }
+    }
+}
+
+/// At 1 turn in 2 s, in 200 s, 50 targets turn about 5,000 times; at the edge none is counted here.
+#[test]
+fn targets_turn_as_often_as_they_should() {
+    let setup = setup(
+        "n = 50\nturn_hz = 0.5\nslowest_m_s = 0.01\nfastest_m_s = 0.01",
+        3,
+    );
+    let track = play(&setup, 4000);
+    let mut turns = 0;
+    for three in track.windows(3) {
+        for target in 0..50 {
+            let [a, b, c] = [0, 1, 2].map(|step| three[step][target]);
+            let turn = (b - a).angle_to(c - b);
+            turns += usize::from(turn.abs() > 0.02);
+        }
+    }
+    assert!((4400..5200).contains(&turns), "{turns} turns");
+}
+
+/// A stream for each: more targets, or other turns of one, shift no other.
+#[test]
+fn each_target_has_its_own_stream() {
+    let [few, many] = ["n = 3", "n = 30"].map(|lines| play(&setup(lines, 7), 400));
+    for (few, many) in few.iter().zip(&many) {
+        assert_eq!(few[..], many[..3]);
+    }
+    let other = play(&setup("n = 3", 8), 400);
+    assert_ne!(few[0], other[0]);
+}
+
+/// Against a look at everything: the nearest, nearest first, within the range.
+#[test]
+fn the_nearest_in_range_are_found() {
+    let setup = setup("n = 300", 5);
+    let mut targets = Targets::new(&setup);
+    for step in 0..60 {
+        targets.step(SimTime(50 * step));
+        for place in [
+            Vec2::new(6.0, 4.5),
+            Vec2::new(2.0, 4.0),
+            Vec2::new(11.0, 8.0),
+        ] {
+            let mut all: Vec<(f32, usize)> = (0..300)
+                .map(|it| (targets.at(it).distance_squared(place), it))
+                .filter(|(squared, _)| *squared <= 2.6 * 2.6)
+                .collect();
+            all.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            let mut in_range: Vec<usize> = targets.in_range(place).map(|it| it.0).collect();
+            in_range.sort_unstable();
+            let mut expected: Vec<usize> = all.iter().map(|it| it.1).collect();
+            let nearest: Vec<usize> = expected.iter().copied().take(SENSED_MOST).collect();
+            assert_eq!(targets.nearest(place).as_slice(), nearest);
+            expected.sort_unstable();
+            assert_eq!(in_range, expected);
+        }
+    }
+}
+
+const LOOK: Option<Actuation> = Some(Actuation {
+    speed_m_s: 0.0,
+    turn_rad_s: 0.0,
+    deed: Deed::Nothing,
+});
+
+fn looks() -> Option<Actuation> {
+    let deed = Deed::Open(Bytes::encode(&Look).unwrap());
+    LOOK.map(|look| Actuation { deed, ..look })
+}
+
+/// Robots at one place, and a target there that does not move.
+fn still(robots: [&str; 2]) -> World {
+    let robots = robots.map(|more| format!("[[robots]]\nname = 'r{}'\n{more}\n", more.len()));
+    let text = format!(
+        "step_ms = 500\n[observe]\nn = 40\nslowest_m_s = 0\nfastest_m_s = 0\nduration_s = 10\n[room]\nwidth_m = 4\nheight_m = 4\n{}",
+        robots.concat()
+    );
+    let vocabulary = crate::Registry::built_in().vocabulary();
+    let scenario =
+        Scenario::parse("o.toml", &text, &vocabulary).unwrap_or_else(|error| panic!("{error}"));
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    World::new(&setup, crate::observe::PARTS.world)
+}
+
+fn row(world: &World) -> Vec<Value> {
+    let mut row = Vec::new();
+    world.mission().row(&mut row);
+    row
+}
+
+/// A disc of 2 m, of which each of two robots in it sees a part: only those who look count, in pairs, and what nobody sees is lost.
+#[test]
+fn whoever_looks_observes() {
+    let mut world = still(["", "absent = true"]);
+    let step = |world: &mut World, commands: [Option<Actuation>; 2]| {
+        let events = world.step(&commands);
+        world.mission().holds(world).unwrap();
+        let of = |kind: &str| {
+            events
+                .iter()
+                .filter(|event| event.kind.to_string() == kind)
+                .count() as u64
+        };
+        (of("found"), of("lost"))
+    };
+    assert_eq!(row(&world), [Value::Count(0), Value::Count(0)]);
+    assert_eq!(step(&mut world, [LOOK, LOOK]), (0, 0), "with a dead device");
+    let (found, _) = step(&mut world, [looks(), None]);
+    assert!((1..=40).contains(&found));
+    assert_eq!(row(&world), [Value::Count(found), Value::Count(found)]);
+    assert_eq!(
+        step(&mut world, [looks(), None]),
+        (0, 0),
+        "they are found once"
+    );
+    assert_eq!(step(&mut world, [None, None]), (0, found));
+    assert_eq!(row(&world), [Value::Count(0), Value::Count(0)]);
+    // Its sensor tells the same, up to what there is room for.
+    let AnySensed::Open(bytes) = world.readings(RobotId(0)).mission else {
+        panic!("nothing is sensed")
+    };
+    let sensed: Sensed = bytes.decode().unwrap();
+    let count = sensed.targets.unwrap().len();
+    assert_eq!(count, (found as usize).min(SENSED_MOST));
+}
+
+/// By hand: of 20 steps a robot looks in the first 5; all targets it sees are seen for a quarter of the time, and never again for 7.5 s.
+#[test]
+fn figures_are_what_they_are_defined_as() {
+    let mut world = still(["", "absent = true"]);
+    let mut found = 0.0;
+    for step in 0..20 {
+        assert_eq!(world.mission().end(world.now()), None);
+        world.step(&[(step < 5).then(looks).flatten(), None]);
+        if step == 0 {
+            found = row(&world)[0].number().unwrap();
+        }
+    }
+    assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
+    let mut figures = TeamFigures::new(2);
+    world.mission().figures(&mut figures);
+    let figure = |name: &str| figures.mission.get(name).number().unwrap();
+    assert!((figure("a") - found / 40.0 / 4.0).abs() < 1e-12);
+    // All that are seen are seen for as long.
+    assert!((figure("h") - found.ln() / 40_f64.ln()).abs() < 1e-9);
+    assert_eq!(
+        figure("unseen.max_ms"),
+        if found < 40.0 { 10_000.0 } else { 7_500.0 }
+    );
+    assert!(
+        (figure("idle_share") - 0.75).abs() < 1e-12,
+        "absent robots do not count"
+    );
+}
+
+/// With 160 bytes of readings there is room for all that is sensed, whatever the numbers of the targets.
+#[test]
+fn what_is_sensed_fits() {
+    let seen = Seen {
+        target: u16::MAX,
+        offset: Vec2::splat(-2.345_678),
+    };
+    let sensed = Sensed {
+        targets: Some([seen; SENSED_MOST].into()),
+    };
+    assert!(Bytes::<{ alliance_proto::mission::SENSED_MAX }>::encode(&sensed).is_ok());
+}

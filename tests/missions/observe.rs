@@ -1,0 +1,252 @@
+//! What observe promises (docs/missions/observe.md): the order of the four policies, seed by seed, and whole runs.
+//!
+//! Steps are 200 ms here, four times as long as by default, which changes hardly anything. All teams and radii: `alliance sweep
+//! study/sweeps/cmommt.toml`.
+
+use alliance_proto::log::{LogLevel, Memory, MissionRow, RunLog, Table};
+use alliance_proto::scenario::{Robot, Scenario, Setup};
+use alliance_proto::tick::Outcome;
+use missions::Registry;
+use missions::observe::data::{ObserveSection, Policy};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use serde_json::Map;
+use study::in_process::Team as OneProcess;
+
+use crate::golden::{assert_as_before, pinned};
+use crate::harness::Lab;
+use crate::in_process::run;
+use crate::recompute::log_of;
+use crate::team::Team;
+
+const SEEDS: u64 = 40;
+const NO_RADIO: &str =
+    "[faults]\ntimeline = [{ fault.drop = { from = 'all', to = 'all', p = 1.0 }, at_s = 0.0 }]\n";
+
+/// A built-in scenario with more lines at its end.
+fn scenario(name: &str, policy: Policy, more: &str) -> Scenario {
+    let vocabulary = Registry::built_in().vocabulary();
+    let text = vocabulary.builtin(name).unwrap().text;
+    let text = format!("step_ms = 200\n{text}\n{more}");
+    let mut scenario = Scenario::parse(name, &text, &vocabulary).unwrap();
+    section(&mut scenario).policy = policy;
+    scenario
+}
+
+fn section(scenario: &mut Scenario) -> &mut ObserveSection {
+    scenario.mission.values_mut().unwrap()
+}
+
+fn setup(scenario: &Scenario, seed: u64) -> Setup {
+    Setup::resolve(scenario.clone(), seed, None).unwrap().setup
+}
+
+/// A/n with each of so many seeds.
+fn shares(scenario: &Scenario, seeds: u64) -> Vec<f64> {
+    let share = |seed| {
+        let setup = setup(scenario, seed);
+        let mut team = OneProcess::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {});
+        let outcome = outcome.unwrap();
+        assert_eq!(outcome, Outcome::Complete);
+        let (run, _) = team.end(outcome).unwrap();
+        run.result.mission.get("a").number().unwrap()
+    };
+    (1..=seeds).map(share).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Lower end of the 95 % interval of a mean, by the bootstrap.
+fn lower_end(values: &[f64]) -> f64 {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut means: Vec<f64> = (0..2000)
+        .map(|_| {
+            let drawn = (0..values.len()).map(|_| values[rng.random_range(0..values.len())]);
+            mean(&drawn.collect::<Vec<_>>())
+        })
+        .collect();
+    means.sort_by(f64::total_cmp);
+    means[means.len() / 40]
+}
+
+/// Four targets for each robot: weights pay, forces more so. The means are those of the table, corrected to bodies that start evenly spread.
+#[test]
+fn with_many_targets_a_cmommt_is_best_and_both_are_far_above_random_and_fixed() {
+    let [random, fixed, local, weighted] = [
+        Policy::Random,
+        Policy::Fixed,
+        Policy::Local,
+        Policy::ACmommt,
+    ]
+    .map(|policy| shares(&scenario("cmommt-crowded", policy, ""), SEEDS));
+    let gains = weighted
+        .iter()
+        .zip(&local)
+        .map(|(with, without)| with - without);
+    let gains: Vec<f64> = gains.collect();
+    assert!(lower_end(&gains) > 0.0, "{gains:?}");
+    for (shares, published) in [
+        (&random, 0.27),
+        (&fixed, 0.30),
+        (&local, 0.44),
+        (&weighted, 0.48),
+    ] {
+        assert!(
+            (mean(shares) - published).abs() < 0.08,
+            "{} {published}",
+            mean(shares)
+        );
+    }
+    assert!(mean(&local) > 1.3 * mean(&random), "{local:?}, {random:?}");
+    assert!(mean(&local) > 1.3 * mean(&fixed), "{local:?}, {fixed:?}");
+}
+
+/// Five robots for each target: weights change next to nothing.
+#[test]
+fn with_few_targets_local_does_as_well() {
+    let [local, weighted] = [Policy::Local, Policy::ACmommt].map(|policy| {
+        let mut scenario = scenario("cmommt", policy, "");
+        section(&mut scenario).n = 2;
+        let robot = |number| Robot {
+            name: format!("r{number}"),
+            ..Robot::default()
+        };
+        scenario.robots = (1..=10).map(robot).collect();
+        shares(&scenario, SEEDS)
+    });
+    let difference = mean(&weighted) - mean(&local);
+    assert!(difference.abs() < 0.03, "{difference}");
+    assert!(
+        mean(&local) > 0.77,
+        "{} by hand of the table: 0.85",
+        mean(&local)
+    );
+}
+
+#[test]
+fn the_larger_the_region_the_less_is_seen() {
+    let by_radius = [10.0, 20.0, 30.0, 50.0].map(|radius_m| {
+        let mut scenario = scenario("cmommt-crowded", Policy::ACmommt, "");
+        scenario.room.width_m = 2.0 * radius_m;
+        scenario.room.height_m = 2.0 * radius_m;
+        mean(&shares(&scenario, 10))
+    });
+    assert!(
+        by_radius.is_sorted_by(|near, far| *near > 1.5 * far),
+        "{by_radius:?}"
+    );
+}
+
+/// One of five dies a third of the way through. What it saw nobody sees in its place for certain, and the others go on.
+#[test]
+fn a_death_costs_no_more_than_the_dead_robot_saw() {
+    let killed = "[faults]\ntimeline = [{ fault.kill = 'gold', at_s = 40.0 }]\n";
+    let [alive, killed] = ["", killed].map(|more| {
+        let scenario = scenario("cmommt-crowded", Policy::ACmommt, more);
+        mean(&shares(&scenario, SEEDS))
+    });
+    let least = (1.0 - 2.0 / 5.0) * alive;
+    assert!(
+        (least..0.97 * alive).contains(&killed),
+        "{killed} of {alive}"
+    );
+}
+
+fn poses(scenario: &Scenario, seed: u64) -> Vec<u8> {
+    let (outcome, recorder) = run(setup(scenario, seed), LogLevel::Full);
+    assert_eq!(outcome, Outcome::Complete);
+    recorder.into_sink().tables[&Table::Poses].clone()
+}
+
+/// Weights depend on nothing but what teammates say.
+#[test]
+fn without_radio_a_cmommt_is_local_to_the_byte() {
+    let both = |more, seed| {
+        let of = |policy| poses(&scenario("cmommt-crowded", policy, more), seed);
+        (of(Policy::Local), of(Policy::ACmommt))
+    };
+    for seed in 1..=3 {
+        let (local, weighted) = both(NO_RADIO, seed);
+        assert!(local == weighted, "seed {seed}");
+    }
+    let with_radio = (1..=3).map(|seed| both("", seed));
+    assert!(
+        with_radio
+            .into_iter()
+            .any(|(local, weighted)| local != weighted)
+    );
+}
+
+/// Targets observed at a time, from mission.csv.
+fn observed(log: &RunLog, at_s: f64) -> u64 {
+    let rows = log.rows::<MissionRow>().unwrap();
+    let before = rows.iter().filter(|row| row.t_ms.as_secs_f64() <= at_s);
+    before.last().map_or(0, |row| row.values[0].count())
+}
+
+/// Robots whose devices are dead observe nothing, and go on once they have healed; with noise they observe what they did.
+#[test]
+fn a_robot_without_eyes_observes_nothing() {
+    let of_all = |mode: &str, times: &str| {
+        let orders = ["blue", "gold", "green", "red", "violet"].map(|robot| {
+            format!("{{ fault.sensor = {{ robot = '{robot}', device = 'targets', mode = {mode} }}, {times} }}")
+        });
+        format!("[faults]\ntimeline = [{}]\n", orders.join(", "))
+    };
+    let play = |more: &str| {
+        let scenario = scenario("cmommt-crowded", Policy::ACmommt, more);
+        log_of(run(setup(&scenario, 1), LogLevel::Full).1)
+    };
+    let dead = play(&of_all("'dead'", "at_s = 40.0, for_s = 20.0"));
+    let seen = [39.0, 41.0, 59.0, 61.0].map(|at_s| observed(&dead, at_s));
+    assert!(seen[0] > 3 && seen[3] > 0, "{seen:?}");
+    assert_eq!(seen[1..3], [0, 0]);
+    let noisy = play(&of_all("{ noise = { m = 0.3 } }", "at_s = 0.0"));
+    let share = noisy.run.result.mission.get("a").number().unwrap();
+    assert!(share > 0.3, "{share}");
+    let dropout = play(&of_all("{ dropout = 0.5 }", "at_s = 0.0"));
+    let half = dropout.run.result.mission.get("a").number().unwrap();
+    assert!(
+        half < 0.8 * share && half > 0.2 * share,
+        "{half} of {share}"
+    );
+}
+
+/// By real processes, with one killed; repeated from its log, and checked.
+#[test]
+fn a_run_by_processes_with_a_kill_is_repeated_to_the_byte() {
+    let lab = Lab::new();
+    let mut team = Team::start(&lab, &["cmommt", "--speed", "60x"]);
+    team.wait_for_row("events.csv", &["found"]);
+    team.kill("gold");
+    team.wait().expect(0);
+    let log = lab.log("run");
+    assert!(log.run.result.mission.get("a").number().unwrap() > 0.2);
+    lab.run(&["replay", "run", "--out", "again"]).expect(0);
+    lab.assert_same_bytes("run", "again");
+    let file = lab.path("scenario.toml");
+    let killed = "[faults]\ntimeline = [{ fault.kill = 'gold', at_s = 40.0 }]\n";
+    let scenario = scenario("cmommt-crowded", Policy::ACmommt, killed);
+    std::fs::write(&file, toml::to_string(&scenario).unwrap()).unwrap();
+    let checked = ["scenario.toml", "--in-process", "--check"];
+    lab.mission("checked", &checked).expect(0);
+}
+
+#[test]
+fn golden_runs_of_observe_are_as_they_were() {
+    let mut runs = Map::new();
+    for policy in [
+        Policy::Random,
+        Policy::Fixed,
+        Policy::Local,
+        Policy::ACmommt,
+    ] {
+        let scenario = scenario("cmommt-crowded", policy, "");
+        runs.insert(format!("{policy:?}"), pinned(setup(&scenario, 1)));
+    }
+    assert_as_before("golden/policies.json", runs);
+}
