@@ -185,7 +185,8 @@ fn without_radio_a_cmommt_is_local_to_the_byte() {
 fn observed(log: &RunLog, at_s: f64) -> u64 {
     let rows = log.rows::<MissionRow>().unwrap();
     let before = rows.iter().filter(|row| row.t_ms.as_secs_f64() <= at_s);
-    before.last().map_or(0, |row| row.values[0].count())
+    let last = before.last().and_then(|row| row.values[0].1);
+    last.unwrap_or_default() as u64
 }
 
 /// Robots whose devices are dead observe nothing, and go on once they have healed; with noise they observe what they did.

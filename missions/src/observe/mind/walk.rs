@@ -89,7 +89,7 @@ impl Walk {
     /// A direction, turned by at most that angle, rad.
     fn turned(&mut self, from: Vec2, most_rad: f32) -> Vec2 {
         let angle = most_rad * (2.0 * self.rng.random::<f32>() - 1.0);
-        direction(angle).rotate(from).normalize()
+        direction(angle).rotate(from).normalize_or(Vec2::X)
     }
 
     fn go(&mut self, way: Vec2, around: &Surroundings, now: SimTime) -> (Actuation, Status) {

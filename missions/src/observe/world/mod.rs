@@ -10,6 +10,7 @@ mod watch;
 use std::sync::Arc;
 
 use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::mission::Sensed as AnySensed;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
@@ -24,8 +25,9 @@ use super::data::{Area, Duty, ObserveSection, Policy};
 use targets::Targets;
 use watch::Watch;
 
-/// Radius of a target as it is shown, m.
+/// Radius of a target as it is shown, m; at least that share of a large room.
 const SHOWN_M: f32 = 0.15;
+const SHOWN: f32 = 0.006;
 
 /// An observe mission of a run.
 #[derive(Clone, Debug, Serialize)]
@@ -156,6 +158,7 @@ impl TypedMission for Observe {
 
     /// The region, the targets, and of each robot that looks its range and a line to what it sees.
     fn show(&self, floor: &Floor, view: &mut View) {
+        let shown_m = SHOWN_M.max(SHOWN * floor.size().max_element());
         if let Area::Disc { center, radius_m } = self.constants.area {
             view.mark(Mark::disc(
                 "region".to_owned(),
@@ -168,8 +171,16 @@ impl TypedMission for Observe {
             let id = format!("t{number}");
             view.mark(Mark {
                 share: Some(if self.watch.is_seen(number) { 1.0 } else { 0.0 }),
-                ..Mark::disc(id, self.targets.at(number), SHOWN_M, MarkRole::Target)
+                ..Mark::disc(id, self.targets.at(number), shown_m, MarkRole::Target)
             });
+        }
+        for robot in &mut view.robots {
+            if let AnySensed::Open(bytes) = &robot.readings.mission {
+                // Whatever it is, it is only shown.
+                let sensed: Sensed = bytes.decode().unwrap_or_default();
+                let targets = sensed.targets.iter().flatten();
+                robot.sensed.extend(targets.map(|seen| seen.offset));
+            }
         }
         for robot in self.watch.looked() {
             let place = floor.pose(robot).position;

@@ -110,7 +110,9 @@ impl Targets {
             while target.turns_at <= now {
                 let turn_rad = self.turn_rad * (2.0 * target.rng.random::<f32>() - 1.0);
                 // Of length 1, however often it turns.
-                target.direction = direction(turn_rad).rotate(target.direction).normalize();
+                target.direction = direction(turn_rad)
+                    .rotate(target.direction)
+                    .normalize_or(Vec2::X);
                 target.turns_at = after(target.turns_at, self.turn_hz, &mut target.rng);
                 target.turns = target.turns.wrapping_add(1);
             }
@@ -118,7 +120,7 @@ impl Targets {
             let mut to = target.at + way_m * target.direction;
             if let Some(inward) = self.area.inward(to) {
                 let out = target.direction.dot(inward).min(0.0);
-                target.direction = (target.direction - 2.0 * out * inward).normalize();
+                target.direction = (target.direction - 2.0 * out * inward).normalize_or(Vec2::X);
                 to = self.area.nearest(target.at + way_m * target.direction);
             }
             if to != target.at {

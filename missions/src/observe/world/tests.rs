@@ -1,7 +1,7 @@
 //! How targets move and who sees them, robots doing as they are told here.
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::mission::{Bytes, Deed, Sensed as AnySensed};
+use alliance_proto::mission::{Bytes, Deed};
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::time::SimTime;
@@ -66,14 +66,13 @@ fn targets_turn_as_often_as_they_should() {
         3,
     );
     let track = play(&setup, 4000);
-    let mut turns = 0;
-    for three in track.windows(3) {
-        for target in 0..50 {
-            let [a, b, c] = [0, 1, 2].map(|step| three[step][target]);
-            let turn = (b - a).angle_to(c - b);
-            turns += usize::from(turn.abs() > 0.02);
-        }
-    }
+    let turned = |three: &[Vec<Vec2>]| -> usize {
+        let [before, at, after] = [0, 1, 2].map(|step| three[step].iter());
+        let ways = before.zip(at).zip(after);
+        let turns = ways.map(|((a, b), c)| (*b - *a).angle_to(*c - *b));
+        turns.filter(|turn| turn.abs() > 0.02).count()
+    };
+    let turns: usize = track.windows(3).map(turned).sum();
     assert!((4400..5200).contains(&turns), "{turns} turns");
 }
 
