@@ -65,6 +65,7 @@ impl Registry {
         };
         none.mission(crate::waste::PARTS)
             .mission(crate::service::PARTS)
+            .mission(crate::push::PARTS)
     }
 
     /// Makes this the registry of the program: its commands and all that they start know these missions and allocators.

@@ -17,6 +17,7 @@ pub(crate) const DRILL: MissionWorld = MissionWorld {
         let middle = scenario.room.height_m / 2.0;
         [Vec2::new(0.0, middle - 1.5), Vec2::new(0.6, middle + 1.5)]
     },
+    bars: |_| Vec::new(),
     new: |_, _| Box::new(Drill),
 };
 

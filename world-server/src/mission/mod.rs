@@ -6,7 +6,7 @@
 //!
 //! # One step
 //! [`WorldMission::begin`]; for each robot in rank order: [`WorldMission::act`] where it has sensed, then its body turns and
-//! moves; [`WorldMission::settle`]; aspects; time.
+//! moves, and where it drives against a bar, [`WorldMission::give_way`]; [`WorldMission::settle`]; aspects; time.
 //!
 //! # What a run that repeats asks for
 //! A mission depends on nothing but its setup, the deeds, the faults and its own state: no clock, no address, no order of a
@@ -33,6 +33,7 @@ use glam::Vec2;
 use crate::world::change::ChangeError;
 use crate::world::floor::Floor;
 use crate::world::start::{StartError, start_poses};
+use crate::world::{Bar, Push};
 
 pub use crate::world::happened::Happened;
 pub use alliance_proto::mission::{MissionFigures, TeamFigures, Value};
@@ -45,6 +46,8 @@ pub struct MissionWorld {
     pub data: Mission,
     /// Where robots begin to which the scenario gives no start: lower left and upper right corner, m.
     pub start_area: fn(&Scenario) -> [Vec2; 2],
+    /// The bars that lie on the floor at the start; the mission knows each by its place in the list.
+    pub bars: fn(&Scenario) -> Vec<Bar>,
     /// The mission of a run. The scenario is valid.
     pub new: fn(&Setup, &Floor) -> Box<dyn WorldMission>,
 }
@@ -56,6 +59,7 @@ impl MissionWorld {
         Self {
             data,
             start_area: M::start_area,
+            bars: M::bars,
             new: |setup, floor| Box::new(Typed(M::new(setup, floor))),
         }
     }
@@ -65,7 +69,11 @@ impl MissionWorld {
     /// # Errors
     /// When there is no room for one.
     pub fn start_poses(&self, scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
-        start_poses(scenario, (self.start_area)(scenario))
+        start_poses(
+            scenario,
+            (self.start_area)(scenario),
+            &(self.bars)(scenario),
+        )
     }
 }
 
@@ -109,6 +117,11 @@ pub trait WorldMission: Any + Send {
 
     /// A robot does something beside driving, where it has sensed. It can act: it has a body and power.
     fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened);
+
+    /// A body drives against a bar: how far the mission lets the body go on, m. What moves the bar is [`Floor::move_bar`].
+    fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
+        0.0
+    }
 
     /// What happens once all robots have acted and moved.
     fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}

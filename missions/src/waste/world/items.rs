@@ -147,7 +147,7 @@ impl WasteFloor {
             let discs = self.zones.iter().filter(|(zone, _)| *zone == Zone::Source);
             discs.filter_map(|(_, outline)| match outline {
                 Outline::Disc { center, .. } => Some(*center),
-                Outline::Rectangle { .. } | Outline::Wall { .. } => None,
+                _ => None,
             })
         };
         let nearest = |at: Vec2| {

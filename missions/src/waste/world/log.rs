@@ -150,6 +150,7 @@ fn outlined(outline: Outline) -> MarkOutline {
             let from = normal * offset_m;
             MarkOutline::Line { from, to: from }
         }
+        Outline::Bar(bar) => bar.into(),
     }
 }
 

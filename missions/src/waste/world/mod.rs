@@ -47,6 +47,7 @@ const REPORTED: &str = "reported";
 pub const WASTE: MissionWorld = MissionWorld {
     data: data::WASTE,
     start_area: items::report_site,
+    bars: |_| Vec::new(),
     new: |setup, floor| Box::new(Waste::new(setup, floor)),
 };
 

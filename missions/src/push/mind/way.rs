@@ -1,0 +1,156 @@
+//! The way to a place behind an end of a bar: away from the bar, along it at some distance, and up to it.
+
+use std::f32::consts::PI;
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::{Actuation, Pose, Readings};
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use robot_agent::body::{Chassis, Driver, wrap};
+
+use crate::push::bar::{End, point_at, seen_from};
+use crate::push::data::{PushSection, SPOTS};
+
+/// How far behind a bar a robot goes along it, m.
+const BEHIND_M: f32 = 0.45;
+/// A robot that is no nearer than that behind a bar need not get away from it, m.
+const AWAY_M: f32 = 0.25;
+/// A robot this near to its line faces the bar and drives up to it, m.
+const ASIDE_M: f32 = 0.12;
+/// How near a robot gets to a place on the way, m.
+const NEAR_M: f32 = 0.08;
+/// A hull this near to a bar touches it where nothing tells, m.
+const TOUCH_M: f32 = 0.01;
+/// Heading with which it drives against the bar, rad from the goal's direction.
+const SQUARE_RAD: f32 = 0.1;
+/// How far within the outer third it pushes, m.
+const INSIDE_M: f32 = 0.02;
+/// A way that takes longer than twice what it should, and that, is closed.
+const PATIENCE_S: f32 = 6.0;
+
+/// How a robot gets to where it pushes, and pushes.
+#[derive(Clone, Debug)]
+pub(super) struct Way {
+    driver: Driver,
+    chassis: Chassis,
+    /// The place that it takes at the left end and at the right one: the other one, once the way there was closed.
+    spots: [usize; 2],
+    /// When the way there is closed.
+    until: Option<SimTime>,
+}
+
+impl Way {
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        Self {
+            driver: Driver::of(robot, setup),
+            chassis: Chassis::of(scenario, &scenario.robots[robot.index()]),
+            spots: [0; 2],
+            until: None,
+        }
+    }
+
+    /// It has something else to do from now on.
+    pub fn end(&mut self) {
+        self.until = None;
+    }
+
+    /// Where it stands to push, as seen from the bar, m.
+    fn place(&self, end: End, section: &PushSection) -> Vec2 {
+        let spot = SPOTS[self.spots[usize::from(end == End::Right)]];
+        let along_m = end.sign() * (0.5 - spot) * section.length_m;
+        Vec2::new(-self.hull_m(section), along_m)
+    }
+
+    fn hull_m(&self, section: &PushSection) -> f32 {
+        self.chassis.radius_m + section.half_width_m
+    }
+
+    /// The same in the room, m.
+    pub fn place_in_room(&self, bar: &Pose, end: End, section: &PushSection) -> Vec2 {
+        point_at(bar, self.place(end, section))
+    }
+
+    /// Whether it stands where it can push that end.
+    pub fn is_in_place(
+        &self,
+        bar: &Pose,
+        end: End,
+        section: &PushSection,
+        position: Vec2,
+        touch: Option<bool>,
+    ) -> bool {
+        let seen = seen_from(bar, position);
+        let along_m = end.sign() * seen.y;
+        let third = section.length_m / 6.0 + INSIDE_M..=section.length_m / 2.0 - INSIDE_M;
+        let touches = touch.unwrap_or(seen.x >= -self.hull_m(section) - TOUCH_M);
+        touches && seen.x < 0.0 && third.contains(&along_m)
+    }
+
+    /// Against the bar.
+    pub fn push(&mut self, pose: &Pose) -> Actuation {
+        self.until = None;
+        let bearing = wrap(-pose.heading_rad);
+        let way_m = if bearing.abs() < SQUARE_RAD {
+            f32::INFINITY
+        } else {
+            0.0
+        };
+        self.chassis.drive(bearing, way_m)
+    }
+
+    /// One step on the way to where it can push that end.
+    pub fn go(
+        &mut self,
+        bar: &Pose,
+        end: End,
+        section: &PushSection,
+        pose: &Pose,
+        readings: &Readings,
+        now: SimTime,
+    ) -> Actuation {
+        self.look_at_clock(bar, end, section, pose, now);
+        let place = self.place(end, section);
+        let seen = seen_from(bar, pose.position);
+        let aside_m = (seen.y - place.y).abs();
+        if aside_m <= ASIDE_M && seen.x < place.x + TOUCH_M {
+            let bearing = wrap(-pose.heading_rad);
+            return self.chassis.drive(bearing, place.x - seen.x + BEHIND_M);
+        }
+        let is_behind = seen.x < 0.0 && seen.y.abs() < section.length_m / 2.0 + self.chassis.radius_m;
+        let along_m = if is_behind && seen.x > place.x - AWAY_M {
+            seen.y
+        } else {
+            place.y
+        };
+        let to = point_at(bar, Vec2::new(place.x - BEHIND_M, along_m));
+        self.driver.drive_to(to, NEAR_M, readings, now)
+    }
+
+    /// Takes the other place at that end, when the way to this one proves to be closed.
+    fn look_at_clock(
+        &mut self,
+        bar: &Pose,
+        end: End,
+        section: &PushSection,
+        pose: &Pose,
+        now: SimTime,
+    ) {
+        if self.until.is_some_and(|until| now < until) {
+            return;
+        }
+        if self.until.is_some() {
+            let spot = &mut self.spots[usize::from(end == End::Right)];
+            *spot = (*spot + 1) % SPOTS.len();
+        }
+        let way_m = self.place_in_room(bar, end, section).distance(pose.position) + 2.0 * BEHIND_M;
+        let way_s = way_m / self.chassis.speed_m_s + PI / self.chassis.turn_rad_s;
+        self.until = Some(now + SimTime::from_secs_f64(f64::from(2.0 * way_s + PATIENCE_S)));
+    }
+
+    /// How long it takes straight from one place to another, at top speed, s.
+    pub fn seconds(&self, from: Vec2, to: Vec2) -> f64 {
+        self.driver.seconds(from, to)
+    }
+}
