@@ -62,6 +62,7 @@ fn debug_parker() {
             println!("{t:.2} {:?} {:?} {} {} {}", event.kind, event.robot, event.subject, event.reason, event.detail);
         }
         if let Err(v) = world.mission().holds(&world) { panic!("{t}: {v}"); }
+        if tick % 10 == 0 && t > num("FROM", 1e9) && t < num("TO", 1e9) { println!("{t:.2} r0 {:?} {:.2} v {:.2}", world.pose(RobotId(0)).position, world.pose(RobotId(0)).heading_rad, world.speed_m_s(RobotId(0))); }
         if tick % 400 == 0 {
             let b = world.bars()[0];
             println!("{t:.2} bar {:?} {:?}; {:?}", b.from, b.to, (0..3).map(|r| world.pose(RobotId(r)).position).collect::<Vec<_>>());

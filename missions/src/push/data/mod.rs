@@ -21,9 +21,9 @@ use crate::push::bar::{End, end};
 /// Most bars of a run.
 pub const MAX_BARS: usize = 10_000;
 
-/// Where a robot stands to push: so far from the end of the bar, in lengths of it. The second place is for when somebody stands in the
-/// first.
-pub const SPOTS: [f32; 2] = [0.075, 0.28];
+/// Where a robot stands to push: so far from the end of the bar, in lengths of it. The places after the first are for when
+/// somebody stands there.
+pub const SPOTS: [f32; 3] = [0.075, 0.28, 0.18];
 
 /// Push: bars, each by two ends.
 pub const PUSH: Mission = Mission::new(

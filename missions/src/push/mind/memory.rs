@@ -66,8 +66,8 @@ impl Known {
         }
     }
 
-    /// The robot sees the bar. One that has turned by half a stroke since the last stroke, and stands still, has had another: so
-    /// a robot goes on that hears nothing.
+    /// The robot sees the bar. One that has turned by a quarter of a stroke since the last stroke, and stands still, has had
+    /// another: so a robot goes on that hears nothing.
     pub fn see(&mut self, pose: Pose, now: SimTime, section: &PushSection) {
         self.told.pose = pose;
         self.told.seen = now;
@@ -76,17 +76,19 @@ impl Known {
             self.still = (lead_m, now);
         }
         let gained_m = lead_m - self.lead_then_m;
-        if gained_m.abs() >= section.stroke_m / 2.0 && now.since(self.still.1) >= STILL {
+        if gained_m.abs() >= section.stroke_m / 4.0 && now.since(self.still.1) >= STILL {
             let (end, by) = (End::on_side(gained_m), None);
             self.stroke(Stroke { end, at: now, by }, section);
         }
     }
 
-    /// Whether an end is to be pushed: it does not lead by half a stroke, and the last stroke was at the other one; or it lags by as much.
-    pub fn is_due(&self, end: End, section: &PushSection) -> bool {
+    /// Whether an end is to be pushed: it does not lead by half a stroke, and the last stroke was at the other one; or it lags by half a
+    /// stroke, and nobody pushes.
+    pub fn is_due(&self, end: End, now: SimTime, section: &PushSection) -> bool {
         let (lead_m, half_m) = (self.lead_of(end, section), section.stroke_m / 2.0);
         let is_next = self.told.last.is_none_or(|last| last.end != end);
-        !self.has_arrived(section) && (lead_m <= -half_m || (lead_m < half_m && is_next))
+        let lags = lead_m <= -half_m && now.since(self.still.1) >= STILL;
+        !self.has_arrived(section) && lead_m < half_m && (is_next || lags)
     }
 
     /// Whether both of its ends are over the line.

@@ -117,7 +117,8 @@ impl Pusher {
         }
     }
 
-    /// Notes a stroke that is done: progress, and news.
+    /// Notes a stroke that is done, which is progress and news: the end has come forward by a stroke, or leads by half of one. So the bar
+    /// leans to both sides alike, and does not drift.
     fn note_stroke(&mut self, seen: Option<usize>, perception: &mut Perception) {
         let Some((task, Some(begun_m))) = self.at else {
             return;
@@ -125,9 +126,10 @@ impl Pusher {
         let Some((place, end)) = self.of_task(task).filter(|(place, _)| Some(*place) == seen) else {
             return;
         };
+        let (section, known) = (&self.section, &self.known[place]);
         let moved_m = self.end_x(place, end) - begun_m;
-        let is_over = self.known[place].has_arrived(&self.section);
-        if moved_m >= self.section.stroke_m - ENOUGH_M || is_over {
+        let leads = known.lead_of(end, section) >= section.stroke_m / 2.0 - ENOUGH_M;
+        if leads || moved_m >= section.stroke_m - ENOUGH_M || known.has_arrived(section) {
             let stroke = own_stroke(end, self.now, self.robot);
             self.known[place].stroke(stroke, &self.section);
             perception.progressed.push(task);
@@ -141,7 +143,7 @@ impl Pusher {
         let known = &self.known[place];
         match self.at {
             Some((at, Some(_))) if at == task => !known.has_arrived(&self.section),
-            _ => known.is_due(end, &self.section),
+            _ => known.is_due(end, self.now, &self.section),
         }
     }
 

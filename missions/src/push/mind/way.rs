@@ -16,10 +16,10 @@ use crate::push::data::{PushSection, SPOTS};
 const BEHIND_M: f32 = 0.45;
 /// A robot that is no nearer than that behind a bar need not get away from it, m.
 const AWAY_M: f32 = 0.25;
-/// A robot this near to its line faces the bar and drives up to it, m.
-const ASIDE_M: f32 = 0.12;
+/// A robot that drives up to the bar begins anew when it gets this far from its line, m.
+const ASIDE_M: f32 = 0.15;
 /// How near a robot gets to a place on the way, m.
-const NEAR_M: f32 = 0.08;
+const NEAR_M: f32 = 0.06;
 /// A hull this near to a bar touches it where nothing tells, m.
 const TOUCH_M: f32 = 0.01;
 /// Heading with which it drives against the bar, rad from the goal's direction.
@@ -34,10 +34,12 @@ const PATIENCE_S: f32 = 6.0;
 pub(super) struct Way {
     driver: Driver,
     chassis: Chassis,
-    /// The place that it takes at the left end and at the right one: the other one, once the way there was closed.
+    /// The place that it takes at the left end and at the right one: another one, once somebody stood in the way there.
     spots: [usize; 2],
     /// When the way there is closed.
     until: Option<SimTime>,
+    /// Whether it has been behind its place, so that it is on its way up to the bar.
+    is_lined_up: bool,
 }
 
 impl Way {
@@ -48,28 +50,26 @@ impl Way {
             chassis: Chassis::of(scenario, &scenario.robots[robot.index()]),
             spots: [0; 2],
             until: None,
+            is_lined_up: false,
         }
     }
 
     /// It has something else to do from now on.
     pub fn end(&mut self) {
         self.until = None;
+        self.is_lined_up = false;
     }
 
-    /// Where it stands to push, as seen from the bar, m.
-    fn place(&self, end: End, section: &PushSection) -> Vec2 {
-        let spot = SPOTS[self.spots[usize::from(end == End::Right)]];
-        let along_m = end.sign() * (0.5 - spot) * section.length_m;
-        Vec2::new(-self.hull_m(section), along_m)
-    }
 
     fn hull_m(&self, section: &PushSection) -> f32 {
         self.chassis.radius_m + section.half_width_m
     }
 
-    /// The same in the room, m.
+    /// Where it stands to push, m.
     pub fn place_in_room(&self, bar: &Pose, end: End, section: &PushSection) -> Vec2 {
-        point_at(bar, self.place(end, section))
+        let spot = SPOTS[self.spots[usize::from(end == End::Right)]];
+        let along_m = end.sign() * (0.5 - spot) * section.length_m;
+        point_at(bar, Vec2::new(-self.hull_m(section), along_m))
     }
 
     /// Whether it stands where it can push that end.
@@ -111,21 +111,31 @@ impl Way {
         now: SimTime,
     ) -> Actuation {
         self.look_at_clock(bar, end, section, pose, now);
-        let place = self.place(end, section);
+        let place = self.place_in_room(bar, end, section);
         let seen = seen_from(bar, pose.position);
-        let aside_m = (seen.y - place.y).abs();
-        if aside_m <= ASIDE_M && seen.x < place.x + TOUCH_M {
-            let bearing = wrap(-pose.heading_rad);
-            return self.chassis.drive(bearing, place.x - seen.x + BEHIND_M);
+        let hull_m = self.hull_m(section);
+        let aside_m = (place.y - pose.position.y).abs();
+        let staging = place - Vec2::new(BEHIND_M, 0.0);
+        let is_there = aside_m <= NEAR_M && pose.position.x < staging.x + NEAR_M;
+        self.is_lined_up = (self.is_lined_up || is_there) && aside_m <= ASIDE_M;
+        if self.is_lined_up && seen.x < TOUCH_M - hull_m {
+            let ahead = readings.proximity.and_then(|proximity| proximity.ahead[1]);
+            let is_blocked = ahead.is_some_and(|hit| hit.distance_m < TOUCH_M);
+            if is_blocked && seen.x < -hull_m - TOUCH_M {
+                self.take_another_place(end);
+            }
+            let toward = place + Vec2::new(AWAY_M, 0.0) - pose.position;
+            let bearing = wrap(libm::atan2f(toward.y, toward.x) - pose.heading_rad);
+            return self.chassis.drive(bearing, BEHIND_M);
         }
-        let is_behind = seen.x < 0.0 && seen.y.abs() < section.length_m / 2.0 + self.chassis.radius_m;
-        let along_m = if is_behind && seen.x > place.x - AWAY_M {
-            seen.y
+        let is_behind =
+            seen.x < 0.0 && seen.y.abs() < section.length_m / 2.0 + self.chassis.radius_m;
+        let to = if is_behind && seen.x > -hull_m - AWAY_M {
+            pose.position - Vec2::new(seen.x + hull_m + BEHIND_M, 0.0)
         } else {
-            place.y
+            staging
         };
-        let to = point_at(bar, Vec2::new(place.x - BEHIND_M, along_m));
-        self.driver.drive_to(to, NEAR_M, readings, now)
+        self.driver.drive_to(to, NEAR_M / 2.0, readings, now)
     }
 
     /// Takes the other place at that end, when the way to this one proves to be closed.
@@ -141,12 +151,17 @@ impl Way {
             return;
         }
         if self.until.is_some() {
-            let spot = &mut self.spots[usize::from(end == End::Right)];
-            *spot = (*spot + 1) % SPOTS.len();
+            self.take_another_place(end);
         }
         let way_m = self.place_in_room(bar, end, section).distance(pose.position) + 2.0 * BEHIND_M;
         let way_s = way_m / self.chassis.speed_m_s + PI / self.chassis.turn_rad_s;
         self.until = Some(now + SimTime::from_secs_f64(f64::from(2.0 * way_s + PATIENCE_S)));
+    }
+
+    fn take_another_place(&mut self, end: End) {
+        let spot = &mut self.spots[usize::from(end == End::Right)];
+        *spot = (*spot + 1) % SPOTS.len();
+        self.end();
     }
 
     /// How long it takes straight from one place to another, at top speed, s.

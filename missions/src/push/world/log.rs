@@ -33,7 +33,7 @@ struct Worker {
 impl Log {
     pub fn new(robots: usize, stroke_m: f32) -> Self {
         Self {
-            least_m: stroke_m / 2.0,
+            least_m: stroke_m / 4.0,
             makespan: None,
             robots: vec![Worker::default(); robots],
         }
