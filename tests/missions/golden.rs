@@ -10,7 +10,8 @@
 use std::path::PathBuf;
 
 use alliance_proto::log::{Document, LogLevel};
-use alliance_proto::scenario::{Setup, StepOrder};
+use alliance_proto::scenario::{Scenario, Setup, StepOrder};
+use missions::Registry;
 use serde_json::{Map, Value, json};
 
 use crate::allocators::UNMOVED;
@@ -57,6 +58,17 @@ fn golden_runs_of_allocators_are_as_they_were() {
         runs.insert(allocator.to_owned(), pinned(setup));
     }
     assert_as_before("golden/allocators.json", runs);
+}
+
+/// Parker's box, with what befalls it.
+#[test]
+fn golden_runs_of_push_are_as_they_were() {
+    let vocabulary = Registry::built_in().vocabulary();
+    let builtin = vocabulary.builtin("parker-box").unwrap();
+    let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary).unwrap();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let runs = Map::from_iter([(builtin.name.to_owned(), pinned(setup))]);
+    assert_as_before("golden/push.json", runs);
 }
 
 #[track_caller]

@@ -35,6 +35,7 @@ mod page;
 mod parity;
 mod parker;
 mod profile;
+mod push;
 mod python;
 mod recompute;
 mod refusals;

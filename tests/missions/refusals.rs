@@ -55,7 +55,7 @@ fn arguments() {
             &["run", "thesis-trapped-robot", "--spills", "5"],
             &[
                 "'thesis-trapped-robot' has its own",
-                "'waste-cleanup' and 'service' only",
+                "'waste-cleanup', 'service' and 'push' only",
             ],
         ),
         (

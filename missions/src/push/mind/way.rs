@@ -29,6 +29,12 @@ const INSIDE_M: f32 = 0.02;
 /// A way that takes longer than twice what it should, and that, is closed.
 const PATIENCE_S: f32 = 6.0;
 
+/// Whether a place, as seen from a bar, is beside the outer third of its length at that end.
+fn is_within_third(seen: &Vec2, end: End, section: &PushSection) -> bool {
+    let third = section.length_m / 6.0 + INSIDE_M..=section.length_m / 2.0 - INSIDE_M;
+    third.contains(&(end.sign() * seen.y))
+}
+
 /// How a robot gets to where it pushes, and pushes.
 #[derive(Clone, Debug)]
 pub(super) struct Way {
@@ -40,6 +46,8 @@ pub(super) struct Way {
     until: Option<SimTime>,
     /// Whether it has been behind its place, so that it is on its way up to the bar.
     is_lined_up: bool,
+    /// Whether it has to get away from where it is first.
+    goes_round: bool,
 }
 
 impl Way {
@@ -51,6 +59,7 @@ impl Way {
             spots: [0; 2],
             until: None,
             is_lined_up: false,
+            goes_round: false,
         }
     }
 
@@ -58,6 +67,7 @@ impl Way {
     pub fn end(&mut self) {
         self.until = None;
         self.is_lined_up = false;
+        self.goes_round = false;
     }
 
 
@@ -82,10 +92,8 @@ impl Way {
         touch: Option<bool>,
     ) -> bool {
         let seen = seen_from(bar, position);
-        let along_m = end.sign() * seen.y;
-        let third = section.length_m / 6.0 + INSIDE_M..=section.length_m / 2.0 - INSIDE_M;
         let touches = touch.unwrap_or(seen.x >= -self.hull_m(section) - TOUCH_M);
-        touches && seen.x < 0.0 && third.contains(&along_m)
+        touches && seen.x < 0.0 && is_within_third(&seen, end, section)
     }
 
     /// Against the bar.
@@ -110,7 +118,6 @@ impl Way {
         readings: &Readings,
         now: SimTime,
     ) -> Actuation {
-        self.look_at_clock(bar, end, section, pose, now);
         let place = self.place_in_room(bar, end, section);
         let seen = seen_from(bar, pose.position);
         let hull_m = self.hull_m(section);
@@ -118,10 +125,19 @@ impl Way {
         let staging = place - Vec2::new(BEHIND_M, 0.0);
         let is_there = aside_m <= NEAR_M && pose.position.x < staging.x + NEAR_M;
         self.is_lined_up = (self.is_lined_up || is_there) && aside_m <= ASIDE_M;
+        let ahead = readings.proximity.and_then(|proximity| proximity.ahead[1]);
+        let meets_something = ahead.is_some_and(|hit| hit.distance_m < TOUCH_M);
+        let is_blocked = meets_something && seen.x < -hull_m - TOUCH_M;
+        // It has been there before, and the bar has gone on a little.
+        let is_just_behind = is_within_third(&seen, end, section)
+            && (-hull_m - AWAY_M..=0.0).contains(&seen.x);
+        self.goes_round |= is_blocked || !is_just_behind;
+        if !self.goes_round {
+            return self.chassis.drive(wrap(-pose.heading_rad), BEHIND_M);
+        }
+        self.look_at_clock(bar, end, section, pose, now);
         if self.is_lined_up && seen.x < TOUCH_M - hull_m {
-            let ahead = readings.proximity.and_then(|proximity| proximity.ahead[1]);
-            let is_blocked = ahead.is_some_and(|hit| hit.distance_m < TOUCH_M);
-            if is_blocked && seen.x < -hull_m - TOUCH_M {
+            if is_blocked {
                 self.take_another_place(end);
             }
             let toward = place + Vec2::new(AWAY_M, 0.0) - pose.position;
@@ -161,7 +177,8 @@ impl Way {
     fn take_another_place(&mut self, end: End) {
         let spot = &mut self.spots[usize::from(end == End::Right)];
         *spot = (*spot + 1) % SPOTS.len();
-        self.end();
+        self.until = None;
+        self.is_lined_up = false;
     }
 
     /// How long it takes straight from one place to another, at top speed, s.
