@@ -9,8 +9,12 @@ use crate::harness::Lab;
 const SHARD: &str = "0/400";
 
 fn plan() -> String {
+    campaign("faults.toml")
+}
+
+fn campaign(name: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let file = root.join("campaigns/faults.toml");
+    let file = root.join("campaigns").join(name);
     file.to_str().unwrap().to_owned()
 }
 
@@ -22,6 +26,19 @@ fn nothing_that_must_hold_is_violated_in_a_fixed_part_of_the_campaign() {
         .expect(0)
         .stderr;
     assert!(said.contains("all 50 runs are done"), "{said}");
+    assert!(!lab.path("part/failures").exists());
+}
+
+/// The same of bars, `alliance sweep campaigns/push.toml`.
+#[test]
+fn nothing_is_violated_in_a_fixed_part_of_the_campaign_of_push() {
+    let lab = Lab::new();
+    let plan = campaign("push.toml");
+    let said = lab
+        .run(&["sweep", &plan, "--shard", SHARD, "--out", "part"])
+        .expect(0)
+        .stderr;
+    assert!(said.contains("all 25 runs are done"), "{said}");
     assert!(!lab.path("part/failures").exists());
 }
 

@@ -126,9 +126,15 @@ mod tests {
 
     #[test]
     fn an_upright_bar_has_its_left_end_on_top() {
-        let pose = Pose { position: Vec2::new(3.0, 4.0), heading_rad: 0.0 };
+        let pose = Pose {
+            position: Vec2::new(3.0, 4.0),
+            heading_rad: 0.0,
+        };
         assert_eq!(end(&pose, End::Left, 2.0), Vec2::new(3.0, 5.0));
         assert_eq!(end(&pose, End::Right, 2.0), Vec2::new(3.0, 3.0));
-        assert_eq!(seen_from(&pose, Vec2::new(2.5, 4.25)), Vec2::new(-0.5, 0.25));
+        assert_eq!(
+            seen_from(&pose, Vec2::new(2.5, 4.25)),
+            Vec2::new(-0.5, 0.25)
+        );
     }
 }

@@ -14,6 +14,7 @@ use alliance_proto::time::SimTime;
 use glam::Vec2;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use smallvec::SmallVec;
 
 use super::{Action, AgentMission, Moment, Perception, SharedMission};
 use crate::allocator::{Choice, OwnBehavior, RouteCost};
@@ -304,7 +305,8 @@ impl<M: TypedMind> AgentMission for Typed<M> {
             Sensed::Open(bytes) => bytes.decode().unwrap_or_default(),
             _ => M::Sensed::default(),
         };
-        let heard: Vec<Heard<'_, M>> = heard.iter().map(|it| Heard::of(it)).collect();
+        // In place, for a step does not allocate; few speak in a step.
+        let heard: SmallVec<[Heard<'_, M>; 4]> = heard.iter().map(|it| Heard::of(it)).collect();
         let moment = TypedMoment::of(moment, &self.sensed, &self.own);
         self.position = moment.position;
         self.mind.perceive(&moment, &heard, perception);

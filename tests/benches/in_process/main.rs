@@ -1,5 +1,5 @@
 //! How many robot-steps one core makes in one process, from 3 to 10,000 robots, against the world alone: the same bodies,
-//! sensors and physics without minds, radio and log; and with each of the allocators.
+//! sensors and physics without minds, radio and log; and with each of the allocators; and those of push.
 //!
 //! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, or `allocators`; results with their explanation: BENCHMARKS.md.
 
@@ -68,6 +68,14 @@ fn main() {
         }
         group.finish();
     }
+    let mut group = criterion.benchmark_group("push/100");
+    group.throughput(Throughput::Elements(100 * ROUND));
+    group.sampling_mode(SamplingMode::Flat);
+    group.bench_function("off", |bencher| {
+        let mut run = Run::new(run::pushing(100), LogLevel::Off);
+        bencher.iter_custom(|rounds| run.time(rounds * ROUND));
+    });
+    group.finish();
     criterion.final_summary();
     report::print(&ROBOTS);
     let names = known.allocators.iter().map(|it| it.name);

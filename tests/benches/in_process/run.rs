@@ -27,6 +27,12 @@ pub fn with_allocator(robots: usize, allocator: &str) -> Setup {
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 
+/// Robots that push bars, two a bar: the mission is longer than what is measured of it.
+pub fn pushing(robots: usize) -> Setup {
+    let scenario = missions::push::data::family(robots, robots / 2);
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
 /// Missions one after the other.
 pub struct Run {
     setup: Setup,

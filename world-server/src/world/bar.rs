@@ -189,7 +189,8 @@ impl Bars {
 
     /// The bars of which a point is within reach, by their numbers.
     pub fn near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = (usize, Bar)> + '_ {
-        let near = (!self.bars.is_empty()).then(|| self.centers.near(point, reach_m + self.reach_m));
+        let near =
+            (!self.bars.is_empty()).then(|| self.centers.near(point, reach_m + self.reach_m));
         let near = near.into_iter().flatten();
         let near = near.map(|(index, _)| (index, self.bars[index]));
         near.filter(move |(_, bar)| !bar.is_beyond(point, reach_m))

@@ -12,7 +12,9 @@ use super::radio::RadioRange;
 use super::space::{Space, nearest_place};
 use super::unchanged::Unchanged;
 use super::vicinity::{Drift, Vicinity};
-use super::{Aspect, Bar, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses};
+use super::{
+    Aspect, Bar, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses,
+};
 use crate::recorder::{Event, EventKind};
 
 /// Space, bodies and time: what every mission has.

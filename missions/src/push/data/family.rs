@@ -29,7 +29,13 @@ const STARTS_AT_M: f32 = 1.0;
 /// Push with so many robots and bars, 1 to 10,000 of each.
 #[must_use]
 pub fn family(robots: usize, bars: usize) -> Scenario {
-    let lanes = Districts::new(bars.max(robots.div_ceil(ROBOTS)));
+    let least = bars.max(robots.div_ceil(ROBOTS));
+    // Twice as long as wide: half as many side by side as one above the other.
+    let columns = least.div_ceil(2).isqrt();
+    let lanes = Districts {
+        columns,
+        rows: least.div_ceil(columns),
+    };
     let room = Room {
         width_m: LANE_M.0 * lanes.columns as f32,
         height_m: LANE_M.1 * lanes.rows as f32,

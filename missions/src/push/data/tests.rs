@@ -33,7 +33,7 @@ fn mistakes_are_answered_in_one_line() {
     );
     refused(
         &with("goal_x_m = 9", "goal_x_m = 1"),
-        "s.toml:5: push.bars[0].goal_x_m: 1 cannot be reached from 2; it must be above that and at most 11.099999, for one end leads",
+        "s.toml:5: push.bars[0].goal_x_m: 1 cannot be reached from 2; it must be above that and at most 11.1, for one end leads",
     );
     refused(
         &key("length_m = 1"),
@@ -64,8 +64,14 @@ fn mistakes_are_answered_in_one_line() {
         "s.toml:8: robots[0].tasks[0]: there is no task 'push(lift)'; did you mean 'push(left)'? (there are push(left), push(right))",
     );
     assert!(read("[push]\n").unwrap_err().contains("bars"));
-    let device = read(&format!("{ONE}[[robots]]\nname = 'a'\ndevices = ['sonar']\n")).unwrap_err();
-    assert!(device.contains("sonar") && device.lines().count() == 1, "{device}");
+    let device = read(&format!(
+        "{ONE}[[robots]]\nname = 'a'\ndevices = ['sonar']\n"
+    ))
+    .unwrap_err();
+    assert!(
+        device.contains("sonar") && device.lines().count() == 1,
+        "{device}"
+    );
 }
 
 #[test]
@@ -75,19 +81,36 @@ fn two_tasks_a_bar_and_a_robot_is_eager_for_the_end_where_it_starts() {
     let text = builtin.text.split("# Each is eager").next().unwrap();
     let scenario = read(text).unwrap();
     let catalog = Catalog::of(&scenario);
-    let names: Vec<&str> = catalog.tasks.iter().map(|task| task.name.as_str()).collect();
+    let names: Vec<&str> = catalog
+        .tasks
+        .iter()
+        .map(|task| task.name.as_str())
+        .collect();
     assert_eq!(names, ["push(left)", "push(right)"]);
     // So the scenario's own statements say what would hold without them.
     let eager = |scenario: &Scenario| -> Vec<f64> {
         let setup = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
         let robots = setup.alliance.robots.values();
-        robots.flat_map(|robot| robot.sets.values().map(|set| set.fast_impatience)).collect()
+        robots
+            .flat_map(|robot| robot.sets.values().map(|set| set.fast_impatience))
+            .collect()
     };
     assert_eq!(eager(&scenario), eager(&read(builtin.text).unwrap()));
-    let two = read(&format!("{ONE}[[push.bars]]\nx_m = 4\ny_m = 6\ngoal_x_m = 9\n")).unwrap();
+    let two = read(&format!(
+        "{ONE}[[push.bars]]\nx_m = 4\ny_m = 6\ngoal_x_m = 9\n"
+    ))
+    .unwrap();
     let tasks = Catalog::of(&two).tasks;
     let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
-    assert_eq!(names, ["push(b0-left)", "push(b0-right)", "push(b1-left)", "push(b1-right)"]);
+    assert_eq!(
+        names,
+        [
+            "push(b0-left)",
+            "push(b0-right)",
+            "push(b1-left)",
+            "push(b1-right)"
+        ]
+    );
 }
 
 #[test]
@@ -97,16 +120,29 @@ fn the_family_is_valid_in_every_size() {
             let scenario = family(robots, bars);
             assert_eq!(scenario.robots.len(), robots);
             assert_eq!(PushSection::of(&scenario).bars.len(), bars);
-            Registry::built_in().worlds().of(&scenario).unwrap().start_poses(&scenario).unwrap();
+            Registry::built_in()
+                .worlds()
+                .of(&scenario)
+                .unwrap()
+                .start_poses(&scenario)
+                .unwrap();
             let setup = Setup::resolve(scenario, 1, None)
                 .unwrap_or_else(|error| panic!("{robots} robots, {bars} bars: {error}"))
                 .setup;
             let robots_of = setup.scenario.robots.iter();
-            let own: BTreeSet<_> = robots_of.flat_map(|robot| setup.catalog.behaviors_of(robot)).collect();
+            let own: BTreeSet<_> = robots_of
+                .flat_map(|robot| setup.catalog.behaviors_of(robot))
+                .collect();
             assert_eq!(own.len(), 2 * bars, "{robots} robots, {bars} bars");
         }
     }
-    let largest = Setup::resolve(family(10_000, 10_000), 1, None).unwrap().setup;
-    let own = largest.alliance.robots.values().map(|robot| robot.sets.len());
+    let largest = Setup::resolve(family(10_000, 10_000), 1, None)
+        .unwrap()
+        .setup;
+    let own = largest
+        .alliance
+        .robots
+        .values()
+        .map(|robot| robot.sets.len());
     assert!(own.max() <= Some(12));
 }

@@ -60,7 +60,11 @@ impl Known {
     /// A stroke is done. Of two at one time that at the right end is the last.
     pub fn stroke(&mut self, stroke: Stroke, section: &PushSection) {
         let order = |stroke: &Stroke| (stroke.at, stroke.end);
-        if self.told.last.is_none_or(|last| order(&last) < order(&stroke)) {
+        if self
+            .told
+            .last
+            .is_none_or(|last| order(&last) < order(&stroke))
+        {
             self.told.last = Some(stroke);
             self.lead_then_m = lead_m(&self.told.pose, section.length_m);
         }

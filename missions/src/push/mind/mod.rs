@@ -53,7 +53,9 @@ pub struct Pusher {
 impl Pusher {
     /// The place in memory of a bar.
     fn place_of(&self, bar: u16) -> Option<usize> {
-        self.known.binary_search_by_key(&bar, |known| known.told.bar).ok()
+        self.known
+            .binary_search_by_key(&bar, |known| known.told.bar)
+            .ok()
     }
 
     /// The bar of a task of its own, as it knows it, and the end.
@@ -123,7 +125,8 @@ impl Pusher {
         let Some((task, Some(begun_m))) = self.at else {
             return;
         };
-        let Some((place, end)) = self.of_task(task).filter(|(place, _)| Some(*place) == seen) else {
+        let Some((place, end)) = self.of_task(task).filter(|(place, _)| Some(*place) == seen)
+        else {
             return;
         };
         let (section, known) = (&self.section, &self.known[place]);
@@ -168,7 +171,9 @@ impl TypedMind for Pusher {
         let mut bars: Vec<usize> = own.iter().map(|own| about(own.task).0).collect();
         bars.sort_unstable();
         bars.dedup();
-        let known = bars.iter().map(|&bar| Known::new(bar as u16, section.bars[bar].pose()));
+        let known = bars
+            .iter()
+            .map(|&bar| Known::new(bar as u16, section.bars[bar].pose()));
         Self {
             robot,
             room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
@@ -227,7 +232,9 @@ impl TypedMind for Pusher {
     ) -> Option<Deed> {
         if let Some(place) = self.news.take() {
             let told = &self.known[place].told;
-            action.bulletins.push(bulletin(BulletinKind::First, None, told));
+            action
+                .bulletins
+                .push(bulletin(BulletinKind::First, None, told));
         }
         let task = moment.task_of(active);
         if self.at.map(|(at, _)| at) != task {
@@ -238,7 +245,10 @@ impl TypedMind for Pusher {
         let ((place, end), pose) = self.of_task(task).zip(moment.readings.pose)?;
         let bar = self.known[place].told.pose;
         let (position, touch) = (pose.position, moment.sensed.touch);
-        action.actuation = if self.way.is_in_place(&bar, end, &self.section, position, touch) {
+        action.actuation = if self
+            .way
+            .is_in_place(&bar, end, &self.section, position, touch)
+        {
             if begun.is_none() {
                 self.at = Some((task, Some(self.end_x(place, end))));
             }

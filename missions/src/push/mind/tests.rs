@@ -34,22 +34,37 @@ fn the_ends_are_due_in_turns() {
     let now = SimTime(10_000);
     let mut bar = known();
     assert_eq!(due(&bar, now), [true, true], "at first both");
-    bar.stroke(own_stroke(End::Left, SimTime(5_000), RobotId(0)), &section());
+    bar.stroke(
+        own_stroke(End::Left, SimTime(5_000), RobotId(0)),
+        &section(),
+    );
     assert_eq!(due(&bar, now), [false, true]);
     // At one time: the right one counts as the last.
-    bar.stroke(own_stroke(End::Right, SimTime(5_000), RobotId(1)), &section());
+    bar.stroke(
+        own_stroke(End::Right, SimTime(5_000), RobotId(1)),
+        &section(),
+    );
     assert_eq!(due(&bar, now), [true, false]);
-    bar.stroke(own_stroke(End::Left, SimTime(5_000), RobotId(0)), &section());
+    bar.stroke(
+        own_stroke(End::Left, SimTime(5_000), RobotId(0)),
+        &section(),
+    );
     assert_eq!(due(&bar, now), [true, false]);
     // Old news.
-    bar.stroke(own_stroke(End::Left, SimTime(4_000), RobotId(0)), &section());
+    bar.stroke(
+        own_stroke(End::Left, SimTime(4_000), RobotId(0)),
+        &section(),
+    );
     assert_eq!(due(&bar, now), [true, false]);
 }
 
 #[test]
 fn an_end_that_leads_by_half_a_stroke_is_not_due_and_one_that_lags_is_whoever_pushed_last() {
     let mut bar = known();
-    bar.stroke(own_stroke(End::Right, SimTime(1_000), RobotId(0)), &section());
+    bar.stroke(
+        own_stroke(End::Right, SimTime(1_000), RobotId(0)),
+        &section(),
+    );
     bar.see(leading(0.21), SimTime(2_000), &section());
     // Somebody may be pushing still.
     assert_eq!(due(&bar, SimTime(2_500)), [false, false]);
@@ -60,7 +75,10 @@ fn an_end_that_leads_by_half_a_stroke_is_not_due_and_one_that_lags_is_whoever_pu
 #[test]
 fn who_hears_nothing_sees_that_the_other_end_was_pushed() {
     let mut bar = known();
-    bar.stroke(own_stroke(End::Left, SimTime(1_000), RobotId(0)), &section());
+    bar.stroke(
+        own_stroke(End::Left, SimTime(1_000), RobotId(0)),
+        &section(),
+    );
     for (step, lead_m) in (0..10).map(|step| (step, -0.02 * step as f32)) {
         bar.see(leading(lead_m), SimTime(1_050 + 50 * step), &section());
     }
@@ -68,14 +86,20 @@ fn who_hears_nothing_sees_that_the_other_end_was_pushed() {
     for step in 0..30 {
         bar.see(leading(-0.18), SimTime(1_550 + 50 * step), &section());
     }
-    assert_eq!(bar.told.last.map(|last| (last.end, last.by)), Some((End::Right, None)));
+    assert_eq!(
+        bar.told.last.map(|last| (last.end, last.by)),
+        Some((End::Right, None))
+    );
     assert!(due(&bar, SimTime(3_000))[0]);
 }
 
 #[test]
 fn a_bar_over_the_line_is_done() {
     let mut bar = known();
-    let over = Pose { position: Vec2::new(9.1, 4.0), heading_rad: 0.0 };
+    let over = Pose {
+        position: Vec2::new(9.1, 4.0),
+        heading_rad: 0.0,
+    };
     bar.see(over, SimTime(1_000), &section());
     assert_eq!(due(&bar, SimTime(9_000)), [false, false]);
 }
@@ -125,7 +149,11 @@ fn of_many_bars_all_are_told_in_turn() {
     };
     let lore: Lore = std::iter::repeat_n(largest, TOLD_MOST).collect();
     let bytes = alliance_proto::codec::encode(&lore).unwrap();
-    assert!(bytes.len() <= alliance_proto::mission::LORE_MAX, "{}", bytes.len());
+    assert!(
+        bytes.len() <= alliance_proto::mission::LORE_MAX,
+        "{}",
+        bytes.len()
+    );
 }
 
 /// Anybody may say anything.
@@ -136,20 +164,46 @@ fn what_cannot_be_is_not_believed() {
     let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
     let mut mind = Pusher::new(RobotId(0), &setup);
     mind.now = SimTime(1_000);
-    let good = Told { bar: 0, pose: leading(0.1), seen: SimTime(900), last: None };
-    let pose = |position, heading_rad| Pose { position, heading_rad };
+    let good = Told {
+        bar: 0,
+        pose: leading(0.1),
+        seen: SimTime(900),
+        last: None,
+    };
+    let pose = |position, heading_rad| Pose {
+        position,
+        heading_rad,
+    };
     for bad in [
         Told { bar: 7, ..good },
-        Told { pose: pose(Vec2::splat(f32::NAN), 0.0), ..good },
-        Told { pose: pose(Vec2::splat(f32::INFINITY), 0.0), ..good },
-        Told { pose: pose(Vec2::new(-4.0, 2.0), 0.0), ..good },
-        Told { pose: pose(Vec2::new(4.0, 2.0), f32::NAN), ..good },
-        Told { pose: pose(Vec2::new(4.0, 2.0), 3.0), ..good },
+        Told {
+            pose: pose(Vec2::splat(f32::NAN), 0.0),
+            ..good
+        },
+        Told {
+            pose: pose(Vec2::splat(f32::INFINITY), 0.0),
+            ..good
+        },
+        Told {
+            pose: pose(Vec2::new(-4.0, 2.0), 0.0),
+            ..good
+        },
+        Told {
+            pose: pose(Vec2::new(4.0, 2.0), f32::NAN),
+            ..good
+        },
+        Told {
+            pose: pose(Vec2::new(4.0, 2.0), 3.0),
+            ..good
+        },
     ] {
         mind.hear(bad);
         assert_eq!(mind.known[0].told.seen, SimTime::ZERO, "{bad:?}");
     }
     // Nor that somebody has seen what is to come: else it would hold for ever.
-    mind.hear(Told { seen: SimTime(u64::MAX), ..good });
+    mind.hear(Told {
+        seen: SimTime(u64::MAX),
+        ..good
+    });
     assert_eq!(mind.known[0].told.seen, SimTime(1_000));
 }

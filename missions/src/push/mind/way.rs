@@ -70,7 +70,6 @@ impl Way {
         self.goes_round = false;
     }
 
-
     fn hull_m(&self, section: &PushSection) -> f32 {
         self.chassis.radius_m + section.half_width_m
     }
@@ -129,8 +128,8 @@ impl Way {
         let meets_something = ahead.is_some_and(|hit| hit.distance_m < TOUCH_M);
         let is_blocked = meets_something && seen.x < -hull_m - TOUCH_M;
         // It has been there before, and the bar has gone on a little.
-        let is_just_behind = is_within_third(&seen, end, section)
-            && (-hull_m - AWAY_M..=0.0).contains(&seen.x);
+        let is_just_behind =
+            is_within_third(&seen, end, section) && (-hull_m - AWAY_M..=0.0).contains(&seen.x);
         self.goes_round |= is_blocked || !is_just_behind;
         if !self.goes_round {
             return self.chassis.drive(wrap(-pose.heading_rad), BEHIND_M);
@@ -169,7 +168,10 @@ impl Way {
         if self.until.is_some() {
             self.take_another_place(end);
         }
-        let way_m = self.place_in_room(bar, end, section).distance(pose.position) + 2.0 * BEHIND_M;
+        let way_m = self
+            .place_in_room(bar, end, section)
+            .distance(pose.position)
+            + 2.0 * BEHIND_M;
         let way_s = way_m / self.chassis.speed_m_s + PI / self.chassis.turn_rad_s;
         self.until = Some(now + SimTime::from_secs_f64(f64::from(2.0 * way_s + PATIENCE_S)));
     }

@@ -62,7 +62,10 @@ impl Log {
         let workers = || self.robots.iter();
         mission.add("makespan_ms", self.makespan.map(|last| last.0));
         mission.add("strokes", workers().flat_map(|it| it.strokes).sum::<u64>());
-        mission.add("changes_of_end", workers().map(|it| it.changes).sum::<u64>());
+        mission.add(
+            "changes_of_end",
+            workers().map(|it| it.changes).sum::<u64>(),
+        );
         for (figures, worker) in figures.robots.iter_mut().zip(&self.robots) {
             figures.add("strokes_left", worker.strokes[0]);
             figures.add("strokes_right", worker.strokes[1]);
@@ -80,6 +83,8 @@ pub(super) fn show_sensed(view: &mut View) {
         };
         // Whatever it is, it is only shown.
         let sensed: Sensed = bytes.decode().unwrap_or_default();
-        robot.sensed.extend(sensed.bar.flatten().map(|bar| bar.near_end));
+        robot
+            .sensed
+            .extend(sensed.bar.flatten().map(|bar| bar.near_end));
     }
 }

@@ -11,9 +11,8 @@ use crate::Registry;
 
 /// A bar at x = 3 in a room of 12 × 9 m, and robots with those starts: x, y and heading in degrees.
 fn setup(starts: &[(f32, f32, f32)], more: &str) -> Setup {
-    let mut text = format!(
-        "step_ms = 50\n{more}\n[push]\n[[push.bars]]\nx_m = 3\ny_m = 4.5\ngoal_x_m = 9\n"
-    );
+    let mut text =
+        format!("step_ms = 50\n{more}\n[push]\n[[push.bars]]\nx_m = 3\ny_m = 4.5\ngoal_x_m = 9\n");
     for (index, (x, y, heading)) in starts.iter().enumerate() {
         text += &format!(
             "[[robots]]\nname = 'r{index}'\nstart = {{ x_m = {x}, y_m = {y}, heading_deg = {heading} }}\n"
@@ -36,7 +35,10 @@ fn drive(world: &mut World, robots: &[usize], steps: usize) -> Vec<(String, Stri
     for _ in 0..steps {
         let mut commands = vec![None; world.robot_count()];
         for robot in robots {
-            commands[*robot] = Some(Actuation { speed_m_s: 0.5, ..Actuation::default() });
+            commands[*robot] = Some(Actuation {
+                speed_m_s: 0.5,
+                ..Actuation::default()
+            });
         }
         for event in world.step(&commands) {
             if let EventKind::Mission(kind) = event.kind {
@@ -58,7 +60,9 @@ fn by_least_work(along_m: f64, length_m: f64) -> f64 {
         ways.sum::<f64>() / (along_m - pivot_m).abs()
     };
     let candidates = (1..4000).map(|step| -f64::from(step) / 4000.0 * length_m * 1.5);
-    candidates.min_by(|a, b| work(*a).total_cmp(&work(*b))).unwrap()
+    candidates
+        .min_by(|a, b| work(*a).total_cmp(&work(*b)))
+        .unwrap()
 }
 
 #[test]
@@ -66,7 +70,10 @@ fn a_rod_turns_about_the_point_of_least_work() {
     for along_m in [0.4, 0.6, 0.9, 1.1, 1.2_f32] {
         let ours = turns_about(along_m, 2.4);
         let expected = by_least_work(along_m.into(), 2.4);
-        assert!((f64::from(ours) - expected).abs() < 0.005, "{along_m}: {ours} {expected}");
+        assert!(
+            (f64::from(ours) - expected).abs() < 0.005,
+            "{along_m}: {ours} {expected}"
+        );
         assert_eq!(turns_about(-along_m, 2.4), -ours);
     }
     // Published: pushed at its end, L/√2 from there; so the other end goes back by √2 - 1.
@@ -85,11 +92,15 @@ fn a_bar_that_nobody_holds_turns_about_that_point() {
     drive(&mut world, &[0], 10);
     let after = world.bars()[0];
     assert!(after.from.x > before.from.x && after.to.x < before.to.x);
-    let share = (after.from.x - before.from.x) / (after.from.x - before.from.x + before.to.x - after.to.x);
+    let share =
+        (after.from.x - before.from.x) / (after.from.x - before.from.x + before.to.x - after.to.x);
     let from_end_m = 2.4 * share;
     // It pushes 0.1 m from the end, as the pivot of least work has it.
     let expected = 1.2 - by_least_work(1.1, 2.4) as f32;
-    assert!((from_end_m - expected).abs() < 0.02, "{from_end_m} {expected}");
+    assert!(
+        (from_end_m - expected).abs() < 0.02,
+        "{from_end_m} {expected}"
+    );
 }
 
 /// Who stands behind the other end holds it.
@@ -102,7 +113,10 @@ fn a_body_holds_the_other_end() {
     let forward_m = bar.from.x - 3.0;
     let back_m = 3.0 - bar.to.x;
     assert!(forward_m > 0.05);
-    assert!((back_m / forward_m - 0.2 / 2.2).abs() < 0.01, "{forward_m} {back_m}");
+    assert!(
+        (back_m / forward_m - 0.2 / 2.2).abs() < 0.01,
+        "{forward_m} {back_m}"
+    );
     assert_eq!(world.pose(RobotId(1)).position, Vec2::new(2.698, 3.5));
 }
 
@@ -146,7 +160,13 @@ fn it_stands_no_more_askew_than_it_may() {
     let bar = world.bars()[0];
     let lead_m = bar.from.x - bar.to.x;
     assert!((0.79..=0.8001).contains(&lead_m), "{lead_m}");
-    assert_eq!(told, [("slipped".to_owned(), "stopped".to_owned()), ("pushed".to_owned(), String::new())]);
+    assert_eq!(
+        told,
+        [
+            ("slipped".to_owned(), "stopped".to_owned()),
+            ("pushed".to_owned(), String::new())
+        ]
+    );
 }
 
 #[test]
@@ -176,7 +196,10 @@ fn once_over_the_line_it_stays_and_the_mission_is_complete() {
     assert_eq!(told.iter().filter(|(kind, _)| kind == "arrived").count(), 1);
     assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
     let bar = world.bars()[0];
-    assert!((3.2..3.25).contains(&bar.from.x) && (3.2..3.25).contains(&bar.to.x), "{bar:?}");
+    assert!(
+        (3.2..3.25).contains(&bar.from.x) && (3.2..3.25).contains(&bar.to.x),
+        "{bar:?}"
+    );
 }
 
 #[test]
@@ -191,10 +214,15 @@ fn a_robot_sees_the_nearer_end_and_feels_the_bar() {
     let seen = sensed(&world, 0).bar.unwrap().unwrap();
     assert_eq!((seen.bar, seen.end, seen.lead_m), (0, End::Left, 0.0));
     // A meter to the right, 0.2 m ahead.
-    assert!(seen.near_end.distance(Vec2::new(0.2, -1.0)) < 1e-5, "{seen:?}");
+    assert!(
+        seen.near_end.distance(Vec2::new(0.2, -1.0)) < 1e-5,
+        "{seen:?}"
+    );
     assert_eq!(sensed(&world, 0).touch, Some(false));
     assert_eq!(sensed(&world, 1).bar, Some(None));
-    world.move_robot(RobotId(0), Vec2::new(2.5, 5.5), Some(0.0)).unwrap();
+    world
+        .move_robot(RobotId(0), Vec2::new(2.5, 5.5), Some(0.0))
+        .unwrap();
     drive(&mut world, &[0], 20);
     assert_eq!(sensed(&world, 0).touch, Some(true));
     let seen = sensed(&world, 0).bar.unwrap().unwrap();
@@ -205,8 +233,16 @@ fn a_robot_sees_the_nearer_end_and_feels_the_bar() {
 #[test]
 fn nobody_is_put_on_a_bar() {
     let mut world = world(&[(2.0, 5.5, 0.0)]);
-    assert!(world.move_robot(RobotId(0), Vec2::new(3.1, 4.5), None).is_err());
-    assert!(world.move_robot(RobotId(0), Vec2::new(3.4, 4.5), None).is_ok());
+    assert!(
+        world
+            .move_robot(RobotId(0), Vec2::new(3.1, 4.5), None)
+            .is_err()
+    );
+    assert!(
+        world
+            .move_robot(RobotId(0), Vec2::new(3.4, 4.5), None)
+            .is_ok()
+    );
 }
 
 proptest! {
