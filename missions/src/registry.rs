@@ -65,6 +65,7 @@ impl Registry {
         };
         none.mission(crate::waste::PARTS)
             .mission(crate::service::PARTS)
+            .mission(crate::push::PARTS)
             .mission(crate::observe::PARTS)
     }
 

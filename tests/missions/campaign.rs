@@ -10,7 +10,12 @@ use crate::harness::Lab;
 const SHARD: &str = "0/400";
 
 /// Each campaign, and how many runs its part has.
-const CAMPAIGNS: [(&str, usize); 3] = [("faults", 50), ("service", 25), ("observe", 25)];
+const CAMPAIGNS: [(&str, usize); 4] = [
+    ("faults", 50),
+    ("service", 25),
+    ("push", 25),
+    ("observe", 25),
+];
 
 fn plan(campaign: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

@@ -37,6 +37,7 @@ mod page;
 mod parity;
 mod parker;
 mod profile;
+mod push;
 mod python;
 mod recompute;
 mod refusals;

@@ -55,7 +55,7 @@ fn arguments() {
             &["run", "thesis-trapped-robot", "--spills", "5"],
             &[
                 "'thesis-trapped-robot' has its own",
-                "'waste-cleanup' and 'service' and 'observe' only",
+                "they go with 'waste-cleanup' and ",
             ],
         ),
         (

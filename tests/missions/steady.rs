@@ -72,6 +72,15 @@ fn a_tick_of_observe_in_which_nothing_comes_into_sight_asks_for_no_memory() {
     }
 }
 
+/// Robots at their ends of bars, in turns.
+#[test]
+fn pushing_asks_for_no_memory() {
+    let mut scenario = missions::push::data::family(12, 6);
+    scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    steady(12, setup);
+}
+
 fn steady(robots: usize, setup: Setup) {
     let allocator = setup.scenario.allocator.clone();
     let eventful = eventful(&setup);

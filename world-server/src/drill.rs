@@ -18,6 +18,7 @@ pub(crate) const DRILL: MissionWorld = MissionWorld {
         [Vec2::new(0.0, middle - 1.5), Vec2::new(0.6, middle + 1.5)]
     },
     starts: |_| Vec::new(),
+    bars: |_| Vec::new(),
     new: |_, _| Box::new(Drill),
 };
 

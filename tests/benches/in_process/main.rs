@@ -76,6 +76,7 @@ fn main() {
     group.sampling_mode(SamplingMode::Flat);
     let missions = [
         ("service", run::service(MISSION_TEAM)),
+        ("push", run::push(MISSION_TEAM)),
         ("observe", run::observe(MISSION_TEAM)),
     ];
     for (mission, setup) in &missions {

@@ -1,6 +1,7 @@
 //! A team at work in one process.
 
 use missions::observe::data::{OBSERVE, ObserveSection};
+use missions::push::data::PUSH;
 use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::time::{Duration, Instant};
@@ -32,6 +33,12 @@ pub fn with_allocator(robots: usize, allocator: &str) -> Setup {
 /// Six points of work for each robot: more than is measured.
 pub fn service(robots: usize) -> Setup {
     let scenario = SERVICE.family(robots, 6 * robots).unwrap();
+    Setup::resolve(scenario, 1, None).unwrap().setup
+}
+
+/// A bar for two robots each: more work than is measured.
+pub fn push(robots: usize) -> Setup {
+    let scenario = PUSH.family(robots, robots / 2).unwrap();
     Setup::resolve(scenario, 1, None).unwrap().setup
 }
 

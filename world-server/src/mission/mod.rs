@@ -6,7 +6,7 @@
 //!
 //! # One step
 //! [`WorldMission::begin`]; for each robot in rank order: [`WorldMission::act`] where it has sensed, then its body turns and
-//! moves; [`WorldMission::settle`]; aspects; time.
+//! moves, and where it drives against a bar, [`WorldMission::give_way`]; [`WorldMission::settle`]; aspects; time.
 //!
 //! # What a run that repeats asks for
 //! A mission depends on nothing but its setup, the deeds, the faults and its own state: no clock, no address, no order of a
@@ -33,6 +33,7 @@ use glam::Vec2;
 use crate::world::change::ChangeError;
 use crate::world::floor::Floor;
 use crate::world::start::{StartError, start_poses};
+use crate::world::{Bar, Push};
 
 pub use crate::world::happened::Happened;
 pub use alliance_proto::mission::{MissionFigures, TeamFigures, Value};
@@ -47,6 +48,8 @@ pub struct MissionWorld {
     pub start_area: fn(&Scenario) -> [Vec2; 2],
     /// Places where they begin rather than in that area, if there are enough that are free, m.
     pub starts: fn(&Scenario) -> Vec<Vec2>,
+    /// The bars that lie on the floor at the start; the mission knows each by its place in the list.
+    pub bars: fn(&Scenario) -> Vec<Bar>,
     /// The mission of a run. The scenario is valid.
     pub new: fn(&Setup, &Floor) -> Box<dyn WorldMission>,
 }
@@ -59,6 +62,7 @@ impl MissionWorld {
             data,
             start_area: M::start_area,
             starts: M::starts,
+            bars: M::bars,
             new: |setup, floor| Box::new(Typed(M::new(setup, floor))),
         }
     }
@@ -72,6 +76,7 @@ impl MissionWorld {
             scenario,
             (self.start_area)(scenario),
             &(self.starts)(scenario),
+            &(self.bars)(scenario),
         )
     }
 }
@@ -116,6 +121,11 @@ pub trait WorldMission: Any + Send {
 
     /// A robot does something beside driving, where it has sensed. It can act: it has a body and power.
     fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened);
+
+    /// A body drives against a bar: how far the mission lets the body go on, m. What moves the bar is [`Floor::move_bar`].
+    fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
+        0.0
+    }
 
     /// What happens once all robots have acted and moved.
     fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}

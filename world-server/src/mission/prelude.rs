@@ -9,4 +9,4 @@ pub use alliance_proto::view::{ItemView, Mark, MarkOutline, MarkRole, View};
 pub use glam::Vec2;
 
 pub use super::{Happened, MissionWorld, TeamFigures, TypedMission, Validity, Value};
-pub use crate::world::{ChangeError, Floor};
+pub use crate::world::{Bar, ChangeError, Floor, Push};

@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{Happened, TeamFigures, Validity, Value, WorldMission};
-use crate::world::{ChangeError, Floor};
+use crate::world::{Bar, ChangeError, Floor, Push};
 
 /// Room for the encoding of a mission's state in a step that does not allocate, bytes.
 const STATE_ROOM: usize = 1024;
@@ -95,11 +95,21 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
         Vec::new()
     }
 
+    /// See [`MissionWorld::bars`](super::MissionWorld::bars). There are none, where it is not said.
+    fn bars(_scenario: &Scenario) -> Vec<Bar> {
+        Vec::new()
+    }
+
     /// See [`WorldMission::begin`].
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 
     /// See [`WorldMission::act`]. What an agent sends that is no deed is none.
     fn act(&mut self, robot: RobotId, deed: Self::Deed, floor: &mut Floor, happened: &mut Happened);
+
+    /// See [`WorldMission::give_way`].
+    fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
+        0.0
+    }
 
     /// See [`WorldMission::settle`].
     fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
@@ -198,6 +208,10 @@ impl<M: TypedMission> WorldMission for Typed<M> {
         {
             self.0.act(robot, deed, floor, happened);
         }
+    }
+
+    fn give_way(&mut self, push: &Push, floor: &mut Floor, happened: &mut Happened) -> f32 {
+        self.0.give_way(push, floor, happened)
     }
 
     fn settle(&mut self, floor: &mut Floor, happened: &mut Happened) {

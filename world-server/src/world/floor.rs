@@ -12,7 +12,9 @@ use super::radio::RadioRange;
 use super::space::{Space, nearest_place};
 use super::unchanged::Unchanged;
 use super::vicinity::{Drift, Vicinity};
-use super::{Aspect, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses};
+use super::{
+    Aspect, Bar, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses,
+};
 use crate::recorder::{Event, EventKind};
 
 /// Space, bodies and time: what every mission has.
@@ -89,13 +91,18 @@ impl Robot {
 }
 
 impl Floor {
-    /// The floor at the start of a run. Robots without a start begin at those places or in that area: lower left and upper right
+    /// The floor at the start of a run, with the mission's bars. Robots without a start begin at those places or in that area: lower left and upper right
     /// corner, m.
     ///
     /// # Panics
     /// If [`start_poses`] refuses the scenario; validation asks it first.
-    pub(super) fn new(scenario: &Scenario, start_area: [Vec2; 2], starts: &[Vec2]) -> Self {
-        let poses = match start_poses(scenario, start_area, starts) {
+    pub(super) fn new(
+        scenario: &Scenario,
+        start_area: [Vec2; 2],
+        starts: &[Vec2],
+        bars: Vec<Bar>,
+    ) -> Self {
+        let poses = match start_poses(scenario, start_area, starts, &bars) {
             Ok(poses) => poses,
             Err(error) => panic!("scenario not validated: {error}"),
         };
@@ -132,7 +139,7 @@ impl Floor {
             robot
         });
         let robots: Vec<Robot> = robots.collect();
-        let space = Space::new(scenario);
+        let space = Space::new(scenario, bars);
         let sensed_m = 3.0 * body.radius_m + scenario.sensors.avoidance_range_m;
         let mut bodies = Grid::new(space.size, sensed_m, robots.len());
         for (rank, robot) in robots.iter().enumerate() {
@@ -274,7 +281,7 @@ impl Floor {
         self.space.size
     }
 
-    /// Everything solid but the bodies: the walls and the solid rectangles.
+    /// Everything solid but the bodies: the walls, the solid rectangles and the bars.
     pub fn solids(&self) -> impl Iterator<Item = Outline> + '_ {
         self.space.solids()
     }
@@ -313,7 +320,7 @@ impl Floor {
         near.map(|(rank, at)| (RobotId(rank as u16), at))
     }
 
-    /// Whether a disc overlaps nothing solid that does not move.
+    /// Whether a disc overlaps nothing solid but bodies.
     #[must_use]
     pub fn fits(&self, center: Vec2, radius_m: f32) -> bool {
         self.space.fits(center, radius_m, 0.0)

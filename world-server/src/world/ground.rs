@@ -73,6 +73,12 @@ impl Floor {
         if point.cmplt(Vec2::ZERO).any() || point.cmpgt(self.space.size).any() {
             return 0.0;
         }
+        if self
+            .bars_near(point, 0.0)
+            .any(|(_, bar)| bar.way_to_point(point) <= 0.0)
+        {
+            return 0.0;
+        }
         let changes_anything = |it: Penetrability| it != Penetrability::NEUTRAL;
         let there = self
             .components_for(robot, alone, point, 0.0, changes_anything)

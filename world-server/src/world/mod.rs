@@ -8,6 +8,7 @@
 //!   properties that evolve each step, such as [`Energy`](Battery).
 //! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
 //! - `grid`: what is near a place. `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
+//! - `bar`: solids of a mission that move where bodies push them.
 //! - `vicinity`: what is known of a robot's surroundings from steps before. `unchanged`: whether what it sensed last still holds.
 //! - `radio`: who is in range of whom. `sensing`: what a robot reads, but for the devices of its mission.
 //! - `change`: what interruption handlers do to all of it between steps.
@@ -17,7 +18,7 @@
 //! Between steps, interruption handlers change the world (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). A
 //! step then lets the components act, in rank order, and after them the aspects evolve. What a robot does for its mission it
 //! does where it has sensed, that is before it moves; then it turns, and then it moves along its new heading against everything as it
-//! stands at that moment. So each robot finds those of lower rank already moved and those of higher rank not yet.
+//! stands at that moment. Where a bar stops it, the mission may let the bar [give way](WorldMission::give_way), and the body goes on. So each robot finds those of lower rank already moved and those of higher rank not yet.
 //!
 //! # Decisions where DESIGN is silent
 //! - A body stops [`SKIN_M`] short of a solid. The center beam of the proximity sensor uses the same sweep, so it is free
@@ -28,6 +29,7 @@
 //!   ignores all commands, and its sensors still read.
 
 mod aspect;
+mod bar;
 pub(crate) mod change;
 mod component;
 pub(crate) mod floor;
@@ -55,6 +57,7 @@ use crate::mission::{MissionWorld, Validity, WorldMission};
 use crate::recorder::Event;
 
 pub use aspect::{Aspect, Battery};
+pub use bar::{Bar, Push};
 pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::{Floor, Impairment};
@@ -104,7 +107,8 @@ impl World {
     pub fn new(setup: &Setup, kind: MissionWorld) -> Self {
         let area = (kind.start_area)(&setup.scenario);
         let starts = (kind.starts)(&setup.scenario);
-        let floor = Floor::new(&setup.scenario, area, &starts);
+        let bars = (kind.bars)(&setup.scenario);
+        let floor = Floor::new(&setup.scenario, area, &starts, bars);
         let mission = (kind.new)(setup, &floor);
         Self { floor, mission }
     }
@@ -123,7 +127,11 @@ impl World {
             if !matches!(command.deed, Deed::Nothing) {
                 mission.act(robot, &command.deed, floor, &mut happened);
             }
-            floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
+            let push = floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
+            if let Some(push) = push {
+                let way_m = mission.give_way(&push, floor, &mut happened);
+                floor.go_on(robot, way_m.min(push.way_m));
+            }
         }
         mission.settle(floor, &mut happened);
         if floor.has_aspects {

@@ -8,11 +8,16 @@ use alliance_proto::scenario::Body;
 use glam::Vec2;
 
 use super::outline::Stop;
-use super::{Component, Floor, Outline, Penetrability, SKIN_M};
+use super::{Component, Floor, Outline, Penetrability, Push, SKIN_M};
 
 impl Floor {
-    /// Turns and then moves a robot by one step. The command is [`limited`].
-    pub(super) fn turn_and_move(&mut self, robot: RobotId, turn_rad_s: f32, speed_m_s: f32) {
+    /// Turns and then moves a robot by one step. The command is [`limited`]. Says if a bar stopped it.
+    pub(super) fn turn_and_move(
+        &mut self,
+        robot: RobotId,
+        turn_rad_s: f32,
+        speed_m_s: f32,
+    ) -> Option<Push> {
         let step_s = self.step.as_secs_f64() as f32;
         let body = &mut self.robots[robot.index()];
         if turn_rad_s != 0.0 {
@@ -20,27 +25,71 @@ impl Floor {
                 body.component.pose.heading_rad + turn_rad_s * step_s,
             ));
         }
-
-        let (center, ahead) = (body.position(), body.ahead);
+        body.speed_m_s = 0.0;
+        let push_m = body.body.push_m_s * step_s;
         let wanted_m = self.way_on_ground(robot, speed_m_s, step_s);
         if wanted_m <= 0.0 {
-            self.robots[robot.index()].speed_m_s = 0.0;
-            return;
+            return None;
         }
-        let way_m = self
-            .free_way(robot, wanted_m)
-            .map_or(wanted_m, |stop| stop.way_m);
+        let stop = self.free_way(robot, wanted_m);
+        let bar = self.first_bar(robot, wanted_m).filter(|(_, at_bar)| {
+            let is_nearer = |stop: Stop| at_bar.way_m <= stop.way_m;
+            stop.is_none_or(is_nearer)
+        });
+        let way_m = bar.map(|(_, stop)| stop).or(stop).map(|stop| stop.way_m);
+        let way_m = way_m.unwrap_or(wanted_m);
+        self.move_ahead(robot, way_m);
+        bar.map(|(bar, _)| Push {
+            robot,
+            bar,
+            way_m: (wanted_m - way_m).min(push_m),
+        })
+    }
+
+    /// Moves a robot on in the same step, once a bar has given way.
+    pub(super) fn go_on(&mut self, robot: RobotId, wanted_m: f32) {
+        if wanted_m > 0.0 {
+            let bar = self.first_bar(robot, wanted_m).map(|(_, stop)| stop);
+            let stop = Stop::nearer(self.free_way(robot, wanted_m), bar);
+            self.move_ahead(robot, stop.map_or(wanted_m, |stop| stop.way_m));
+        }
+    }
+
+    /// Moves a robot straight ahead: that much of its way is free.
+    fn move_ahead(&mut self, robot: RobotId, way_m: f32) {
+        let step_s = self.step.as_secs_f64() as f32;
         let body = &mut self.robots[robot.index()];
-        let to = center + ahead * way_m;
+        let from = body.position();
+        let to = from + body.ahead * way_m;
         body.component.pose.position = to;
-        body.speed_m_s = way_m / step_s;
+        body.speed_m_s += way_m / step_s;
         if way_m > 0.0 {
-            self.drift.moves(way_m);
+            let in_step_m = body.speed_m_s * step_s;
+            self.drift.moves(in_step_m);
             self.relocated(robot, to);
             if !self.is_alone(robot, self.near_m()) {
-                self.disturbed(center, way_m);
+                self.disturbed(from, way_m);
             }
         }
+    }
+
+    /// The first bar that stops a robot which goes straight ahead, within that way.
+    fn first_bar(&self, robot: RobotId, max_m: f32) -> Option<(usize, Stop)> {
+        let body = &self.robots[robot.index()];
+        let reach_m = max_m + self.body.radius_m + SKIN_M;
+        let near = self.bars_near(body.position(), reach_m);
+        let stops = near.filter_map(|(index, bar)| {
+            let outline = Outline::Bar(bar);
+            let stop = outline.sweep(body.position(), self.body.radius_m, body.ahead, max_m)?;
+            Some((index, stop))
+        });
+        stops.reduce(|first, other| {
+            if other.1.way_m < first.1.way_m {
+                other
+            } else {
+                first
+            }
+        })
     }
 
     /// Keeps track of a body that has moved.
@@ -52,7 +101,7 @@ impl Floor {
         }
     }
 
-    /// Where a robot that goes straight ahead must stop within that way; `None` when it need not.
+    /// Where a robot that goes straight ahead must stop within that way, but for bars; `None` when it need not.
     pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<Stop> {
         let body = &self.robots[robot.index()];
         let reach_m = max_m + self.body.radius_m + SKIN_M;

@@ -4,6 +4,8 @@ use glam::Vec2;
 use parry2d::bounding_volume::Aabb;
 use parry2d::query::{Ray, RayCast};
 
+use super::Bar;
+
 /// How far short of contact a body stops, m: a thousand times the rounding of a coordinate in a room of 12 m.
 pub const SKIN_M: f32 = 1e-3;
 
@@ -35,6 +37,8 @@ pub enum Outline {
         /// Distance of the side from the origin along the normal.
         offset_m: f32,
     },
+    /// A bar.
+    Bar(Bar),
 }
 
 /// Where a ray or a moving body meets a surface.
@@ -67,6 +71,7 @@ impl Outline {
                 (point + reach_m).cmplt(min).any() || (point - reach_m).cmpgt(max).any()
             }
             Self::Wall { normal, offset_m } => normal.dot(point) - offset_m > reach_m,
+            Self::Bar(bar) => bar.is_beyond(point, reach_m),
         }
     }
 
@@ -75,7 +80,7 @@ impl Outline {
     pub fn contains(&self, point: Vec2) -> bool {
         match *self {
             Self::Rectangle { min, max } => point.cmpge(min).all() && point.cmple(max).all(),
-            Self::Disc { .. } | Self::Wall { .. } => self.surface(point).0 <= 0.0,
+            Self::Disc { .. } | Self::Wall { .. } | Self::Bar(_) => self.surface(point).0 <= 0.0,
         }
     }
 
@@ -111,6 +116,7 @@ impl Outline {
                 )
             }
             Self::Wall { normal, offset_m } => (normal.dot(point) - offset_m, normal),
+            Self::Bar(bar) => bar.surface(point),
         }
     }
 
@@ -161,6 +167,7 @@ impl Outline {
                 let way_m = (distance - margin_m) / approach;
                 (approach > 0.0 && way_m <= max_m).then_some(way_m)?
             }
+            Self::Bar(bar) => bar.cast(&ray, max_m, margin_m)?,
         };
         let (_, normal) = self.surface(ray.point_at(way_m));
         Some(Stop { way_m, normal })
@@ -196,14 +203,14 @@ impl Outline {
         self.cast_ray(center, direction, max_m, radius_m + skin)
     }
 
-    /// The part of the line `origin + t · direction` that is inside, as an interval of `t`.
+    /// The part of the line `origin + t · direction` that is inside, as an interval of `t`; nobody asks that of walls and bars.
     pub(super) fn chord(&self, origin: Vec2, direction: Vec2) -> Option<(f32, f32)> {
         match *self {
             Self::Disc { center, radius_m } => disc_chord(center, radius_m, origin, direction),
             Self::Rectangle { min, max } => {
                 Aabb::new(min, max).clip_line_parameters(origin, direction)
             }
-            Self::Wall { .. } => None,
+            Self::Wall { .. } | Self::Bar(_) => None,
         }
     }
 }
@@ -226,7 +233,7 @@ fn is_clear_of(offset: Vec2, direction: Vec2, radius_m: f32, max_m: f32) -> bool
 }
 
 /// Where a ray from outside enters a disc; at once if it is already in it by rounding.
-fn cast_at_disc(ray: &Ray, center: Vec2, radius_m: f32, max_m: f32) -> Option<f32> {
+pub(super) fn cast_at_disc(ray: &Ray, center: Vec2, radius_m: f32, max_m: f32) -> Option<f32> {
     let (enter_m, leave_m) = disc_chord(center, radius_m, ray.origin, ray.dir)?;
     (enter_m <= max_m && leave_m > 0.0).then_some(enter_m.max(0.0))
 }

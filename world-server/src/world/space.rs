@@ -1,28 +1,32 @@
-//! The room before anything moves in it: border, obstacles and patches, and the places that they leave free.
+//! The room without robots: border, obstacles, patches and bars, and the places that they leave free.
 
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Body, Obstacle, Scenario};
 use glam::Vec2;
 
-use super::{Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};
+use super::bar::Bars;
+use super::{Bar, Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};
 
 /// Directions that a search round a point tries.
 const DIRECTIONS: i32 = 16;
 
-/// The immovable part of the world.
+/// All of the world but the bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Space {
     /// From (0, 0) to here is inside the border, m.
     pub size: Vec2,
     rectangles: Vec<Component>,
+    pub bars: Bars,
     /// Of the next rectangle: an id is never given twice.
     next_id: ObstacleId,
 }
 
 impl Space {
-    pub fn new(scenario: &Scenario) -> Self {
+    pub fn new(scenario: &Scenario, bars: Vec<Bar>) -> Self {
+        let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
         let mut space = Self {
-            size: Vec2::new(scenario.room.width_m, scenario.room.height_m),
+            size,
+            bars: Bars::new(size, bars),
             rectangles: Vec::with_capacity(scenario.obstacles.len()),
             next_id: ObstacleId(0),
         };
@@ -80,7 +84,9 @@ impl Space {
 
     /// Whether for certain nothing of it is within reach of a point.
     pub fn is_open(&self, point: Vec2, reach_m: f32) -> bool {
-        self.rectangles.is_empty() && !self.is_near_border(point, reach_m)
+        self.rectangles.is_empty()
+            && !self.is_near_border(point, reach_m)
+            && self.bars.near(point, reach_m).next().is_none()
     }
 
     /// The sides of the border within reach of a point.
@@ -89,13 +95,22 @@ impl Space {
         walls.filter(move |wall| !wall.is_beyond(point, reach_m))
     }
 
-    /// Everything solid: the border and the solid rectangles.
+    /// Everything solid: the border, the solid rectangles and the bars.
     pub fn solids(&self) -> impl Iterator<Item = Outline> + '_ {
-        self.walls().into_iter().chain(self.solid_rectangles())
+        let walls = self.walls().into_iter();
+        let bars = self.bars.all().iter().copied().map(Outline::Bar);
+        walls.chain(self.solid_rectangles()).chain(bars)
     }
 
     /// Everything solid within reach of a point, and some that is not.
     pub fn solids_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + '_ {
+        let bars = self.bars.near(point, reach_m);
+        let bars = bars.map(|(_, bar)| Outline::Bar(bar));
+        self.still_near(point, reach_m).chain(bars)
+    }
+
+    /// Of that, what nobody can push.
+    pub fn still_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + '_ {
         let walls = self.walls_near(point, reach_m);
         walls.chain(self.solid_rectangles())
     }

@@ -9,7 +9,7 @@ use glam::Vec2;
 
 use super::motion::wrapped;
 use super::space::Space;
-use super::{Penetrability, SKIN_M};
+use super::{Bar, Penetrability, SKIN_M};
 
 /// Most places that are tried for robots whose starts are not given.
 const MOST_CANDIDATES: usize = 1_000_000;
@@ -57,14 +57,15 @@ impl StartError {
 /// closer together. Robots that are absent at first get places like that too, as if they were a team of their own.
 ///
 /// # Errors
-/// When a robot has no place clear of the border, the solid obstacles and the other robots. Robots that are not solid to each
+/// When a robot has no place clear of the border, the solid obstacles, the bars and the other robots. Robots that are not solid to each
 /// other may be given starts that overlap, and absent ones stand in nobody's way.
 pub fn start_poses(
     scenario: &Scenario,
     area: [Vec2; 2],
     starts: &[Vec2],
+    bars: &[Bar],
 ) -> Result<Vec<Pose>, StartError> {
-    let space = Space::new(scenario);
+    let space = Space::new(scenario, bars.to_vec());
     let radius_m = scenario.body.radius_m;
     let solid = Penetrability(scenario.body.robot_penetrability).is_solid();
     let mut poses = vec![None; scenario.robots.len()];

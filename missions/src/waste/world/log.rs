@@ -155,6 +155,7 @@ fn outlined(outline: Outline) -> MarkOutline {
             let from = normal * offset_m;
             MarkOutline::Line { from, to: from }
         }
+        Outline::Bar(bar) => bar.into(),
     }
 }
 

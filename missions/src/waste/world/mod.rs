@@ -49,6 +49,7 @@ pub const WASTE: MissionWorld = MissionWorld {
     data: data::WASTE,
     start_area: items::report_site,
     starts: |_| Vec::new(),
+    bars: |_| Vec::new(),
     new: |setup, floor| Box::new(Waste::new(setup, floor)),
 };
 

@@ -45,7 +45,7 @@ fn unknown_keys() {
     check(&[
         (
             "nam = 'a'",
-            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste, service, observe)",
+            "s.toml:1: nam: unknown key; did you mean 'name'? (there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste, service, push, observe)",
         ),
         (
             "\n\n[room]\nwidht_m = 3",
@@ -53,11 +53,11 @@ fn unknown_keys() {
         ),
         (
             "a.b.c = 1",
-            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste, service, observe",
+            "s.toml:1: a: unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste, service, push, observe",
         ),
         (
             "\"a\\nb\" = 1",
-            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste, service, observe",
+            "s.toml:1: \"a\\nb\": unknown key; there are name, description, step_ms, limit_s, step_order, allocator, room, body, devices, skills, sensors, radio, energy, robots, obstacles, faults, tasks, alliance, allocators, waste, service, push, observe",
         ),
         (
             "[[obstacles]]\nx_m = 1\ny_m = 1\nwidth_m = 1\nheight_m = 1\ncolor = 'red'",

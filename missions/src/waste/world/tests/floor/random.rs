@@ -53,7 +53,7 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
                 ..Robot::default()
             };
             scenario.robots = (0..count).map(robot).collect();
-            start_poses(scenario, (WASTE.start_area)(scenario), &[])
+            start_poses(scenario, (WASTE.start_area)(scenario), &[], &[])
                 .is_ok()
                 .then_some(setup)
         },

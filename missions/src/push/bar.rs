@@ -1,0 +1,140 @@
+//! Where a bar is: its middle, and the heading in which it is pushed; its ends lie to the left and to the right of that.
+
+use alliance_proto::readings::Pose;
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+/// An end of a bar, as seen by those who push it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum End {
+    /// That with the larger y at first.
+    Left,
+    /// The other one.
+    Right,
+}
+
+impl End {
+    /// Both, in the order of the tasks.
+    pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
+
+    /// The end on that side of the middle: the left one where it is above 0.
+    #[must_use]
+    pub fn on_side(along_m: f32) -> Self {
+        if along_m > 0.0 {
+            Self::Left
+        } else {
+            Self::Right
+        }
+    }
+
+    /// 1 for the left one, -1 for the right one.
+    #[must_use]
+    pub fn sign(self) -> f32 {
+        match self {
+            Self::Left => 1.0,
+            Self::Right => -1.0,
+        }
+    }
+
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+
+    /// What people call it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
+/// Unit vectors of a bar: the direction in which it is pushed, and that from its right end to its left one.
+#[must_use]
+pub fn axes(pose: &Pose) -> (Vec2, Vec2) {
+    let heading = pose.heading_rad;
+    let ahead = Vec2::new(libm::cosf(heading), libm::sinf(heading));
+    (ahead, ahead.perp())
+}
+
+/// Where a point is as seen from the middle of a bar: how far ahead, and how far to the left, m.
+#[must_use]
+pub fn seen_from(pose: &Pose, point: Vec2) -> Vec2 {
+    let (ahead, left) = axes(pose);
+    let offset = point - pose.position;
+    Vec2::new(offset.dot(ahead), offset.dot(left))
+}
+
+/// The point that is so far ahead of the middle of a bar, and so far to the left, m.
+#[must_use]
+pub fn point_at(pose: &Pose, seen: Vec2) -> Vec2 {
+    let (ahead, left) = axes(pose);
+    pose.position + ahead * seen.x + left * seen.y
+}
+
+/// Where an end of its axis is, m.
+#[must_use]
+pub fn end(pose: &Pose, end: End, length_m: f32) -> Vec2 {
+    point_at(pose, Vec2::new(0.0, end.sign() * length_m / 2.0))
+}
+
+/// How far its left end is ahead of its right one toward the goal, m.
+#[must_use]
+pub fn lead_m(pose: &Pose, length_m: f32) -> f32 {
+    -length_m * libm::sinf(pose.heading_rad)
+}
+
+/// The bar of which an end is there and the left end leads by so much, m.
+#[must_use]
+pub fn with_end(at: Vec2, which: End, lead_m: f32, length_m: f32) -> Pose {
+    let sine = (-lead_m / length_m).clamp(-1.0, 1.0);
+    let mut pose = Pose {
+        position: at,
+        heading_rad: libm::asinf(sine),
+    };
+    pose.position -= end(&pose, which, length_m) - at;
+    pose
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn an_end_and_its_lead_tell_where_a_bar_is(x in -9.0..9.0_f32, y in -9.0..9.0_f32, heading_rad in -1.2..1.2_f32) {
+            let pose = Pose { position: Vec2::new(x, y), heading_rad };
+            for which in End::BOTH {
+                let again = with_end(end(&pose, which, 2.4), which, lead_m(&pose, 2.4), 2.4);
+                prop_assert!(again.position.distance(pose.position) < 1e-4);
+                prop_assert!((again.heading_rad - heading_rad).abs() < 1e-3);
+            }
+            let ends = End::BOTH.map(|which| end(&pose, which, 2.4));
+            prop_assert!((ends[0].distance(ends[1]) - 2.4).abs() < 1e-4);
+            prop_assert!((ends[0].x - ends[1].x - lead_m(&pose, 2.4)).abs() < 1e-4);
+            prop_assert!(ends[0].y > ends[1].y);
+        }
+    }
+
+    #[test]
+    fn an_upright_bar_has_its_left_end_on_top() {
+        let pose = Pose {
+            position: Vec2::new(3.0, 4.0),
+            heading_rad: 0.0,
+        };
+        assert_eq!(end(&pose, End::Left, 2.0), Vec2::new(3.0, 5.0));
+        assert_eq!(end(&pose, End::Right, 2.0), Vec2::new(3.0, 3.0));
+        assert_eq!(
+            seen_from(&pose, Vec2::new(2.5, 4.25)),
+            Vec2::new(-0.5, 0.25)
+        );
+    }
+}

@@ -1,0 +1,165 @@
+//! What is wrong with `[push]`, beyond what its parameters say.
+
+use std::f32::consts::SQRT_2;
+
+use alliance_proto::scenario::{Catalog, Path, Problem, Scenario};
+use world_server::world::{Bar, Outline};
+
+use super::PushSection;
+
+/// Refuses the first mistake of `[push]`.
+pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
+    let section = PushSection::of(scenario);
+    let at = Path::of(["push"]);
+    sizes(scenario, section, &at)?;
+    for (index, bar) in section.bars.iter().enumerate() {
+        let at = at.key("bars").index(index);
+        let (half_m, width_m) = (
+            section.length_m / 2.0 + section.half_width_m,
+            section.half_width_m,
+        );
+        let radius_m = scenario.body.radius_m;
+        let room = scenario.room;
+        let fits = bar.y_m >= half_m && bar.y_m <= room.height_m - half_m;
+        if !fits {
+            let what = format!("a bar of {} m does not fit there", section.length_m);
+            let remedy = format!("it must be at least {} m from the border", told(half_m));
+            return Err(Problem::at(at.key("y_m"), what, remedy));
+        }
+        let least_m = width_m + 2.0 * radius_m;
+        if bar.x_m.is_nan() || bar.x_m < least_m {
+            let what = format!("no robot of radius {radius_m} m fits behind the bar");
+            return Err(Problem::at(
+                at.key("x_m"),
+                what,
+                format!("write at least {}", told(least_m)),
+            ));
+        }
+        let most_m = room.width_m - width_m - section.skew_m;
+        if !(bar.goal_x_m > bar.x_m && bar.goal_x_m <= most_m) {
+            let what = format!("{} cannot be reached from {}", bar.goal_x_m, bar.x_m);
+            let remedy = format!(
+                "it must be above that and at most {}, for one end leads",
+                told(most_m)
+            );
+            return Err(Problem::at(at.key("goal_x_m"), what, remedy));
+        }
+        let outline = section.outline(&bar.pose());
+        for obstacle in scenario
+            .obstacles
+            .iter()
+            .filter(|it| it.penetrability <= 0.1)
+        {
+            let min = glam::Vec2::new(obstacle.x_m, obstacle.y_m);
+            let max = min + glam::Vec2::new(obstacle.width_m, obstacle.height_m);
+            if outline.way_to(&Outline::Rectangle { min, max }) < LEAST_M {
+                let what = "a bar lies on an obstacle";
+                return Err(Problem::at(at, what, "move one of them"));
+            }
+        }
+    }
+    apart(section, &at)?;
+    covered(scenario, &at)
+}
+
+/// Least way between a bar and what is solid at the start, m.
+const LEAST_M: f32 = 0.01;
+
+/// As people read it, to a millimeter.
+fn told(length_m: f32) -> f64 {
+    (f64::from(length_m) * 1000.0).round() / 1000.0
+}
+
+/// Whether bars, strokes and robots fit together.
+fn sizes(scenario: &Scenario, section: &PushSection, at: &Path) -> Result<(), Problem> {
+    let (length_m, radius_m) = (section.length_m, scenario.body.radius_m);
+    let least_m = 6.0 * radius_m;
+    if length_m.is_nan() || length_m < least_m {
+        let what =
+            format!("two robots of radius {radius_m} m have no room behind a bar of {length_m} m");
+        return Err(Problem::at(
+            at.key("length_m"),
+            what,
+            format!("write at least {}", told(least_m)),
+        ));
+    }
+    let most_m = length_m / 2.0;
+    if section.skew_m.is_nan() || section.skew_m > most_m {
+        let what = format!("a bar of {length_m} m would stand at more than 30 degrees");
+        return Err(Problem::at(
+            at.key("skew_m"),
+            what,
+            format!("write at most {}", told(most_m)),
+        ));
+    }
+    // From half a stroke ahead, and the other end goes back.
+    let most_m = section.skew_m / (SQRT_2 + 0.5);
+    if section.stroke_m.is_nan() || section.stroke_m > most_m {
+        let what = format!(
+            "a stroke of one robot alone would end at the skew of {} m",
+            section.skew_m
+        );
+        return Err(Problem::at(
+            at.key("stroke_m"),
+            what,
+            format!("write at most {}", told(most_m)),
+        ));
+    }
+    Ok(())
+}
+
+/// No two bars lie on each other.
+fn apart(section: &PushSection, at: &Path) -> Result<(), Problem> {
+    let mut bars: Vec<(usize, Bar)> = section
+        .bars
+        .iter()
+        .map(|bar| section.outline(&bar.pose()))
+        .enumerate()
+        .collect();
+    bars.sort_by(|(_, one), (_, other)| one.from.x.total_cmp(&other.from.x));
+    let near_m = 2.0 * section.half_width_m + LEAST_M;
+    for (place, (index, bar)) in bars.iter().enumerate() {
+        let next = bars[place + 1..].iter();
+        let near = next.take_while(|(_, other)| other.from.x - bar.from.x <= near_m);
+        for (other, outline) in near {
+            if bar.way_to(&Outline::Bar(*outline)) < LEAST_M {
+                let (first, second) = (index.min(other), index.max(other));
+                let what = format!("it lies on bars[{first}]");
+                let at = at.key("bars").index(*second);
+                return Err(Problem::at(at, what, "move one of them"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Somebody can do each of the tasks.
+fn covered(scenario: &Scenario, at: &Path) -> Result<(), Problem> {
+    let catalog = Catalog::of(scenario);
+    let mut is_covered = vec![false; catalog.tasks.len()];
+    let mut left = is_covered.len();
+    for robot in &scenario.robots {
+        if left == 0 {
+            return Ok(());
+        }
+        for behavior in catalog.behaviors_of(robot) {
+            let task = catalog.sets[behavior.index()].task.index();
+            left -= usize::from(!is_covered[task]);
+            is_covered[task] = true;
+        }
+    }
+    let Some(task) = is_covered.iter().position(|is_covered| !is_covered) else {
+        return Ok(());
+    };
+    let what = format!("nobody has {} among its tasks", catalog.tasks[task].name);
+    let others = if left > 1 {
+        format!(", and {} more tasks that nobody can do", left - 1)
+    } else {
+        String::new()
+    };
+    Err(Problem::at(
+        at.key("bars"),
+        what + &others,
+        "give them to a robot",
+    ))
+}

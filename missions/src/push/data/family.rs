@@ -1,0 +1,122 @@
+//! Push in any size: room, team and bars grow together (`--robots N --bars M`).
+//!
+//! A lane of 12 × 6 m has a bar, to be pushed over 7 m, and two robots behind its ends; where there are more robots, up to four in a lane, the
+//! others stand between these two; there are as many lanes as that takes. Each bar is the task of the two robots that start nearest to
+//! it, and each robot has the two bars nearest to it: so a robot that dies has others to take its work over. Teams of more than
+//! 20 robots have radios of such a range that each hears about 20.
+
+use alliance_proto::mission::section::MissionSection;
+use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
+
+use super::{BarSection, PUSH, PushSection, SPOTS};
+use crate::districts::{Districts, nearest_both_ways, range_to_hear};
+use crate::push::bar::End;
+
+/// Size of a lane, m.
+const LANE_M: (f32, f32) = (12.0, 6.0);
+/// Most robots of a lane.
+const ROBOTS: usize = 4;
+/// How many robots have a bar, and how many bars a robot has.
+const ROBOTS_PER_BAR: usize = 2;
+const BARS_PER_ROBOT: usize = 2;
+/// About so many robots hear each other.
+const HEARD: usize = 20;
+/// Where in its lane a bar is, where it is to be brought, and where robots are at first, m.
+const BAR_AT_M: f32 = 2.0;
+const GOAL_AT_M: f32 = 9.0;
+const STARTS_AT_M: f32 = 1.0;
+
+/// Push with so many robots and bars, 1 to 10,000 of each.
+#[must_use]
+pub fn family(robots: usize, bars: usize) -> Scenario {
+    let least = bars.max(robots.div_ceil(ROBOTS));
+    // Twice as long as wide: half as many side by side as one above the other.
+    let columns = least.div_ceil(2).isqrt();
+    let lanes = Districts {
+        columns,
+        rows: least.div_ceil(columns),
+    };
+    let room = Room {
+        width_m: LANE_M.0 * lanes.columns as f32,
+        height_m: LANE_M.1 * lanes.rows as f32,
+    };
+    // The middle of a lane's left side.
+    let corner = |lane: usize| {
+        let (column, row) = lanes.place(lane);
+        (column as f32 * LANE_M.0, (row as f32 + 0.5) * LANE_M.1)
+    };
+    let bars: Vec<BarSection> = lanes
+        .deal(bars)
+        .map(|(lane, _)| {
+            let (x_m, y_m) = corner(lane);
+            BarSection {
+                x_m: x_m + BAR_AT_M,
+                y_m,
+                goal_x_m: x_m + GOAL_AT_M,
+            }
+        })
+        .collect();
+    let section = PushSection {
+        length_m: 2.4,
+        half_width_m: 0.1,
+        stroke_m: 0.4,
+        skew_m: 0.8,
+        sight_m: 1.5,
+        bars,
+    };
+    let between_m = (1.0 - 2.0 * SPOTS[0]) * section.length_m;
+    let mut team: Vec<Robot> = lanes
+        .deal(robots)
+        .enumerate()
+        .map(|(index, (lane, share))| {
+            let (x_m, y_m) = corner(lane);
+            let height = if share.of > 1 { share.height(0.0) } else { 0.5 };
+            Robot {
+                name: format!("r{}", index + 1),
+                start: Some(Start {
+                    x_m: x_m + STARTS_AT_M,
+                    y_m: y_m + (height - 0.5) * between_m,
+                    heading_deg: 0.0,
+                }),
+                ..Robot::default()
+            }
+        })
+        .collect();
+    if robots > ROBOTS_PER_BAR {
+        assign(&mut team, &section);
+    }
+    // As much time for each bar as for one by two robots.
+    let load = (2 * section.bars.len()).div_ceil(robots);
+    Scenario {
+        description: format!(
+            "{robots} robots, {} bars: room, team and bars grow together.",
+            section.bars.len()
+        ),
+        name: PUSH.name().to_owned(),
+        limit_s: 1200.0 * load as f64,
+        room,
+        radio: Radio {
+            range_m: (robots > HEARD)
+                .then(|| range_to_hear(HEARD, robots, room.width_m, room.height_m)),
+        },
+        robots: team,
+        mission: MissionSection::new(PUSH, section),
+        ..Scenario::default()
+    }
+}
+
+/// Gives each robot its tasks.
+fn assign(team: &mut [Robot], section: &PushSection) {
+    let at = |robot: &Robot| {
+        let start = robot.start;
+        start.map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
+    };
+    let robots: Vec<(f32, f32)> = team.iter().map(at).collect();
+    let places: Vec<(f32, f32)> = section.bars.iter().map(|bar| (bar.x_m, bar.y_m)).collect();
+    let own = nearest_both_ways(&robots, BARS_PER_ROBOT, &places, ROBOTS_PER_BAR);
+    for (robot, own) in team.iter_mut().zip(own) {
+        let ends = own.iter().flat_map(|bar| End::BOTH.map(|end| (*bar, end)));
+        let tasks = ends.map(|(bar, end)| format!("push({})", section.name_of(bar, Some(end))));
+        robot.tasks = tasks.collect();
+    }
+}

@@ -1,0 +1,159 @@
+//! Push in files: `[push]` of a scenario, its tasks, its words.
+
+mod check;
+mod family;
+mod faults;
+mod parameters;
+mod section;
+#[cfg(test)]
+mod tests;
+
+pub use family::family;
+pub use faults::{BAR_STUCK, STUCK_S};
+pub use section::{BarSection, PushSection};
+
+use alliance_proto::ids::TaskId;
+use alliance_proto::mission::prelude::*;
+use alliance_proto::mission::promises::Promises;
+
+use crate::push::bar::{End, end};
+
+/// Most bars of a run.
+pub const MAX_BARS: usize = 10_000;
+
+/// Where a robot stands to push: so far from the end of the bar, in lengths of it. The places after the first are for when
+/// somebody stands there.
+pub const SPOTS: [f32; 3] = [0.075, 0.28, 0.18];
+
+/// Push: bars, each by two ends.
+pub const PUSH: Mission = Mission::new(
+    "push",
+    "long bars to be pushed over a line, a stroke at one end and then a stroke at the other",
+    &Push,
+);
+
+#[derive(Debug)]
+struct Push;
+
+/// The bar and the end that a task is about.
+#[must_use]
+pub fn about(task: TaskId) -> (usize, End) {
+    (task.index() / 2, End::BOTH[task.index() % 2])
+}
+
+impl MissionData for Push {
+    fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem> {
+        section::<PushSection>(text)
+    }
+
+    fn scenarios(&self) -> &'static [BuiltinScenario] {
+        &[BuiltinScenario {
+            name: "parker-box",
+            text: include_str!("../scenarios/parker-box.toml"),
+        }]
+    }
+
+    fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
+        Some(family(robots, size))
+    }
+
+    fn size_word(&self) -> Option<&'static str> {
+        Some("bars")
+    }
+
+    fn parameters(&self) -> Vec<ParameterSpec> {
+        parameters::all()
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            devices: &["bar", "touch"],
+            measuring_devices: &["bar"],
+            events: &["pushed", "slipped", "arrived"],
+            verbs: &[("pushes", "pushed"), ("slips", "slipped")],
+            bulletins: ["stroke", "second"],
+            columns: const {
+                &[
+                    Column::real("left_m"),
+                    Column::real("right_m"),
+                    Column::real("skew_rad"),
+                    Column::done("bars_arrived", "arrived"),
+                    Column::left("bars_left"),
+                ]
+            },
+            ..Terms::NONE
+        }
+    }
+
+    /// A task for each end of each bar.
+    fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        let section = PushSection::of(scenario);
+        // It may be asked before their number is checked.
+        let bars = 0..section.bars.len().min(MAX_BARS);
+        one_behavior_each(bars.flat_map(|bar| {
+            End::BOTH.map(|end| format!("push({})", section.name_of(bar, Some(end))))
+        }))
+    }
+
+    /// A robot is eager for the end at which it starts, and leaves the other one to others for some seconds.
+    fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
+        let section = PushSection::of(scenario);
+        let (bar, which) = about(behavior.task);
+        let pose = section.bars[bar].pose();
+        let is_own = robot.start.is_some_and(|start| {
+            let start = Vec2::new(start.x_m, start.y_m);
+            let way = |which| end(&pose, which, section.length_m).distance(start);
+            way(which) < way(which.other())
+        });
+        BuiltIn {
+            broadcast_rate_hz: 2.0,
+            ceased_after_s: 3.0,
+            fast_impatience: if is_own { 50.0 } else { 12.5 },
+            slow_impatience: 2.0,
+            willing_to_affect_s: 20.0,
+            before_yielding_s: 30.0,
+            before_giving_up_s: 60.0,
+        }
+    }
+
+    /// Away from one end, along the bar to the other, and a stroke there.
+    fn unit_s(&self, scenario: &Scenario, body: &Body, _: f64, _: &BehaviorSpec) -> f64 {
+        let section = PushSection::of(scenario);
+        let way_m = section.length_m + 4.0 * body.radius_m;
+        let turns_s = 3.0 * 180.0 / body.turn_deg_s;
+        f64::from(way_m / body.speed_m_s + turns_s + section.stroke_m / body.push_m_s)
+    }
+
+    /// Stroke after stroke.
+    fn goes_on(&self, _: &BehaviorSpec) -> bool {
+        true
+    }
+
+    fn faults(&self) -> &'static [FaultSpec] {
+        faults::ALL
+    }
+
+    /// What stands in a bar's way may stop it for ever.
+    fn promises(&self, _: &Scenario) -> Promises {
+        Promises::default()
+    }
+
+    /// The lanes of the bars.
+    fn kept_free(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
+        let section = PushSection::of(scenario);
+        let behind_m = section.half_width_m + 4.0 * scenario.body.radius_m;
+        let before_m = section.half_width_m + section.skew_m;
+        let beside_m = section.length_m / 2.0 + 3.0 * scenario.body.radius_m;
+        let lane = |bar: &BarSection| {
+            [
+                Vec2::new(bar.x_m - behind_m, bar.y_m - beside_m),
+                Vec2::new(bar.goal_x_m + before_m, bar.y_m + beside_m),
+            ]
+        };
+        section.bars.iter().map(lane).collect()
+    }
+
+    fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
+        check::check(scenario)
+    }
+}

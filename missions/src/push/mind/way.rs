@@ -1,0 +1,190 @@
+//! The way to a place behind an end of a bar: away from the bar, along it at some distance, and up to it.
+
+use std::f32::consts::PI;
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::readings::{Actuation, Pose, Readings};
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use robot_agent::body::{Chassis, Driver, wrap};
+
+use crate::push::bar::{End, point_at, seen_from};
+use crate::push::data::{PushSection, SPOTS};
+
+/// How far behind a bar a robot goes along it, m.
+const BEHIND_M: f32 = 0.45;
+/// A robot that is no nearer than that behind a bar need not get away from it, m.
+const AWAY_M: f32 = 0.25;
+/// A robot that drives up to the bar begins anew when it gets this far from its line, m.
+const ASIDE_M: f32 = 0.15;
+/// How near a robot gets to a place on the way, m.
+const NEAR_M: f32 = 0.06;
+/// A hull this near to a bar touches it where nothing tells, m.
+const TOUCH_M: f32 = 0.01;
+/// Heading with which it drives against the bar, rad from the goal's direction.
+const SQUARE_RAD: f32 = 0.1;
+/// How far within the outer third it pushes, m.
+const INSIDE_M: f32 = 0.02;
+/// A way that takes longer than twice what it should, and that, is closed.
+const PATIENCE_S: f32 = 6.0;
+
+/// Whether a place, as seen from a bar, is beside the outer third of its length at that end.
+fn is_within_third(seen: &Vec2, end: End, section: &PushSection) -> bool {
+    let third = section.length_m / 6.0 + INSIDE_M..=section.length_m / 2.0 - INSIDE_M;
+    third.contains(&(end.sign() * seen.y))
+}
+
+/// How a robot gets to where it pushes, and pushes.
+#[derive(Clone, Debug)]
+pub(super) struct Way {
+    driver: Driver,
+    chassis: Chassis,
+    /// The place that it takes at the left end and at the right one: another one, once somebody stood in the way there.
+    spots: [usize; 2],
+    /// When the way there is closed.
+    until: Option<SimTime>,
+    /// Whether it has been behind its place, so that it is on its way up to the bar.
+    is_lined_up: bool,
+    /// Whether it has to get away from where it is first.
+    goes_round: bool,
+}
+
+impl Way {
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        Self {
+            driver: Driver::of(robot, setup),
+            chassis: Chassis::of(scenario, &scenario.robots[robot.index()]),
+            spots: [0; 2],
+            until: None,
+            is_lined_up: false,
+            goes_round: false,
+        }
+    }
+
+    /// It has something else to do from now on.
+    pub fn end(&mut self) {
+        self.until = None;
+        self.is_lined_up = false;
+        self.goes_round = false;
+    }
+
+    fn hull_m(&self, section: &PushSection) -> f32 {
+        self.chassis.radius_m + section.half_width_m
+    }
+
+    /// Where it stands to push, m.
+    pub fn place_in_room(&self, bar: &Pose, end: End, section: &PushSection) -> Vec2 {
+        let spot = SPOTS[self.spots[usize::from(end == End::Right)]];
+        let along_m = end.sign() * (0.5 - spot) * section.length_m;
+        point_at(bar, Vec2::new(-self.hull_m(section), along_m))
+    }
+
+    /// Whether it stands where it can push that end.
+    pub fn is_in_place(
+        &self,
+        bar: &Pose,
+        end: End,
+        section: &PushSection,
+        position: Vec2,
+        touch: Option<bool>,
+    ) -> bool {
+        let seen = seen_from(bar, position);
+        let touches = touch.unwrap_or(seen.x >= -self.hull_m(section) - TOUCH_M);
+        touches && seen.x < 0.0 && is_within_third(&seen, end, section)
+    }
+
+    /// Against the bar.
+    pub fn push(&mut self, pose: &Pose) -> Actuation {
+        self.until = None;
+        let bearing = wrap(-pose.heading_rad);
+        let way_m = if bearing.abs() < SQUARE_RAD {
+            f32::INFINITY
+        } else {
+            0.0
+        };
+        self.chassis.drive(bearing, way_m)
+    }
+
+    /// One step on the way to where it can push that end.
+    pub fn go(
+        &mut self,
+        bar: &Pose,
+        end: End,
+        section: &PushSection,
+        pose: &Pose,
+        readings: &Readings,
+        now: SimTime,
+    ) -> Actuation {
+        let place = self.place_in_room(bar, end, section);
+        let seen = seen_from(bar, pose.position);
+        let hull_m = self.hull_m(section);
+        let aside_m = (place.y - pose.position.y).abs();
+        let staging = place - Vec2::new(BEHIND_M, 0.0);
+        let is_there = aside_m <= NEAR_M && pose.position.x < staging.x + NEAR_M;
+        self.is_lined_up = (self.is_lined_up || is_there) && aside_m <= ASIDE_M;
+        let ahead = readings.proximity.and_then(|proximity| proximity.ahead[1]);
+        let meets_something = ahead.is_some_and(|hit| hit.distance_m < TOUCH_M);
+        let is_blocked = meets_something && seen.x < -hull_m - TOUCH_M;
+        // It has been there before, and the bar has gone on a little.
+        let is_just_behind =
+            is_within_third(&seen, end, section) && (-hull_m - AWAY_M..=0.0).contains(&seen.x);
+        self.goes_round |= is_blocked || !is_just_behind;
+        if !self.goes_round {
+            return self.chassis.drive(wrap(-pose.heading_rad), BEHIND_M);
+        }
+        self.look_at_clock(bar, end, section, pose, now);
+        if self.is_lined_up && seen.x < TOUCH_M - hull_m {
+            if is_blocked {
+                self.take_another_place(end);
+            }
+            let toward = place + Vec2::new(AWAY_M, 0.0) - pose.position;
+            let bearing = wrap(libm::atan2f(toward.y, toward.x) - pose.heading_rad);
+            return self.chassis.drive(bearing, BEHIND_M);
+        }
+        let is_behind =
+            seen.x < 0.0 && seen.y.abs() < section.length_m / 2.0 + self.chassis.radius_m;
+        let to = if is_behind && seen.x > -hull_m - AWAY_M {
+            pose.position - Vec2::new(seen.x + hull_m + BEHIND_M, 0.0)
+        } else {
+            staging
+        };
+        self.driver.drive_to(to, NEAR_M / 2.0, readings, now)
+    }
+
+    /// Takes the other place at that end, when the way to this one proves to be closed.
+    fn look_at_clock(
+        &mut self,
+        bar: &Pose,
+        end: End,
+        section: &PushSection,
+        pose: &Pose,
+        now: SimTime,
+    ) {
+        if self.until.is_some_and(|until| now < until) {
+            return;
+        }
+        if self.until.is_some() {
+            self.take_another_place(end);
+        }
+        let way_m = self
+            .place_in_room(bar, end, section)
+            .distance(pose.position)
+            + 2.0 * BEHIND_M;
+        let way_s = way_m / self.chassis.speed_m_s + PI / self.chassis.turn_rad_s;
+        self.until = Some(now + SimTime::from_secs_f64(f64::from(2.0 * way_s + PATIENCE_S)));
+    }
+
+    fn take_another_place(&mut self, end: End) {
+        let spot = &mut self.spots[usize::from(end == End::Right)];
+        *spot = (*spot + 1) % SPOTS.len();
+        self.until = None;
+        self.is_lined_up = false;
+    }
+
+    /// How long it takes straight from one place to another, at top speed, s.
+    pub fn seconds(&self, from: Vec2, to: Vec2) -> f64 {
+        self.driver.seconds(from, to)
+    }
+}

@@ -1,0 +1,459 @@
+//! Push in the world: bars give way to bodies that drive against them.
+//!
+//! - `mechanics`: how a bar moves. `log`: what is told of it all.
+//!
+//! # What a bar does
+//! - It gives way to a body that drives against its outer third, from behind and within 30° of its normal, as far as the body drives, and
+//!   no faster than the body pushes.
+//! - It turns about the point of its axis that friction gives (`mechanics`), or about a body that touches it from behind farther off: so the
+//!   other end goes back where nobody holds it.
+//! - What it would run over stops it, and it never stands askew by more than `skew_m`.
+//! - Once both of its ends are over the line it stays.
+
+mod log;
+mod mechanics;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use alliance_proto::fault::MissionFault;
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::readings::Pose;
+use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
+use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
+use glam::Vec2;
+use serde::Serialize;
+use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
+use world_server::world::{Bar, ChangeError, Floor, Push, SKIN_M};
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::bar::{End, end, lead_m, seen_from};
+use super::bus::{BarSeen, Deed, Sensed};
+use super::data::{self, PushSection, STUCK_S};
+use log::Log;
+use mechanics::{Contact, Slip, contact, turned, turns_about};
+
+/// A body that is no farther from a bar touches it, m: bodies stop a [`SKIN_M`] short of it.
+const TOUCH_M: f32 = 3.0 * SKIN_M;
+
+/// Push, in a run.
+#[derive(Clone, Serialize)]
+pub struct Pushed {
+    #[serde(skip)]
+    section: Arc<PushSection>,
+    #[serde(skip)]
+    bars: Vec<BarState>,
+    /// By rank.
+    #[serde(skip)]
+    robots: Vec<Pushing>,
+    /// Of bars and robots: all of their state.
+    hash: u64,
+    #[serde(skip)]
+    log: Log,
+}
+
+/// A bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct BarState {
+    pose: Pose,
+    has_arrived: bool,
+    /// It gives way to nobody until then.
+    stuck_until: SimTime,
+}
+
+/// What a robot does to bars.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Pushing {
+    /// The push under way.
+    push: Option<UnderWay>,
+    /// Whether it has slipped in the step before.
+    slips: bool,
+    /// The same of this step; `false` between steps.
+    pushes_now: bool,
+    slips_now: bool,
+}
+
+/// A push that has not ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct UnderWay {
+    bar: usize,
+    end: End,
+    /// How far that end has come forward, m.
+    moved_m: f32,
+}
+
+impl Pushed {
+    fn hash(&self) -> u64 {
+        let mut sum = 0_u64;
+        for (index, bar) in self.bars.iter().enumerate() {
+            let BarState {
+                pose,
+                has_arrived,
+                stuck_until,
+            } = bar;
+            let mut bytes = [0; 32];
+            bytes[..4].copy_from_slice(&(index as u32).to_le_bytes());
+            bytes[4] = u8::from(*has_arrived);
+            bytes[8..12].copy_from_slice(&pose.position.x.to_le_bytes());
+            bytes[12..16].copy_from_slice(&pose.position.y.to_le_bytes());
+            bytes[16..20].copy_from_slice(&pose.heading_rad.to_le_bytes());
+            bytes[24..].copy_from_slice(&stuck_until.0.to_le_bytes());
+            sum = sum.wrapping_add(xxh3_64(&bytes));
+        }
+        for (rank, robot) in self.robots.iter().enumerate() {
+            if *robot == Pushing::default() {
+                continue;
+            }
+            let mut bytes = [0; 17];
+            bytes[..4].copy_from_slice(&(rank as u32).to_le_bytes());
+            bytes[4] = u8::from(robot.slips);
+            if let Some(UnderWay { bar, end, moved_m }) = robot.push {
+                bytes[5] = 1 + u8::from(end == End::Right);
+                bytes[6..10].copy_from_slice(&(bar as u32).to_le_bytes());
+                bytes[10..14].copy_from_slice(&moved_m.to_le_bytes());
+            }
+            sum = sum.wrapping_add(xxh3_64(&bytes));
+        }
+        sum
+    }
+
+    /// How a bar gives way to a push: its pose after a share of the push, 0 to 1; `None` where it would stand too much askew.
+    fn motion(
+        &self,
+        push: &Push,
+        contact: &Contact,
+        floor: &Floor,
+    ) -> impl Fn(f32) -> Option<Pose> + use<> {
+        let pose = self.bars[push.bar].pose;
+        let section = Arc::clone(&self.section);
+        let length_m = section.length_m;
+        let mut pivot_m = turns_about(contact.along_m, length_m);
+        let hull_m = floor.body().radius_m + section.half_width_m;
+        let mut holder = None;
+        let reach_m = length_m / 2.0 + hull_m + TOUCH_M;
+        for (robot, center) in floor.bodies_near(pose.position, reach_m) {
+            let seen = seen_from(&pose, center);
+            let touches = seen.x < 0.0 && -seen.x <= hull_m + TOUCH_M;
+            let is_beyond = (seen.y - pivot_m) * pivot_m > 0.0 && seen.y.abs() <= length_m / 2.0;
+            if robot != push.robot && touches && is_beyond {
+                pivot_m = seen.y;
+                holder = Some((center, seen.x));
+            }
+        }
+        let way_m = push.way_m * contact.share;
+        let contact = *contact;
+        move |share| {
+            let mut to = turned(&pose, &contact, pivot_m, way_m * share);
+            if let Some((center, apart_m)) = holder {
+                // It rolls on the body that holds it.
+                let (ahead, _) = super::bar::axes(&to);
+                to.position += ahead * (seen_from(&to, center).x - apart_m);
+            }
+            let lead = |pose: &Pose| lead_m(pose, length_m).abs();
+            let is_askew = lead(&to) > section.skew_m && lead(&to) > lead(&pose);
+            (!is_askew).then_some(to)
+        }
+    }
+
+    /// The way that a bar lets a body go on, m.
+    fn yielded(
+        &mut self,
+        push: &Push,
+        contact: &Contact,
+        floor: &mut Floor,
+        happened: &mut Happened,
+    ) -> Result<f32, Slip> {
+        let bar = &self.bars[push.bar];
+        if bar.has_arrived || floor.now() < bar.stuck_until {
+            return Err(Slip::Fixed);
+        }
+        let motion = self.motion(push, contact, floor);
+        let section = Arc::clone(&self.section);
+        let share = floor.free_share(push.bar, |share| {
+            motion(share).map(|pose| section.outline(&pose))
+        });
+        let to = motion(share).filter(|_| share > 0.0).ok_or(Slip::Stopped)?;
+        let end_x = |pose: &Pose, which| end(pose, which, section.length_m).x;
+        let bar = &mut self.bars[push.bar];
+        let moved_m = end_x(&to, contact.end) - end_x(&bar.pose, contact.end);
+        bar.pose = to;
+        floor.move_bar(push.bar, section.outline(&to), section.sight_m);
+        let goal_m = section.bars[push.bar].goal_x_m;
+        if End::BOTH.iter().all(|which| end_x(&to, *which) >= goal_m) {
+            bar.has_arrived = true;
+            self.log.arrived(floor.now());
+            let event = happened.tell("arrived", Some(push.robot));
+            event.subject = section.name_of(push.bar, None);
+        }
+        let robot = &mut self.robots[push.robot.index()];
+        robot.pushes_now = true;
+        let is_same = |it: &UnderWay| it.bar == push.bar && it.end == contact.end;
+        if let Some(under_way) = robot.push.as_mut().filter(|it| is_same(it)) {
+            under_way.moved_m += moved_m;
+        } else {
+            self.ends_push(push.robot, happened);
+            self.robots[push.robot.index()].push = Some(UnderWay {
+                bar: push.bar,
+                end: contact.end,
+                moved_m,
+            });
+        }
+        Ok(push.way_m * share)
+    }
+
+    /// A robot has stopped pushing.
+    fn ends_push(&mut self, robot: RobotId, happened: &mut Happened) {
+        let ended = self.robots[robot.index()].push.take();
+        if let Some(UnderWay { bar, end, moved_m }) = ended {
+            self.log.pushed(robot, bar, end, moved_m);
+            let event = happened.tell("pushed", Some(robot));
+            event.subject = self.section.name_of(bar, Some(end));
+            event.detail = format!("{moved_m:.3} m");
+        }
+    }
+
+    /// The nearest bar that a robot sees.
+    fn in_sight(&self, robot: RobotId, floor: &Floor) -> Option<BarSeen> {
+        let section = &self.section;
+        let position = floor.pose(robot).position;
+        let near = floor.bars_near(position, section.sight_m);
+        let ways = near.map(|(index, bar)| (bar.way_to_point(position), index));
+        let in_sight = ways.filter(|(way_m, _)| *way_m <= section.sight_m);
+        let (_, bar) = in_sight.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
+        let pose = &self.bars[bar].pose;
+        let which = End::on_side(seen_from(pose, position).y);
+        let offset = end(pose, which, section.length_m) - position;
+        let ahead = floor.ahead(robot);
+        Some(BarSeen {
+            bar: bar as u16,
+            end: which,
+            near_end: Vec2::new(ahead.dot(offset), ahead.perp_dot(offset)),
+            lead_m: lead_m(pose, section.length_m),
+        })
+    }
+
+    /// Means over all bars: how far the left and the right ends have come forward, m, and how much the bars are turned, rad.
+    fn means(&self) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for (bar, start) in self.bars.iter().zip(&self.section.bars) {
+            let ends = End::BOTH.map(|which| end(&bar.pose, which, self.section.length_m).x);
+            for (sum, x_m) in sums.iter_mut().zip(ends) {
+                *sum += f64::from(x_m) - f64::from(start.x_m);
+            }
+            sums[2] += f64::from(bar.pose.heading_rad);
+        }
+        let count = self.bars.len() as f64;
+        // To a hundredth of a millimeter: people read them.
+        sums.map(|sum| (1e5 * sum / count).round() / 1e5)
+    }
+
+    fn arrived(&self) -> u64 {
+        self.bars.iter().filter(|bar| bar.has_arrived).count() as u64
+    }
+}
+
+impl TypedMission for Pushed {
+    type Sensed = Sensed;
+    type Deed = Deed;
+
+    fn new(setup: &Setup, floor: &Floor) -> Self {
+        let section = Arc::new(PushSection::of(&setup.scenario).clone());
+        let bars = section.bars.iter().map(|bar| BarState {
+            pose: bar.pose(),
+            has_arrived: false,
+            stuck_until: SimTime::ZERO,
+        });
+        let mut new = Self {
+            bars: bars.collect(),
+            robots: vec![Pushing::default(); floor.robot_count()],
+            hash: 0,
+            log: Log::new(floor.robot_count(), section.stroke_m),
+            section,
+        };
+        new.hash = new.hash();
+        new
+    }
+
+    fn bars(scenario: &Scenario) -> Vec<Bar> {
+        let section = PushSection::of(scenario);
+        let bars = section.bars.iter();
+        bars.map(|bar| section.outline(&bar.pose())).collect()
+    }
+
+    fn act(&mut self, _: RobotId, deed: Deed, _: &mut Floor, _: &mut Happened) {
+        match deed {}
+    }
+
+    fn give_way(&mut self, push: &Push, floor: &mut Floor, happened: &mut Happened) -> f32 {
+        let pose = self.bars[push.bar].pose;
+        let (center, ahead) = (floor.pose(push.robot).position, floor.ahead(push.robot));
+        let Some(contact) = contact(&pose, self.section.length_m, center, ahead) else {
+            return 0.0;
+        };
+        let yielded = contact.and_then(|contact| self.yielded(push, &contact, floor, happened));
+        yielded.unwrap_or_else(|slip| {
+            let robot = &mut self.robots[push.robot.index()];
+            robot.slips_now = true;
+            if !robot.slips {
+                let event = happened.tell("slipped", Some(push.robot));
+                event.subject = self.section.name_of(push.bar, None);
+                event.reason = slip.name().to_owned();
+            }
+            0.0
+        })
+    }
+
+    /// Whoever has not pushed in this step has stopped pushing.
+    fn settle(&mut self, _: &mut Floor, happened: &mut Happened) {
+        for rank in 0..self.robots.len() {
+            let robot = &mut self.robots[rank];
+            let pushes = std::mem::take(&mut robot.pushes_now);
+            robot.slips = std::mem::take(&mut robot.slips_now);
+            if !pushes {
+                self.ends_push(RobotId(rank as u16), happened);
+            }
+        }
+        self.hash = self.hash();
+    }
+
+    fn sense(&self, robot: RobotId, floor: &Floor) -> (Sensed, Validity) {
+        let position = floor.pose(robot).position;
+        let hull_m = floor.body().radius_m + TOUCH_M;
+        let mut near = floor.bars_near(position, hull_m);
+        let sensed = Sensed {
+            bar: Some(self.in_sight(robot, floor)),
+            touch: Some(near.any(|(_, bar)| bar.way_to_point(position) <= hull_m)),
+        };
+        (sensed, Validity::UntilChange)
+    }
+
+    /// A bar gives way to nobody for a while.
+    fn change(
+        &mut self,
+        fault: &MissionFault,
+        floor: &mut Floor,
+    ) -> Option<Result<String, ChangeError>> {
+        // Checked when it was ordered: only what has a default may be left out.
+        let number = |key| fault.get(key).unwrap_or(0.0);
+        let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
+        let bars = floor.bars().iter().enumerate();
+        let nearest = bars.min_by(|(_, a), (_, b)| {
+            let way = |bar: &Bar| bar.way_to_point(near);
+            way(a).total_cmp(&way(b))
+        });
+        let (bar, _) = nearest?;
+        let stuck_s = fault.get("stuck_s").unwrap_or(STUCK_S);
+        self.bars[bar].stuck_until = floor.now() + SimTime::from_secs_f64(stuck_s);
+        self.hash = self.hash();
+        let name = self.section.name_of(bar, None);
+        Some(Ok(format!("{name} for {stuck_s} s")))
+    }
+
+    fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
+        match device {
+            "bar" => to.bar = from.bar,
+            "touch" => to.touch = from.touch,
+            _ => {}
+        }
+    }
+
+    fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
+        if device == "bar"
+            && let Some(Some(bar)) = &mut sensed.bar
+        {
+            bar.near_end += Vec2::new(error_m(), error_m());
+            bar.lead_m += error_m();
+        }
+    }
+
+    fn end(&self, _: SimTime) -> Option<Outcome> {
+        let is_over = self.bars.iter().all(|bar| bar.has_arrived);
+        is_over.then_some(Outcome::Complete)
+    }
+
+    /// An end that does not lead may be pushed.
+    fn is_due(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
+        let (bar, which) = data::about(task);
+        let bar = &self.bars[bar];
+        let lead_m = which.sign() * lead_m(&bar.pose, self.section.length_m);
+        !bar.has_arrived && lead_m < self.section.stroke_m / 2.0
+    }
+
+    fn row(&self, row: &mut Vec<Value>) {
+        row.extend(self.means().map(Value::from));
+        let arrived = self.arrived();
+        row.extend([arrived, self.bars.len() as u64 - arrived].map(Value::from));
+    }
+
+    fn figures(&self, figures: &mut TeamFigures) {
+        figures.mission.add("arrived", self.arrived());
+        self.log.write_figures(figures);
+    }
+
+    fn show(&self, _: &Floor, view: &mut View) {
+        let section = &self.section;
+        for (index, (bar, start)) in self.bars.iter().zip(&section.bars).enumerate() {
+            let ends = End::BOTH.map(|which| end(&bar.pose, which, section.length_m).x);
+            let way_m = ends[0].min(ends[1]) - start.x_m;
+            let share = (way_m / (start.goal_x_m - start.x_m)).clamp(0.0, 1.0);
+            let name = section.name_of(index, None);
+            view.mark(Mark {
+                id: name.clone(),
+                outline: section.outline(&bar.pose).into(),
+                role: MarkRole::Item,
+                share: Some(share),
+                label: name,
+            });
+        }
+        for (index, bar) in section.bars.iter().enumerate() {
+            let beyond = Vec2::new(0.0, section.length_m / 2.0 + section.skew_m);
+            let middle = Vec2::new(bar.goal_x_m, bar.y_m);
+            view.mark(Mark {
+                id: format!("goal of {}", section.name_of(index, None)),
+                outline: MarkOutline::Line {
+                    from: middle - beyond,
+                    to: middle + beyond,
+                },
+                role: MarkRole::Goal,
+                share: None,
+                label: String::new(),
+            });
+        }
+        log::show_sensed(view);
+    }
+
+    fn holds(&self, floor: &Floor) -> Result<(), String> {
+        /// What rounding may make of a length, m.
+        const ROUNDING_M: f32 = 1e-4;
+        let section = &self.section;
+        let radius_m = floor.body().radius_m;
+        for (index, (bar, outline)) in self.bars.iter().zip(floor.bars()).enumerate() {
+            let name = section.name_of(index, None);
+            if section.outline(&bar.pose) != *outline {
+                return Err(format!("{name} is not where the floor has it"));
+            }
+            let length_m = outline.from.distance(outline.to);
+            if (length_m - section.length_m).abs() > ROUNDING_M || !bar.pose.position.is_finite() {
+                return Err(format!("{name} is {length_m} m long at {:?}", bar.pose));
+            }
+            if lead_m(&bar.pose, section.length_m).abs() > section.skew_m + ROUNDING_M {
+                return Err(format!("{name} stands askew by more than skew_m"));
+            }
+            let reach_m = section.length_m / 2.0 + section.half_width_m + radius_m;
+            for (robot, center) in floor.bodies_near(bar.pose.position, reach_m) {
+                let deep_m = radius_m - outline.way_to_point(center);
+                if deep_m > ROUNDING_M {
+                    return Err(format!("{robot} is {deep_m} m in {name}"));
+                }
+            }
+        }
+        let is_at_rest = |it: &Pushing| !it.pushes_now && !it.slips_now;
+        if self.hash != self.hash() || !self.robots.iter().all(is_at_rest) {
+            return Err("the state is not what it is said to be".to_owned());
+        }
+        Ok(())
+    }
+}
