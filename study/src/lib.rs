@@ -6,6 +6,7 @@
 //! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
 //! - [`sweep`]: many runs, and what is common to them; [`random_mission`]: missions that are drawn for it; [`invariants`]: what must
 //!   hold in every run.
+//! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
 //! - [`check`]: what a scenario's parameters mean, before anything runs. [`table`]: how tables look in a terminal.
 //!
 //! Logs are read by [`alliance_proto::log`]. Each subcommand of `alliance` that is about runs stands with what it does.
@@ -23,6 +24,7 @@ pub mod random_mission;
 pub mod replay;
 pub mod report;
 pub mod retrace;
+pub mod strategies;
 pub mod sweep;
 pub mod table;
 #[cfg(test)]

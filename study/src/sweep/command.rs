@@ -21,7 +21,7 @@ use super::parquet::parquet;
 use super::plan::Plan;
 use super::progress::Progress;
 use super::results::{csv, table};
-use super::run::{End, Failure, FaultCount, Row};
+use super::run::{End, Failure, FaultCount, Row, attempt};
 use super::shard::Shard;
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
@@ -273,7 +273,8 @@ impl Work {
             self.header.sweep
         ));
         let stops = || interrupted.is_so();
-        let worked = work(&self.plan, &runs, jobs, &stops, |row| {
+        let attempt = |run, stops: &dyn Fn() -> bool| attempt(&self.plan, run, stops);
+        let worked = work(&runs, jobs, &stops, attempt, |row| {
             self.journal.add_row(&row)?;
             if let End::Failed(failure) = &row.end {
                 keep(&self.folder, &self.header, row.run, failure)?;

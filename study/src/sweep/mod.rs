@@ -10,19 +10,19 @@
 pub mod command;
 mod design;
 mod figures;
-mod folder;
+pub(crate) mod folder;
 mod journal;
 mod page;
 mod parquet;
 mod plan;
-mod progress;
+pub(crate) mod progress;
 mod results;
 mod run;
 mod sampling;
 mod shard;
 mod statistics;
 mod summary;
-mod workers;
+pub(crate) mod workers;
 
 pub use journal::parse as parse_journal;
 pub use plan::Plan;

@@ -5,20 +5,17 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
-use super::plan::Plan;
-use super::run::{Row, attempt};
-
-/// Does those runs with so many threads, and hands each row over as its run ends, until all are done or it `stops`; runs that
-/// are under way then are given up.
+/// Does those runs with so many threads, and hands what came of each over as it ends, until all are done or it `stops`. A run that
+/// comes to nothing, for it was told to stop, is the last of its thread.
 ///
 /// # Errors
 /// That of `take`; nothing is begun after it.
-pub fn work(
-    plan: &Plan,
+pub fn work<R: Send>(
     runs: &[usize],
     jobs: NonZeroUsize,
     stops: &(dyn Fn() -> bool + Sync),
-    mut take: impl FnMut(Row) -> anyhow::Result<()>,
+    attempt: impl Fn(usize, &dyn Fn() -> bool) -> Option<R> + Sync,
+    mut take: impl FnMut(R) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     let next = AtomicUsize::new(0);
     let broken = AtomicBool::new(false);
@@ -27,11 +24,11 @@ pub fn work(
         let (sender, rows) = sync_channel(jobs.get());
         for _ in 0..jobs.get().min(runs.len()) {
             let sender = sender.clone();
-            let (next, stops) = (&next, &stops);
+            let (next, stops, attempt) = (&next, &stops, &attempt);
             scope.spawn(move || {
                 while !stops()
                     && let Some(run) = runs.get(next.fetch_add(1, Ordering::Relaxed))
-                    && let Some(row) = attempt(plan, *run, stops)
+                    && let Some(row) = attempt(*run, stops)
                     && sender.send(row).is_ok()
                 {}
             });
@@ -49,15 +46,9 @@ pub fn work(
 
 #[cfg(test)]
 mod tests {
-    use missions::waste::data::default_scenario;
     use std::collections::BTreeSet;
 
     use super::*;
-
-    fn plan() -> Plan {
-        let text = "limit_s = 0.5\nseeds = 12";
-        Plan::parse("plan.toml", text, |_| Ok(default_scenario())).unwrap()
-    }
 
     const JOBS: NonZeroUsize = NonZeroUsize::new(3).unwrap();
 
@@ -65,8 +56,9 @@ mod tests {
     fn every_run_once() {
         let runs: Vec<usize> = (2..12).collect();
         let mut done = BTreeSet::new();
-        work(&plan(), &runs, JOBS, &|| false, |row| {
-            assert!(done.insert(row.run));
+        let attempt = |run, _: &dyn Fn() -> bool| Some(run);
+        work(&runs, JOBS, &|| false, attempt, |run| {
+            assert!(done.insert(run));
             Ok(())
         })
         .unwrap();
@@ -76,9 +68,10 @@ mod tests {
     #[test]
     fn it_stops_when_told_and_when_rows_cannot_be_kept() {
         let runs: Vec<usize> = (0..12).collect();
-        work(&plan(), &runs, JOBS, &|| true, |_| panic!("a row")).unwrap();
+        let attempt = |run, stops: &dyn Fn() -> bool| (!stops()).then_some(run);
+        work(&runs, JOBS, &|| true, attempt, |_| panic!("a row")).unwrap();
         let mut taken = 0;
-        let error = work(&plan(), &runs, JOBS, &|| false, |_| {
+        let error = work(&runs, JOBS, &|| false, attempt, |_| {
             taken += 1;
             anyhow::bail!("the disk is full")
         });

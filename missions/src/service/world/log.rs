@@ -19,8 +19,6 @@ pub(super) struct Log {
     responses_ms: Vec<u64>,
     /// From the arrivals of points until somebody began with them, and how many these were, ms.
     waits_ms: (u64, u64),
-    /// Steps in which a robot worked where others were enough.
-    wasted_steps: u64,
     /// By rank.
     robots: Vec<Worker>,
 }
@@ -28,6 +26,8 @@ pub(super) struct Log {
 #[derive(Clone, Debug, Default)]
 struct Worker {
     work_steps: u64,
+    /// Steps in which it worked where others were enough.
+    wasted_steps: u64,
     done: u64,
     way_m: f64,
 }
@@ -39,7 +39,6 @@ impl Log {
             makespan: None,
             responses_ms: Vec::new(),
             waits_ms: (0, 0),
-            wasted_steps: 0,
             robots: vec![Worker::default(); robots],
         }
     }
@@ -85,8 +84,8 @@ impl Log {
     }
 
     /// A robot has worked for a step where others were enough.
-    pub fn waste_step(&mut self) {
-        self.wasted_steps += 1;
+    pub fn waste_step(&mut self, robot: RobotId) {
+        self.robots[robot.index()].wasted_steps += 1;
     }
 
     /// A robot has moved for a step.
@@ -112,10 +111,12 @@ impl Log {
         );
         mission.add("response.mean_ms", (count > 0).then_some(mean));
         mission.add("response.p95_ms", p95);
-        mission.add("wasted_robot_s", self.wasted_steps as f64 * self.step_s);
+        let wasted_steps: u64 = self.robots.iter().map(|robot| robot.wasted_steps).sum();
+        mission.add("wasted_robot_s", wasted_steps as f64 * self.step_s);
         for (figures, robot) in figures.robots.iter_mut().zip(&self.robots) {
             figures.add("done", robot.done);
             figures.add("work_s", robot.work_steps as f64 * self.step_s);
+            figures.add("wasted_s", robot.wasted_steps as f64 * self.step_s);
             figures.add("way_m", robot.way_m);
         }
     }

@@ -63,8 +63,10 @@ struct Constants {
 struct Robot {
     /// Up to where it has read the board.
     read: u32,
-    /// The point from which it took work off in the step before.
+    /// The point at which it was at work in the step before.
     worked: Option<u16>,
+    /// Where work is lost with who leaves, its own attempt: the round of the point, and the work left, s of a robot of skill 1.
+    attempt: (u16, f64),
     /// The same of this step.
     #[serde(skip)]
     works: Option<u16>,
@@ -137,24 +139,38 @@ impl Service {
             return;
         }
         let workers = &mut self.workers_on[usize::from(point)];
-        if *workers >= spec.workers {
-            self.log.waste_step();
-            return;
-        }
         *workers += 1;
+        if *workers <= spec.workers {
+            self.log.work_step(robot);
+        } else {
+            self.log.waste_step(robot);
+            if spec.kept {
+                return;
+            }
+        }
         let worker = &mut self.robots[robot.index()];
         worker.works = Some(point);
-        if worker.worked != Some(point) {
+        let is_new = worker.worked != Some(point);
+        if is_new {
             happened.tell("begun", Some(robot)).subject = format!("p{point}");
         }
-        self.log.work_step(robot);
         if self.points.is_untouched(point) {
             let (_, arrived) = self.points.work_and_arrival(point);
             self.log.waited(floor.now().since(arrived));
         }
         let quarters = self.points.quarters_left(point);
         let skill = skill * floor.use_skill(robot, &spec.name);
-        let is_done = self.points.take_off(point, skill * constants.step_s);
+        let work_s = skill * constants.step_s;
+        let is_done = if spec.kept {
+            self.points.take_off(point, work_s)
+        } else {
+            let round = self.points.round(point);
+            if is_new || worker.attempt.0 != round {
+                worker.attempt = (round, self.points.work_and_arrival(point).0);
+            }
+            worker.attempt.1 -= work_s;
+            self.points.attempt(point, worker.attempt.1)
+        };
         if is_done {
             let change = self.points.finish(point);
             let now = floor.now();
@@ -242,16 +258,17 @@ impl TypedMission for Service {
             };
             if let Some(kind) = self.points.open_kind(left) {
                 happened.tell("left", Some(robot)).subject = format!("p{left}");
-                if !self.constants.section.kinds[kind].kept
-                    && self.workers_on[usize::from(left)] == 0
-                {
+                if !self.constants.section.kinds[kind].kept {
                     self.points.start_over(left);
                 }
             }
         }
         for robot in &self.robots {
-            if let Some(point) = robot.worked {
-                self.workers_on[usize::from(point)] = 0;
+            let Some(point) = robot.worked else { continue };
+            self.workers_on[usize::from(point)] = 0;
+            let kind = self.points.open_kind(point);
+            if kind.is_some_and(|kind| !self.constants.section.kinds[kind].kept) {
+                self.points.attempt(point, robot.attempt.1);
             }
         }
     }

@@ -198,6 +198,11 @@ impl Points {
         (point.phase == Phase::Open).then_some(point.spec.kind)
     }
 
+    /// How often a point has come back.
+    pub fn round(&self, point: u16) -> u16 {
+        self.points[usize::from(point)].round
+    }
+
     /// How many of a kind are open.
     pub fn open_of_kind(&self, kind: usize) -> u32 {
         self.open_of_kind[kind]
@@ -301,6 +306,14 @@ impl Points {
             point.left_s = (point.left_s - work_s).max(0.0);
         });
         self.points[usize::from(number)].left_s <= 0.0
+    }
+
+    /// Somebody's own attempt has come so far, s left: whether nothing is.
+    pub fn attempt(&mut self, number: u16, left_s: f64) -> bool {
+        if left_s < self.points[usize::from(number)].left_s {
+            self.change(number, |point| point.left_s = left_s.max(0.0));
+        }
+        left_s <= 0.0
     }
 
     /// An open point is done.

@@ -236,6 +236,31 @@ fn what_is_left_unfinished() {
     }
 }
 
+/// Where work is lost with who leaves, each robot makes an attempt of its own: who comes later takes nothing off the other's, and is told as
+/// wasted; when the first one leaves, its attempt is what is left.
+#[test]
+fn attempts_of_their_own() {
+    let section = kind("garbage", 4.0, "kept = false") + &point("garbage", 0.0);
+    let mut alone = world(&section);
+    until(&mut alone, 2.0, [None, works(0)]);
+    let events = until(&mut alone, 20.0, [works(0), works(0)]);
+    assert_eq!(events, ["2 begun gold p0", "3.5 done blue p0"]);
+
+    let mut left = world(&section);
+    until(&mut left, 2.0, [None, works(0)]);
+    until(&mut left, 3.0, [works(0), works(0)]);
+    assert_eq!(row(&left)[4], Value::Real(1.0), "two quarters of blue's");
+    let events = until(&mut left, 20.0, [works(0), None]);
+    assert_eq!(events, ["3 left blue p0", "5.5 done gold p0"]);
+    let mut figures = world_server::mission::TeamFigures::new(2);
+    left.mission().figures(&mut figures);
+    assert_eq!(figures.mission.get("wasted_robot_s"), Value::Real(1.0));
+    let of = |robot: RobotId, name: &str| figures.robots[robot.index()].get(name);
+    // The lower rank is told as the one that is enough.
+    assert_eq!(of(GOLD, "work_s"), Value::Real(4.0));
+    assert_eq!(of(BLUE, "wasted_s"), Value::Real(1.0));
+}
+
 /// One who dies has left; the point is there for the next.
 #[test]
 fn a_robot_that_is_gone_has_left() {

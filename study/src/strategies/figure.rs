@@ -1,0 +1,135 @@
+//! Time and energy of each rule, by the optimum.
+
+use plotters::style::RGBColor;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::design::{RULES, SPREADS};
+use super::results::{Cell, Study};
+use crate::palette::colors;
+use crate::report::figures::canvas::{
+    Area, Axes, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, level, line,
+    part, px, svg,
+};
+
+const LEFT_PX: f64 = 62.0;
+const RIGHT_PX: f64 = 16.0;
+const LEGEND_PX: f64 = 26.0;
+const PLOT_PX: f64 = 230.0;
+const GAP_PX: f64 = 14.0;
+const LABELS_PX: f64 = 24.0;
+
+/// What is above stands at the edge.
+const HIGHEST: f64 = 2.5;
+/// The ends, too, are seen.
+const LOWEST: f64 = 0.92;
+
+/// What was published of strategy IV: on average less than that.
+const PUBLISHED: f64 = 1.2;
+
+/// By spread.
+const MARKS: [Mark; 3] = [Mark::Square, Mark::Diamond, Mark::Triangle];
+
+/// Half the room that the marks of a rule take up, in rules.
+const HALF: f64 = 0.3;
+
+/// A mark for each condition without mishaps, and a bar at their mean, by rule: the time above, the energy below.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn draw(study: &Study) -> anyhow::Result<String> {
+    let panels: [(&str, fn(&Cell) -> Option<f64>); 2] = [
+        ("time / least time", |cell| cell.time),
+        ("energy / least energy", |cell| cell.energy),
+    ];
+    let height_px = LEGEND_PX + 2.0 * PLOT_PX + GAP_PX + LABELS_PX;
+    svg(
+        "Strategies of L-ALLIANCE by the optimum",
+        height_px,
+        |area| {
+            legend(area)?;
+            for (place, (what, value)) in panels.into_iter().enumerate() {
+                let top_px = LEGEND_PX + place as f64 * (PLOT_PX + GAP_PX);
+                panel(area, study, top_px, what, value)?;
+            }
+            let letters = Lettering {
+                anchor: (HPos::Center, VPos::Center),
+                ..Lettering::default()
+            };
+            let width_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / RULES.len() as f64;
+            for (place, rule) in RULES.iter().enumerate() {
+                let x_px = LEFT_PX + width_px * (place as f64 + 0.5);
+                letters.write(area, rule.name, (x_px, height_px - LABELS_PX / 2.0))?;
+            }
+            Ok(())
+        },
+    )
+}
+
+fn spread_colors() -> Vec<RGBColor> {
+    colors(SPREADS.iter().map(|_| ""))
+}
+
+fn legend(area: &Area<'_>) -> Drawn {
+    let letters = Lettering::default();
+    let mut left_px = LEFT_PX;
+    for ((spread, mark), color) in SPREADS.iter().zip(MARKS).zip(spread_colors()) {
+        let text = format!("h = {spread}");
+        mark.draw(area, (px(left_px + 6.0), px(LEGEND_PX / 2.0)), color)?;
+        letters.write(area, &text, (left_px + 18.0, LEGEND_PX / 2.0))?;
+        left_px += letters.width_px(&text) + 44.0;
+    }
+    let text = format!(
+        "a mark for each size, at the edge if above {HIGHEST}; bar: mean; broken: {PUBLISHED}, published of IV"
+    );
+    letters.write(area, &text, (left_px, LEGEND_PX / 2.0))
+}
+
+fn panel(
+    area: &Area<'_>,
+    study: &Study,
+    top_px: f64,
+    what: &str,
+    value: fn(&Cell) -> Option<f64>,
+) -> Drawn {
+    let within = part(area, (0.0, top_px), (WIDTH_PX, PLOT_PX));
+    let frame = Frame {
+        left: LEFT_PX,
+        right: RIGHT_PX,
+        bottom: 0.0,
+    };
+    let x = -0.5..RULES.len() as f64 - 0.5;
+    let axes = Axes {
+        x: (x.clone(), ""),
+        y: (LOWEST..HIGHEST, what),
+        y_labels: 8,
+    };
+    let chart = chart(&within, frame, &axes)?;
+    curve(&chart, vec![(x.start, 1.0), (x.end, 1.0)], line(FAINT, 1.0))?;
+    level(&chart, x, PUBLISHED, line(FAINT, 1.0))?;
+    let colors = spread_colors();
+    for rule in 0..RULES.len() {
+        let cells: Vec<_> = study
+            .undisturbed(rule)
+            .filter_map(|(condition, cell)| Some((condition.spread, value(&cell)?)))
+            .collect();
+        let count = cells.len() as f64;
+        for (place, (spread, value)) in cells.iter().enumerate() {
+            let x = rule as f64 + HALF * (2.0 * (place as f64 + 0.5) / count - 1.0);
+            let at = chart
+                .plotting_area()
+                .map_coordinate(&(x, value.min(HIGHEST)));
+            let of = SPREADS
+                .iter()
+                .position(|known| known == spread)
+                .unwrap_or(0);
+            MARKS[of].draw(area, at, colors[of])?;
+        }
+        let mean = cells.iter().map(|(_, value)| value).sum::<f64>() / count;
+        let at = rule as f64;
+        if mean <= HIGHEST {
+            let ends = vec![(at - HALF, mean), (at + HALF, mean)];
+            curve(&chart, ends, line(INK, 2.0))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,304 @@
+//! What the trials of the study come to, as tables.
+
+use std::fmt::Write;
+
+use super::design::{Condition, Mishap, RULES, conditions};
+use super::trial::Trial;
+
+/// All trials.
+pub struct Study {
+    /// Their conditions.
+    pub conditions: Vec<Condition>,
+    /// The seeds are those from 1 to this.
+    pub seeds: usize,
+    /// By condition, rule and seed.
+    pub trials: Vec<Trial>,
+}
+
+/// The trials of a condition by one rule.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// How many did not end within the limit.
+    pub endless: usize,
+    /// Time by the least time, mean of those that ended.
+    pub time: Option<f64>,
+    /// Energy by the least energy, mean of the same.
+    pub energy: Option<f64>,
+    /// Time at work where others were already, mean of the same, robot-s.
+    pub wasted_s: Option<f64>,
+}
+
+/// Of which trial, by the number of a run: condition, rule, seed.
+#[must_use]
+pub fn place(run: usize, seeds: usize) -> (usize, usize, u64) {
+    let cell = run / seeds;
+    let seed = run % seeds + 1;
+    (cell / RULES.len(), cell % RULES.len(), seed as u64)
+}
+
+impl Study {
+    /// How many trials the study has with so many seeds.
+    #[must_use]
+    pub fn runs(seeds: usize) -> usize {
+        conditions().len() * RULES.len() * seeds
+    }
+
+    /// Those of a condition by one rule, by their places.
+    #[must_use]
+    pub fn cell(&self, condition: usize, rule: usize) -> Cell {
+        let first = (condition * RULES.len() + rule) * self.seeds;
+        let trials = &self.trials[first..first + self.seeds];
+        let ended: Vec<(f64, &Trial)> = trials
+            .iter()
+            .filter_map(|trial| Some((trial.time_s?, trial)))
+            .collect();
+        let mean = |of: &dyn Fn(f64, &Trial) -> f64| {
+            let sum: f64 = ended.iter().map(|(time_s, trial)| of(*time_s, trial)).sum();
+            (!ended.is_empty()).then(|| sum / ended.len() as f64)
+        };
+        Cell {
+            endless: trials.len() - ended.len(),
+            time: mean(&|time_s, trial| time_s / trial.least_time_s),
+            energy: mean(&|_, trial| trial.energy_j / trial.least_energy_j),
+            wasted_s: mean(&|_, trial| trial.wasted_s),
+        }
+    }
+
+    /// The cells of a rule without mishaps, each with its condition.
+    pub fn undisturbed(&self, rule: usize) -> impl Iterator<Item = (&Condition, Cell)> {
+        let conditions = self.conditions.iter().enumerate();
+        conditions
+            .filter(|(_, condition)| condition.mishap == Mishap::None)
+            .map(move |(place, condition)| (condition, self.cell(place, rule)))
+    }
+
+    /// The tables of the documentation.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let mut text = format!(
+            "Means of {} seeds; in brackets how many of them did not end, which the mean leaves out.\n",
+            self.seeds
+        );
+        let tables: [(&str, fn(&Cell) -> Option<f64>, usize); 3] = [
+            ("Time by the least time", |cell| cell.time, 2),
+            ("Energy by the least energy", |cell| cell.energy, 2),
+            ("Two at one task, robot-s", |cell| cell.wasted_s, 0),
+        ];
+        for (title, value, digits) in tables {
+            let names: Vec<&str> = RULES.iter().map(|rule| rule.name).collect();
+            // Writing to a string cannot fail.
+            let _ = write!(
+                text,
+                "\n**{title}**\n\n| (n,m,c), h | {} |\n|---{}|\n",
+                names.join(" | "),
+                "|---".repeat(RULES.len())
+            );
+            let mut row = |name: String, cells: Vec<String>| {
+                let _ = writeln!(text, "| {name} | {} |", cells.join(" | "));
+            };
+            let shown = |value: Option<f64>| {
+                value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
+            };
+            for (place, condition) in self.conditions.iter().enumerate() {
+                let cells = (0..RULES.len()).map(|rule| {
+                    let cell = self.cell(place, rule);
+                    let endless = match cell.endless {
+                        0 => String::new(),
+                        endless => format!(" ({endless})"),
+                    };
+                    shown(value(&cell)) + &endless
+                });
+                row(condition.to_string(), cells.collect());
+            }
+            let values = |rule| {
+                let cells = self.undisturbed(rule);
+                let values: Vec<f64> = cells.filter_map(|(_, cell)| value(&cell)).collect();
+                values
+            };
+            let mean = |rule| {
+                let values = values(rule);
+                (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+            };
+            let worst = |rule| values(rule).into_iter().reduce(f64::max);
+            let rules = || 0..RULES.len();
+            row(
+                "mean without mishaps".to_owned(),
+                rules().map(|rule| shown(mean(rule))).collect(),
+            );
+            row(
+                "worst of them".to_owned(),
+                rules().map(|rule| shown(worst(rule))).collect(),
+            );
+        }
+        text
+    }
+
+    /// A row for each trial.
+    ///
+    /// # Errors
+    /// None: it is written to memory.
+    pub fn csv(&self) -> anyhow::Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record([
+            "robots",
+            "tasks",
+            "coverage",
+            "spread",
+            "mishap",
+            "rule",
+            "seed",
+            "time_s",
+            "least_time_s",
+            "energy_j",
+            "least_energy_j",
+            "wasted_s",
+        ])?;
+        for (run, trial) in self.trials.iter().enumerate() {
+            let (condition, rule, seed) = place(run, self.seeds);
+            let condition = &self.conditions[condition];
+            writer.write_record([
+                condition.robots.to_string(),
+                condition.tasks.to_string(),
+                condition.coverage.to_string(),
+                condition.spread.to_string(),
+                condition.mishap.as_str().to_owned(),
+                RULES[rule].name.to_owned(),
+                seed.to_string(),
+                trial
+                    .time_s
+                    .map_or_else(String::new, |time_s| time_s.to_string()),
+                trial.least_time_s.to_string(),
+                trial.energy_j.to_string(),
+                trial.least_energy_j.to_string(),
+                trial.wasted_s.to_string(),
+            ])?;
+        }
+        Ok(writer.into_inner()?)
+    }
+}
+#[cfg(test)]
+mod tests {
+    use super::super::design::Rule;
+    use super::super::trial::attempt;
+    use super::*;
+
+    /// Of all rules but II, whose runs may have no end.
+    fn reduced(seeds: usize) -> Study {
+        let trial = |run| {
+            let (condition, rule, seed) = place(run, seeds);
+            let rule = &RULES[rule];
+            (!rule.name.starts_with("II ")).then(|| attempt(&conditions()[condition], rule, seed))
+        };
+        Study {
+            conditions: conditions(),
+            seeds,
+            trials: (0..Study::runs(seeds))
+                .map(|run| trial(run).map_or(NONE, |trial| trial.unwrap()))
+                .collect(),
+        }
+    }
+
+    const NONE: Trial = Trial {
+        time_s: None,
+        least_time_s: 1.0,
+        energy_j: 0.0,
+        least_energy_j: 1.0,
+        wasted_s: 0.0,
+    };
+
+    fn named(name: &str) -> usize {
+        RULES.iter().position(|rule| rule.name == name).unwrap()
+    }
+
+    /// What ALLOCATORS.md §3 demands.
+    #[test]
+    fn strategies_keep_their_promises() {
+        let study = reduced(4);
+        for trial in &study.trials {
+            assert!(
+                trial
+                    .time_s
+                    .is_none_or(|time_s| time_s >= trial.least_time_s),
+                "{trial:?}"
+            );
+            let is_whole = trial.time_s.is_some();
+            assert!(
+                !is_whole || trial.energy_j >= trial.least_energy_j - 1e-6,
+                "{trial:?}"
+            );
+        }
+        let rules = || {
+            RULES
+                .iter()
+                .enumerate()
+                .filter(|(_, rule)| !rule.name.starts_with("II "))
+        };
+        for (rule, Rule { name, .. }) in rules() {
+            for (place, condition) in study.conditions.iter().enumerate() {
+                let cell = study.cell(place, rule);
+                assert_eq!(cell.endless, 0, "{condition}, {name}");
+                let one_each = name.starts_with("III") || name.starts_with("IV");
+                if one_each && condition.mishap == Mishap::None {
+                    assert_eq!(
+                        cell.wasted_s,
+                        Some(0.0),
+                        "{condition}, {name}: two at a task"
+                    );
+                }
+            }
+        }
+        let of = |name| study.undisturbed(named(name));
+        for ((condition, four), (_, one)) in of("IV").zip(of("I longest")) {
+            let (four, one) = (four.time.unwrap(), one.time.unwrap());
+            let all_can = condition.tasks == 6 && condition.coverage == 5;
+            if condition.spread <= 1.0 && !all_can {
+                assert!(four < 1.35, "{condition}: {four} times the optimum");
+            }
+            if condition.spread >= 1.0 || !all_can {
+                assert!(four <= one + 0.03, "{condition}: IV {four}, I {one}");
+            }
+        }
+    }
+
+    /// Cells and tables, from trials that are made up: of each cell the second one has no end.
+    #[test]
+    fn means_are_of_those_that_ended() {
+        let trial = |run: usize| Trial {
+            time_s: (run % 3 != 1).then_some(12.0 + (run % 3) as f64),
+            least_time_s: 10.0,
+            energy_j: 30.0,
+            least_energy_j: 20.0,
+            wasted_s: (run % 3) as f64,
+        };
+        let study = Study {
+            conditions: conditions(),
+            seeds: 3,
+            trials: (0..Study::runs(3)).map(trial).collect(),
+        };
+        let cell = study.cell(3, 2);
+        // 12 and 14 of 10 s; 0 and 2 robot-s.
+        assert_eq!((cell.endless, cell.time), (1, Some(1.3)));
+        assert_eq!((cell.energy, cell.wasted_s), (Some(1.5), Some(1.0)));
+        let text = study.markdown();
+        assert!(text.contains("| (5,6,5), 0.5 | 1.30 (1) | "), "{text}");
+        assert!(text.contains("| worst of them | 1.30 | "), "{text}");
+        assert_eq!(
+            study
+                .csv()
+                .unwrap()
+                .iter()
+                .filter(|&&byte| byte == b'\n')
+                .count(),
+            1 + Study::runs(3)
+        );
+        let svg = super::super::figure::draw(&study).unwrap();
+        // A mark of each condition and rule in both panels, and the legend's.
+        assert_eq!(svg.matches("<polygon").count(), 24 * RULES.len() * 2 + 3);
+    }
+
+    #[test]
+    fn every_trial_has_its_place() {
+        assert_eq!(place(0, 5), (0, 0, 1));
+        assert_eq!(place(5 * RULES.len() + 7, 5), (1, 1, 3));
+    }
+}
