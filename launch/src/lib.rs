@@ -75,6 +75,8 @@ enum Part {
     Export(study::export::ExportCommand),
     /// Run a mission in many variants and with many seeds, on all cores
     Sweep(study::sweep::command::SweepCommand),
+    /// Compare allocators under the same faults, and say how sure the differences are
+    Compare(study::compare::command::CompareCommand),
     LallianceStrategies(study::strategies::command::StrategiesCommand),
     /// Say what the parameters of a scenario mean, and which of them do not go together
     Check(study::check::CheckCommand),
@@ -139,6 +141,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Report(command) => command.run(),
         Part::Export(command) => command.run(),
         Part::Sweep(command) => command.run(&known()),
+        Part::Compare(command) => command.run(&known()),
         Part::LallianceStrategies(command) => command.run(),
         Part::Check(command) => command.run(&known()),
         Part::Scenarios(command) => command.run(),

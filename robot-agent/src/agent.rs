@@ -334,7 +334,8 @@ fn moment(tick: &TickMessage) -> Moment<'_> {
 }
 
 /// What a broadcast takes on the bus, without what zenoh and TCP add.
-fn payload_bytes(broadcast: &Broadcast) -> u32 {
+#[must_use]
+pub fn payload_bytes(broadcast: &Broadcast) -> u32 {
     // One too large to be encoded is not published either.
     encoded_len(broadcast).map_or(0, |bytes| (bytes + SEAL_BYTES) as u32)
 }

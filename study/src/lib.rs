@@ -4,14 +4,15 @@
 //!   its robots have learned; [`diff`]: where two runs
 //!   differ; [`retrace`]: a finished run with a view of each tick.
 //! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
-//! - [`sweep`]: many runs, and what is common to them; [`random_mission`]: missions that are drawn for it; [`invariants`]: what must
-//!   hold in every run.
+//! - [`sweep`]: many runs, and what is common to them; [`compare`]: which allocator copes best with which faults;
+//!   [`random_mission`]: missions that are drawn for sweeps; [`invariants`]: what must hold in every run.
 //! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
 //! - [`check`]: what a scenario's parameters mean, before anything runs. [`table`]: how tables look in a terminal.
 //!
 //! Logs are read by [`alliance_proto::log`]. Each subcommand of `alliance` that is about runs stands with what it does.
 
 pub mod check;
+pub mod compare;
 pub mod diff;
 pub mod export;
 pub mod in_process;

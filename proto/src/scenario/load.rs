@@ -65,6 +65,12 @@ impl<'t> TomlFile<'t> {
         Ok(Self { name, document })
     }
 
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &'t str {
+        self.name
+    }
+
     /// Its contents as a value of that type.
     ///
     /// # Errors

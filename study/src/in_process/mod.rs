@@ -2,6 +2,7 @@
 //! bytes as the result. What faults ask of processes is done to agents.
 
 mod air;
+mod traffic;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -20,6 +21,7 @@ use world_server::recorder::{RecordError, Recorder, Sink};
 use world_server::simulation::Simulation;
 
 use air::Air;
+pub use traffic::{Said, Traffic};
 
 /// What comes from outside, by the tick that it changes.
 type Outside = BTreeMap<Tick, Vec<Input>>;
@@ -57,6 +59,8 @@ pub struct Team<S> {
     asked: Vec<RobotId>,
     spaces: Vec<Workspace>,
     outside: Outside,
+    /// What was said, if that is to be counted.
+    traffic: Option<Traffic>,
     /// Which lives faults have begun: one that ended before it took part has a number, too.
     lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
 }
@@ -125,6 +129,7 @@ impl<S: Sink> Team<S> {
             simulation: Simulation::new(setup, mission, true),
             recorder,
             outside,
+            traffic: None,
             lives,
         };
         team.simulation.tell_truth_to(told_truth);
@@ -158,6 +163,16 @@ impl<S: Sink> Team<S> {
         Profile {
             robots: robots.collect(),
         }
+    }
+
+    /// Counts from now on what is said, by kind.
+    pub fn count_traffic(&mut self) {
+        self.traffic = Some(Traffic::default());
+    }
+
+    /// What was said, if it is counted.
+    pub fn traffic(&self) -> Option<&Traffic> {
+        self.traffic.as_ref()
     }
 
     /// A snapshot for eyes, see [`Simulation::glance`].
@@ -550,6 +565,9 @@ impl<S: Sink> Team<S> {
         let tick = self.simulation.tick();
         for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
             if self.agents[robot.index()].is_some() {
+                if let Some(traffic) = &mut self.traffic {
+                    traffic.add(&space.broadcasts);
+                }
                 self.air
                     .send(tick, robot, &mut space.broadcasts, &mut space.spent);
                 self.simulation.report(&space.report);

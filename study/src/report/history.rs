@@ -113,6 +113,8 @@ pub struct Place {
     pub position: (f64, f64),
     /// Whether the gripper held an item.
     pub carrying: bool,
+    /// Energy left, J; `None` where it is not simulated.
+    pub energy_j: Option<f64>,
 }
 
 /// A log that does not belong to its run.json, or cannot be read.
@@ -342,6 +344,7 @@ impl History {
         robot.track.push(Place {
             position: (row.x_m.into(), row.y_m.into()),
             carrying: row.carrying,
+            energy_j: row.energy.map(f64::from),
         });
         Ok(())
     }

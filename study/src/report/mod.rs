@@ -27,11 +27,11 @@
 //! - *Lateness*: how much longer than the wanted period something that recurs came after the one before it, or after the start.
 
 pub mod command;
-mod failures;
+pub(crate) mod failures;
 mod faults;
 pub(crate) mod figures;
-mod history;
-mod metrics;
+pub(crate) mod history;
+pub(crate) mod metrics;
 pub(crate) mod page;
 mod spans;
 mod stints;

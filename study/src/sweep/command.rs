@@ -1,32 +1,23 @@
-//! Command line of `alliance sweep`.
+//! Command line of `alliance sweep`, and what it writes and shows.
 
-use std::fs;
-use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
-use std::thread::available_parallelism;
 
-use alliance_proto::scenario::text_of;
-use alliance_proto::{tell, terminal};
-use anyhow::{Context, bail};
+use alliance_proto::tell;
 use clap::Args;
 use comfy_table::{CellAlignment, Table};
-use world_server::args::{Known, read_scenario};
+use world_server::args::Known;
 
 use super::figures::draw;
-use super::folder::{FAILURES, PLAN, SCENARIO, put};
-use super::journal::{Header, Journal, Rows, read_all};
+use super::folder::{FAILURES, put};
+use super::journal::Header;
 use super::page::{Figure, Page};
 use super::parquet::parquet;
-use super::plan::Plan;
-use super::progress::Progress;
 use super::results::{csv, table};
-use super::run::{End, Failure, FaultCount, Row, attempt};
-use super::shard::Shard;
+use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
-use super::workers::work;
-use crate::interrupted::Interrupted;
+use super::task::{Arguments, Study, quoted, repeat};
 use crate::table;
 
 /// The table of faults by kind.
@@ -39,294 +30,35 @@ const SHOWN: usize = 20;
 /// it was.
 #[derive(Args, Clone, Debug)]
 pub struct SweepCommand {
-    /// What is varied, in TOML; with --merge: folders with the journals of shards
-    #[arg(value_name = "FILE|DIR", required = true)]
-    paths: Vec<PathBuf>,
-    /// Folder of the results [default: sweeps/FILE without .toml; with --merge: the first DIR]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Runs side by side [default: one per core]
-    #[arg(long, value_name = "N", value_parser = jobs)]
-    jobs: Option<NonZeroUsize>,
-    /// Do every N-th run only, from run I on: one of N jobs, numbered from 0
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
-    /// Put the journals of all shards together
-    #[arg(long, conflicts_with_all = ["jobs", "shard"])]
-    merge: bool,
-    /// Print the scenario of one run, and how to run it, instead
-    #[arg(long, value_name = "RUN", conflicts_with_all = ["jobs", "shard", "merge", "out"])]
-    scenario: Option<usize>,
-}
-
-/// What is left to do, and how to tell about it.
-enum Task {
-    Print(Plan, usize),
-    Work(Box<Work>),
-    Merge(PathBuf, Header, Rows),
-}
-
-/// A sweep that is to be run, or a shard of it.
-struct Work {
-    plan: Plan,
-    header: Header,
-    folder: PathBuf,
-    shard: Option<Shard>,
-    journal: Journal,
-    done: Rows,
+    #[command(flatten)]
+    arguments: Arguments,
 }
 
 impl SweepCommand {
-    /// Exit status 0 when all runs are done, however their missions ended; 1 when runs failed or it was interrupted; 2 for a
-    /// mistake in plan or arguments, or runs that are missing; 3 when its files cannot be written.
+    /// See [`Arguments::run`].
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        // Everything is read and checked here, before the first run.
-        let task = match self.prepare(known) {
-            Ok(task) => task,
-            Err(error) => {
-                tell!("alliance sweep: {error:#}");
-                return ExitCode::from(2);
-            }
+        let study = Study {
+            name: "sweep",
+            folder: "sweeps",
+            prepare: |_, _| Ok(None),
+            finish,
         };
-        let done = match task {
-            Task::Print(plan, run) => self.print(&plan, run),
-            Task::Work(work) => work.run(self.jobs, &self.again()),
-            Task::Merge(folder, header, rows) => finish(&folder, &header, rows),
-        };
-        match done {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                tell!("alliance sweep: {error:#}");
-                ExitCode::from(3)
-            }
-        }
-    }
-
-    fn prepare(&self, known: &Known) -> anyhow::Result<Task> {
-        if self.merge {
-            return self.gather();
-        }
-        let [file] = &self.paths[..] else {
-            bail!("name one FILE; several DIRs go with --merge");
-        };
-        let name = file.display().to_string();
-        let bytes = fs::read(file).with_context(|| name.clone())?;
-        let text = text_of(&name, bytes)?;
-        let plan = read_plan(file, &text, known)?;
-        let runs = plan.design.runs().unwrap_or_default();
-        if let Some(run) = self.scenario {
-            if run >= runs {
-                bail!(
-                    "there is no run {run}: they are numbered from 0 to {}",
-                    runs - 1
-                );
-            }
-            return Ok(Task::Print(plan, run));
-        }
-        let name = file.file_stem().unwrap_or_default().to_string_lossy();
-        let header = Header {
-            sweep: name.clone().into_owned(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            digest: plan.digest(),
-            design: plan.design.clone(),
-            check: plan.check,
-        };
-        let folder = match &self.out {
-            Some(folder) => folder.clone(),
-            None => Path::new("sweeps").join(&*name),
-        };
-        let done = known_rows(&folder, &header)?;
-        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        let journal = Journal::open(&folder, self.shard, &header)?;
-        put(&folder, PLAN, text.as_bytes())?;
-        put(&folder, SCENARIO, plan.base().as_bytes())?;
-        Ok(Task::Work(Box::new(Work {
-            plan,
-            header,
-            folder,
-            shard: self.shard,
-            journal,
-            done,
-        })))
-    }
-
-    /// All rows of all shards.
-    fn gather(&self) -> anyhow::Result<Task> {
-        let folders = &self.paths;
-        let names: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
-        let Some((header, rows)) = read_all(folders)? else {
-            bail!("no journal of a sweep in {}", names.join(", "));
-        };
-        let runs = header.design.runs().unwrap_or_default();
-        let missing: Vec<String> = (0..runs)
-            .filter(|run| !rows.contains_key(run))
-            .map(|run| run.to_string())
-            .collect();
-        if !missing.is_empty() {
-            let named = missing.len().min(SHOWN);
-            let more = if missing.len() > named { ", …" } else { "" };
-            bail!(
-                "{} of {runs} runs are missing: {}{more}; start their shards again, or the whole sweep with --out {}",
-                missing.len(),
-                missing[..named].join(", "),
-                names[0]
-            );
-        }
-        let out = self.out.clone().unwrap_or_else(|| folders[0].clone());
-        fs::create_dir_all(&out).with_context(|| format!("cannot make {}", out.display()))?;
-        for name in [PLAN, SCENARIO] {
-            let path = folders[0].join(name);
-            let text = fs::read(&path).with_context(|| path.display().to_string())?;
-            put(&out, name, &text)?;
-        }
-        Ok(Task::Merge(out, header, rows))
-    }
-
-    fn print(&self, plan: &Plan, run: usize) -> anyhow::Result<bool> {
-        let scenario = plan.scenario(run).map_err(anyhow::Error::msg)?;
-        terminal::print(&scenario)?;
-        let file = format!("run-{run}.toml");
-        tell!(
-            "as {file}: {}",
-            repeat(&file, plan.design.seed(run), plan.check)
-        );
-        Ok(true)
-    }
-
-    /// The command that goes on.
-    fn again(&self) -> String {
-        let mut words = vec!["alliance sweep".to_owned()];
-        words.extend(self.paths.iter().map(|path| quoted(path)));
-        if let Some(out) = &self.out {
-            words.push(format!("--out {}", quoted(out)));
-        }
-        if let Some(jobs) = self.jobs {
-            words.push(format!("--jobs {jobs}"));
-        }
-        if let Some(shard) = self.shard {
-            words.push(format!("--shard {shard}"));
-        }
-        words.join(" ")
-    }
-}
-
-fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    Plan::parse(&file.display().to_string(), text, |name| {
-        // Files are found from where the plan is, whoever runs it.
-        let asked = match known.vocabulary.builtin(name) {
-            Some(_) => name.to_owned(),
-            None => folder.join(name).display().to_string(),
-        };
-        read_scenario(&asked, known)
-    })
-}
-
-/// What has been done in that folder.
-fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<Rows> {
-    if !folder.exists() {
-        return Ok(Rows::new());
-    }
-    let Some((known, rows)) = read_all(&[folder.to_owned()])? else {
-        return Ok(Rows::new());
-    };
-    let folder = folder.display();
-    if known.version != header.version {
-        bail!(
-            "{folder} was begun by version {} of this program; go on with that, or name a new folder with --out",
-            known.version
-        );
-    }
-    if known.digest != header.digest {
-        bail!(
-            "{folder} holds another sweep, or this one before it was changed; name a new folder with --out, or remove that one"
-        );
-    }
-    Ok(rows)
-}
-
-impl Work {
-    /// Whether all went well.
-    fn run(mut self, jobs: Option<NonZeroUsize>, again: &str) -> anyhow::Result<bool> {
-        let interrupted = Interrupted::watch()?;
-        let all = self.plan.design.runs().unwrap_or_default();
-        let mine = |run: &usize| self.shard.is_none_or(|shard| shard.has(*run));
-        let (before, runs): (Vec<usize>, Vec<usize>) = (0..all)
-            .filter(mine)
-            .partition(|run| self.done.contains_key(run));
-        let total = before.len() + runs.len();
-        let jobs = jobs
-            .or_else(|| available_parallelism().ok())
-            .unwrap_or(NonZeroUsize::MIN);
-        let mut progress = Progress::new(before.len(), total);
-        let known = match before.len() {
-            0 => String::new(),
-            known => format!(", {known} of them done before"),
-        };
-        let part = self
-            .shard
-            .map_or_else(String::new, |shard| format!(", shard {shard}"));
-        progress.say(&format!(
-            "sweep {}{part}: {total} runs{known}; {jobs} side by side",
-            self.header.sweep
-        ));
-        let stops = || interrupted.is_so();
-        let attempt = |run, stops: &dyn Fn() -> bool| attempt(&self.plan, run, stops);
-        let worked = work(&runs, jobs, &stops, attempt, |row| {
-            self.journal.add_row(&row)?;
-            if let End::Failed(failure) = &row.end {
-                keep(&self.folder, &self.header, row.run, failure)?;
-                progress.say(&format!("run {} failed: {}", row.run, failure.reason));
-            }
-            progress.add(matches!(row.end, End::Failed(_)));
-            self.done.insert(row.run, row);
-            Ok(())
-        });
-        progress.clear();
-        worked?;
-
-        let folder = quoted(&self.folder);
-        let left = runs
-            .iter()
-            .filter(|run| !self.done.contains_key(run))
-            .count();
-        if left > 0 {
-            tell!("interrupted: {left} of {total} runs are left; go on with\n  {again}");
-            return Ok(false);
-        }
-        if let Some(shard) = self.shard {
-            tell!(
-                "shard {shard}: all {total} runs are done; when all shards are, put them together with\n  alliance sweep --merge {folder}"
-            );
-            let failed = (0..all).filter(|run| shard.has(*run)).any(|run| {
-                let row = self.done.get(&run);
-                row.is_some_and(|row| matches!(row.end, End::Failed(_)))
-            });
-            return Ok(!failed);
-        }
-        finish(&self.folder, &self.header, self.done)
+        self.arguments.run(known, &study)
     }
 }
 
 /// Writes and shows the results; whether no run has failed.
-fn finish(folder: &Path, header: &Header, rows: Rows) -> anyhow::Result<bool> {
-    let rows: Vec<Row> = rows.into_values().collect();
+fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> {
     let design = &header.design;
-    for row in &rows {
-        if let End::Failed(failure) = &row.end {
-            keep(folder, header, row.run, failure)?;
-        }
-    }
-    let columns = table(design, &rows);
+    let columns = table(design, rows);
     put(folder, "results.csv", &csv(&columns, rows.len())?)?;
     put(folder, "results.parquet", &parquet(&columns)?)?;
 
-    let overall = overall(&rows);
-    let conditions = by_condition(design, &rows);
+    let overall = overall(rows);
+    let conditions = by_condition(design, rows);
     let mut figures = Vec::new();
-    for (number, against) in by_column(design, &rows).iter().enumerate() {
+    for (number, against) in by_column(design, rows).iter().enumerate() {
         let svg = draw(against)?;
         let file = format!("by-{number}-{}.svg", plain(&against.column));
         put(folder, &file, svg.as_bytes())?;
@@ -338,7 +70,7 @@ fn finish(folder: &Path, header: &Header, rows: Rows) -> anyhow::Result<bool> {
     let page = Page {
         sweep: &header.sweep,
         design,
-        rows: &rows,
+        rows,
         overall: &overall,
         conditions: &conditions,
         figures: &figures,
@@ -350,26 +82,6 @@ fn finish(folder: &Path, header: &Header, rows: Rows) -> anyhow::Result<bool> {
     put(folder, "summary.html", page.html().as_bytes())?;
     show(folder, header, &page);
     Ok(overall.failed == 0)
-}
-
-/// Keeps the scenario of a failed run, with its seed, the reason, and how to repeat it.
-fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow::Result<()> {
-    let failures = folder.join(FAILURES);
-    fs::create_dir_all(&failures).with_context(|| format!("cannot make {}", failures.display()))?;
-    let name = format!("{run}.toml");
-    let text = format!(
-        "# run {run} failed: {}\n# {}\n{}",
-        failure.reason,
-        repeat(&name, header.design.seed(run), header.check),
-        failure.scenario
-    );
-    put(&failures, &name, text.as_bytes())
-}
-
-/// The command that does a run again.
-fn repeat(scenario: &str, seed: u64, check: bool) -> String {
-    let check = if check { " --check" } else { "" };
-    format!("alliance run {scenario} --seed {seed} --in-process{check}")
 }
 
 fn show(folder: &Path, header: &Header, page: &Page<'_>) {
@@ -470,50 +182,9 @@ fn dash() -> String {
     "–".to_owned()
 }
 
-/// A path as a shell takes it.
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let plain = |c: char| c.is_alphanumeric() || "/._-+,=:@".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text
-    } else {
-        format!("'{}'", text.replace('\'', r"'\''"))
-    }
-}
-
 /// A column's name as a part of a file's name.
 fn plain(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
     words.join("-")
-}
-
-fn jobs(text: &str) -> Result<NonZeroUsize, String> {
-    text.parse()
-        .map_err(|_| "use a whole number from 1 on".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use missions::Registry;
-
-    #[test]
-    fn paths_for_a_shell() {
-        assert_eq!(quoted(Path::new("sweeps/a-1.toml")), "sweeps/a-1.toml");
-        assert_eq!(quoted(Path::new("my $weep")), "'my $weep'");
-        assert_eq!(quoted(Path::new("it's")), r"'it'\''s'");
-    }
-
-    #[test]
-    fn the_example_is_a_plan() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/gone-or-not.toml");
-        let text = fs::read_to_string(&file).unwrap();
-        let known = Known {
-            vocabulary: Registry::built_in().vocabulary(),
-            worlds: Registry::built_in().worlds().clone(),
-        };
-        let plan = read_plan(&file, &text, &known).unwrap();
-        assert_eq!(plan.design.runs(), Some(3 * 2 * 2 * 5));
-    }
 }

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// The column of the preset.
 pub const PRESET: &str = "preset";
 
+/// The column of the mission.
+pub const MISSION: &str = "mission";
+
 /// The column of the fault plan.
 pub const FAULTS: &str = "faults";
 
@@ -23,7 +26,7 @@ pub struct Design {
 /// What is varied together: one key of the scenario, or several as a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Factor {
-    /// Names of its columns: keys of the scenario, [`PRESET`], [`FAULTS`] or [`SEED`].
+    /// Names of its columns: keys of the scenario, [`MISSION`], [`PRESET`], [`FAULTS`] or [`SEED`].
     pub columns: Vec<String>,
     /// What it is set to in turn; never empty.
     pub levels: Vec<Level>,
@@ -42,7 +45,7 @@ pub struct Level {
 /// A value of the scenario, and where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
-    /// Keys from the scenario's top down; a number is a place in an array.
+    /// Keys from the scenario's top down; a number is a place in an array. Without any, the whole scenario.
     pub path: Vec<String>,
     /// What stands there then.
     pub value: toml::Value,
@@ -165,6 +168,9 @@ impl Design {
 /// What is wrong with its path, and what would be right.
 pub fn change(scenario: &mut toml::Table, change: &Change) -> Result<(), String> {
     let Some((last, way)) = change.path.split_last() else {
+        if let toml::Value::Table(whole) = &change.value {
+            scenario.clone_from(whole);
+        }
         return Ok(());
     };
     let Some((first, way)) = way.split_first() else {

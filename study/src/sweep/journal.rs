@@ -12,6 +12,7 @@ use anyhow::{Context, anyhow, bail};
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
+use super::comparison::Comparison;
 use super::design::Design;
 use super::run::Row;
 use super::shard::Shard;
@@ -32,6 +33,9 @@ pub struct Header {
     pub design: Design,
     /// Whether they are checked for what must always hold.
     pub check: bool,
+    /// What is kept for a comparison of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<Comparison>,
 }
 
 /// Rows by the number of the run.
@@ -256,6 +260,7 @@ mod tests {
             // Changes of the scenario are not kept.
             design: serde_json::from_str(&serde_json::to_string(&plan.design).unwrap()).unwrap(),
             check: plan.check,
+            comparison: None,
         }
     }
 

@@ -1,8 +1,11 @@
 //! The table of a sweep: a row per run, in the order of the runs.
 
+use std::collections::BTreeSet;
+
 use alliance_proto::mission::{MissionFigures, Value};
 
 use super::design::{Cell, Design};
+use super::measures::{Measures, Sent};
 use super::run::{End, Figures, Row};
 
 /// A column.
@@ -90,14 +93,57 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
             "fault_hits",
             whole(|figures| Some(figures.all_faults().hits)),
         ),
-        column(
-            "reason",
-            text(|row| match &row.end {
-                End::Ended(_) => None,
-                End::Failed(failure) => Some(failure.reason.clone()),
-            }),
-        ),
     ]);
+    columns.extend(measured(rows));
+    columns.extend([column(
+        "reason",
+        text(|row| match &row.end {
+            End::Ended(_) => None,
+            End::Failed(failure) => Some(failure.reason.clone()),
+        }),
+    )]);
+    columns
+}
+
+/// What comparisons measure; nothing where no run was measured.
+fn measured(rows: &[Row]) -> Vec<Column> {
+    let all = || rows.iter().map(|row| figures(row)?.measures.as_ref());
+    if all().flatten().next().is_none() {
+        return Vec::new();
+    }
+    let number = |name: &str, of: fn(&Measures) -> Option<f64>| Column {
+        name: name.to_owned(),
+        values: Numbers(all().map(|measures| of(measures?)).collect()),
+    };
+    let mut columns = vec![
+        number("distance_m", |it| Some(it.distance_m)),
+        number("distance_gini", |it| Some(it.distance_gini)),
+        number("energy_j", |it| it.energy_j),
+        number("energy_gini", |it| it.energy_gini),
+        number("duplicate_s", |it| Some(it.duplicate_s)),
+        number("orphan_s", |it| Some(it.orphan_s)),
+        number("unattended_s", |it| Some(it.unattended_s)),
+        number("detection_s", |it| it.detection_s),
+        number("takeover_s", |it| it.takeover_s),
+    ];
+    let kinds: BTreeSet<&String> = all().flatten().flat_map(|it| it.sent.keys()).collect();
+    for kind in kinds {
+        let whole = |of: fn(&Sent) -> u64| {
+            let sent = |measures: &Measures| measures.sent.get(kind).copied().unwrap_or_default();
+            // Signed, as above.
+            Integers(all().map(|it| Some(of(&sent(it?)) as i64)).collect())
+        };
+        columns.extend([
+            Column {
+                name: format!("{kind}_messages"),
+                values: whole(|sent| sent.messages),
+            },
+            Column {
+                name: format!("{kind}_bytes"),
+                values: whole(|sent| sent.bytes),
+            },
+        ]);
+    }
     columns
 }
 
@@ -135,6 +181,19 @@ pub fn figures(row: &Row) -> Option<&Figures> {
     match &row.end {
         End::Ended(figures) => Some(figures),
         End::Failed(_) => None,
+    }
+}
+
+impl Column {
+    /// Its rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match &self.values {
+            Integers(values) => values.len(),
+            Numbers(values) => values.len(),
+            Flags(values) => values.len(),
+            Texts(values) => values.len(),
+        }
     }
 }
 
@@ -189,7 +248,7 @@ pub fn csv(columns: &[Column], rows: usize) -> anyhow::Result<Vec<u8>> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
 
     use alliance_proto::tick::Outcome;
     use missions::waste::data::default_scenario;
@@ -232,6 +291,7 @@ pub(super) mod tests {
                     (kind.to_owned(), FaultCount { armed, hit, hits })
                 })
                 .into(),
+            measures: None,
         };
         Row {
             run,

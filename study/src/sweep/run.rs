@@ -12,6 +12,7 @@ use alliance_proto::panics::catch;
 use alliance_proto::tick::Outcome;
 use serde::{Deserialize, Serialize};
 
+use super::measures::Measures;
 use super::plan::{Plan, setup};
 use crate::in_process::Team;
 use crate::invariants::{Invariants, replayed};
@@ -61,6 +62,9 @@ pub struct Figures {
     pub messages_lost: u64,
     /// Faults that were armed, by kind.
     pub faults: BTreeMap<String, FaultCount>,
+    /// What comparisons want to know beside these; others do not ask.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measures: Option<Measures>,
 }
 
 /// Faults of a kind.
@@ -90,7 +94,7 @@ pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row>
         .clone()
         .map_err(anyhow::Error::msg)
         .map(|scenario| {
-            let ended = catch(|| simulate(&scenario, plan.design.seed(run), plan.check, stops));
+            let ended = catch(|| simulate(plan, &scenario, plan.design.seed(run), stops));
             ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
         });
     let end = match ended.and_then(|ended| ended) {
@@ -105,14 +109,23 @@ pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row>
 }
 
 fn simulate(
+    plan: &Plan,
     scenario: &toml::Table,
     seed: u64,
-    check: bool,
     stops: &dyn Fn() -> bool,
 ) -> anyhow::Result<Option<Figures>> {
     let setup = setup(scenario, seed)?;
-    let mut invariants = check.then(|| Invariants::new(&setup));
-    let mut team = Team::new(setup, LogLevel::Off, Memory::default())?;
+    let mut invariants = plan.check.then(|| Invariants::new(&setup));
+    // The hash of a run is the same at every level.
+    let level = if plan.measures {
+        LogLevel::Full
+    } else {
+        LogLevel::Off
+    };
+    let mut team = Team::new(setup, level, Memory::default())?;
+    if plan.measures {
+        team.count_traffic();
+    }
     let outcome = loop {
         let outcome = team.tick()?;
         if let Some(invariants) = &mut invariants {
@@ -125,14 +138,20 @@ fn simulate(
             return Ok(None);
         }
     };
+    let traffic = team.traffic().cloned();
     let (run, recorder) = team.end(outcome)?;
-    if check {
-        replayed::check(&RunLog::from_memory(
-            &recorder.into_sink(),
-            &Registry::of_this_program().vocabulary(),
-        )?)?;
+    let mut figures = Figures::of(&run, outcome);
+    if plan.check || traffic.is_some() {
+        let vocabulary = Registry::of_this_program().vocabulary();
+        let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary)?;
+        if plan.check {
+            replayed::check(&log)?;
+        }
+        if let Some(traffic) = traffic {
+            figures.measures = Some(Measures::of(&log, &traffic)?);
+        }
     }
-    Ok(Some(Figures::of(&run, outcome)))
+    Ok(Some(figures))
 }
 
 impl Figures {
@@ -151,6 +170,7 @@ impl Figures {
             messages_heard: robots().map(|robot| robot.messages_heard).sum(),
             messages_lost: robots().map(|robot| robot.messages_lost).sum(),
             faults: by_kind(&run.faults),
+            measures: None,
         }
     }
 

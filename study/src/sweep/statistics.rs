@@ -25,14 +25,20 @@ pub struct Estimate {
 /// Wilson's score interval of a share (Wilson 1927): `hits` of `count`. Of nothing, nothing is known.
 #[must_use]
 pub fn wilson(hits: usize, count: usize) -> Interval {
+    wilson_at(hits, count, Z)
+}
+
+/// The same at another level, that of the normal distribution's quantile `z`.
+#[must_use]
+pub fn wilson_at(hits: usize, count: usize, z: f64) -> Interval {
     if count == 0 {
         return (0.0, 1.0);
     }
     let n = count as f64;
     let share = hits as f64 / n;
-    let scale = 1.0 + Z * Z / n;
-    let center = (share + Z * Z / (2.0 * n)) / scale;
-    let half = Z / scale * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let scale = 1.0 + z * z / n;
+    let center = (share + z * z / (2.0 * n)) / scale;
+    let half = z / scale * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
     // At the ends it is exact but for rounding.
     let low = if hits == 0 { 0.0 } else { center - half };
     let high = if hits == count { 1.0 } else { center + half };

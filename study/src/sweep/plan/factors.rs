@@ -7,8 +7,8 @@ use alliance_proto::scenario::{Preset, ScenarioError, Step, TomlFile};
 use serde::Deserialize;
 use toml::Value;
 
-use super::MAX_RUNS;
 use super::file::Seeds;
+use super::{MAX_RUNS, table_of};
 use crate::random_mission::RandomMission;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, PRESET, SEED};
 use crate::sweep::sampling::{Distribution, draw};
@@ -24,6 +24,16 @@ pub(super) struct Leaf {
 pub(super) struct Stated {
     pub(super) at: Vec<Step>,
     pub(super) changes: Vec<Change>,
+}
+
+impl Leaf {
+    /// It as a change of the scenario.
+    pub(super) fn change(self) -> Change {
+        Change {
+            path: self.path,
+            value: self.value,
+        }
+    }
 }
 
 pub(super) fn key(key: &str) -> Step {
@@ -308,11 +318,9 @@ pub(super) fn faults(
 ) -> anyhow::Result<Factor> {
     let mut levels = Vec::new();
     for (name, faults) in plans {
-        // By its text, as the scenario itself.
-        let value: toml::Table = toml::from_str(&toml::to_string(&faults)?)?;
         let changes = vec![Change {
             path: path("faults"),
-            value: Value::Table(value),
+            value: Value::Table(table_of(&faults)?),
         }];
         stated.push(Stated {
             at: vec![key("faults"), key(&name)],

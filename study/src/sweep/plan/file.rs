@@ -10,6 +10,7 @@ use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::MAX_RUNS;
+use super::hypothesis::Claim;
 use crate::random_mission::RandomMission;
 
 /// The file, as it is written.
@@ -26,6 +27,25 @@ pub(super) struct File {
     pub(super) random: Option<toml::Table>,
     pub(super) random_mission: RandomMission,
     pub(super) check: bool,
+    pub(super) missions: BTreeMap<String, MissionFile>,
+    pub(super) question: Option<String>,
+    pub(super) hypotheses: BTreeMap<String, Claim>,
+}
+
+/// One of several missions.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct MissionFile {
+    /// By name or file.
+    pub(super) scenario: Option<String>,
+    /// The family's member with so many robots.
+    pub(super) robots: Option<usize>,
+    /// The family's member with so much to do.
+    pub(super) size: Option<usize>,
+    /// Keys of the scenario with other values.
+    pub(super) set: toml::Table,
+    /// In the place of those that are for all missions, by name.
+    pub(super) faults: BTreeMap<String, Faults>,
 }
 
 /// The scenario, by name or file, or in place: the table `scenario` of the file.

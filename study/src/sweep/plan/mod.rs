@@ -1,9 +1,12 @@
 //! The file that says what is varied.
 //!
-//! - `file`: how it is written. `factors`: what it varies.
+//! - `file`: how it is written. `factors`: what it varies; `several`: missions, each with its faults. `hypothesis`: what
+//!   it claims beforehand.
 
 mod factors;
 mod file;
+pub mod hypothesis;
+mod several;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +21,8 @@ use factors::{
     Stated, disjoint, drawn, faults, grid, key, leaves, list, path, presets, sample, seeds,
 };
 use file::{File, Source};
+use hypothesis::Hypothesis;
+use several::missions;
 
 /// More than anybody runs; every run's row is held in memory.
 const MAX_RUNS: usize = 1_000_000;
@@ -25,7 +30,7 @@ const MAX_RUNS: usize = 1_000_000;
 /// A sweep.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The scenario that is varied, every default filled in.
+    /// The scenario that is varied, every default filled in; of several missions the first one's.
     base: toml::Table,
     /// Its runs.
     pub design: Design,
@@ -33,6 +38,12 @@ pub struct Plan {
     mission: RandomMission,
     /// Whether each run is checked for what must always hold.
     pub check: bool,
+    /// Whether each run is measured as comparisons want it.
+    pub measures: bool,
+    /// What its author wants to know.
+    pub question: Option<String>,
+    /// What its author expects, in the order of the file.
+    pub hypotheses: Vec<Hypothesis>,
 }
 
 impl Plan {
@@ -44,33 +55,56 @@ impl Plan {
     pub fn parse(
         file_name: &str,
         text: &str,
-        scenario: impl FnOnce(&str) -> anyhow::Result<Scenario>,
+        scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
     ) -> anyhow::Result<Self> {
         let file = TomlFile::parse(file_name, text)?;
         let contents: File = file.to()?;
         let place = |at: &[Step]| format!("{file_name}:{}", file.line_of(at));
 
-        let mut base = match contents.scenario {
-            None => vocabulary().default_scenario()?,
-            Some(Source::Named(name)) => {
-                scenario(&name).with_context(|| place(&[key("scenario")]))?
-            }
-            Some(Source::Here) => file.scenario("scenario", &vocabulary())?,
-        };
-        if let Some(limit_s) = contents.limit_s {
-            base.limit_s = limit_s;
-        }
-        // By its text: so a float of 32 bits is 0.2 there, too.
-        let base: toml::Table = toml::from_str(&toml::to_string(&base)?)?;
-        let source = match contents.limit_s {
-            Some(_) => [key("limit_s")],
-            None => [key("scenario")],
-        };
-        Scenario::from_table(&base, &vocabulary()).with_context(|| place(&source))?;
-
-        let mut factors = Vec::new();
         let mut stated = Vec::new();
         let mut columns = Vec::new();
+        let mut factors = Vec::new();
+        let bases = if contents.missions.is_empty() {
+            let mut base = match contents.scenario {
+                None => vocabulary().default_scenario()?,
+                Some(Source::Named(name)) => {
+                    scenario(&name).with_context(|| place(&[key("scenario")]))?
+                }
+                Some(Source::Here) => file.scenario("scenario", &vocabulary())?,
+            };
+            if let Some(limit_s) = contents.limit_s {
+                base.limit_s = limit_s;
+            }
+            let base = table_of(&base)?;
+            let source = match contents.limit_s {
+                Some(_) => [key("limit_s")],
+                None => [key("scenario")],
+            };
+            Scenario::from_table(&base, &vocabulary()).with_context(|| place(&source))?;
+            vec![base]
+        } else {
+            if contents.scenario.is_some() {
+                let what = "there is a scenario beside [missions]";
+                let remedy = "state it as the scenario of a mission";
+                return Err(file.mistake(&[key("scenario")], what, remedy).into());
+            }
+            let found = missions(
+                &file,
+                contents.missions,
+                &contents.faults,
+                contents.limit_s,
+                &scenario,
+                &mut stated,
+            )?;
+            if found.factor.columns.len() > 1 {
+                columns.push((vec![key("faults")], path("faults")));
+            }
+            factors.push(found.factor);
+            found.bases
+        };
+        let has_missions = !factors.is_empty();
+        let of_missions = stated.len();
+
         for leaf in leaves(&file, &[key("grid")], contents.grid, |_| false) {
             columns.push((leaf.at.clone(), leaf.path.clone()));
             factors.push(grid(&file, leaf, &mut stated)?);
@@ -83,7 +117,7 @@ impl Plan {
             columns.push((vec![key("presets")], path("alliance.preset")));
             factors.push(presets(&file, &contents.presets)?);
         }
-        if !contents.faults.is_empty() {
+        if !has_missions && !contents.faults.is_empty() {
             columns.push((vec![key("faults")], path("faults")));
             factors.push(faults(contents.faults, &mut stated)?);
         }
@@ -91,14 +125,22 @@ impl Plan {
         let mission = contents.random_mission;
         columns.extend(drawn(&file, &mission)?);
         disjoint(&file, &columns)?;
-        for Stated { at, changes } in &stated {
-            let mut table = base.clone();
-            for each in changes {
-                change(&mut table, each)
-                    .map_err(anyhow::Error::msg)
-                    .with_context(|| place(at))?;
+        for (number, Stated { at, changes }) in stated.iter().enumerate() {
+            // What a mission states is tried on it alone, all else on every mission.
+            let bases = if number < of_missions {
+                &bases[..1]
+            } else {
+                &bases
+            };
+            for base in bases {
+                let mut table = base.clone();
+                for each in changes {
+                    change(&mut table, each)
+                        .map_err(anyhow::Error::msg)
+                        .with_context(|| place(at))?;
+                }
+                Scenario::from_table(&table, &vocabulary()).with_context(|| place(at))?;
             }
-            Scenario::from_table(&table, &vocabulary()).with_context(|| place(at))?;
         }
 
         let design = Design { factors };
@@ -113,11 +155,24 @@ impl Plan {
                 sizes.join(" x ")
             );
         }
+        let claims = contents.hypotheses.into_iter();
+        let mut hypotheses: Vec<Hypothesis> = claims
+            .map(|(name, claim)| Hypothesis {
+                line: file.line_of(&[key("hypotheses"), key(&name)]),
+                name,
+                claim,
+            })
+            .collect();
+        hypotheses.sort_by_key(|hypothesis| hypothesis.line);
+        let base = bases.into_iter().next().unwrap_or_default();
         Ok(Self {
             base,
             design,
             mission,
             check: contents.check,
+            measures: false,
+            question: contents.question,
+            hypotheses,
         })
     }
 
@@ -127,13 +182,20 @@ impl Plan {
     pub fn digest(&self) -> String {
         let version = env!("CARGO_PKG_VERSION");
         let mut whole = format!("{version}\n{}\n{:?}", self.base, self.design);
+        if self.measures {
+            whole.push_str("\nmeasured");
+        }
+        // What is claimed after the first run has ended is no hypothesis.
+        for hypothesis in &self.hypotheses {
+            whole.push_str(&format!("\n{}: {:?}", hypothesis.name, hypothesis.claim));
+        }
         if self.check || self.mission != RandomMission::default() {
             whole.push_str(&format!("\n{:?}\n{}", self.mission, self.check));
         }
         format!("{:016x}", xxh3_64(whole.as_bytes()))
     }
 
-    /// The scenario that is varied, as a file.
+    /// The scenario that is varied, as a file; of several missions the first one's.
     #[must_use]
     pub fn base(&self) -> String {
         self.base.to_string()
@@ -171,6 +233,11 @@ pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let worlds = Registry::of_this_program().worlds();
     worlds.of(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
+}
+
+/// By its text: so a float of 32 bits is 0.2 there, too.
+fn table_of(value: &impl serde::Serialize) -> anyhow::Result<toml::Table> {
+    Ok(toml::from_str(&toml::to_string(value)?)?)
 }
 
 /// What scenarios of this program may speak of.

@@ -272,3 +272,56 @@ fn mistakes_are_answered_in_one_line() {
         "plan.toml: 1001 x 1000 runs are more than",
     );
 }
+
+#[test]
+fn missions_each_with_its_faults_in_the_order_of_the_file() {
+    let plan = parse(
+        "limit_s = 5.0\nseeds = [7]\n[grid]\nallocator = ['nearest', 'static']\n\
+         [missions.wide]\nscenario = 'mine'\nset = { room.width_m = 20.0 }\n\
+         [missions.five]\nrobots = 5\nsize = 4\n\
+         [missions.five.faults.dead]\ntimeline = [{ fault.kill = 'r5' }]\n\
+         [faults.none]\n[faults.dead]\ntimeline = [{ fault.kill = 'gold' }]\n",
+    )
+    .unwrap();
+    let expected = [
+        "wide dead nearest 7",
+        "wide dead static 7",
+        "wide none nearest 7",
+        "wide none static 7",
+        "five dead nearest 7",
+        "five dead static 7",
+        "five none nearest 7",
+        "five none static 7",
+    ];
+    assert_eq!(runs(&plan), expected);
+    let scenario = |run: usize| {
+        let table = plan.scenario(run).unwrap();
+        Scenario::from_table(&table, &Registry::built_in().vocabulary()).unwrap()
+    };
+    let (wide, five) = (scenario(1), scenario(5));
+    assert_eq!(
+        (wide.name.as_str(), wide.limit_s, wide.room.width_m),
+        ("mine", 5.0, 20.0)
+    );
+    assert_eq!(wide.allocator.as_deref(), Some("static"));
+    assert_eq!((five.robots.len(), five.limit_s), (5, 5.0));
+    assert_eq!(WasteSection::of(&five).spills.len(), 4);
+    let victim = |scenario: &Scenario| match &scenario.faults.timeline[0].fault {
+        alliance_proto::fault::Fault::Kill(robot) => robot.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(
+        (victim(&wide), victim(&five)),
+        ("gold".to_owned(), "r5".to_owned())
+    );
+    assert!(scenario(7).faults.is_empty());
+}
+
+#[test]
+fn another_claim_is_another_plan_and_another_comment_is_not() {
+    let digest = |text: &str| parse(text).unwrap().digest();
+    let claim = "[hypotheses.h]\nat_most = 1.0\n";
+    assert_eq!(digest(claim), digest(&format!("# Why.\n{claim}")));
+    assert_ne!(digest(claim), digest("[hypotheses.h]\nat_most = 2.0\n"));
+    assert_ne!(digest(claim), digest(""));
+}

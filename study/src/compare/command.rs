@@ -1,0 +1,198 @@
+//! Command line of `alliance compare`, and what it writes and shows.
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::process::ExitCode;
+use std::thread::available_parallelism;
+
+use alliance_proto::scenario::Scenario;
+use alliance_proto::{tell, terminal};
+use anyhow::{Context, bail};
+use clap::Args;
+use missions::Registry;
+use world_server::args::Known;
+
+use super::analysis::Analysis;
+use super::answer::answer;
+use super::data::{ALLOCATOR, Data, allocators, blocks, first_run, names};
+use super::figures::figures;
+use super::hypotheses::{check, judge};
+use super::memory;
+use super::page::Page;
+use super::tables::tables;
+use crate::sweep::comparison::{Axes, Comparison};
+use crate::sweep::folder::put;
+use crate::sweep::journal::Header;
+use crate::sweep::parquet::parquet;
+use crate::sweep::plan::Plan;
+use crate::sweep::results::{csv, figures as figures_of, table};
+use crate::sweep::run::Row;
+use crate::sweep::task::{Arguments, Study};
+use crate::sweep::workers::work;
+
+/// The page.
+const PAGE: &str = "comparison.html";
+
+/// Compare allocators under the same faults: a sweep whose plan varies `allocator`, with what it shows and how sure that is. Started
+/// again, it goes on where it was.
+#[derive(Args, Clone, Debug)]
+pub struct CompareCommand {
+    #[command(flatten)]
+    arguments: Arguments,
+    /// Do all runs of one cell again and print their rows as CSV, instead
+    #[arg(long, value_name = "CELL", conflicts_with_all = ["shard", "merge", "out", "scenario"])]
+    cell: Option<usize>,
+}
+
+impl CompareCommand {
+    /// See [`Arguments::run`].
+    #[must_use]
+    pub fn run(&self, known: &Known) -> ExitCode {
+        let study = Study {
+            name: "compare",
+            folder: "comparisons",
+            prepare,
+            finish,
+        };
+        let Some(cell) = self.cell else {
+            return self.arguments.run(known, &study);
+        };
+        match self.again(known, cell) {
+            Ok(text) => match terminal::print(&text) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    tell!("alliance compare: {error:#}");
+                    ExitCode::from(3)
+                }
+            },
+            Err(error) => {
+                tell!("alliance compare: {error:#}");
+                ExitCode::from(2)
+            }
+        }
+    }
+
+    /// The rows of a cell, as CSV.
+    fn again(&self, known: &Known, cell: usize) -> anyhow::Result<String> {
+        let (mut plan, _) = self.arguments.plan(known)?;
+        prepare(&mut plan, self.arguments.jobs())?;
+        let seeds = plan.design.repetitions();
+        let cells = plan.design.runs().unwrap_or_default() / seeds;
+        if cell >= cells {
+            bail!(
+                "there is no cell {cell}: they are numbered from 0 to {}",
+                cells - 1
+            );
+        }
+        let runs: Vec<usize> = (cell * seeds..(cell + 1) * seeds).collect();
+        let mut rows: Vec<Row> = Vec::new();
+        work(&plan, &runs, self.arguments.jobs(), &|| false, |row| {
+            rows.push(row);
+            Ok(())
+        })?;
+        rows.sort_by_key(|row| row.run);
+        let columns = table(&plan.design, &rows);
+        Ok(String::from_utf8(csv(&columns, rows.len())?)?)
+    }
+}
+
+/// Checks what a comparison wants of its plan, beside what a sweep wants.
+fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Comparison>> {
+    plan.measures = true;
+    let design = &plan.design;
+    let rivals = allocators(design).map(|place| names(&design.factors[place]));
+    let rivals = rivals.unwrap_or_default();
+    if rivals.len() < 2 {
+        bail!(
+            "a comparison takes two allocators or more, and the plan varies {}; write [grid] {ALLOCATOR} = [\"alliance\", \"cbba\"]",
+            if rivals.is_empty() { "none" } else { "one" }
+        );
+    }
+    let vocabulary = Registry::of_this_program().vocabulary();
+    let mut axes = Vec::new();
+    let mut largest = 0.0_f64;
+    for block in 0..blocks(design) {
+        let run = first_run(design, block);
+        let scenario = plan
+            .scenario(run)
+            .map_err(anyhow::Error::msg)
+            .and_then(|table| Ok(Scenario::from_table(&table, &vocabulary)?))
+            .with_context(|| format!("run {run}"))?;
+        largest = largest.max(memory::of_a_run(&scenario));
+        axes.push(Axes::of(&scenario));
+    }
+    memory::check(largest, jobs, design.runs().unwrap_or_default())?;
+    let comparison = Comparison {
+        question: plan.question.clone(),
+        hypotheses: plan.hypotheses.clone(),
+        axes,
+    };
+    let data = Data::of(design, &comparison, &[]);
+    check(
+        &plan.hypotheses,
+        &data.allocators,
+        &data.missions(),
+        &data.classes(),
+    )?;
+    Ok(Some(comparison))
+}
+
+/// Writes and shows the results; whether no run has failed.
+fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> {
+    let comparison = header
+        .comparison
+        .as_ref()
+        .context("the journal is one of a sweep; use alliance sweep --merge")?;
+    let design = &header.design;
+    let runs = table(design, rows);
+    put(folder, "results.csv", &csv(&runs, rows.len())?)?;
+    put(folder, "results.parquet", &parquet(&runs)?)?;
+
+    let data = Data::of(design, comparison, rows);
+    let jobs = available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let analysis = Analysis::of(&data, jobs);
+    let verdicts = judge(&data, &comparison.hypotheses);
+    let answer = answer(&data, &analysis, &verdicts);
+    let tables = tables(&data, &analysis, &verdicts);
+    for table in &tables {
+        for (name, bytes) in table.files()? {
+            put(folder, &name, &bytes)?;
+        }
+    }
+    let figures = figures(&data, &analysis)?;
+    for figure in &figures {
+        put(
+            folder,
+            &format!("{}.svg", figure.name),
+            figure.svg.as_bytes(),
+        )?;
+    }
+    let failed = rows.iter().filter(|row| figures_of(row).is_none()).count();
+    let page = Page {
+        name: &header.sweep,
+        question: comparison.question.as_deref(),
+        answer: &answer,
+        data: &data,
+        analysis: &analysis,
+        verdicts: &verdicts,
+        figures: &figures,
+        tables: &tables,
+        runs: (rows.len(), failed),
+    };
+    put(folder, PAGE, page.html().as_bytes())?;
+
+    if let Some(question) = &comparison.question {
+        tell!("{question}");
+    }
+    for sentence in &answer {
+        tell!("- {sentence}");
+    }
+    tell!("{} runs, {failed} failed", rows.len());
+    tell!(
+        "again    alliance compare {}.toml --cell N does the runs of a cell again; cells.csv has their numbers",
+        header.sweep
+    );
+    tell!("numbers  {}", folder.join("cells.csv").display());
+    tell!("page     {}", folder.join(PAGE).display());
+    Ok(failed == 0)
+}

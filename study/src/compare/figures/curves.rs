@@ -1,0 +1,161 @@
+//! Mean PAR2 against loss of messages and against the size of the team, where the plan has several of them.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use plotters::style::RGBColor;
+
+use super::{AT_LEFT, Figure, ending, round_up};
+use crate::compare::analysis::Analysis;
+use crate::compare::data::{Block, Data};
+use crate::compare::metrics::Metric;
+use crate::palette::colors;
+use crate::report::figures::canvas::{
+    Area, Axes, Chart, Drawn, Frame, Mark, WIDTH_PX, chart, curve, line, part, px, svg,
+};
+
+const PLOT_PX: f64 = 330.0;
+const LEGEND_PX: f64 = 150.0;
+const MARKS: [Mark; 4] = [Mark::Square, Mark::Diamond, Mark::Triangle, Mark::Cross];
+
+/// What stands on the x axis.
+struct Against {
+    file: &'static str,
+    axis: &'static str,
+    x: fn(&Block) -> Option<f64>,
+    /// Blocks that are alike but for x have this in common.
+    family: fn(&Block) -> String,
+}
+
+const AGAINST: [Against; 2] = [
+    Against {
+        file: "loss",
+        axis: "share of messages that get lost",
+        x: |block| block.axes.loss,
+        family: |block| block.mission.clone(),
+    },
+    Against {
+        file: "team",
+        axis: "robots",
+        x: |block| Some(block.axes.robots as f64),
+        family: |block| {
+            let stem = block
+                .mission
+                .trim_end_matches(|letter: char| letter.is_ascii_digit());
+            let parts = [stem.trim_end_matches(['-', ' ', '_']), &block.faults];
+            let parts: Vec<&str> = parts.into_iter().filter(|it| !it.is_empty()).collect();
+            parts.join(", ")
+        },
+    },
+];
+
+/// One for each mission, and for each family of missions under a class of faults.
+pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+    let mut figures = Vec::new();
+    for against in AGAINST {
+        let mut families: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
+        for (number, block) in data.blocks.iter().enumerate() {
+            if let Some(x) = (against.x)(block) {
+                families
+                    .entry((against.family)(block))
+                    .or_default()
+                    .push((x, number));
+            }
+        }
+        for (family, mut points) in families {
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            // Two blocks at one x are no family.
+            let rises = points.windows(2).all(|pair| pair[0].0 < pair[1].0);
+            if points.len() < 2 || !rises {
+                continue;
+            }
+            let title = match family.as_str() {
+                "" => format!("Mean PAR2 by {}", against.axis),
+                _ => format!("Mean PAR2 by {}: {family}", against.axis),
+            };
+            figures.push(Figure {
+                name: format!("{}{}", against.file, ending(&family)),
+                caption: format!("{title}. Bars: 95 % intervals, side by side for legibility."),
+                svg: one(&title, &against, &points, data, analysis)?,
+            });
+        }
+    }
+    Ok(figures)
+}
+
+fn one(
+    title: &str,
+    against: &Against,
+    points: &[(f64, usize)],
+    data: &Data,
+    analysis: &Analysis,
+) -> anyhow::Result<String> {
+    let par2 = data.place(&Metric::Par2);
+    let colors = colors(data.allocators.iter().map(String::as_str));
+    let (first, last) = (points[0].0, points[points.len() - 1].0);
+    let margin = (last - first) * 0.06;
+    let x: Range<f64> = first - margin..last + margin;
+    let all = points
+        .iter()
+        .flat_map(|(_, block)| &analysis.blocks[*block].summaries);
+    let most = all
+        .filter_map(|it| it[par2])
+        .map(|it| it.interval.1)
+        .fold(0.0, f64::max);
+    svg(title, PLOT_PX + 10.0, |area| {
+        let within = part(area, (0.0, 6.0), (WIDTH_PX - LEGEND_PX, PLOT_PX));
+        let frame = Frame {
+            left: 62.0,
+            right: 8.0,
+            bottom: 40.0,
+        };
+        let axes = Axes {
+            x: (x, against.axis),
+            y: (0.0..round_up(most), "mean PAR2 in s"),
+            y_labels: 6,
+        };
+        let chart = chart(&within, frame, &axes)?;
+        for (rival, name) in data.allocators.iter().enumerate() {
+            let middle = (data.allocators.len() as f64 - 1.0) / 2.0;
+            let shift = (rival as f64 - middle) * margin * 0.12;
+            let line: Vec<(f64, f64, (f64, f64))> = points
+                .iter()
+                .filter_map(|(x, block)| {
+                    let summary = analysis.blocks[*block].summaries[rival][par2]?;
+                    Some((x + shift, summary.mean, summary.interval))
+                })
+                .collect();
+            series(
+                area,
+                &chart,
+                &line,
+                colors[rival],
+                MARKS[rival % MARKS.len()],
+            )?;
+            let y_px = 20.0 + rival as f64 * (PLOT_PX - 30.0) / data.allocators.len() as f64;
+            let left_px = WIDTH_PX - LEGEND_PX + 14.0;
+            MARKS[rival % MARKS.len()].draw(area, (px(left_px), px(y_px)), colors[rival])?;
+            AT_LEFT.write(area, name, (left_px + 12.0, y_px))?;
+        }
+        Ok(())
+    })
+}
+
+fn series(
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+    points: &[(f64, f64, (f64, f64))],
+    color: RGBColor,
+    mark: Mark,
+) -> Drawn {
+    curve(
+        chart,
+        points.iter().map(|(x, y, _)| (*x, *y)).collect(),
+        line(color, 1.0),
+    )?;
+    for &(x, y, (from, to)) in points {
+        curve(chart, vec![(x, from), (x, to)], line(color, 1.5))?;
+        mark.draw(area, chart.plotting_area().map_coordinate(&(x, y)), color)?;
+    }
+    Ok(())
+}

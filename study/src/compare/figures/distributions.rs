@@ -1,0 +1,120 @@
+//! How PAR2 is distributed over the seeds, not only its mean.
+
+use plotters::element::{PathElement, Rectangle};
+use plotters::style::{Color, RGBColor};
+
+use super::{AT_RIGHT, CENTERED, Figure, ending, round_up};
+use crate::compare::analysis::{Analysis, Summary};
+use crate::compare::data::Data;
+use crate::compare::metrics::Metric;
+use crate::report::figures::canvas::{Area, Drawn, FAINT, INK, Lettering, WIDTH_PX, line, px, svg};
+
+const NAMES_PX: f64 = 112.0;
+const ROW_PX: f64 = 15.0;
+const HEAD_PX: f64 = 26.0;
+const FOOT_PX: f64 = 34.0;
+const COLUMNS: usize = 3;
+const BOX: RGBColor = RGBColor(120, 170, 215);
+const MEAN: RGBColor = RGBColor(190, 40, 40);
+
+/// One for each mission.
+pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+    let par2 = data.place(&Metric::Par2);
+    let missions = data.missions().into_iter();
+    missions
+        .map(|mission| {
+            let blocks: Vec<usize> = (0..data.blocks.len())
+                .filter(|block| data.blocks[*block].mission == mission)
+                .collect();
+            let summaries = |block: usize| analysis.blocks[block].summaries.iter().map(move |it| it[par2]);
+            let greatest = blocks.iter().flat_map(|block| summaries(*block)).flatten();
+            let most = round_up(greatest.map(|it| it.quantiles[6]).fold(0.0, f64::max));
+            let panel_px = HEAD_PX + ROW_PX * data.allocators.len() as f64 + FOOT_PX;
+            let height_px = panel_px * blocks.len().div_ceil(COLUMNS) as f64;
+            let title = match mission {
+                "" => "PAR2 over the seeds".to_owned(),
+                _ => format!("PAR2 over the seeds: {mission}"),
+            };
+            let svg = svg(&title, height_px, |area| {
+                for (place, block) in blocks.iter().enumerate() {
+                    let width = WIDTH_PX / COLUMNS as f64;
+                    let corner = ((place % COLUMNS) as f64 * width, (place / COLUMNS) as f64 * panel_px);
+                    let all: Vec<Option<Summary>> = summaries(*block).collect();
+                    panel(area, corner, data, *block, &all, most)?;
+                }
+                Ok(())
+            })?;
+            Ok(Figure {
+                name: format!("distribution{}", ending(mission)),
+                caption: format!(
+                    "{title}, s. Line: from the least to the greatest; thick line: from 5 to 95 %; box: from 25 to 75 %; dark: median; red: mean."
+                ),
+                svg,
+            })
+        })
+        .collect()
+}
+
+fn panel(
+    area: &Area<'_>,
+    (left, top): (f64, f64),
+    data: &Data,
+    block: usize,
+    summaries: &[Option<Summary>],
+    most: f64,
+) -> Drawn {
+    let width = WIDTH_PX / COLUMNS as f64 - NAMES_PX - 22.0;
+    let from = left + NAMES_PX;
+    let x_px = |value: f64| from + width * value / most;
+    let bottom = top + HEAD_PX + ROW_PX * summaries.len() as f64;
+    let path = |points: [(f64, f64); 2], color: RGBColor, width: f64| {
+        let points = points.map(|(x, y)| (px(x), px(y)));
+        area.draw(&PathElement::new(points, line(color, width)))
+    };
+    let head = Lettering {
+        bold: true,
+        ..CENTERED
+    };
+    head.write(
+        area,
+        &data.blocks[block].faults,
+        (from + width / 2.0, top + 13.0),
+    )?;
+    path([(from, bottom), (from + width, bottom)], INK, 1.0)?;
+    for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        let x = x_px(share * most);
+        path([(x, bottom), (x, bottom + 4.0)], INK, 1.0)?;
+        if share != 0.25 && share != 0.75 {
+            CENTERED.write(area, &format!("{}", share * most), (x, bottom + 13.0))?;
+        }
+    }
+    let small = Lettering {
+        size_px: 10.5,
+        ..AT_RIGHT
+    };
+    for (place, (name, summary)) in data.allocators.iter().zip(summaries).enumerate() {
+        let y = top + HEAD_PX + ROW_PX * (place as f64 + 0.5);
+        small.write(area, name, (from - 6.0, y))?;
+        let Some(summary) = summary else {
+            let none = Lettering {
+                color: FAINT,
+                size_px: 10.5,
+                ..super::AT_LEFT
+            };
+            none.write(area, "no data", (from + 4.0, y))?;
+            continue;
+        };
+        let at = summary.quantiles.map(x_px);
+        path([(at[0], y), (at[6], y)], FAINT, 1.0)?;
+        path([(at[1], y), (at[5], y)], INK, 2.0)?;
+        let corners = [
+            (px(at[2]), px(y - 4.5)),
+            (px(at[4].max(at[2] + 1.0)), px(y + 4.5)),
+        ];
+        area.draw(&Rectangle::new(corners, BOX.filled()))?;
+        path([(at[3], y - 5.5), (at[3], y + 5.5)], INK, 2.0)?;
+        let mean = x_px(summary.mean);
+        path([(mean, y - 3.5), (mean, y + 3.5)], MEAN, 2.0)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,205 @@
+//! Allocators against classes of faults.
+
+use plotters::element::Rectangle;
+use plotters::style::{Color, RGBColor};
+
+use super::{AT_RIGHT, CENTERED, Figure, ending};
+use crate::compare::answer::best;
+use crate::compare::data::{Block, Data};
+use crate::compare::metrics::Metric;
+use crate::report::figures::canvas::{
+    Area, Drawn, FAINT, INK, Lettering, WIDTH_PX, line, px, rows_for, svg,
+};
+use plotters::element::PathElement;
+
+const LEFT_PX: f64 = 130.0;
+const ROW_PX: f64 = 30.0;
+const HEAD_PX: f64 = 44.0;
+const LEGEND_PX: f64 = 46.0;
+
+/// From the best allocator's value to this many times it.
+const DARKEST: f64 = 4.0;
+const LIGHT: RGBColor = RGBColor(236, 244, 251);
+const DARK: RGBColor = RGBColor(8, 64, 129);
+const WHITE: RGBColor = RGBColor(255, 255, 255);
+
+/// One for each mission.
+pub(super) fn draw(data: &Data) -> anyhow::Result<Vec<Figure>> {
+    let missions = data.missions().into_iter();
+    missions
+        .map(|mission| {
+            let blocks: Vec<usize> = (0..data.blocks.len())
+                .filter(|block| data.blocks[*block].mission == mission)
+                .collect();
+            let title = match mission {
+                "" => "Mean PAR2 in s".to_owned(),
+                _ => format!("Mean PAR2 in s: {mission}"),
+            };
+            let rows = data.allocators.len() as f64;
+            let svg = svg(&title, HEAD_PX + rows * ROW_PX + LEGEND_PX, |area| {
+                heads(area, data, &blocks)?;
+                for place in 0..data.allocators.len() {
+                    row(area, data, &blocks, place)?;
+                }
+                legend(area, HEAD_PX + rows * ROW_PX + 14.0)
+            })?;
+            Ok(Figure {
+                name: format!("heat{}", ending(mission)),
+                caption: format!(
+                    "{title}, by allocator and class of faults. The darker, the more it is than the best allocator's of that column (the oracle aside). \
+                     Below in small: the share of runs that completed the mission, where it is not all. Hatched: no data."
+                ),
+                svg,
+            })
+        })
+        .collect()
+}
+
+/// Width of a column, px.
+fn width_px(blocks: usize) -> f64 {
+    ((WIDTH_PX - LEFT_PX - 4.0) / blocks.max(1) as f64).min(150.0)
+}
+
+fn heads(area: &Area<'_>, data: &Data, blocks: &[usize]) -> Drawn {
+    let width = width_px(blocks.len());
+    let x_px = |place: usize| LEFT_PX + (place as f64 + 0.5) * width;
+    let name = |block: &usize| match data.blocks[*block].faults.as_str() {
+        "" => "PAR2".to_owned(),
+        faults => faults.to_owned(),
+    };
+    let places: Vec<(f64, f64)> = blocks
+        .iter()
+        .enumerate()
+        .map(|(place, block)| {
+            let width = CENTERED.width_px(&name(block)) + 8.0;
+            (x_px(place) - width / 2.0, width)
+        })
+        .collect();
+    for ((place, block), row) in blocks.iter().enumerate().zip(rows_for(&places, 2)) {
+        if let Some(row) = row {
+            let y_px = HEAD_PX - 12.0 - 16.0 * row as f64;
+            CENTERED.write(area, &name(block), (x_px(place), y_px))?;
+        }
+    }
+    Ok(())
+}
+
+fn row(area: &Area<'_>, data: &Data, blocks: &[usize], rival: usize) -> Drawn {
+    let top_px = HEAD_PX + rival as f64 * ROW_PX;
+    AT_RIGHT.write(
+        area,
+        &data.allocators[rival],
+        (LEFT_PX - 8.0, top_px + ROW_PX / 2.0),
+    )?;
+    let width = width_px(blocks.len());
+    for (place, block) in blocks.iter().enumerate() {
+        let left_px = LEFT_PX + place as f64 * width;
+        let corners = [
+            (px(left_px), px(top_px)),
+            (px(left_px + width - 1.0), px(top_px + ROW_PX - 1.0)),
+        ];
+        cell(
+            area,
+            data,
+            *block,
+            rival,
+            corners,
+            (left_px + width / 2.0, top_px),
+        )?;
+    }
+    Ok(())
+}
+
+fn cell(
+    area: &Area<'_>,
+    data: &Data,
+    block: usize,
+    rival: usize,
+    corners: [(i32, i32); 2],
+    (middle_px, top_px): (f64, f64),
+) -> Drawn {
+    let found = &data.blocks[block].cells[rival];
+    let par2 = data.place(&Metric::Par2);
+    let Some(mean) = found.mean(par2) else {
+        return empty(area, corners);
+    };
+    let least = best(data, block).and_then(|best| data.blocks[block].cells[best].mean(par2));
+    let share = depth(mean, least);
+    area.draw(&Rectangle::new(corners, between(share).filled()))?;
+    let color = if share > 0.55 { WHITE } else { INK };
+    let letters = Lettering { color, ..CENTERED };
+    let completed = completion(&data.blocks[block], rival, data);
+    let y_px = top_px
+        + if completed.is_some() {
+            10.0
+        } else {
+            ROW_PX / 2.0
+        };
+    letters.write(area, &format!("{mean:.0}"), (middle_px, y_px))?;
+    if let Some(share) = completed {
+        let small = Lettering {
+            size_px: 9.0,
+            ..letters
+        };
+        small.write(area, &share, (middle_px, top_px + 22.0))?;
+    }
+    Ok(())
+}
+
+/// In words, where it is not all.
+fn completion(block: &Block, rival: usize, data: &Data) -> Option<String> {
+    let share = block.cells[rival].mean(data.place(&Metric::Completion))?;
+    (share < 1.0).then(|| format!("{:.0} % done", (100.0 * share).floor()))
+}
+
+/// 0 for the best, 1 for [`DARKEST`] times it.
+fn depth(mean: f64, least: Option<f64>) -> f64 {
+    match least {
+        Some(least) if least > 0.0 => ((mean / least).ln() / DARKEST.ln()).clamp(0.0, 1.0),
+        _ => 0.0,
+    }
+}
+
+fn between(share: f64) -> RGBColor {
+    let mix = |from: u8, to: u8| {
+        (f64::from(from) + share * (f64::from(to) - f64::from(from))).round() as u8
+    };
+    RGBColor(
+        mix(LIGHT.0, DARK.0),
+        mix(LIGHT.1, DARK.1),
+        mix(LIGHT.2, DARK.2),
+    )
+}
+
+fn empty(area: &Area<'_>, [(left, top), (right, bottom)]: [(i32, i32); 2]) -> Drawn {
+    let step = px(7.0);
+    let height = bottom - top;
+    let mut from = left - height;
+    while from < right {
+        // From the lower edge to the upper one, cut at the sides.
+        let (low, high) = (from.max(left), (from + height).min(right));
+        let ends = [(low, bottom - (low - from)), (high, bottom - (high - from))];
+        area.draw(&PathElement::new(ends, line(FAINT, 0.75)))?;
+        from += step;
+    }
+    Ok(())
+}
+
+fn legend(area: &Area<'_>, top_px: f64) -> Drawn {
+    let width = 40.0;
+    for (place, factor) in [1.0_f64, 1.41, 2.0, 2.83, DARKEST].into_iter().enumerate() {
+        let left_px = LEFT_PX + place as f64 * width;
+        let corners = [
+            (px(left_px), px(top_px)),
+            (px(left_px + width), px(top_px + 12.0)),
+        ];
+        area.draw(&Rectangle::new(
+            corners,
+            between(depth(factor, Some(1.0))).filled(),
+        ))?;
+        let more = if factor == DARKEST { "+" } else { "" };
+        let label = format!("{factor:.1}{more}");
+        CENTERED.write(area, &label, (left_px + width / 2.0, top_px + 22.0))?;
+    }
+    AT_RIGHT.write(area, "times the best", (LEFT_PX - 8.0, top_px + 6.0))
+}

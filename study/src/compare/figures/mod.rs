@@ -1,0 +1,76 @@
+//! The figures of a comparison, as SVG.
+
+mod curves;
+mod distributions;
+mod heat;
+mod ranks;
+
+use plotters::style::RGBColor;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::analysis::Analysis;
+use super::data::Data;
+use crate::report::figures::canvas::{INK, Lettering, TEXT_PX};
+
+/// A figure.
+pub struct Figure {
+    /// Its file's name, without ending.
+    pub name: String,
+    /// What it shows and how to read it.
+    pub caption: String,
+    /// The drawing.
+    pub svg: String,
+}
+
+/// Heat maps, distributions, curves and critical differences, in this order.
+///
+/// # Errors
+/// When one cannot be drawn.
+pub fn figures(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+    let mut all = heat::draw(data)?;
+    all.extend(ranks::draw(data, analysis)?);
+    all.extend(curves::draw(data, analysis)?);
+    all.extend(distributions::draw(data, analysis)?);
+    Ok(all)
+}
+
+/// A name as a part of a file's name.
+fn plain(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_ascii_alphanumeric());
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join("-")
+}
+
+/// `-name`, or nothing.
+fn ending(name: &str) -> String {
+    match plain(name).as_str() {
+        "" => String::new(),
+        plain => format!("-{plain}"),
+    }
+}
+
+/// Lettering of the usual size.
+const fn lettering(h: HPos, color: RGBColor) -> Lettering {
+    Lettering {
+        size_px: TEXT_PX,
+        bold: false,
+        color,
+        anchor: (h, VPos::Center),
+        upright: false,
+    }
+}
+
+const AT_LEFT: Lettering = lettering(HPos::Left, INK);
+const AT_RIGHT: Lettering = lettering(HPos::Right, INK);
+const CENTERED: Lettering = lettering(HPos::Center, INK);
+
+/// The least round number that is no less, of 1, 2, 2.5, 5 times a power of ten.
+fn round_up(number: f64) -> f64 {
+    if number <= 0.0 || !number.is_finite() {
+        return 1.0;
+    }
+    let power = 10_f64.powf(number.log10().floor());
+    let steps = [1.0, 2.0, 2.5, 5.0, 10.0];
+    let step = steps.into_iter().find(|step| step * power >= number);
+    step.unwrap_or(10.0) * power
+}

@@ -1,0 +1,156 @@
+//! Critical-difference diagrams (Demšar 2006): mean ranks on a line, and bars over those that are not shown to differ.
+
+use plotters::element::{Circle, PathElement};
+use plotters::style::Color;
+
+use super::{AT_LEFT, AT_RIGHT, CENTERED, Figure};
+use crate::compare::analysis::{Analysis, Ranking};
+use crate::compare::answer::p_value;
+use crate::compare::data::Data;
+use crate::report::figures::canvas::{Area, Drawn, INK, WIDTH_PX, line, px, svg};
+
+const SIDE_PX: f64 = 190.0;
+const AXIS_PX: f64 = 64.0;
+const BAR_PX: f64 = 9.0;
+const LABEL_PX: f64 = 20.0;
+
+/// One for each metric.
+pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+    let rankings = analysis.rankings.iter();
+    rankings
+        .map(|ranking| {
+            let name = ranking.metric.name();
+            let title = format!("Mean ranks by {name}");
+            let bars = bars(ranking);
+            let half = data.allocators.len().div_ceil(2) as f64;
+            let labels_px = AXIS_PX + 14.0 + bars.len() as f64 * BAR_PX;
+            let svg = svg(&title, labels_px + (half + 0.5) * LABEL_PX, |area| {
+                diagram(area, data, ranking, &bars, labels_px)
+            })?;
+            let better = if ranking.metric.more_is_better() { "most" } else { "least" };
+            let left = match ranking.left_out.len() {
+                0 => String::new(),
+                count => format!(" {count} blocks in which an allocator has no data are left out."),
+            };
+            Ok(Figure {
+                caption: format!(
+                    "Mean ranks of {} allocators by {name} over {} blocks; rank 1: {better}. Friedman: χ² = {:.1}, p {}. \
+                     Two of them differ where they lie CD = {:.2} or more apart (Nemenyi, 5 %); a bar joins those that are not shown to.{left}",
+                    data.allocators.len(),
+                    ranking.friedman.blocks,
+                    ranking.friedman.statistic,
+                    p_value(ranking.friedman.p),
+                    ranking.critical
+                ),
+                name: format!("ranks-{}", super::plain(&name)),
+                svg,
+            })
+        })
+        .collect()
+}
+
+/// First and last place, in order, of the longest runs of those that do not differ.
+fn bars(ranking: &Ranking) -> Vec<(usize, usize)> {
+    let ranks = &ranking.friedman.mean_ranks;
+    let order = ranking.order();
+    let mut bars: Vec<(usize, usize)> = Vec::new();
+    for (from, place) in order.iter().enumerate() {
+        let near = order[from..]
+            .iter()
+            .take_while(|other| ranks[**other] - ranks[*place] < ranking.critical);
+        let to = from + near.count() - 1;
+        if to > from && bars.last().is_none_or(|(_, last)| to > *last) {
+            bars.push((from, to));
+        }
+    }
+    bars
+}
+
+fn diagram(
+    area: &Area<'_>,
+    data: &Data,
+    ranking: &Ranking,
+    bars: &[(usize, usize)],
+    labels_px: f64,
+) -> Drawn {
+    let count = data.allocators.len();
+    let most = count as f64;
+    let x_px =
+        |rank: f64| SIDE_PX + (WIDTH_PX - 2.0 * SIDE_PX) * (rank - 1.0) / (most - 1.0).max(1.0);
+    let path = |points: &[(f64, f64)], width: f64| {
+        let points: Vec<(i32, i32)> = points.iter().map(|(x, y)| (px(*x), px(*y))).collect();
+        area.draw(&PathElement::new(points, line(INK, width)))
+    };
+    path(&[(x_px(1.0), AXIS_PX), (x_px(most), AXIS_PX)], 1.0)?;
+    for rank in 1..=count {
+        let x = x_px(rank as f64);
+        path(&[(x, AXIS_PX - 5.0), (x, AXIS_PX)], 1.0)?;
+        CENTERED.write(area, &rank.to_string(), (x, AXIS_PX - 14.0))?;
+    }
+    // No longer than the axis.
+    let critical = ranking.critical.min(most - 1.0);
+    path(&[(x_px(1.0), 22.0), (x_px(1.0 + critical), 22.0)], 2.0)?;
+    for end in [1.0, 1.0 + critical] {
+        path(&[(x_px(end), 18.0), (x_px(end), 26.0)], 1.0)?;
+    }
+    let cd = format!("CD = {:.2}", ranking.critical);
+    CENTERED.write(area, &cd, (x_px(1.0 + critical / 2.0), 9.0))?;
+
+    let ranks = &ranking.friedman.mean_ranks;
+    let order = ranking.order();
+    for (number, (from, to)) in bars.iter().enumerate() {
+        let y = AXIS_PX + 10.0 + number as f64 * BAR_PX;
+        let (from, to) = (x_px(ranks[order[*from]]), x_px(ranks[order[*to]]));
+        path(&[(from - 3.0, y), (to + 3.0, y)], 4.0)?;
+    }
+    let half = count.div_ceil(2);
+    for (place, rival) in order.iter().enumerate() {
+        let x = x_px(ranks[*rival]);
+        let is_left = place < half;
+        let row = if is_left { place } else { count - 1 - place };
+        let y = labels_px + (row as f64 + 0.5) * LABEL_PX;
+        let end = if is_left {
+            SIDE_PX - 12.0
+        } else {
+            WIDTH_PX - SIDE_PX + 12.0
+        };
+        path(&[(x, AXIS_PX), (x, y), (end, y)], 0.75)?;
+        area.draw(&Circle::new((px(x), px(AXIS_PX)), px(2.5), INK.filled()))?;
+        let name = &data.allocators[*rival];
+        let rank = ranks[*rival];
+        if is_left {
+            AT_RIGHT.write(area, &format!("{name}  {rank:.2}"), (end - 6.0, y))?;
+        } else {
+            AT_LEFT.write(area, &format!("{rank:.2}  {name}"), (end + 6.0, y))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::metrics::Metric;
+    use crate::compare::statistics::friedman::Friedman;
+
+    #[test]
+    fn bars_join_those_that_do_not_differ_and_no_bar_is_a_part_of_another() {
+        let ranking = |mean_ranks: Vec<f64>, critical| Ranking {
+            metric: Metric::Par2,
+            friedman: Friedman {
+                blocks: 9,
+                mean_ranks,
+                statistic: 1.0,
+                p: 0.1,
+            },
+            critical,
+            left_out: Vec::new(),
+        };
+        // In order 1, 1.5, 2.2, 4.
+        let ranks = vec![2.2, 1.0, 4.0, 1.5];
+        assert_eq!(bars(&ranking(ranks.clone(), 1.0)), [(0, 1), (1, 2)]);
+        assert_eq!(bars(&ranking(ranks.clone(), 2.0)), [(0, 2), (2, 3)]);
+        assert_eq!(bars(&ranking(ranks.clone(), 9.0)), [(0, 3)]);
+        assert_eq!(bars(&ranking(ranks, 0.1)), []);
+    }
+}

@@ -1,0 +1,317 @@
+//! The result as a page that needs no other: first the question and the answer.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::analysis::{Analysis, Summary};
+use super::answer::{best, p_value};
+use super::data::Data;
+use super::figures::Figure;
+use super::hypotheses::{Outcome, Verdict};
+use super::metrics::Metric;
+use super::tables::Table;
+use crate::report::page::STYLE;
+
+/// Tables that are too wide move by themselves; in the dark drawings are turned round, with their hues kept; on paper everything is
+/// there.
+const LOOKS: &str = "
+:root { color-scheme: light dark }
+td { white-space: nowrap } td.long { white-space: normal; min-width: 16rem; text-align: left } .wide { overflow-x: auto }
+.question { font-size: 1.15rem; font-style: italic } .answer li { margin: .4rem 0 }
+code { font-size: .85rem; overflow-wrap: anywhere } summary { cursor: pointer; margin: .4rem 0; font-weight: bold }
+.held { color: #1a6e3c } .failed { color: #a32020 } .undecided { color: #6a5400 } .held, .failed, .undecided { font-weight: bold }
+figure { overflow-x: auto } figure svg { min-width: 34rem }
+@media (prefers-color-scheme: dark) {
+  body { color: #ddd; background: #16181b } figcaption, .note { color: #aaa } a { color: #8ab8ff }
+  th, td { border-color: #444 } thead th { border-color: #999 }
+  figure svg { filter: invert(.91) hue-rotate(180deg) }
+  .held { color: #6fcf97 } .failed { color: #ff8a80 } .undecided { color: #e6c65c }
+}
+@media print {
+  body { color: #000; background: #fff; max-width: none; margin: 0; font-size: 10pt }
+  figure svg { filter: none; min-width: 0 } .wide, figure { overflow: visible } table { font-size: 7.5pt }
+  th, td { padding: .1rem .25rem; color: #000 } a { color: #000 } tr { break-inside: avoid }
+  details::details-content { content-visibility: visible; height: auto }
+}
+";
+
+/// Columns of the tables by block: how they are headed, and of which metric.
+const SHOWN: [(&str, Metric, usize); 12] = [
+    ("PAR2, s", Metric::Par2, 1),
+    ("makespan, s", Metric::Makespan, 1),
+    ("regret, s", Metric::Regret, 1),
+    ("messages", Metric::Messages, 0),
+    ("kB", Metric::Bytes, 1),
+    ("way, m", Metric::Distance, 1),
+    ("energy, kJ", Metric::Energy, 2),
+    ("duplicate, s", Metric::Duplicate, 1),
+    ("orphan, s", Metric::Orphan, 1),
+    ("unattended, s", Metric::Unattended, 1),
+    ("detection, s", Metric::Detection, 1),
+    ("takeover, s", Metric::Takeover, 1),
+];
+
+/// What is on the page.
+pub struct Page<'c> {
+    /// Its name.
+    pub name: &'c str,
+    /// What its author wants to know.
+    pub question: Option<&'c str>,
+    /// In words.
+    pub answer: &'c [String],
+    /// The numbers.
+    pub data: &'c Data,
+    /// What was computed of them.
+    pub analysis: &'c Analysis,
+    /// What came of the claims.
+    pub verdicts: &'c [Verdict],
+    /// All of them.
+    pub figures: &'c [Figure],
+    /// All of them.
+    pub tables: &'c [Table],
+    /// Runs, and those that failed.
+    pub runs: (usize, usize),
+}
+
+impl Page<'_> {
+    /// The page.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let (runs, failed) = self.runs;
+        let text = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width";
+                    title { "Comparison " (self.name) }
+                    style { (PreEscaped(STYLE)) (PreEscaped(LOOKS)) }
+                }
+                body {
+                    h1 { "Comparison " (self.name) }
+                    p.question {
+                        (self.question.unwrap_or("Which allocation rule copes best with which faults, and is the difference real?"))
+                    }
+                    ul.answer { @for sentence in self.answer { li { (sentence) } } }
+                    p.note {
+                        (runs) " runs of " (self.data.allocators.len()) " allocators in " (self.data.blocks.len()) " blocks"
+                        @if failed > 0 { ", " (failed) " of them failed" }
+                        "; the same seed has the same world and the same luck of the radio for each allocator. Intervals are of 95 %."
+                    }
+                    (self.hypotheses())
+                    h2 { "Figures" }
+                    p.note { "Each is also a file of its own beside this page." }
+                    @for figure in self.figures {
+                        figure {
+                            (PreEscaped(&figure.svg))
+                            figcaption { (figure.caption) " " a href=(format!("{}.svg", figure.name)) { (figure.name) ".svg" } }
+                        }
+                    }
+                    h2 { "Every block" }
+                    p.note {
+                        "Means over the seeds with their intervals. Less is better. Compared with the best allocator of the block by PAR2, "
+                        "the oracle aside: the effect is the matched-pairs rank-biserial correlation, from -1 (always less than the best) to 1 (always more); "
+                        "p by Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
+                    }
+                    @for block in 0..self.data.blocks.len() { (self.block(block)) }
+                    (self.downloads())
+                    (self.repeat())
+                    (self.definitions())
+                }
+            }
+        };
+        text.into_string()
+    }
+
+    fn hypotheses(&self) -> Markup {
+        html! {
+            @if !self.verdicts.is_empty() {
+                h2 { "Hypotheses" }
+                p.note {
+                    "Declared in the plan before the first run. Held: every part's interval lies within the claim. Failed: some part's interval lies "
+                    "outside, at a level corrected for the number of parts. Else undecided."
+                }
+                @for verdict in self.verdicts {
+                    details open[verdict.outcome == Outcome::Failed] {
+                        summary {
+                            span class=(verdict.outcome.as_str()) { (verdict.outcome.as_str()) } " · " (verdict.name) ": " (verdict.says)
+                        }
+                        div.wide { table {
+                            thead { tr { th.text { "block" } th.text { "claim" } th { "mean" } th { "95 %" } th.text { "" } } }
+                            tbody { @for part in &verdict.parts { tr {
+                                td.text { (self.data.blocks[part.block].name()) }
+                                td.text { (part.claim) }
+                                @match part.found {
+                                    Some((mean, (from, to))) => {
+                                        td { (short(mean)) } td { (short(from)) " to " (short(to)) }
+                                    },
+                                    None => { td { "no data" } td {} },
+                                }
+                                td.text { span class=(part.outcome.as_str()) { (part.outcome.as_str()) } }
+                            } } }
+                        } }
+                    }
+                }
+            }
+        }
+    }
+
+    fn block(&self, number: usize) -> Markup {
+        let block = &self.data.blocks[number];
+        let best = best(self.data, number);
+        let shown: Vec<_> = SHOWN
+            .iter()
+            .map(|(head, metric, digits)| (*head, metric, self.data.place(metric), *digits))
+            .filter(|(_, _, place, _)| {
+                let summaries = &self.analysis.blocks[number].summaries;
+                summaries.iter().any(|it| it[*place].is_some())
+            })
+            .collect();
+        html! {
+            details open[number == 0] {
+                summary { (block.name()) }
+                div.wide { table {
+                    thead { tr {
+                        th { "allocator" } th { "runs" } th { "complete" } th { "95 %" }
+                        @for (head, _, _, _) in &shown { th { (head) } @if *head == "PAR2, s" { th { "95 %" } } }
+                        th { "more than the best, s" } th { "95 %" } th { "effect" } th { "p" }
+                    } }
+                    tbody { @for (rival, cell) in block.cells.iter().enumerate() {
+                        tr {
+                            td { (self.data.allocators[rival]) }
+                            td { (cell.counted()) @if cell.unhit > 0 { " (" (cell.unhit) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
+                            @if cell.counted() == 0 {
+                                td.text colspan=(shown.len() + 7) { "no data: " (why_none(cell.unhit)) "; again: " code { (self.again(cell.number)) } }
+                            } @else {
+                                (self.completion(number, rival))
+                                @for (_, metric, place, digits) in &shown {
+                                    (self.value(number, rival, metric, *place, *digits))
+                                }
+                                (self.against_best(number, rival, best))
+                            }
+                        }
+                    } }
+                } }
+            }
+        }
+    }
+
+    fn summary(&self, block: usize, rival: usize, place: usize) -> Option<Summary> {
+        self.analysis.blocks[block].summaries[rival][place]
+    }
+
+    fn completion(&self, block: usize, rival: usize) -> Markup {
+        let summary = self.summary(block, rival, self.data.place(&Metric::Completion));
+        html! {
+            @match summary {
+                Some(found) => {
+                    td { (format!("{:.0} %", 100.0 * found.mean)) }
+                    td { (format!("{:.0} – {:.0} %", 100.0 * found.interval.0, 100.0 * found.interval.1)) }
+                },
+                None => { td { "–" } td { "–" } },
+            }
+        }
+    }
+
+    fn value(
+        &self,
+        block: usize,
+        rival: usize,
+        metric: &Metric,
+        place: usize,
+        digits: usize,
+    ) -> Markup {
+        let scale = match metric {
+            Metric::Bytes | Metric::Energy => 1000.0,
+            _ => 1.0,
+        };
+        let show = |value: f64| format!("{:.digits$}", value / scale);
+        let summary = self.summary(block, rival, place);
+        html! {
+            td { @match &summary { Some(found) => { (show(found.mean)) }, None => { "–" } } }
+            @if *metric == Metric::Par2 {
+                td { @if let Some(found) = &summary { (show(found.interval.0)) " – " (show(found.interval.1)) } }
+            }
+        }
+    }
+
+    fn against_best(&self, block: usize, rival: usize, best: Option<usize>) -> Markup {
+        let pair = best.and_then(|best| self.analysis.pair(block, &Metric::Par2, best, rival));
+        html! {
+            @match pair {
+                _ if best == Some(rival) => { td.text colspan="4" { "the best" } },
+                Some(pair) if pair.n > 0 => {
+                    @match pair.mean {
+                        Some((mean, (from, to))) => { td { (format!("{mean:.1}")) } td { (format!("{from:.1} – {to:.1}")) } },
+                        None => { td { "–" } td { "–" } },
+                    }
+                    td { (format!("{:.2}", pair.effect)) }
+                    td { (p_value(pair.adjusted).trim_start_matches("= ")) }
+                },
+                _ => { td.text colspan="4" { "–" } },
+            }
+        }
+    }
+
+    fn downloads(&self) -> Markup {
+        html! {
+            h2 { "Every number" }
+            ul {
+                li { "runs: a row for each run: " a href="results.csv" { "results.csv" } ", " a href="results.parquet" { "results.parquet" } }
+                @for table in self.tables {
+                    li {
+                        (table.name) ": " (table.what) ": "
+                        a href=(format!("{}.csv", table.name)) { (table.name) ".csv" } ", "
+                        a href=(format!("{}.parquet", table.name)) { (table.name) ".parquet" }
+                    }
+                }
+            }
+        }
+    }
+
+    fn again(&self, cell: usize) -> String {
+        format!("alliance compare {}.toml --cell {cell}", self.name)
+    }
+
+    fn repeat(&self) -> Markup {
+        html! {
+            h2 { "Once more" }
+            p {
+                "All runs of a cell, which has a number in cells.csv: " code { (self.again(0)) } ". One run as a scenario, with the command that runs it: "
+                code { "alliance compare " (self.name) ".toml --scenario 0" } ". The plan is " a href="plan.toml" { "plan.toml" } "."
+            }
+        }
+    }
+
+    fn definitions(&self) -> Markup {
+        html! {
+            h2 { "What is counted" }
+            dl {
+                @for metric in Metric::ALL { dt { (metric.name()) } dd { (metric.meaning()) } }
+                dt { "no data" }
+                dd {
+                    "A run whose faults all hit nothing counts in nothing, and neither does its seed in a pair. A cell without a run that counts is no data."
+                }
+                dt { "intervals" }
+                dd { "Percentiles of 10,000 bootstrap resamples over the seeds, which stay paired; for completion Wilson's." }
+                dt { "ranks" }
+                dd { "Of the allocators' means within each block. Blocks, not seeds, are the sample: more seeds make no block more." }
+            }
+        }
+    }
+}
+
+fn why_none(unhit: usize) -> &'static str {
+    if unhit > 0 {
+        "the fault never hit"
+    } else {
+        "every run failed"
+    }
+}
+
+/// With as many digits as it takes.
+fn short(number: f64) -> String {
+    match number.abs() {
+        small if small < 10.0 => format!("{number:.3}"),
+        _ => format!("{number:.1}"),
+    }
+}

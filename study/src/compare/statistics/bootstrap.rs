@@ -1,0 +1,200 @@
+//! The percentile bootstrap (Efron 1979): what a statistic would have been for other seeds.
+//!
+//! Seeds are drawn, each with all that belongs to it, so that what is paired stays paired. The draws come from a stream of their
+//! own and depend on the number of seeds alone: the same values always have the same interval.
+
+use std::collections::BTreeMap;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+/// How often seeds are drawn.
+pub const RESAMPLES: usize = 10_000;
+
+/// Its number among the streams of seed 0; `sweep` has the first.
+const STREAM: u64 = 1;
+
+/// From, to.
+pub type Interval = (f64, f64);
+
+/// A statistic of each resample, in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resampled(Vec<f64>);
+
+impl Resampled {
+    /// The middle part of them, of that share. None are there of no values.
+    #[must_use]
+    pub fn interval(&self, level: f64) -> Option<Interval> {
+        let tail = (1.0 - level) / 2.0;
+        (!self.0.is_empty()).then(|| (quantile(&self.0, tail), quantile(&self.0, 1.0 - tail)))
+    }
+}
+
+/// The means of resamples of each column.
+#[must_use]
+pub fn means(columns: &[&[f64]]) -> Vec<Resampled> {
+    let mut found = vec![Vec::with_capacity(RESAMPLES); columns.len()];
+    each_length(
+        columns.iter().map(|column| column.len()),
+        |members, draws| {
+            for &member in members {
+                let column = columns[member];
+                let sum: f64 = draws.iter().map(|place| column[*place as usize]).sum();
+                found[member].push(sum / column.len() as f64);
+            }
+        },
+    );
+    found.into_iter().map(sorted).collect()
+}
+
+/// The differences of medians, second less first, of resamples of each pair of columns of one length.
+#[must_use]
+pub fn median_differences(pairs: &[(&[f64], &[f64])]) -> Vec<Resampled> {
+    let ranked: Vec<_> = pairs
+        .iter()
+        .map(|(first, second)| (Ranked::of(first), Ranked::of(second)))
+        .collect();
+    let mut found = vec![Vec::with_capacity(RESAMPLES); pairs.len()];
+    let mut counts = Vec::new();
+    each_length(
+        pairs.iter().map(|(first, _)| first.len()),
+        |members, draws| {
+            for &member in members {
+                let (first, second) = &ranked[member];
+                found[member]
+                    .push(second.median(draws, &mut counts) - first.median(draws, &mut counts));
+            }
+        },
+    );
+    found.into_iter().map(sorted).collect()
+}
+
+/// Draws seeds for all columns of one length at once, and for the next length again from the start.
+fn each_length(lengths: impl Iterator<Item = usize>, mut see: impl FnMut(&[usize], &[u32])) {
+    let mut by_length: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (member, length) in lengths.enumerate() {
+        by_length.entry(length).or_default().push(member);
+    }
+    for (length, members) in by_length.into_iter().filter(|(length, _)| *length > 0) {
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        rng.set_stream(STREAM);
+        let mut draws = vec![0; length];
+        for _ in 0..RESAMPLES {
+            // There are at most a million seeds.
+            draws.fill_with(|| rng.random_range(0..length as u32));
+            see(&members, &draws);
+        }
+    }
+}
+
+/// Values, each known by its place among all in order: so a median is found without sorting.
+struct Ranked {
+    /// In order.
+    values: Vec<f64>,
+    /// Of each value as it came.
+    places: Vec<u32>,
+}
+
+impl Ranked {
+    fn of(values: &[f64]) -> Self {
+        let mut order: Vec<u32> = (0..values.len() as u32).collect();
+        order.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
+        let mut places = vec![0; values.len()];
+        for (place, member) in order.iter().enumerate() {
+            places[*member as usize] = place as u32;
+        }
+        Self {
+            values: order
+                .iter()
+                .map(|member| values[*member as usize])
+                .collect(),
+            places,
+        }
+    }
+
+    /// Of those drawn.
+    fn median(&self, draws: &[u32], counts: &mut Vec<u32>) -> f64 {
+        counts.clear();
+        counts.resize(self.values.len(), 0);
+        for draw in draws {
+            counts[self.places[*draw as usize] as usize] += 1;
+        }
+        let (below, above) = ((draws.len() - 1) / 2, draws.len() / 2);
+        let mut seen = 0;
+        let mut low = None;
+        for (value, count) in self.values.iter().zip(counts) {
+            seen += *count as usize;
+            if seen > below {
+                let low = *low.get_or_insert(*value);
+                if seen > above {
+                    return (low + value) / 2.0;
+                }
+            }
+        }
+        f64::NAN
+    }
+}
+
+fn sorted(mut values: Vec<f64>) -> Resampled {
+    values.sort_by(f64::total_cmp);
+    Resampled(values)
+}
+
+/// Of sorted values, linear between two of them (Hyndman and Fan's type 7).
+#[must_use]
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = share * (sorted.len() - 1) as f64;
+    let below = sorted[place.floor() as usize];
+    let above = sorted[place.ceil() as usize];
+    below + (above - below) * place.fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_of_a_mean_is_that_of_the_normal_distribution() {
+        // 0 to 99: the mean's standard error is 28.87 / √100 = 2.887; 49.5 ± 1.96 · 2.887.
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        let resampled = means(&[&values]).remove(0);
+        let (from, to) = resampled.interval(0.95).unwrap();
+        assert!(
+            (from - 43.84).abs() < 0.25 && (to - 55.16).abs() < 0.25,
+            "{from} {to}"
+        );
+        let (wider, _) = resampled.interval(0.99).unwrap();
+        assert!(wider < from);
+        assert_eq!(means(&[&[]])[0].interval(0.95), None);
+        assert_eq!(means(&[&[3.0, 3.0]])[0].interval(0.95), Some((3.0, 3.0)));
+    }
+
+    #[test]
+    fn what_is_paired_stays_paired() {
+        let first: Vec<f64> = (0..40).map(|it| f64::from(it * it % 37)).collect();
+        let second: Vec<f64> = first.iter().map(|it| it + 5.0).collect();
+        let found = median_differences(&[(&first, &second)]).remove(0);
+        assert_eq!(found.interval(0.95), Some((5.0, 5.0)));
+        // And each column has its draws whatever stands beside it.
+        let apart = means(&[&first, &second[..7], &second]);
+        assert_eq!(apart[0], means(&[&first])[0]);
+        assert_eq!(apart[1], means(&[&second[..7]])[0]);
+    }
+
+    #[test]
+    fn medians_without_sorting() {
+        let mut counts = Vec::new();
+        let values = Ranked::of(&[5.0, 1.0, 3.0, 3.0]);
+        for (draws, expected) in [
+            ([0, 1, 2, 3], 3.0),
+            ([1, 1, 0, 0], 3.0),
+            ([1, 1, 1, 0], 1.0),
+            ([0, 0, 0, 2], 5.0),
+            ([1, 1, 2, 3], 2.0),
+        ] {
+            assert_eq!(values.median(&draws, &mut counts), expected, "{draws:?}");
+        }
+        assert_eq!(Ranked::of(&[2.0]).median(&[0], &mut counts), 2.0);
+    }
+}

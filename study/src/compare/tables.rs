@@ -1,0 +1,260 @@
+//! Every number as a table, each as CSV and as Parquet.
+
+use anyhow::Context;
+
+use super::analysis::{Analysis, PAIRED};
+use super::data::{Block, Data};
+use super::hypotheses::Verdict;
+use crate::sweep::parquet::parquet;
+use crate::sweep::results::Values::{Flags, Integers, Numbers, Texts};
+use crate::sweep::results::{Column, csv};
+
+/// A table.
+pub struct Table {
+    /// Name of its files, without ending.
+    pub name: &'static str,
+    /// What it holds.
+    pub what: &'static str,
+    /// Its columns.
+    pub columns: Vec<Column>,
+}
+
+impl Table {
+    /// The files, with their names.
+    ///
+    /// # Errors
+    /// None: they are written to memory.
+    pub fn files(&self) -> anyhow::Result<[(String, Vec<u8>); 2]> {
+        let rows = self.columns.first().context("a table has columns")?.len();
+        Ok([
+            (format!("{}.csv", self.name), csv(&self.columns, rows)?),
+            (format!("{}.parquet", self.name), parquet(&self.columns)?),
+        ])
+    }
+}
+
+/// Rows of a table that is being filled.
+struct Filling {
+    columns: Vec<Column>,
+    rows: usize,
+}
+
+/// A cell of a table.
+enum Entry {
+    Text(String),
+    Whole(usize),
+    Number(Option<f64>),
+    Flag(bool),
+}
+
+impl Filling {
+    fn new() -> Self {
+        Self {
+            columns: Vec::new(),
+            rows: 0,
+        }
+    }
+
+    /// Adds a row; all rows have the same names, each with the same kind.
+    fn add<'n>(&mut self, row: impl IntoIterator<Item = (&'n str, Entry)>) {
+        for (place, (name, entry)) in row.into_iter().enumerate() {
+            if self.rows == 0 {
+                let values = match &entry {
+                    Entry::Text(_) => Texts(Vec::new()),
+                    Entry::Whole(_) => Integers(Vec::new()),
+                    Entry::Number(_) => Numbers(Vec::new()),
+                    Entry::Flag(_) => Flags(Vec::new()),
+                };
+                let name = name.to_owned();
+                self.columns.push(Column { name, values });
+            }
+            match (&mut self.columns[place].values, entry) {
+                (Texts(values), Entry::Text(text)) => values.push(Some(text)),
+                // Counts of runs and seeds.
+                (Integers(values), Entry::Whole(count)) => values.push(Some(count as i64)),
+                (Numbers(values), Entry::Number(number)) => values.push(number),
+                (Flags(values), Entry::Flag(flag)) => values.push(Some(flag)),
+                _ => debug_assert!(false, "{name} changes its kind"),
+            }
+        }
+        self.rows += 1;
+    }
+}
+
+use Entry::{Flag, Number, Text, Whole};
+
+/// Settings of a block, by column.
+fn settings<'d>(data: &'d Data, block: &'d Block) -> impl Iterator<Item = (&'d str, Entry)> {
+    let columns = data.columns.iter().zip(&block.settings);
+    columns.map(|(column, setting)| (column.as_str(), Text(setting.clone())))
+}
+
+/// All tables but that of the runs.
+#[must_use]
+pub fn tables(data: &Data, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<Table> {
+    let tables = [
+        (
+            "cells",
+            "each metric of each allocator in each block: mean with its 95 % interval, quantiles",
+            cells(data, analysis),
+        ),
+        (
+            "pairs",
+            "every two allocators in each block: differences with their 95 % intervals, effect, p, and p by Holm",
+            pairs(data, analysis),
+        ),
+        (
+            "ranks",
+            "mean ranks over all blocks, by metric",
+            ranks(data, analysis),
+        ),
+        (
+            "nemenyi",
+            "every two allocators over all blocks: difference of mean ranks and p",
+            differences(data, analysis),
+        ),
+        (
+            "hypotheses",
+            "what was claimed, and what came of each part",
+            claims(data, verdicts),
+        ),
+    ];
+    let filled = tables
+        .into_iter()
+        .filter(|(_, _, filling)| filling.rows > 0);
+    filled
+        .map(|(name, what, filling)| Table {
+            name,
+            what,
+            columns: filling.columns,
+        })
+        .collect()
+}
+
+fn cells(data: &Data, analysis: &Analysis) -> Filling {
+    let mut filling = Filling::new();
+    for (block, found) in data.blocks.iter().zip(&analysis.blocks) {
+        for (rival, cell) in block.cells.iter().enumerate() {
+            for (place, metric) in data.metrics.iter().enumerate() {
+                let summary = found.summaries[rival][place].as_ref();
+                let quantile = |at: usize| Number(summary.map(|it| it.quantiles[at]));
+                let row = [
+                    ("allocator", Text(data.allocators[rival].clone())),
+                    ("cell", Whole(cell.number)),
+                    ("runs", Whole(cell.runs)),
+                    ("failed", Whole(cell.failed)),
+                    ("not_hit", Whole(cell.unhit)),
+                    ("metric", Text(metric.name())),
+                    ("n", Whole(summary.map_or(0, |it| it.n))),
+                    ("mean", Number(summary.map(|it| it.mean))),
+                    ("mean_from", Number(summary.map(|it| it.interval.0))),
+                    ("mean_to", Number(summary.map(|it| it.interval.1))),
+                    ("min", quantile(0)),
+                    ("q05", quantile(1)),
+                    ("q25", quantile(2)),
+                    ("median", quantile(3)),
+                    ("q75", quantile(4)),
+                    ("q95", quantile(5)),
+                    ("max", quantile(6)),
+                ];
+                filling.add(settings(data, block).chain(row));
+            }
+        }
+    }
+    filling
+}
+
+fn pairs(data: &Data, analysis: &Analysis) -> Filling {
+    let mut filling = Filling::new();
+    for (block, found) in data.blocks.iter().zip(&analysis.blocks) {
+        for (metric, pairs) in PAIRED.iter().zip(&found.pairs) {
+            for pair in pairs.iter().filter(|pair| pair.n > 0) {
+                let row = [
+                    ("metric", Text(metric.name())),
+                    ("first", Text(data.allocators[pair.first].clone())),
+                    ("second", Text(data.allocators[pair.second].clone())),
+                    ("n", Whole(pair.n)),
+                    ("mean_difference", Number(pair.mean.map(|(it, _)| it))),
+                    ("mean_from", Number(pair.mean.map(|(_, it)| it.0))),
+                    ("mean_to", Number(pair.mean.map(|(_, it)| it.1))),
+                    ("median_difference", Number(pair.median.map(|(it, _)| it))),
+                    ("median_from", Number(pair.median.map(|(_, it)| it.0))),
+                    ("median_to", Number(pair.median.map(|(_, it)| it.1))),
+                    ("effect", Number(Some(pair.effect))),
+                    ("p", Number(Some(pair.p))),
+                    ("p_holm", Number(Some(pair.adjusted))),
+                    ("differ", Flag(pair.is_real())),
+                ];
+                filling.add(settings(data, block).chain(row));
+            }
+        }
+    }
+    filling
+}
+
+fn ranks(data: &Data, analysis: &Analysis) -> Filling {
+    let mut filling = Filling::new();
+    for ranking in &analysis.rankings {
+        for place in ranking.order() {
+            filling.add([
+                ("metric", Text(ranking.metric.name())),
+                ("allocator", Text(data.allocators[place].clone())),
+                (
+                    "mean_rank",
+                    Number(Some(ranking.friedman.mean_ranks[place])),
+                ),
+                ("blocks", Whole(ranking.friedman.blocks)),
+                ("blocks_left_out", Whole(ranking.left_out.len())),
+                ("chi_squared", Number(Some(ranking.friedman.statistic))),
+                ("p", Number(Some(ranking.friedman.p))),
+                ("critical_difference", Number(Some(ranking.critical))),
+            ]);
+        }
+    }
+    filling
+}
+
+fn differences(data: &Data, analysis: &Analysis) -> Filling {
+    let mut filling = Filling::new();
+    for ranking in &analysis.rankings {
+        let order = ranking.order();
+        for (place, first) in order.iter().enumerate() {
+            for second in &order[place + 1..] {
+                let ranks = &ranking.friedman.mean_ranks;
+                filling.add([
+                    ("metric", Text(ranking.metric.name())),
+                    ("first", Text(data.allocators[*first].clone())),
+                    ("second", Text(data.allocators[*second].clone())),
+                    ("difference", Number(Some(ranks[*second] - ranks[*first]))),
+                    ("p", Number(Some(ranking.p(*first, *second)))),
+                ]);
+            }
+        }
+    }
+    filling
+}
+
+fn claims(data: &Data, verdicts: &[Verdict]) -> Filling {
+    let mut filling = Filling::new();
+    for verdict in verdicts {
+        for part in &verdict.parts {
+            let row = [
+                ("claim", Text(part.claim.clone())),
+                ("mean", Number(part.found.map(|(it, _)| it))),
+                ("mean_from", Number(part.found.map(|(_, it)| it.0))),
+                ("mean_to", Number(part.found.map(|(_, it)| it.1))),
+                ("part", Text(part.outcome.as_str().to_owned())),
+            ];
+            let head = [
+                ("hypothesis", Text(verdict.name.clone())),
+                ("outcome", Text(verdict.outcome.as_str().to_owned())),
+            ];
+            filling.add(
+                head.into_iter()
+                    .chain(settings(data, &data.blocks[part.block]))
+                    .chain(row),
+            );
+        }
+    }
+    filling
+}

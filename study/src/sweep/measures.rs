@@ -1,0 +1,150 @@
+//! What a comparison wants to know of a run beside its figures: as `alliance report` counts it.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::log::RunLog;
+use alliance_proto::time::SimTime;
+use serde::{Deserialize, Serialize};
+
+use crate::in_process::Traffic;
+use crate::report::failures::Cause;
+use crate::report::history::{History, HistoryError, RobotHistory};
+use crate::report::metrics::Metrics;
+
+/// Of the whole team, unless it says otherwise.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measures {
+    /// The run's limit, s of simulated time.
+    pub limit_s: f64,
+    /// Ways of all robots together, m.
+    pub distance_m: f64,
+    /// How unevenly the robots share it: Gini's index, 0 to 1.
+    pub distance_gini: f64,
+    /// Energy drawn by all robots together, J; `None` where energy is not simulated.
+    pub energy_j: Option<f64>,
+    /// How unevenly the robots draw it.
+    pub energy_gini: Option<f64>,
+    /// Two or more at an exclusive task, all tasks together, s.
+    pub duplicate_s: f64,
+    /// Applicable, and nobody productive, all tasks together, s.
+    pub orphan_s: f64,
+    /// Applicable, and nobody at it, all tasks together, s.
+    pub unattended_s: f64,
+    /// From the loss of a robot at a task to a teammate that no longer reckons with it, the mean over the losses, s.
+    pub detection_s: Option<f64>,
+    /// From the loss of a robot at an exclusive task to the activation of that task by another, the mean over these takeovers, s.
+    pub takeover_s: Option<f64>,
+    /// What was said, by kind of broadcast; kinds that were not used are absent.
+    pub sent: BTreeMap<String, Sent>,
+}
+
+/// Broadcasts of a kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sent {
+    /// Each once.
+    pub messages: u64,
+    /// Their payloads.
+    pub bytes: u64,
+}
+
+impl Measures {
+    /// From a full log.
+    ///
+    /// # Errors
+    /// None for a log that this program has just written.
+    pub fn of(log: &RunLog, traffic: &Traffic) -> Result<Self, HistoryError> {
+        let history = History::read(log)?;
+        let metrics = Metrics::of(&history, &log.run);
+        let ways: Vec<f64> = history.robots.iter().map(way).collect();
+        let drawn = drawn(&history);
+        let over_tasks = |time: fn(&crate::report::metrics::TaskMetrics) -> SimTime| {
+            let times = metrics.tasks.iter().map(time);
+            times
+                .fold(SimTime::ZERO, |sum, time| sum + time)
+                .as_secs_f64()
+        };
+        let detections = metrics.failures.iter().filter_map(|failure| {
+            let detection = failure.orphan.as_ref()?.detection?;
+            Some(detection.at.since(failure.at).as_secs_f64())
+        });
+        let takeovers = metrics.takeovers.iter();
+        let takeovers = takeovers.filter(|takeover| matches!(takeover.cause, Cause::Lost(_)));
+        let bulletins = history.catalog.mission.terms().bulletins;
+        let said = traffic.by_kind().filter(|(_, said)| said.messages > 0);
+        Ok(Self {
+            limit_s: log.run.setup.scenario.limit_s,
+            distance_m: ways.iter().sum(),
+            distance_gini: gini(&ways),
+            energy_j: drawn.as_ref().map(|drawn| drawn.iter().sum()),
+            energy_gini: drawn.as_deref().map(gini),
+            duplicate_s: over_tasks(|task| {
+                task.duplicate
+                    .as_ref()
+                    .map_or(SimTime::ZERO, |it| it.total())
+            }),
+            orphan_s: over_tasks(|task| task.orphan.total()),
+            unattended_s: over_tasks(|task| task.unattended.total()),
+            detection_s: mean(detections),
+            takeover_s: mean(takeovers.map(|takeover| takeover.latency().as_secs_f64())),
+            sent: said
+                .map(|(kind, said)| {
+                    let (messages, bytes) = (said.messages, said.bytes);
+                    (kind.name(bulletins).to_owned(), Sent { messages, bytes })
+                })
+                .collect(),
+        })
+    }
+}
+
+/// How far a robot has come, m.
+fn way(robot: &RobotHistory) -> f64 {
+    let steps = robot.track.windows(2).map(|pair| {
+        let ((x, y), (to_x, to_y)) = (pair[0].position, pair[1].position);
+        libm::hypot(to_x - x, to_y - y)
+    });
+    steps.sum()
+}
+
+/// What each robot has drawn, J.
+fn drawn(history: &History) -> Option<Vec<f64>> {
+    let energy = history.setup.scenario.energy?;
+    let left = history.robots.iter().map(|robot| {
+        let left = robot.track.last().and_then(|place| place.energy_j);
+        f64::from(energy.capacity_j) - left.unwrap_or(f64::from(energy.capacity_j))
+    });
+    Some(left.collect())
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Gini's index of amounts that are not negative: half their mean difference over their mean; 0 if all are 0.
+fn gini(amounts: &[f64]) -> f64 {
+    let sum: f64 = amounts.iter().sum();
+    if sum <= 0.0 {
+        return 0.0;
+    }
+    let differences: f64 = amounts
+        .iter()
+        .flat_map(|a| amounts.iter().map(move |b| (a - b).abs()))
+        .sum();
+    differences / (2.0 * amounts.len() as f64 * sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gini_as_calculated_by_hand() {
+        assert_eq!(gini(&[]), 0.0);
+        assert_eq!(gini(&[0.0, 0.0]), 0.0);
+        assert_eq!(gini(&[5.0, 5.0, 5.0]), 0.0);
+        // Two of three have nothing: 1 - 1/3.
+        assert!((gini(&[0.0, 0.0, 9.0]) - 2.0 / 3.0).abs() < 1e-12);
+        // 1, 2, 3: differences 2·(1 + 2 + 1) = 8, over 2·3·6.
+        assert!((gini(&[1.0, 2.0, 3.0]) - 8.0 / 36.0).abs() < 1e-12);
+    }
+}
