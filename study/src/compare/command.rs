@@ -26,7 +26,7 @@ use crate::sweep::journal::Header;
 use crate::sweep::parquet::parquet;
 use crate::sweep::plan::Plan;
 use crate::sweep::results::{csv, figures as figures_of, table};
-use crate::sweep::run::Row;
+use crate::sweep::run::{Row, attempt};
 use crate::sweep::task::{Arguments, Study};
 use crate::sweep::workers::work;
 
@@ -86,7 +86,8 @@ impl CompareCommand {
         }
         let runs: Vec<usize> = (cell * seeds..(cell + 1) * seeds).collect();
         let mut rows: Vec<Row> = Vec::new();
-        work(&plan, &runs, self.arguments.jobs(), &|| false, |row| {
+        let attempt = |run, stops: &dyn Fn() -> bool| attempt(&plan, run, stops);
+        work(&runs, self.arguments.jobs(), &|| false, attempt, |row| {
             rows.push(row);
             Ok(())
         })?;

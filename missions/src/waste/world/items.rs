@@ -187,7 +187,7 @@ impl WasteFloor {
         let discs = self.zones.iter().filter(|(zone, _)| *zone == Zone::Source);
         let discs = discs.filter_map(|(_, outline)| match outline {
             Outline::Disc { center, radius_m } => Some((*center, *radius_m)),
-            Outline::Rectangle { .. } | Outline::Wall { .. } => None,
+            _ => None,
         });
         let spills = discs
             .enumerate()
