@@ -184,8 +184,8 @@ fn without_radio_a_cmommt_is_local_to_the_byte() {
 /// Targets observed at a time, from mission.csv.
 fn observed(log: &RunLog, at_s: f64) -> u64 {
     let rows = log.rows::<MissionRow>().unwrap();
-    let before = rows.iter().filter(|row| row.t_ms.as_secs_f64() <= at_s);
-    let last = before.last().and_then(|row| row.values[0].1);
+    let mut before = rows.iter().filter(|row| row.t_ms.as_secs_f64() <= at_s);
+    let last = before.next_back().and_then(|row| row.values[0].1);
     last.unwrap_or_default() as u64
 }
 
