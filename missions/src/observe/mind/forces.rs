@@ -1,4 +1,4 @@
-//! What attracts and repels a robot: local force vectors (CMOMMT; the distances are MISSIONS' table at 1:10, docs/missions/observe.md).
+//! What attracts and repels a robot: local force vectors (docs/missions/observe.md).
 
 use glam::Vec2;
 

@@ -143,15 +143,16 @@ impl TypedMind for Observer {
         }
         let is_near = self.memory.has_tracks();
         let can_go = moment.position.is_some();
-        let applicable = duties.iter().map(|duty| match (self.section.policy, duty) {
-            (Policy::Fixed, _) => true,
-            (Policy::Random, _) => can_go,
-            (_, Duty::Observe) => can_go && is_near,
-            (_, Duty::Search) => can_go && !is_near,
-        });
-        let own = moment.own.iter();
-        let of_task: smallvec::SmallVec<[bool; 2]> = applicable.collect();
-        let applicable = own.map(|own| of_task.get(own.task.index()).is_some_and(|it| *it));
+        let policy = self.section.policy;
+        let applicable = moment
+            .own
+            .iter()
+            .map(|own| match (policy, duties[own.task.index()]) {
+                (Policy::Fixed, _) => true,
+                (Policy::Random, _) => can_go,
+                (_, Duty::Observe) => can_go && is_near,
+                (_, Duty::Search) => can_go && !is_near,
+            });
         perception.applicable.extend(applicable);
     }
 

@@ -206,7 +206,7 @@ fn figures_are_what_they_are_defined_as() {
         if found < 40.0 { 10_000.0 } else { 7_500.0 }
     );
     assert!(
-        (figure("idle_share") - 0.75).abs() < 1e-12,
+        (figure("blind_share") - 0.75).abs() < 1e-12,
         "absent robots do not count"
     );
 }

@@ -33,7 +33,7 @@ struct Tally {
     observed: u64,
     /// Steps of robots with a body, and those of them in which a robot saw no target.
     robot_steps: u64,
-    idle: u64,
+    blind: u64,
     /// By target.
     targets: Vec<Times>,
 }
@@ -72,7 +72,7 @@ impl Watch {
                 steps: 0,
                 observed: 0,
                 robot_steps: 0,
-                idle: 0,
+                blind: 0,
                 targets: vec![Times::default(); targets],
             },
         }
@@ -114,7 +114,7 @@ impl Watch {
             }
             self.pairs += sees;
             self.tally.robot_steps += 1;
-            self.tally.idle += u64::from(sees == 0);
+            self.tally.blind += u64::from(sees == 0);
         }
         self.observed = self.seen_by.iter().flatten().count() as u32;
         self.tally.steps += 1;
@@ -148,7 +148,7 @@ impl Watch {
         mission.add("a", share(tally.observed, of_all));
         mission.add("h", self.entropy());
         mission.add("unseen.max_ms", unseen.max().map(|steps| steps * step.0));
-        mission.add("idle_share", share(tally.idle, tally.robot_steps));
+        mission.add("blind_share", share(tally.blind, tally.robot_steps));
     }
 
     /// How evenly the time in which targets are seen is spread over them: its entropy, by the most that it can be. One target has
