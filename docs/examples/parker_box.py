@@ -74,7 +74,7 @@ goal = place(box["goal_x_m"], half_m + 0.3), place(box["goal_x_m"], -half_m - 0.
 line(*goal[0], *goal[1], "#2e8b57", 2, 'stroke-dasharray="6 4"')
 text(8, middle + 92, "at … s", size=11, color="#777")
 
-# Strokes by robot and end, over time.
+# Who is at work on which end, over time.
 top_px = LANE_PX + 66
 seconds = (WIDTH - MARGIN - 24) / end_s
 
@@ -84,7 +84,7 @@ def at(t_s):
 
 
 height = top_px + ROW_PX * len(robots) + 42
-text(8, top_px - 22, "strokes: left end above, right end below")
+text(8, top_px - 22, "at work on a stroke, the way to it included: left end above, right end below")
 for rank, robot in enumerate(robots):
     y = top_px + ROW_PX * rank + ROW_PX / 2
     color = COLORS[rank % len(COLORS)]
@@ -97,22 +97,24 @@ for rank, robot in enumerate(robots):
         t_s = float(row["t_ms"]) / 1000
         if row["kind"] == "activated":
             active = (t_s, row["detail"])
-        elif active and row["kind"] in ("pushed", "acquiesced-psi", "acquiesced-lambda", "gone", "deactivated"):
+        elif active and row["kind"] in ("hibernated", "gone"):
             side = -1 if "left" in active[1] else 1
             low, high = sorted([y + side * 2, y + side * 17])
-            share = "0.95" if row["kind"] == "pushed" else "0.25"
+            # Pale where it gave up, or was killed.
+            share = "0.95" if row["reason"] == "not-applicable" else "0.3"
             out.append(
                 f'<rect x="{at(active[0]):.1f}" y="{low:.1f}" width="{max(1.0, (t_s - active[0]) * seconds):.1f}" '
                 f'height="{high - low:.1f}" fill="{color}" opacity="{share}"/>'
             )
             active = None
 bottom = top_px + ROW_PX * len(robots)
-for order in setup.get("faults", []):
-    fault = next(iter(order["fault"].items())) if isinstance(order["fault"], dict) else (order["fault"], "")
-    t_s = order.get("at_s")
-    if t_s is not None and t_s <= end_s:
-        line(at(t_s), top_px - 8, at(t_s), bottom, "#555", 1, 'stroke-dasharray="3 3"')
-        text(at(t_s) + 3, top_px - 4, f"{fault[0]} {fault[1]}", size=12)
+for fault in setup["faults"]:
+    name, robot = next(iter(fault["order"]["fault"].items()))
+    for key, word in (("applied_ms", f"{name} {robot}"), ("healed_ms", "")):
+        if fault[key] is not None:
+            t_s = fault[key] / 1000
+            line(at(t_s), top_px - 8, at(t_s), bottom, "#555", 1, 'stroke-dasharray="3 3"')
+            text(at(t_s) + 3, top_px - 4, word, size=12)
 for t_s in range(0, int(end_s) + 1, 50):
     line(at(t_s), bottom, at(t_s), bottom + 5, "#777", 1)
     text(at(t_s), bottom + 20, f"{t_s} s", "middle", 11, "#777")

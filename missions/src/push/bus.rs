@@ -1,6 +1,5 @@
 //! What crosses the bus in a push mission. Robots do nothing beside driving.
 
-use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Pose;
 use alliance_proto::time::SimTime;
 use arrayvec::ArrayVec;
@@ -10,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::bar::End;
 
 /// Most bars that a heartbeat tells of.
-pub const TOLD_MOST: usize = 8;
+pub const TOLD_MOST: usize = 4;
 
 /// What the devices of a robot tell. By default, nothing: both are dead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -41,8 +40,6 @@ pub struct Stroke {
     pub end: End,
     /// When.
     pub at: SimTime,
-    /// By whom; `None`: somebody has seen that the bar has turned.
-    pub by: Option<RobotId>,
 }
 
 /// What a robot tells of a bar.

@@ -3,7 +3,7 @@
 //! A lane of 12 × 6 m has a bar, to be pushed over 7 m, and two robots behind its ends; where there are more robots, up to four in a lane, the
 //! others stand between these two; there are as many lanes as that takes. Each bar is the task of the two robots that start nearest to
 //! it, and each robot has the two bars nearest to it: so a robot that dies has others to take its work over. Teams of more than
-//! 20 robots have radios of such a range that each hears about 20.
+//! ten robots have radios of such a range that each hears about ten.
 
 use alliance_proto::mission::section::MissionSection;
 use alliance_proto::scenario::{Radio, Robot, Room, Scenario, Start};
@@ -19,8 +19,8 @@ const ROBOTS: usize = 4;
 /// How many robots have a bar, and how many bars a robot has.
 const ROBOTS_PER_BAR: usize = 2;
 const BARS_PER_ROBOT: usize = 2;
-/// About so many robots hear each other.
-const HEARD: usize = 20;
+/// About so many robots hear each other: those of a lane, and those of the lanes beside it.
+const HEARD: usize = 10;
 /// Where in its lane a bar is, where it is to be brought, and where robots are at first, m.
 const BAR_AT_M: f32 = 2.0;
 const GOAL_AT_M: f32 = 9.0;

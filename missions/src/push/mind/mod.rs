@@ -21,9 +21,9 @@ use robot_agent::allocator::OwnBehavior;
 use robot_agent::mission::{Action, Heard, Perception, TypedMind, TypedMoment, bulletin};
 
 use super::bar::{self, End};
-use super::bus::{BarSeen, Deed, Lore, Sensed, Told};
+use super::bus::{BarSeen, Deed, Lore, Sensed, Stroke, Told};
 use super::data::{PushSection, about};
-use memory::{Known, lore, own_stroke};
+use memory::{Known, lore};
 use way::Way;
 
 /// A stroke that is shorter by so much is done: rounding must not keep it from its end, m.
@@ -36,7 +36,6 @@ const FARTHER_M: f32 = 0.5;
 /// One robot's mind for push.
 #[derive(Clone, Debug)]
 pub struct Pusher {
-    robot: RobotId,
     section: Arc<PushSection>,
     room: Vec2,
     push_m_s: f32,
@@ -107,15 +106,16 @@ impl Pusher {
         let section = Arc::clone(&self.section);
         for known in &mut self.known {
             let way_m = section.outline(&known.told.pose).way_to_point(position);
-            if way_m >= section.sight_m - CERTAIN_M || known.has_arrived(&section) {
+            if way_m >= section.sight_m - CERTAIN_M || known.has_arrived {
                 continue;
             }
             let start = &section.bars[usize::from(known.told.bar)];
-            let pose = &mut known.told.pose;
+            let mut pose = known.told.pose;
             pose.position.x += FARTHER_M;
             if pose.position.x > start.goal_x_m {
                 pose.position.x = start.x_m;
             }
+            known.put(pose, &section);
         }
     }
 
@@ -131,10 +131,10 @@ impl Pusher {
         };
         let (section, known) = (&self.section, &self.known[place]);
         let moved_m = self.end_x(place, end) - begun_m;
-        let leads = known.lead_of(end, section) >= section.stroke_m / 2.0 - ENOUGH_M;
-        if leads || moved_m >= section.stroke_m - ENOUGH_M || known.has_arrived(section) {
-            let stroke = own_stroke(end, self.now, self.robot);
-            self.known[place].stroke(stroke, &self.section);
+        let leads = known.lead_of(end) >= section.stroke_m / 2.0 - ENOUGH_M;
+        if leads || moved_m >= section.stroke_m - ENOUGH_M || known.has_arrived {
+            let stroke = Stroke { end, at: self.now };
+            self.known[place].stroke(stroke);
             perception.progressed.push(task);
             self.news = Some(place);
             self.at = None;
@@ -145,7 +145,7 @@ impl Pusher {
     fn is_due(&self, task: TaskId, place: usize, end: End) -> bool {
         let known = &self.known[place];
         match self.at {
-            Some((at, Some(_))) if at == task => !known.has_arrived(&self.section),
+            Some((at, Some(_))) if at == task => !known.has_arrived,
             _ => known.is_due(end, self.now, &self.section),
         }
     }
@@ -175,7 +175,6 @@ impl TypedMind for Pusher {
             .iter()
             .map(|&bar| Known::new(bar as u16, section.bars[bar].pose()));
         Self {
-            robot,
             room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
             push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
             known: known.collect(),

@@ -4,7 +4,7 @@ use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Scenario, Setup};
 use proptest::prelude::*;
 
-use super::memory::{Known, lore, own_stroke};
+use super::memory::{Known, lore};
 use super::*;
 use crate::Registry;
 use crate::push::bar::with_end;
@@ -25,6 +25,10 @@ fn known() -> Known {
     Known::new(0, leading(0.0))
 }
 
+fn stroke(end: End, at: SimTime) -> Stroke {
+    Stroke { end, at }
+}
+
 fn due(known: &Known, now: SimTime) -> [bool; 2] {
     End::BOTH.map(|end| known.is_due(end, now, &section()))
 }
@@ -34,37 +38,22 @@ fn the_ends_are_due_in_turns() {
     let now = SimTime(10_000);
     let mut bar = known();
     assert_eq!(due(&bar, now), [true, true], "at first both");
-    bar.stroke(
-        own_stroke(End::Left, SimTime(5_000), RobotId(0)),
-        &section(),
-    );
+    bar.stroke(stroke(End::Left, SimTime(5_000)));
     assert_eq!(due(&bar, now), [false, true]);
     // At one time: the right one counts as the last.
-    bar.stroke(
-        own_stroke(End::Right, SimTime(5_000), RobotId(1)),
-        &section(),
-    );
+    bar.stroke(stroke(End::Right, SimTime(5_000)));
     assert_eq!(due(&bar, now), [true, false]);
-    bar.stroke(
-        own_stroke(End::Left, SimTime(5_000), RobotId(0)),
-        &section(),
-    );
+    bar.stroke(stroke(End::Left, SimTime(5_000)));
     assert_eq!(due(&bar, now), [true, false]);
     // Old news.
-    bar.stroke(
-        own_stroke(End::Left, SimTime(4_000), RobotId(0)),
-        &section(),
-    );
+    bar.stroke(stroke(End::Left, SimTime(4_000)));
     assert_eq!(due(&bar, now), [true, false]);
 }
 
 #[test]
 fn an_end_that_leads_by_half_a_stroke_is_not_due_and_one_that_lags_is_whoever_pushed_last() {
     let mut bar = known();
-    bar.stroke(
-        own_stroke(End::Right, SimTime(1_000), RobotId(0)),
-        &section(),
-    );
+    bar.stroke(stroke(End::Right, SimTime(1_000)));
     bar.see(leading(0.21), SimTime(2_000), &section());
     // Somebody may be pushing still.
     assert_eq!(due(&bar, SimTime(2_500)), [false, false]);
@@ -75,10 +64,7 @@ fn an_end_that_leads_by_half_a_stroke_is_not_due_and_one_that_lags_is_whoever_pu
 #[test]
 fn who_hears_nothing_sees_that_the_other_end_was_pushed() {
     let mut bar = known();
-    bar.stroke(
-        own_stroke(End::Left, SimTime(1_000), RobotId(0)),
-        &section(),
-    );
+    bar.stroke(stroke(End::Left, SimTime(1_000)));
     for (step, lead_m) in (0..10).map(|step| (step, -0.02 * step as f32)) {
         bar.see(leading(lead_m), SimTime(1_050 + 50 * step), &section());
     }
@@ -86,10 +72,7 @@ fn who_hears_nothing_sees_that_the_other_end_was_pushed() {
     for step in 0..30 {
         bar.see(leading(-0.18), SimTime(1_550 + 50 * step), &section());
     }
-    assert_eq!(
-        bar.told.last.map(|last| (last.end, last.by)),
-        Some((End::Right, None))
-    );
+    assert_eq!(bar.told.last.map(|last| last.end), Some(End::Right));
     assert!(due(&bar, SimTime(3_000))[0]);
 }
 
@@ -113,7 +96,7 @@ proptest! {
             bar: 0,
             pose: leading(lead_m),
             seen: SimTime(1 + 2 * at),
-            last: Some(Stroke { end: if left { End::Left } else { End::Right }, at: SimTime(at), by: None }),
+            last: Some(Stroke { end: if left { End::Left } else { End::Right }, at: SimTime(at) }),
         };
         // Equal times have equal facts: whoever sees a bar at a time sees the same.
         let mut facts = facts;
@@ -145,7 +128,7 @@ fn of_many_bars_all_are_told_in_turn() {
         bar: u16::MAX,
         pose: leading(0.1),
         seen: SimTime(u64::MAX),
-        last: Some(own_stroke(End::Left, SimTime(u64::MAX), RobotId(u16::MAX))),
+        last: Some(stroke(End::Left, SimTime(u64::MAX))),
     };
     let lore: Lore = std::iter::repeat_n(largest, TOLD_MOST).collect();
     let bytes = alliance_proto::codec::encode(&lore).unwrap();

@@ -15,7 +15,7 @@ use crate::push::data::{PushSection, SPOTS};
 /// How far behind a bar a robot goes along it, m.
 const BEHIND_M: f32 = 0.45;
 /// A robot that is no nearer than that behind a bar need not get away from it, m.
-const AWAY_M: f32 = 0.25;
+const AWAY_M: f32 = 0.2;
 /// A robot that drives up to the bar begins anew when it gets this far from its line, m.
 const ASIDE_M: f32 = 0.15;
 /// How near a robot gets to a place on the way, m.
@@ -48,6 +48,8 @@ pub(super) struct Way {
     is_lined_up: bool,
     /// Whether it has to get away from where it is first.
     goes_round: bool,
+    /// Whether it is doing so.
+    gets_away: bool,
 }
 
 impl Way {
@@ -60,6 +62,7 @@ impl Way {
             until: None,
             is_lined_up: false,
             goes_round: false,
+            gets_away: false,
         }
     }
 
@@ -68,6 +71,7 @@ impl Way {
         self.until = None;
         self.is_lined_up = false;
         self.goes_round = false;
+        self.gets_away = false;
     }
 
     fn hull_m(&self, section: &PushSection) -> f32 {
@@ -122,7 +126,7 @@ impl Way {
         let hull_m = self.hull_m(section);
         let aside_m = (place.y - pose.position.y).abs();
         let staging = place - Vec2::new(BEHIND_M, 0.0);
-        let is_there = aside_m <= NEAR_M && pose.position.x < staging.x + NEAR_M;
+        let is_there = aside_m <= NEAR_M && seen.x < TOUCH_M - hull_m;
         self.is_lined_up = (self.is_lined_up || is_there) && aside_m <= ASIDE_M;
         let ahead = readings.proximity.and_then(|proximity| proximity.ahead[1]);
         let meets_something = ahead.is_some_and(|hit| hit.distance_m < TOUCH_M);
@@ -145,8 +149,16 @@ impl Way {
         }
         let is_behind =
             seen.x < 0.0 && seen.y.abs() < section.length_m / 2.0 + self.chassis.radius_m;
-        let to = if is_behind && seen.x > -hull_m - AWAY_M {
-            pose.position - Vec2::new(seen.x + hull_m + BEHIND_M, 0.0)
+        let gap_m = -hull_m - seen.x;
+        // Once it gets away from the bar it does so for good: on its way along a bar that leans it comes nearer.
+        let leaves_at_m = if self.gets_away {
+            BEHIND_M - NEAR_M
+        } else {
+            AWAY_M
+        };
+        self.gets_away = is_behind && gap_m < leaves_at_m;
+        let to = if self.gets_away {
+            pose.position - Vec2::new(BEHIND_M - gap_m, 0.0)
         } else {
             staging
         };

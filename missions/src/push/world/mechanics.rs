@@ -30,7 +30,7 @@ pub(super) enum Slip {
     Angle,
     /// It pushes in the middle third.
     Middle,
-    /// The bar has arrived, or is stuck.
+    /// The bar is stuck.
     Fixed,
     /// The bar would run over something, or stand too much askew.
     Stopped,

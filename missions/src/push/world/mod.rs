@@ -8,7 +8,7 @@
 //! - It turns about the point of its axis that friction gives (`mechanics`), or about a body that touches it from behind farther off: so the
 //!   other end goes back where nobody holds it.
 //! - What it would run over stops it, and it never stands askew by more than `skew_m`.
-//! - Once both of its ends are over the line it stays.
+//! - Once both of its ends are over the line it has arrived, wherever it is moved after that.
 
 mod log;
 mod mechanics;
@@ -167,7 +167,7 @@ impl Pushed {
         happened: &mut Happened,
     ) -> Result<f32, Slip> {
         let bar = &self.bars[push.bar];
-        if bar.has_arrived || floor.now() < bar.stuck_until {
+        if floor.now() < bar.stuck_until {
             return Err(Slip::Fixed);
         }
         let motion = self.motion(push, contact, floor);
@@ -182,7 +182,8 @@ impl Pushed {
         bar.pose = to;
         floor.move_bar(push.bar, section.outline(&to), section.sight_m);
         let goal_m = section.bars[push.bar].goal_x_m;
-        if End::BOTH.iter().all(|which| end_x(&to, *which) >= goal_m) {
+        let is_over = End::BOTH.iter().all(|which| end_x(&to, *which) >= goal_m);
+        if is_over && !bar.has_arrived {
             bar.has_arrived = true;
             self.log.arrived(floor.now());
             let event = happened.tell("arrived", Some(push.robot));
@@ -405,7 +406,12 @@ impl TypedMission for Pushed {
                 outline: section.outline(&bar.pose).into(),
                 role: MarkRole::Item,
                 share: Some(share),
-                label: name,
+                // One alone needs no name.
+                label: if self.bars.len() > 1 {
+                    name
+                } else {
+                    String::new()
+                },
             });
         }
         for (index, bar) in section.bars.iter().enumerate() {

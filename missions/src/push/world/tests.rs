@@ -187,7 +187,7 @@ fn bodies_and_obstacles_in_its_way_stop_it() {
 }
 
 #[test]
-fn once_over_the_line_it_stays_and_the_mission_is_complete() {
+fn a_bar_over_the_line_has_arrived_once_and_the_mission_is_complete() {
     let mut setup = setup(&[(2.6, 5.5, 0.0), (2.6, 3.5, 0.0)], "");
     let section = setup.scenario.mission.values_mut::<PushSection>().unwrap();
     section.bars[0].goal_x_m = 3.2;
@@ -196,10 +196,7 @@ fn once_over_the_line_it_stays_and_the_mission_is_complete() {
     assert_eq!(told.iter().filter(|(kind, _)| kind == "arrived").count(), 1);
     assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
     let bar = world.bars()[0];
-    assert!(
-        (3.2..3.25).contains(&bar.from.x) && (3.2..3.25).contains(&bar.to.x),
-        "{bar:?}"
-    );
+    assert!(bar.from.x >= 3.2 && bar.to.x >= 3.2, "{bar:?}");
 }
 
 #[test]
