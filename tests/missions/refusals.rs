@@ -169,6 +169,55 @@ fn scenarios_and_parameter_files() {
     }
 }
 
+/// Points of work: sizes that do not fit, skills of unknown kinds, tasks that nobody can do, devices that the mission lacks.
+#[test]
+fn scenarios_of_service_and_of_foraging() {
+    const SERVICE: &str = "[service]\nkinds = [{ name = 'dust', work_s = { min = 6, max = 10 } }, \
+        { name = 'floor', work_s = { min = 6, max = 10 } }]\nrandom = [{ n = 4 }]\n";
+    let gold = |skills: &str| format!("{SERVICE}[[robots]]\nname = 'gold'\nskills = {skills}\n");
+    let fault =
+        |fault: &str| format!("{SERVICE}[faults]\ntimeline = [{{ fault.{fault}, at_s = 3 }}]\n");
+    let cases = [
+        (
+            SERVICE.replace("n = 4", "n = 20000"),
+            "service: more than 10000 points in all; give fewer points, random and spare",
+        ),
+        (
+            SERVICE.replace("max = 10 } }]", "max = 1 } }]"),
+            "kinds[1].work_s: min 6 is above max 1",
+        ),
+        (
+            gold("{ dust = 1, flor = 1 }"),
+            "robots[0].skills.flor: there is no skill 'flor'; did you mean 'floor'?",
+        ),
+        (
+            gold("{ dust = 1 }"),
+            "nobody has serve(p1) among its tasks and the skill floor, and 1 more tasks that nobody can do",
+        ),
+        (
+            gold("{ dust = 1, floor = 1 }\ndevices = ['gripper']"),
+            "robots[0].devices[0]: there is no optional device 'gripper'",
+        ),
+        (
+            fault("sensor = { robot = 'blue', device = 'eye', mode = 'dead' }"),
+            "sensor.device: there is no choice 'eye'; there are position",
+        ),
+        (
+            fault("skill = { robot = 'blue', skill = 'dusk', share = 0.3 }"),
+            "skill.skill: there is no skill 'dusk'; did you mean 'dust'?",
+        ),
+        (
+            "[waste]\nduration_s = 5\n".to_owned(),
+            "waste.duration_s: the clean-up ends when all is delivered",
+        ),
+    ];
+    let lab = Lab::new();
+    for (text, line) in cases {
+        std::fs::write(lab.path("s.toml"), text).unwrap();
+        assert_refused(&lab, &["run", "s.toml", "--out", "out"], &["s.toml:", line]);
+    }
+}
+
 #[test]
 fn a_folder_that_holds_a_run() {
     let lab = Lab::new();

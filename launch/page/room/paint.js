@@ -45,7 +45,7 @@ export function paintFloor(c, p, room, palette) {
   c.fillRect(p.x(0), p.y(room.height_m), p.scale * room.width_m, p.scale * room.height_m);
 }
 
-/** Smaller discs are rings: their share that is left, from the top. Pixels. */
+/** Smaller discs are rings, which can be seen round a robot: their share that is left, from the top. Pixels. */
 const RING = 24;
 /** With more marks than that only large ones have labels. */
 const LABELS = 60;
@@ -102,11 +102,10 @@ function paintRing(c, p, { id, outline: { disc }, role, share }, palette) {
   c.stroke();
   if (share >= 1) return;
   c.beginPath();
-  c.moveTo(x, y);
-  c.arc(x, y, radius - 1, top, top + (1 - share) * FULL_TURN);
-  c.closePath();
-  c.fillStyle = kindColor(id) ?? palette[`${role}-full`];
-  c.fill();
+  c.arc(x, y, 0.75 * radius, top, top + (1 - share) * FULL_TURN);
+  c.strokeStyle = kindColor(id) ?? palette[`${role}-full`];
+  c.lineWidth = 0.5 * radius;
+  c.stroke();
 }
 
 /** Begins the path of an outline. Gives the box that it fills, in pixels; null of a line. */

@@ -101,6 +101,15 @@ pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
             is_covered[task] = true;
         }
     }
+    let own = scenario
+        .robots
+        .iter()
+        .flat_map(|robot| robot.skills.iter().flatten());
+    let mut skills = scenario.skills.iter().chain(own).map(|(skill, _)| skill);
+    if skills.any(|skill| section.kind_named(skill).is_none()) {
+        // That there is no such skill is told by the check of skills, which comes later.
+        return Ok(());
+    }
     let Some(task) = is_covered.iter().position(|is_covered| !is_covered) else {
         return Ok(());
     };

@@ -76,6 +76,10 @@ fn every_task_is_covered() {
         &text,
         "s.toml:8: service.points: nobody has serve(p1) among its tasks and the skill dust; give them to a robot, or say that it is meant: uncovered = true",
     );
+    refused(
+        &text.replace("dust = 0 ", "dusk = 1 "),
+        "s.toml:21: robots[1].skills.dusk: there is no skill 'dusk'; did you mean 'dust'? (there are garbage, dust)",
+    );
     let meant = text.replace("[service]\n", "[service]\nuncovered = true\n");
     let scenario = parse(&meant);
     assert!(!SERVICE.promises(&scenario).ends, "p1 stays for ever");

@@ -64,6 +64,12 @@ impl Memory {
     /// Somebody has sensed something. It is possible.
     pub fn learn(&mut self, briefing: &Briefing, mut new: Known) {
         let number = new.fact.point;
+        let task = briefing.task(&new.fact);
+        let own = self.open.binary_search_by_key(&task, |(task, _)| *task);
+        if own.is_err() && briefing.known == KnownTo::All {
+            // The board tells it to whom it concerns.
+            return;
+        }
         let old = self.points.get(&number).copied();
         if let Some(Known { fact, sensed }) = old {
             let age = |round: u16, sensed: SimTime| (round, sensed);
@@ -85,8 +91,7 @@ impl Memory {
         if was_open == is_open || self.skill(&new.fact) <= 0.0 {
             return;
         }
-        let task = briefing.task(&new.fact);
-        if let Ok(own) = self.open.binary_search_by_key(&task, |(task, _)| *task) {
+        if let Ok(own) = own {
             let open = &mut self.open[own].1;
             *open = if is_open {
                 *open + 1

@@ -96,6 +96,8 @@ struct ServiceMind {
     /// Where there is no board.
     wander: Option<Wander>,
     progress: Option<Progress>,
+    /// The point on which it has said that it works, in the step before.
+    working: Option<u16>,
     /// The point of a kind that it has chosen.
     target: Option<u16>,
     /// The point from which the search for what is missing goes on.
@@ -113,6 +115,7 @@ impl ServiceMind {
             driver: Driver::of(robot, setup),
             wander: looks_round.then(|| Wander::new(setup.seed, robot)),
             progress: None,
+            working: None,
             target: None,
             looked_for: 0,
             now: SimTime::ZERO,
@@ -175,6 +178,7 @@ impl ServiceMind {
     fn note_work(&mut self, moment: &TypedMoment<'_, Self>, perception: &mut Perception) {
         let effect = moment.sensed.effect;
         if let (Some(progress), None) = (&self.progress, effect)
+            && self.working == Some(progress.point)
             && progress.is_at_its_end()
             && let Some(&fact) = self.memory.fact(progress.point)
         {
@@ -316,6 +320,7 @@ impl TypedMind for ServiceMind {
                 .driver
                 .drive_to(to, near_m / 2.0, moment.readings, moment.now);
         }
+        self.working = deed.work;
         (deed != Deed::default()).then_some(deed)
     }
 

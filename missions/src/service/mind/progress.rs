@@ -12,7 +12,12 @@ pub(super) struct Progress {
     left_s: f32,
     /// What a step takes off, s.
     step_s: f32,
+    /// Steps that it has worked since nothing should be left.
+    beyond: u32,
 }
+
+/// So many steps at most its reckoning is off for its rounding alone.
+const ROUNDING_STEPS: u32 = 2;
 
 impl Progress {
     pub fn new(fact: &Fact) -> Self {
@@ -22,12 +27,14 @@ impl Progress {
             at_first_s: fact.left_s,
             left_s: fact.left_s,
             step_s: 0.0,
+            beyond: 0,
         }
     }
 
     /// A step's work is done; whether a quarter of all of it is.
     pub fn work(&mut self, work_s: f32) -> bool {
         let before = self.quarters();
+        self.beyond += u32::from(self.left_s <= 0.0);
         self.left_s = (self.left_s - work_s).max(0.0);
         self.step_s = work_s;
         self.quarters() < before
@@ -38,9 +45,9 @@ impl Progress {
         self.left_s.max(LEAST_LEFT_S)
     }
 
-    /// Whether another step like the last would have ended it.
+    /// Whether another step like the last would have ended it. Whoever works on beyond that takes less off than it knows.
     pub fn is_at_its_end(&self) -> bool {
-        self.step_s > 0.0 && self.left_s <= self.step_s
+        self.step_s > 0.0 && self.left_s <= self.step_s && self.beyond <= ROUNDING_STEPS
     }
 
     fn quarters(&self) -> u32 {

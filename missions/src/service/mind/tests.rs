@@ -187,3 +187,15 @@ fn each_quarter_is_progress() {
     progress.work(0.5);
     assert!(progress.is_at_its_end(), "another step would end it");
 }
+
+/// Whoever works on after its reckoning has come to the end is slower than it knows: then it does not conclude that all is done.
+#[test]
+fn who_is_slower_than_it_knows_is_never_at_the_end() {
+    let mut progress = Progress::new(&fact(0, 0, 8.0));
+    for _ in 0..18 {
+        progress.work(0.5);
+    }
+    assert!(progress.is_at_its_end(), "two steps may be rounding");
+    progress.work(0.5);
+    assert!(!progress.is_at_its_end());
+}

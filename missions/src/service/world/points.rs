@@ -14,8 +14,8 @@ use xxhash_rust::xxh3::xxh3_64;
 use crate::service::bus::{Fact, LEAST_LEFT_S, SENSED_MOST};
 use crate::service::data::{PointSpec, ServiceSection};
 
-/// Radius of a point as it is shown, m.
-const SHOWN_M: f32 = 0.15;
+/// Radius of a point as it is shown, m: it can be seen round a robot that works there.
+const SHOWN_M: f32 = 0.28;
 
 /// What has become of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
