@@ -27,7 +27,9 @@ pub fn nemenyi(difference: f64, treatments: usize, blocks: usize) -> f64 {
 /// q: the upper quantile of the range, over √2.
 #[must_use]
 pub fn quantile(level: f64, treatments: usize) -> f64 {
-    root(0.0, 100.0, |range| 1.0 - range_cdf(range, treatments) > level) / SQRT_2
+    root(0.0, 100.0, |range| {
+        1.0 - range_cdf(range, treatments) > level
+    }) / SQRT_2
 }
 
 fn unit(treatments: usize, blocks: usize) -> f64 {
