@@ -15,13 +15,28 @@ def wilcoxon(case):
     kept = differences[differences != 0.0]
     if not len(kept):
         return [1.0, 0.0]
-    tied = len(np.unique(np.abs(kept))) < len(kept)
-    method = "exact" if len(kept) <= 50 and not tied else "approx"
-    found = stats.wilcoxon(kept, method=method, correction=False)
-    # The rank-biserial correlation, from the ranks themselves.
     ranks = stats.rankdata(np.abs(kept))
+    tied = len(np.unique(ranks)) < len(kept)
+    if len(kept) > 50:
+        p = stats.wilcoxon(kept, method="approx", correction=False).pvalue
+    elif not tied:
+        p = stats.wilcoxon(kept, method="exact").pvalue
+    elif len(kept) <= 12:
+        # All signs one after the other.
+        p = stats.wilcoxon(kept, method=stats.PermutationMethod()).pvalue
+    else:
+        # SciPy has none for these: the distribution of the sum, convolved.
+        ways = np.ones(1)
+        for rank in (2 * ranks).astype(int):
+            step = np.zeros(rank + 1)
+            step[[0, rank]] = 0.5
+            ways = np.convolve(ways, step)
+        below = np.cumsum(ways)
+        own = int(2 * ranks[kept > 0].sum())
+        p = min(1.0, 2 * min(below[own], below[len(ways) - 1 - own]))
+    # The rank-biserial correlation, from the ranks themselves.
     effect = (ranks[kept > 0].sum() - ranks[kept < 0].sum()) / ranks.sum()
-    return [found.pvalue, effect]
+    return [p, effect]
 
 
 def mcnemar(case):

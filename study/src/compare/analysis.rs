@@ -420,8 +420,8 @@ mod tests {
         let said = answer(&data, &analysis, &[]).join("\n");
         for part in [
             "alliance copes best: mean rank 2.0 of 3 by mean PAR2",
-            "1 more blocks are left out",
-            "Best under none: in near alliance (43 s; all others are worse); in far alliance",
+            "1 more block is left out",
+            "Best under none: in near alliance (42 s; all others are worse); in far alliance",
             "Every run that counts completed its mission.",
             "No data, for the fault never hit or every run failed: nearest in far, dead.",
         ] {

@@ -41,6 +41,7 @@ fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
         .collect();
     let left = match ranking.left_out.len() {
         0 => String::new(),
+        1 => "; 1 more block is left out, for an allocator has no data in it".to_owned(),
         left => format!("; {left} more blocks are left out, for an allocator has no data in them"),
     };
     let differ = if ranking.friedman.p < 1.0 - LEVEL {

@@ -5,11 +5,9 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::thread::available_parallelism;
 
-use alliance_proto::scenario::Scenario;
 use alliance_proto::{tell, terminal};
 use anyhow::{Context, bail};
 use clap::Args;
-use missions::Registry;
 use world_server::args::Known;
 
 use super::analysis::Analysis;
@@ -24,7 +22,7 @@ use crate::sweep::comparison::{Axes, Comparison};
 use crate::sweep::folder::put;
 use crate::sweep::journal::Header;
 use crate::sweep::parquet::parquet;
-use crate::sweep::plan::Plan;
+use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{csv, figures as figures_of, table};
 use crate::sweep::run::{Row, attempt};
 use crate::sweep::task::{Arguments, Study};
@@ -45,7 +43,8 @@ pub struct CompareCommand {
 }
 
 impl CompareCommand {
-    /// See [`Arguments::run`].
+    /// Exit status 0 when all runs are done, however their missions ended; 1 when runs failed or it was interrupted; 2 for a
+    /// mistake in plan or arguments, or runs that are missing; 3 when its files cannot be written.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         let study = Study {
@@ -109,18 +108,15 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
             if rivals.is_empty() { "none" } else { "one" }
         );
     }
-    let vocabulary = Registry::of_this_program().vocabulary();
     let mut axes = Vec::new();
     let mut largest = 0.0_f64;
     for block in 0..blocks(design) {
         let run = first_run(design, block);
-        let scenario = plan
-            .scenario(run)
-            .map_err(anyhow::Error::msg)
-            .and_then(|table| Ok(Scenario::from_table(&table, &vocabulary)?))
-            .with_context(|| format!("run {run}"))?;
-        largest = largest.max(memory::of_a_run(&scenario));
-        axes.push(Axes::of(&scenario));
+        let table = plan.scenario(run).map_err(anyhow::Error::msg);
+        let setup = table.and_then(|table| setup(&table, design.seed(run)));
+        let setup = setup.with_context(|| format!("run {run}"))?;
+        largest = largest.max(memory::of_a_run(&setup));
+        axes.push(Axes::of(&setup.scenario));
     }
     memory::check(largest, jobs, design.runs().unwrap_or_default())?;
     let comparison = Comparison {

@@ -3,11 +3,13 @@
 use std::fs;
 use std::num::NonZeroUsize;
 
-use alliance_proto::scenario::Scenario;
+use alliance_proto::scenario::Setup;
 use anyhow::bail;
 
-/// Bytes of a robot in a tick: its rows in the log that a run is measured by, and what is made of them. Seen: 650 and 130.
-const ROBOT_TICK: f64 = 800.0;
+/// Bytes of a robot in a tick, and of each of its behavior sets: rows in the log that a run is measured by, and what is made of them.
+/// Seen with 4 sets: 780.
+const ROBOT_TICK: f64 = 300.0;
+const SET_TICK: f64 = 130.0;
 
 /// Bytes of a message that a robot hears, of which there is about one each second from each teammate.
 const HEARD: f64 = 150.0;
@@ -17,10 +19,16 @@ const ROW: f64 = 4000.0;
 
 /// At most, for a run that goes on up to its limit.
 #[must_use]
-pub fn of_a_run(scenario: &Scenario) -> f64 {
+pub fn of_a_run(setup: &Setup) -> f64 {
+    let scenario = &setup.scenario;
     let ticks = scenario.limit_s * 1000.0 / scenario.step_ms as f64;
+    let sets = scenario.robots.iter();
+    let sets: usize = sets
+        .map(|robot| setup.catalog.behaviors_of(robot).count())
+        .sum();
     let robots = scenario.robots.len() as f64;
-    ticks * robots * ROBOT_TICK + scenario.limit_s * robots * robots * HEARD
+    ticks * (robots * ROBOT_TICK + sets as f64 * SET_TICK)
+        + scenario.limit_s * robots * robots * HEARD
 }
 
 /// # Errors
@@ -58,19 +66,20 @@ fn available() -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use missions::waste::data::default_scenario;
+    use missions::waste::data::default_setup;
 
     use super::*;
 
     #[test]
     fn runs_side_by_side_and_all_rows() {
-        let scenario = Scenario {
-            limit_s: 1200.0,
-            ..default_scenario()
-        };
-        // 24,000 ticks of 3 robots, and 9 links for 1,200 s.
-        let one = of_a_run(&scenario);
-        assert_eq!(one, 24_000.0 * 3.0 * 800.0 + 1200.0 * 9.0 * 150.0);
+        let mut setup = default_setup(1);
+        setup.scenario.limit_s = 1200.0;
+        // 24,000 ticks of 3 robots, blue with 5 sets and the others with 4, and 9 links for 1,200 s.
+        let one = of_a_run(&setup);
+        assert_eq!(
+            one,
+            24_000.0 * (3.0 * 300.0 + 13.0 * 130.0) + 1200.0 * 9.0 * 150.0
+        );
         let jobs = NonZeroUsize::new(2).unwrap();
         let all = 2.0 * one + 4000.0 * 100.0;
         assert!(check_against(all, one, jobs, 100).is_ok());

@@ -26,10 +26,11 @@ figure { overflow-x: auto } figure svg { min-width: 34rem }
   figure svg { filter: invert(.91) hue-rotate(180deg) }
   .held { color: #6fcf97 } .failed { color: #ff8a80 } .undecided { color: #e6c65c }
 }
+@page { size: landscape; margin: 12mm }
 @media print {
   body { color: #000; background: #fff; max-width: none; margin: 0; font-size: 10pt }
-  figure svg { filter: none; min-width: 0 } .wide, figure { overflow: visible } table { font-size: 7.5pt }
-  th, td { padding: .1rem .25rem; color: #000 } a { color: #000 } tr { break-inside: avoid }
+  figure svg { filter: none; min-width: 0 } .wide, figure { overflow: visible } table { font-size: 7pt }
+  th, td { padding: .1rem .2rem; color: #000 } a { color: #000 } tr { break-inside: avoid }
   details::details-content { content-visibility: visible; height: auto }
 }
 ";

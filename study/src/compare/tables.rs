@@ -25,7 +25,7 @@ impl Table {
     /// # Errors
     /// None: they are written to memory.
     pub fn files(&self) -> anyhow::Result<[(String, Vec<u8>); 2]> {
-        let rows = self.columns.first().context("a table has columns")?.len();
+        let rows = self.columns.first().context("a table has columns")?.rows();
         Ok([
             (format!("{}.csv", self.name), csv(&self.columns, rows)?),
             (format!("{}.parquet", self.name), parquet(&self.columns)?),

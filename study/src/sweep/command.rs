@@ -35,7 +35,8 @@ pub struct SweepCommand {
 }
 
 impl SweepCommand {
-    /// See [`Arguments::run`].
+    /// Exit status 0 when all runs are done, however their missions ended; 1 when runs failed or it was interrupted; 2 for a
+    /// mistake in plan or arguments, or runs that are missing; 3 when its files cannot be written.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         let study = Study {

@@ -185,9 +185,9 @@ pub fn figures(row: &Row) -> Option<&Figures> {
 }
 
 impl Column {
-    /// Its rows.
+    /// How many rows it has.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn rows(&self) -> usize {
         match &self.values {
             Integers(values) => values.len(),
             Numbers(values) => values.len(),

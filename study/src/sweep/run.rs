@@ -2,6 +2,7 @@
 
 use missions::Registry;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use alliance_proto::control::FaultStatus;
 use alliance_proto::fault::Fault;
@@ -141,15 +142,14 @@ fn simulate(
     let traffic = team.traffic().cloned();
     let (run, recorder) = team.end(outcome)?;
     let mut figures = Figures::of(&run, outcome);
-    if plan.check || traffic.is_some() {
+    let memory = recorder.into_sink();
+    if plan.check {
         let vocabulary = Registry::of_this_program().vocabulary();
-        let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary)?;
-        if plan.check {
-            replayed::check(&log)?;
-        }
-        if let Some(traffic) = traffic {
-            figures.measures = Some(Measures::of(&log, &traffic)?);
-        }
+        replayed::check(&RunLog::from_memory(&memory, &vocabulary)?)?;
+    }
+    if let Some(traffic) = traffic {
+        let log = RunLog::from_tables(Path::new(""), run, memory.tables);
+        figures.measures = Some(Measures::of(&log, &traffic)?);
     }
     Ok(Some(figures))
 }

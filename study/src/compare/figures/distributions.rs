@@ -3,7 +3,7 @@
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::{Color, RGBColor};
 
-use super::{AT_RIGHT, CENTERED, Figure, ending, round_up};
+use super::{AT_RIGHT, CENTERED, Figure, ending};
 use crate::compare::analysis::{Analysis, Summary};
 use crate::compare::data::Data;
 use crate::compare::metrics::Metric;
@@ -27,8 +27,17 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
                 .filter(|block| data.blocks[*block].mission == mission)
                 .collect();
             let summaries = |block: usize| analysis.blocks[block].summaries.iter().map(move |it| it[par2]);
-            let greatest = blocks.iter().flat_map(|block| summaries(*block)).flatten();
-            let most = round_up(greatest.map(|it| it.quantiles[6]).fold(0.0, f64::max));
+            let all: Vec<Summary> = blocks
+                .iter()
+                .flat_map(|block| summaries(*block))
+                .flatten()
+                .collect();
+            let least = all.iter().map(|it| it.quantiles[0]);
+            let most = all.iter().map(|it| it.quantiles[6]);
+            let scale = Scale::of(
+                least.fold(f64::INFINITY, f64::min),
+                most.fold(0.0, f64::max),
+            );
             let panel_px = HEAD_PX + ROW_PX * data.allocators.len() as f64 + FOOT_PX;
             let height_px = panel_px * blocks.len().div_ceil(COLUMNS) as f64;
             let title = match mission {
@@ -40,19 +49,59 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
                     let width = WIDTH_PX / COLUMNS as f64;
                     let corner = ((place % COLUMNS) as f64 * width, (place / COLUMNS) as f64 * panel_px);
                     let all: Vec<Option<Summary>> = summaries(*block).collect();
-                    panel(area, corner, data, *block, &all, most)?;
+                    panel(area, corner, data, *block, &all, scale)?;
                 }
                 Ok(())
             })?;
             Ok(Figure {
                 name: format!("distribution{}", ending(mission)),
                 caption: format!(
-                    "{title}, s. Line: from the least to the greatest; thick line: from 5 to 95 %; box: from 25 to 75 %; dark: median; red: mean."
+                    "{title}, s, by a logarithmic scale. Line: from the least to the greatest; thick line: from 5 to 95 %; box: from 25 to 75 %; dark: median; red: mean."
                 ),
                 svg,
             })
         })
         .collect()
+}
+
+/// By logarithms, for some teams need ten times as long as others.
+#[derive(Clone, Copy)]
+struct Scale {
+    from: f64,
+    to: f64,
+}
+
+impl Scale {
+    /// With a margin around what is shown.
+    fn of(least: f64, most: f64) -> Self {
+        let least = least.clamp(1e-3, most.max(1e-3));
+        Self {
+            from: least / 1.1,
+            to: most.max(least) * 1.1,
+        }
+    }
+
+    /// From 0 to 1.
+    fn at(self, value: f64) -> f64 {
+        (value.max(self.from) / self.from).ln() / (self.to / self.from).ln()
+    }
+
+    /// Round numbers on it, as many as have room.
+    fn marks(self) -> Vec<f64> {
+        let steps: &[f64] = if self.to / self.from > 20.0 {
+            &[1.0]
+        } else if self.to / self.from > 4.0 {
+            &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0]
+        };
+        let powers = -3..7;
+        let all = powers.flat_map(|power| steps.iter().map(move |step| step * 10_f64.powi(power)));
+        let rounded = all.map(|mark| (mark * 1e3).round() / 1e3);
+        rounded
+            .filter(|mark| (self.from..=self.to).contains(mark))
+            .collect()
+    }
 }
 
 fn panel(
@@ -61,11 +110,11 @@ fn panel(
     data: &Data,
     block: usize,
     summaries: &[Option<Summary>],
-    most: f64,
+    scale: Scale,
 ) -> Drawn {
     let width = WIDTH_PX / COLUMNS as f64 - NAMES_PX - 22.0;
     let from = left + NAMES_PX;
-    let x_px = |value: f64| from + width * value / most;
+    let x_px = |value: f64| from + width * scale.at(value);
     let bottom = top + HEAD_PX + ROW_PX * summaries.len() as f64;
     let path = |points: [(f64, f64); 2], color: RGBColor, width: f64| {
         let points = points.map(|(x, y)| (px(x), px(y)));
@@ -81,12 +130,10 @@ fn panel(
         (from + width / 2.0, top + 13.0),
     )?;
     path([(from, bottom), (from + width, bottom)], INK, 1.0)?;
-    for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
-        let x = x_px(share * most);
+    for value in scale.marks() {
+        let x = x_px(value);
         path([(x, bottom), (x, bottom + 4.0)], INK, 1.0)?;
-        if share != 0.25 && share != 0.75 {
-            CENTERED.write(area, &format!("{}", share * most), (x, bottom + 13.0))?;
-        }
+        CENTERED.write(area, &value.to_string(), (x, bottom + 13.0))?;
     }
     let small = Lettering {
         size_px: 10.5,

@@ -46,7 +46,7 @@ pub(super) fn draw(data: &Data) -> anyhow::Result<Vec<Figure>> {
             Ok(Figure {
                 name: format!("heat{}", ending(mission)),
                 caption: format!(
-                    "{title}, by allocator and class of faults. The darker, the more it is than the best allocator's of that column (the oracle aside). \
+                    "{title}, by allocator and class of faults. The stronger the color, the more it is than the best allocator's of that column (the oracle aside). \
                      Below in small: the share of runs that completed the mission, where it is not all. Hatched: no data."
                 ),
                 svg,
