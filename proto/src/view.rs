@@ -85,7 +85,7 @@ impl Mark {
         const SMALL_M: f32 = 0.3;
         let is_small =
             matches!(self.outline, MarkOutline::Disc { radius_m, .. } if radius_m < SMALL_M);
-        !self.label.is_empty() && !(is_small && among > CROWD)
+        !(self.label.is_empty() || is_small && among > CROWD)
     }
 
     /// The number of its kind, where there are several.
