@@ -160,3 +160,27 @@ proptest! {
         }
     }
 }
+
+/// Where the scenario gives no starts; an obstacle takes one of the places, and another one is found.
+#[test]
+fn robots_start_spread_over_the_region() {
+    let robots: String = (1..=5)
+        .map(|robot| format!("[[robots]]\nname = 'r{robot}'\n"))
+        .collect();
+    let starts = |more: &str| -> Vec<Vec2> {
+        let text = format!("[observe]\n{more}\n{robots}");
+        let vocabulary = Registry::built_in().vocabulary();
+        let scenario = Scenario::parse("o.toml", &text, &vocabulary).unwrap();
+        let poses = crate::observe::PARTS.world.start_poses(&scenario).unwrap();
+        poses.iter().map(|pose| pose.position).collect()
+    };
+    let area = Area::of(&scenario("")).inset(0.22);
+    let spread: Vec<Vec2> = area.spread(5).collect();
+    assert_eq!(starts(""), spread);
+    let Vec2 { x, y } = spread[0] - 0.2;
+    let block = format!("[[obstacles]]\nx_m = {x}\ny_m = {y}\nwidth_m = 0.4\nheight_m = 0.4");
+    let blocked = starts(&block);
+    assert!(!blocked.contains(&spread[0]));
+    assert!(blocked.iter().all(|place| area.contains(*place)));
+    assert_eq!(blocked[..4], spread[1..]);
+}
