@@ -85,7 +85,8 @@ impl Mark {
         const SMALL_M: f32 = 0.3;
         let is_small =
             matches!(self.outline, MarkOutline::Disc { radius_m, .. } if radius_m < SMALL_M);
-        !(self.label.is_empty() || is_small && among > CROWD)
+        let has_room = !is_small || among <= CROWD;
+        has_room && !self.label.is_empty()
     }
 
     /// The number of its kind, where there are several.

@@ -2,12 +2,11 @@
 //! what a step needs is there from the step before.
 
 use missions::observe::data::{OBSERVE, ObserveSection};
-use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
 
 use alliance_proto::log::{EventRow, LogLevel, Memory};
-use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use study::in_process::Team;
 
@@ -22,10 +21,6 @@ const END: u64 = 4_000;
 fn setup(robots: usize, spills: usize, allocator: &str) -> Setup {
     let mut scenario = family(robots, spills);
     WasteSection::of_mut(&mut scenario).border_known = true;
-    resolved(scenario, allocator)
-}
-
-fn resolved(mut scenario: Scenario, allocator: &str) -> Setup {
     scenario.allocator = Some(allocator.to_owned());
     scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
     Setup::resolve(scenario, 1, None).unwrap().setup
@@ -45,17 +40,6 @@ fn a_tick_without_events_asks_for_no_memory() {
     for (robots, spills) in [(3, 2), (30, 20)] {
         for allocator in ["alliance", "l-alliance"].into_iter().chain(NEGOTIATORS) {
             steady(robots, setup(robots, spills, allocator));
-        }
-    }
-}
-
-/// Service, with work for longer than is looked at.
-#[test]
-fn a_tick_of_service_without_events_asks_for_no_memory() {
-    for (robots, points) in [(3, 20), (30, 200)] {
-        for allocator in ["alliance", "l-alliance", "nearest"] {
-            let scenario = SERVICE.family(robots, points).unwrap();
-            steady(robots, resolved(scenario, allocator));
         }
     }
 }
