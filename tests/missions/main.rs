@@ -41,6 +41,7 @@ mod refusals;
 mod repeatable;
 mod rooms;
 mod service;
+mod shared_service;
 mod soak;
 mod steady;
 mod stopped;
