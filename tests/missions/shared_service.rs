@@ -14,7 +14,8 @@ const KILL: &str = "faults.timeline = [{ fault.kill = \"gold\", when = \"gold fi
 /// The mission of the plan as a scenario file, with a line on top.
 fn text(allocator: &str, faults: &str) -> String {
     let plan: toml::Table = toml::from_str(PLAN).unwrap();
-    format!("allocator = \"{allocator}\"\n{faults}{}", plan["scenario"])
+    let mission = toml::to_string(&plan["scenario"]).unwrap();
+    format!("allocator = \"{allocator}\"\n{faults}{mission}")
 }
 
 /// The same, read.
