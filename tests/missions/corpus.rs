@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::codec::decode;
+use alliance_proto::team::{Broadcast, Content};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -190,6 +193,31 @@ fn damaged_files_of_sweeps_are_refused_or_stand() {
     damage("journal", &[flip, insert, misspell], |text| {
         let _ = files::is_journal(text);
     });
+}
+
+/// So that no kind of message that allocators have is left out.
+#[test]
+fn every_kind_of_allocation_message_is_in_the_corpus() {
+    let mut kinds = std::collections::BTreeSet::new();
+    for (_, bytes) in corpus("heard") {
+        let broadcast: Broadcast = decode(&bytes).unwrap();
+        if let Content::Allocation(message) = broadcast.body {
+            // A kind that is not named here does not compile.
+            kinds.insert(match message {
+                AllocationMessage::Open(_) => "open".to_owned(),
+                AllocationMessage::Ble(_) => "ble".to_owned(),
+                AllocationMessage::Murdoch(word) => {
+                    let word = format!("{:?}", word.word);
+                    format!("murdoch {}", word.split(' ').next().unwrap())
+                }
+                AllocationMessage::Table(_) => "table".to_owned(),
+                AllocationMessage::Deltas(_) => "deltas".to_owned(),
+                AllocationMessage::Partition(_) => "partition".to_owned(),
+            });
+        }
+    }
+    // Four words of MURDOCH, and one kind of each of the others.
+    assert_eq!(kinds.len(), 4 + 5, "{kinds:?}");
 }
 
 #[test]

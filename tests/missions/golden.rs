@@ -2,8 +2,9 @@
 //!
 //! `golden/waste-cleanup.json` holds hash and figures of some runs of the default mission. The hash covers every reading,
 //! command, message, motivation and event of every tick, on any machine; the figures tell a reader of the diff what a change
-//! has done to the missions; `golden/allocators.json` the same of allocators other than ALLIANCE, `golden/NAME.json` of other
-//! missions. After a change that is meant to change them, renew the file and look at its diff:
+//! has done to the missions; `golden/allocators.json` the same of allocators other than ALLIANCE, `golden/allocators-service.json` of all of
+//! them on a mission of service, `golden/NAME.json` of other missions. After a change that is meant to change them, renew the file and look
+//! at its diff:
 //! `UPDATE_GOLDEN=1 cargo test -p alliance-tests --test missions golden`.
 //!
 //! The runs are made within one process; that processes give the same bytes is another test's promise.
@@ -19,6 +20,7 @@ use serde_json::{Map, Value, json};
 use crate::allocators::UNMOVED;
 use crate::in_process::{run, setup};
 use crate::negotiation::NEGOTIATORS;
+use crate::shared_service;
 
 /// Seed, simulated seconds, order of steps. The first run is a short one; the others go on until the mission is complete.
 const RUNS: [(u64, f64, StepOrder); 5] = [
@@ -60,6 +62,19 @@ fn golden_runs_of_allocators_are_as_they_were() {
         runs.insert(allocator.to_owned(), pinned(setup));
     }
     assert_as_before("golden/allocators.json", runs);
+}
+
+/// A mission of service by every allocator.
+#[test]
+fn golden_runs_of_service_by_every_allocator_are_as_they_were() {
+    let mut runs = Map::new();
+    for allocator in Registry::built_in().vocabulary().allocators {
+        let mut scenario = shared_service::scenario(allocator.name, "");
+        scenario.limit_s = 400.0;
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        runs.insert(allocator.name.to_owned(), pinned(setup));
+    }
+    assert_as_before("golden/allocators-service.json", runs);
 }
 
 /// The scenarios that come with each mission but the default one, at most so many seconds of each.

@@ -45,6 +45,7 @@ mod refusals;
 mod repeatable;
 mod rooms;
 mod service;
+mod shared_service;
 mod soak;
 mod statistics;
 mod steady;

@@ -178,23 +178,26 @@ impl Study {
 }
 #[cfg(test)]
 mod tests {
-    use super::super::design::Rule;
     use super::super::trial::attempt;
     use super::*;
 
-    /// Of all rules but II, whose runs may have no end.
+    /// What the reduced study has: by one of each strategy that ends, and by III with another order.
+    const PLAYED: [&str; 4] = ["I longest", "III longest", "III shortest", "IV"];
+
+    /// Without mishaps, by those rules.
     fn reduced(seeds: usize) -> Study {
+        let conditions = conditions();
         let trial = |run| {
             let (condition, rule, seed) = place(run, seeds);
-            let rule = &RULES[rule];
-            (!rule.name.starts_with("II ")).then(|| attempt(&conditions()[condition], rule, seed))
+            let (condition, rule) = (&conditions[condition], &RULES[rule]);
+            let is_played = PLAYED.contains(&rule.name) && condition.mishap == Mishap::None;
+            is_played.then(|| attempt(condition, rule, seed).unwrap())
         };
+        let trials = (0..Study::runs(seeds)).map(|run| trial(run).unwrap_or(NONE));
         Study {
-            conditions: conditions(),
+            trials: trials.collect(),
+            conditions,
             seeds,
-            trials: (0..Study::runs(seeds))
-                .map(|run| trial(run).map_or(NONE, |trial| trial.unwrap()))
-                .collect(),
         }
     }
 
@@ -213,44 +216,26 @@ mod tests {
     /// What ALLOCATORS.md §3 demands.
     #[test]
     fn strategies_keep_their_promises() {
-        let study = reduced(4);
+        let study = reduced(8);
         for trial in &study.trials {
-            assert!(
-                trial
-                    .time_s
-                    .is_none_or(|time_s| time_s >= trial.least_time_s),
-                "{trial:?}"
-            );
-            let is_whole = trial.time_s.is_some();
-            assert!(
-                !is_whole || trial.energy_j >= trial.least_energy_j - 1e-6,
-                "{trial:?}"
-            );
+            let is_over = trial.time_s.is_some();
+            let is_possible = trial
+                .time_s
+                .is_none_or(|time_s| time_s >= trial.least_time_s)
+                && (!is_over || trial.energy_j >= trial.least_energy_j - 1e-6);
+            assert!(is_possible, "better than the optimum: {trial:?}");
         }
-        let rules = || {
-            RULES
-                .iter()
-                .enumerate()
-                .filter(|(_, rule)| !rule.name.starts_with("II "))
-        };
-        for (rule, Rule { name, .. }) in rules() {
-            for (place, condition) in study.conditions.iter().enumerate() {
-                let cell = study.cell(place, rule);
+        for name in PLAYED {
+            for (condition, cell) in study.undisturbed(named(name)) {
                 assert_eq!(cell.endless, 0, "{condition}, {name}");
-                let one_each = name.starts_with("III") || name.starts_with("IV");
-                if one_each && condition.mishap == Mishap::None {
-                    assert_eq!(
-                        cell.wasted_s,
-                        Some(0.0),
-                        "{condition}, {name}: two at a task"
-                    );
-                }
+                let is_alone = name == "I longest" || cell.wasted_s == Some(0.0);
+                assert!(is_alone, "{condition}, {name}: two at a task");
             }
         }
         let of = |name| study.undisturbed(named(name));
         for ((condition, four), (_, one)) in of("IV").zip(of("I longest")) {
             let (four, one) = (four.time.unwrap(), one.time.unwrap());
-            let all_can = condition.tasks == 6 && condition.coverage == 5;
+            let all_can = condition.coverage == 5;
             if condition.spread <= 1.0 && !all_can {
                 assert!(four < 1.35, "{condition}: {four} times the optimum");
             }
@@ -277,7 +262,8 @@ mod tests {
         };
         let cell = study.cell(3, 2);
         // 12 and 14 of 10 s; 0 and 2 robot-s.
-        assert_eq!((cell.endless, cell.time), (1, Some(1.3)));
+        assert_eq!(cell.endless, 1);
+        assert!((cell.time.unwrap() - 1.3).abs() < 1e-9);
         assert_eq!((cell.energy, cell.wasted_s), (Some(1.5), Some(1.0)));
         let text = study.markdown();
         assert!(text.contains("| (5,6,5), 0.5 | 1.30 (1) | "), "{text}");

@@ -97,7 +97,7 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "kinds.kept",
             "",
             Flag(true),
-            "whether work that is left unfinished stays done",
+            "whether work that is left unfinished stays done; else each robot makes its own attempt, lost when it leaves",
             ParameterRange::Flag,
         ),
         ParameterSpec::new(
