@@ -25,9 +25,9 @@ set = { 'waste.spills.0.items' = 1 }
 
 [faults.none]
 [faults.gold-dies]
-timeline = [{ fault.kill = 'gold', at_s = 20.0 }]
+timeline = [{ fault.kill = 'gold', at_s = 4.0 }]
 [missions.two.faults.gold-dies]
-timeline = [{ fault.kill = 'blue', at_s = 20.0 }]
+timeline = [{ fault.kill = 'blue', at_s = 4.0 }]
 [faults.never]
 timeline = [{ fault.kill = 'gold', at_s = 5000.0 }]
 
@@ -334,7 +334,7 @@ fn mistakes_are_answered_in_one_line_before_anything_runs() {
         ),
         (
             "[grid]\nallocator = []\n".to_owned(),
-            "bad.toml:2: allocator: the list is empty",
+            "bad.toml:2: grid.allocator: the list is empty",
         ),
         (
             format!("seeds = []\n{grid}"),
@@ -366,7 +366,7 @@ fn mistakes_are_answered_in_one_line_before_anything_runs() {
         ),
         (
             format!("{grid}[missions.a.faults.dead]\ntimeline = [{{ fault.kill = 'glod' }}]\n"),
-            "bad.toml:3: faults.timeline.0.fault.kill: the scenario has no robot 'glod'; did you mean 'gold'?",
+            "bad.toml:3: faults.timeline[0].fault.kill: the scenario has no robot 'glod'; did you mean 'gold'?",
         ),
         (
             format!("{grid}[hypotheses.h]\norder = ['alliance', 'nearst']\n"),
@@ -378,7 +378,7 @@ fn mistakes_are_answered_in_one_line_before_anything_runs() {
         ),
         (
             format!("{grid}[hypotheses.h]\nfaults = ['none']\nat_most = 1.0\n"),
-            "there is no class of faults 'none'",
+            "there is no class of faults 'none'; there are none",
         ),
         (
             format!("{grid}[hypotheses.h]\nsays = 'much'\n"),

@@ -44,7 +44,7 @@ fn value(rng: &mut ChaCha8Rng, coarse: bool) -> f64 {
 }
 
 fn case(test: &'static str, number: usize, rng: &mut ChaCha8Rng) -> Case {
-    let coarse = number % 2 == 0;
+    let coarse = number.is_multiple_of(2);
     let length = 2 + number / 2;
     let mut values = |count: usize, coarse: bool| -> Vec<f64> {
         (0..count).map(|_| value(rng, coarse)).collect()

@@ -6,13 +6,13 @@ use std::thread;
 
 use super::data::{Block, Data, mean};
 use super::metrics::Metric;
-use super::statistics::bootstrap::{Interval, means, median_differences, quantile};
+use super::statistics::bootstrap::{means, median_differences};
 use super::statistics::friedman::{Friedman, friedman};
 use super::statistics::holm::holm;
 use super::statistics::mcnemar::mcnemar;
 use super::statistics::nemenyi::{critical_difference, nemenyi};
 use super::statistics::wilcoxon::wilcoxon;
-use crate::sweep::statistics::wilson;
+use crate::sweep::statistics::{Interval, quantile, wilson};
 
 /// Of all intervals.
 pub const LEVEL: f64 = 0.95;

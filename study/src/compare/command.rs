@@ -125,12 +125,12 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         axes,
     };
     let data = Data::of(design, &comparison, &[]);
-    check(
-        &plan.hypotheses,
-        &data.allocators,
-        &data.missions(),
-        &data.classes(),
-    )?;
+    let (mut missions, mut classes) = (data.missions(), data.classes());
+    for names in [&mut missions, &mut classes] {
+        // One alone has no name.
+        names.retain(|name| !name.is_empty());
+    }
+    check(&plan.hypotheses, &data.allocators, &missions, &classes)?;
     Ok(Some(comparison))
 }
 

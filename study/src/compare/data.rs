@@ -138,10 +138,10 @@ impl Data {
     pub fn of(design: &Design, comparison: &Comparison, rows: &[Row]) -> Self {
         let rivals = allocators(design);
         let rival = rivals.map(|rivals| &design.factors[rivals]);
-        let names: Vec<String> = rival.map_or_else(Vec::new, |rival| names(rival));
+        let names: Vec<String> = rival.map_or_else(Vec::new, names);
         let kinds: BTreeSet<&String> = rows
             .iter()
-            .filter_map(|row| figures(row)?.measures.as_ref())
+            .filter_map(|row| figures(row)?.measures.as_deref())
             .flat_map(|measures| measures.sent.keys())
             .collect();
         let mut metrics = Metric::ALL.to_vec();
@@ -357,10 +357,10 @@ pub(super) mod tests {
     fn row(run: usize, seconds: Option<f64>) -> Row {
         let mut row = complete(run, (seconds.unwrap_or(1.0).abs() * 1000.0) as u64);
         if let End::Ended(figures) = &mut row.end {
-            figures.measures = Some(Measures {
+            figures.measures = Some(Box::new(Measures {
                 limit_s: 100.0,
                 ..Measures::default()
-            });
+            }));
             if seconds.is_none() {
                 figures.faults.retain(|kind, _| kind == "mute");
             }

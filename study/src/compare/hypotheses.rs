@@ -10,10 +10,10 @@ use anyhow::bail;
 use super::analysis::LEVEL;
 use super::data::{Block, Data, mean};
 use super::metrics::Metric;
-use super::statistics::bootstrap::{Interval, means};
+use super::statistics::bootstrap::means;
 use super::statistics::normal_reach;
 use crate::sweep::plan::hypothesis::{Claim, Hypothesis};
-use crate::sweep::statistics::wilson_at;
+use crate::sweep::statistics::{Interval, wilson_at};
 
 /// What came of a hypothesis, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -43,7 +43,7 @@ impl Axes {
                         && (order.for_s, order.every_s) == (None, None)
                         && order.when.is_none() =>
                 {
-                    Some(f64::from(loss.p))
+                    Some(loss.p)
                 }
                 _ => None,
             },

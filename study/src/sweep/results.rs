@@ -107,7 +107,7 @@ pub fn table(design: &Design, rows: &[Row]) -> Vec<Column> {
 
 /// What comparisons measure; nothing where no run was measured.
 fn measured(rows: &[Row]) -> Vec<Column> {
-    let all = || rows.iter().map(|row| figures(row)?.measures.as_ref());
+    let all = || rows.iter().map(|row| figures(row)?.measures.as_deref());
     if all().flatten().next().is_none() {
         return Vec::new();
     }

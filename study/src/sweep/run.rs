@@ -65,7 +65,7 @@ pub struct Figures {
     pub faults: BTreeMap<String, FaultCount>,
     /// What comparisons want to know beside these; others do not ask.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub measures: Option<Measures>,
+    pub measures: Option<Box<Measures>>,
 }
 
 /// Faults of a kind.
@@ -149,7 +149,7 @@ fn simulate(
     }
     if let Some(traffic) = traffic {
         let log = RunLog::from_tables(Path::new(""), run, memory.tables);
-        figures.measures = Some(Measures::of(&log, &traffic)?);
+        figures.measures = Some(Box::new(Measures::of(&log, &traffic)?));
     }
     Ok(Some(figures))
 }

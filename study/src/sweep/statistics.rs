@@ -76,7 +76,8 @@ pub fn estimate(mut values: Vec<f64>) -> Option<Estimate> {
 }
 
 /// Of sorted values, linear between two of them (Hyndman and Fan's type 7).
-fn quantile(sorted: &[f64], share: f64) -> f64 {
+#[must_use]
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let below = sorted[place.floor() as usize];
     let above = sorted[place.ceil() as usize];

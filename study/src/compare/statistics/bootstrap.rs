@@ -9,14 +9,13 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+use crate::sweep::statistics::{Interval, quantile};
+
 /// How often seeds are drawn.
 pub const RESAMPLES: usize = 10_000;
 
 /// Its number among the streams of seed 0; `sweep` has the first.
 const STREAM: u64 = 1;
-
-/// From, to.
-pub type Interval = (f64, f64);
 
 /// A statistic of each resample, in order.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,15 +138,6 @@ impl Ranked {
 fn sorted(mut values: Vec<f64>) -> Resampled {
     values.sort_by(f64::total_cmp);
     Resampled(values)
-}
-
-/// Of sorted values, linear between two of them (Hyndman and Fan's type 7).
-#[must_use]
-pub fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let below = sorted[place.floor() as usize];
-    let above = sorted[place.ceil() as usize];
-    below + (above - below) * place.fract()
 }
 
 #[cfg(test)]
