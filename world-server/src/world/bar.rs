@@ -332,7 +332,7 @@ mod tests {
         fn nothing_drives_into_it(y in 0.2..2.2_f32, x in 0.0..500.0_f32, gap_m in 0.9..1.1_f32, heading_rad in -0.4..0.4_f32) {
             let from = Vec2::new(x, x);
             let bar = Bar { from, to: from + Vec2::new(0.1, 2.4), half_width_m: 0.1 };
-            let (normal, along) = (Vec2::new(2.4, -0.1).normalize(), Vec2::new(0.1, 2.4).normalize());
+            let (normal, along) = (Vec2::new(2.4, -0.1).normalize_or_zero(), Vec2::new(0.1, 2.4).normalize_or_zero());
             let center = from + along * y - normal * (0.3 + gap_m * SKIN_M);
             let direction = normal.rotate(Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad)));
             let stop = Outline::Bar(bar).sweep(center, 0.2, direction, 0.025);

@@ -68,7 +68,7 @@ fn who_hears_nothing_sees_that_the_other_end_was_pushed() {
     for (step, lead_m) in (0..10).map(|step| (step, -0.02 * step as f32)) {
         bar.see(leading(lead_m), SimTime(1_050 + 50 * step), &section());
     }
-    assert_eq!(due(&bar, SimTime(1_550))[0], false, "it moves still");
+    assert!(!due(&bar, SimTime(1_550))[0], "it moves still");
     for step in 0..30 {
         bar.see(leading(-0.18), SimTime(1_550 + 50 * step), &section());
     }
