@@ -4,7 +4,7 @@ use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::design::{RULES, SPREADS};
-use super::results::{Cell, Study};
+use super::results::{Measure, Study};
 use crate::palette::colors;
 use crate::report::figures::canvas::{
     Area, Axes, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, level, line,
@@ -37,7 +37,7 @@ const HALF: f64 = 0.3;
 /// # Errors
 /// When it cannot be drawn.
 pub fn draw(study: &Study) -> anyhow::Result<String> {
-    let panels: [(&str, fn(&Cell) -> Option<f64>); 2] = [
+    let panels: [(&str, Measure); 2] = [
         ("time / least time", |cell| cell.time),
         ("energy / least energy", |cell| cell.energy),
     ];
@@ -84,13 +84,7 @@ fn legend(area: &Area<'_>) -> Drawn {
     letters.write(area, &text, (left_px, LEGEND_PX / 2.0))
 }
 
-fn panel(
-    area: &Area<'_>,
-    study: &Study,
-    top_px: f64,
-    what: &str,
-    value: fn(&Cell) -> Option<f64>,
-) -> Drawn {
+fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure) -> Drawn {
     let within = part(area, (0.0, top_px), (WIDTH_PX, PLOT_PX));
     let frame = Frame {
         left: LEFT_PX,

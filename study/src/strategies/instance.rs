@@ -52,8 +52,8 @@ impl Instance {
         rng.set_stream(((robots << 16 | tasks) << 16 | coverage) as u64);
         let factor = |rng: &mut ChaCha8Rng| 1.0 + spread * rng.random::<f64>();
         let powers_w = (0..robots).map(|_| factor(&mut rng)).collect();
-        let mut times_s = vec![vec![None; tasks]; robots];
-        for task in 0..tasks {
+        let mut times_s = vec![Vec::with_capacity(tasks); robots];
+        for _ in 0..tasks {
             let base_s = LEAST_S + (MOST_S - LEAST_S) * rng.random::<f64>();
             let factors: Vec<f64> = (0..robots).map(|_| factor(&mut rng)).collect();
             // The first `coverage` of a random order can do it.
@@ -61,8 +61,10 @@ impl Instance {
             for place in 0..coverage {
                 let other = rng.random_range(place as u64..robots as u64);
                 order.swap(place, other as usize);
-                let robot = order[place];
-                times_s[robot][task] = Some((base_s * factors[robot]).round() as u32);
+            }
+            for (robot, times_s) in times_s.iter_mut().enumerate() {
+                let is_able = order[..coverage].contains(&robot);
+                times_s.push(is_able.then(|| (base_s * factors[robot]).round() as u32));
             }
         }
         Self { times_s, powers_w }

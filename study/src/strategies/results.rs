@@ -15,6 +15,9 @@ pub struct Study {
     pub trials: Vec<Trial>,
 }
 
+/// One number of a cell, where all of its trials have it.
+pub type Measure = fn(&Cell) -> Option<f64>;
+
 /// The trials of a condition by one rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
@@ -79,7 +82,7 @@ impl Study {
             "Means of {} seeds; in brackets how many of them did not end, which the mean leaves out.\n",
             self.seeds
         );
-        let tables: [(&str, fn(&Cell) -> Option<f64>, usize); 3] = [
+        let tables: [(&str, Measure, usize); 3] = [
             ("Time by the least time", |cell| cell.time, 2),
             ("Energy by the least energy", |cell| cell.energy, 2),
             ("Two at one task, robot-s", |cell| cell.wasted_s, 0),
