@@ -28,7 +28,7 @@ pub struct Cell {
     /// Energy by the least energy, mean of the same.
     pub energy: Option<f64>,
     /// Time at work where others were already, mean of the same, robot-s.
-    pub wasted_s: Option<f64>,
+    pub doubled_s: Option<f64>,
 }
 
 /// Of which trial, by the number of a run: condition, rule, seed.
@@ -63,7 +63,7 @@ impl Study {
             endless: trials.len() - ended.len(),
             time: mean(&|time_s, trial| time_s / trial.least_time_s),
             energy: mean(&|_, trial| trial.energy_j / trial.least_energy_j),
-            wasted_s: mean(&|_, trial| trial.wasted_s),
+            doubled_s: mean(&|_, trial| trial.doubled_s),
         }
     }
 
@@ -85,7 +85,7 @@ impl Study {
         let tables: [(&str, Measure, usize); 3] = [
             ("Time by the least time", |cell| cell.time, 2),
             ("Energy by the least energy", |cell| cell.energy, 2),
-            ("Two at one task, robot-s", |cell| cell.wasted_s, 0),
+            ("Two at one task, robot-s", |cell| cell.doubled_s, 0),
         ];
         for (title, value, digits) in tables {
             let names: Vec<&str> = RULES.iter().map(|rule| rule.name).collect();
@@ -154,7 +154,7 @@ impl Study {
             "least_time_s",
             "energy_j",
             "least_energy_j",
-            "wasted_s",
+            "doubled_s",
         ])?;
         for (run, trial) in self.trials.iter().enumerate() {
             let (condition, rule, seed) = place(run, self.seeds);
@@ -173,7 +173,7 @@ impl Study {
                 trial.least_time_s.to_string(),
                 trial.energy_j.to_string(),
                 trial.least_energy_j.to_string(),
-                trial.wasted_s.to_string(),
+                trial.doubled_s.to_string(),
             ])?;
         }
         Ok(writer.into_inner()?)
@@ -209,7 +209,7 @@ mod tests {
         least_time_s: 1.0,
         energy_j: 0.0,
         least_energy_j: 1.0,
-        wasted_s: 0.0,
+        doubled_s: 0.0,
     };
 
     fn named(name: &str) -> usize {
@@ -231,7 +231,7 @@ mod tests {
         for name in PLAYED {
             for (condition, cell) in study.undisturbed(named(name)) {
                 assert_eq!(cell.endless, 0, "{condition}, {name}");
-                let is_alone = name == "I longest" || cell.wasted_s == Some(0.0);
+                let is_alone = name == "I longest" || cell.doubled_s == Some(0.0);
                 assert!(is_alone, "{condition}, {name}: two at a task");
             }
         }
@@ -256,7 +256,7 @@ mod tests {
             least_time_s: 10.0,
             energy_j: 30.0,
             least_energy_j: 20.0,
-            wasted_s: (run % 3) as f64,
+            doubled_s: (run % 3) as f64,
         };
         let study = Study {
             conditions: conditions(),
@@ -267,7 +267,7 @@ mod tests {
         // 12 and 14 of 10 s; 0 and 2 robot-s.
         assert_eq!(cell.endless, 1);
         assert!((cell.time.unwrap() - 1.3).abs() < 1e-9);
-        assert_eq!((cell.energy, cell.wasted_s), (Some(1.5), Some(1.0)));
+        assert_eq!((cell.energy, cell.doubled_s), (Some(1.5), Some(1.0)));
         let text = study.markdown();
         assert!(text.contains("| (5,6,5), 0.5 | 1.30 (1) | "), "{text}");
         assert!(text.contains("| worst of them | 1.30 | "), "{text}");

@@ -22,7 +22,7 @@ pub struct Trial {
     /// The least energy, J.
     pub least_energy_j: f64,
     /// How long robots were at work where others were already, robot-s.
-    pub wasted_s: f64,
+    pub doubled_s: f64,
 }
 
 /// Runs the instance of a seed.
@@ -41,24 +41,25 @@ pub fn attempt(condition: &Condition, rule: &Rule, seed: u64) -> anyhow::Result<
     let mut team = Team::new(setup, LogLevel::Off, Memory::default())?;
     let outcome = team.go_on_for(u64::MAX, Outcome::TimeLimit, |_| {})?;
     let result = team.end(outcome)?.0.result;
-    let energy_j = (0..)
-        .zip(&instance.powers_w)
-        .map(|(robot, power_w): (usize, _)| {
-            let figures = result.robots.get(&format!("r{robot}"));
-            let worked_s = figures.map_or(0.0, |figures| {
-                let second = |name| figures.mission.get(name).number().unwrap_or(0.0);
-                second("work_s") + second("wasted_s")
-            });
-            power_w * worked_s
-        });
+    let worked_s = |robot: usize, figure: &str| {
+        let figures = result.robots.get(&format!("r{robot}"));
+        let worked_s = figures.and_then(|figures| figures.mission.get(figure).number());
+        worked_s.unwrap_or(0.0)
+    };
+    let (mut energy_j, mut doubled_s) = (0.0, 0.0);
+    for (robot, power_w) in instance.powers_w.iter().enumerate() {
+        let surplus_s = worked_s(robot, "surplus_s");
+        energy_j += power_w * (worked_s(robot, "work_s") + surplus_s);
+        doubled_s += surplus_s;
+    }
     let last_ms = result.mission.get("makespan_ms").number();
     Ok(Trial {
         time_s: last_ms
             .filter(|_| outcome == Outcome::Complete)
             .map(|ms| ms / 1000.0),
         least_time_s: f64::from(optimum::makespan_s(&instance)),
-        energy_j: energy_j.sum(),
+        energy_j,
         least_energy_j: optimum::energy_j(&instance),
-        wasted_s: result.mission.get("wasted_robot_s").number().unwrap_or(0.0),
+        doubled_s,
     })
 }

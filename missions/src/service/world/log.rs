@@ -116,7 +116,7 @@ impl Log {
         for (figures, robot) in figures.robots.iter_mut().zip(&self.robots) {
             figures.add("done", robot.done);
             figures.add("work_s", robot.work_steps as f64 * self.step_s);
-            figures.add("wasted_s", robot.wasted_steps as f64 * self.step_s);
+            figures.add("surplus_s", robot.wasted_steps as f64 * self.step_s);
             figures.add("way_m", robot.way_m);
         }
     }

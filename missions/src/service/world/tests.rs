@@ -258,7 +258,7 @@ fn attempts_of_their_own() {
     let of = |robot: RobotId, name: &str| figures.robots[robot.index()].get(name);
     // The lower rank is told as the one that is enough.
     assert_eq!(of(GOLD, "work_s"), Value::Real(4.0));
-    assert_eq!(of(BLUE, "wasted_s"), Value::Real(1.0));
+    assert_eq!(of(BLUE, "surplus_s"), Value::Real(1.0));
 }
 
 /// One who dies has left; the point is there for the next.
