@@ -216,6 +216,8 @@ fn populated() -> Scenario {
                     y_fraction: 0.5,
                 }],
                 border_known: true,
+                respawn: true,
+                duration_s: Some(600.0),
             },
         ),
         robots: vec![Robot {
