@@ -217,7 +217,7 @@ fn populated() -> Scenario {
                 }],
                 border_known: true,
                 respawn: true,
-                duration_s: Some(1.0),
+                duration_s: Some(600.0),
             },
         ),
         robots: vec![Robot {
