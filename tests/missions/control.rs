@@ -75,7 +75,7 @@ fn a_live_run_is_held_broken_listed_and_healed_by_command() {
         "paused",
         "\nblue ",
         &pid,
-        " active ",
+        "  active",
         "gold dies",
     ] {
         assert!(status.contains(part), "no '{part}' in:\n{status}");

@@ -67,12 +67,11 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
     closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
     TIME.check(at.key("report_period_s"), waste.report_period_s)?;
-    lasting(scenario, at.key("duration_s"))
+    lasting(waste, at.key("duration_s"))
 }
 
-/// Only foraging lasts for a time, and no longer than the run.
-fn lasting(scenario: &Scenario, at: Path) -> Result<(), Problem> {
-    let waste = WasteSection::of(scenario);
+/// Only foraging lasts for a time.
+fn lasting(waste: &WasteSection, at: Path) -> Result<(), Problem> {
     let Some(duration_s) = waste.duration_s else {
         return Ok(());
     };
@@ -81,13 +80,6 @@ fn lasting(scenario: &Scenario, at: Path) -> Result<(), Problem> {
         let what = "the clean-up ends when all is delivered";
         let remedy = "leave it out, or write respawn = true";
         return Err(Problem::at(at, what, remedy));
-    }
-    if duration_s > scenario.limit_s {
-        let what = format!(
-            "the run ends before, after limit_s = {} s",
-            scenario.limit_s
-        );
-        return Err(Problem::at(at, what, "write a longer limit_s"));
     }
     Ok(())
 }
