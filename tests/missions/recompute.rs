@@ -34,7 +34,7 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
                 )
                 .unwrap();
                 let is_large = scenario.robots.len() > 10;
-                scenario.limit_s = if is_large { limit_s / 40.0 } else { limit_s };
+                scenario.limit_s = if is_large { limit_s / 25.0 } else { limit_s };
                 scenario.allocator = None;
                 scenario.alliance.preset = preset;
                 scenario.step_order = Some(order);

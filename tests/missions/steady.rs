@@ -2,6 +2,7 @@
 //! what a step needs is there from the step before.
 
 use missions::observe::data::{OBSERVE, ObserveSection};
+use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
 
@@ -40,6 +41,19 @@ fn a_tick_without_events_asks_for_no_memory() {
     for (robots, spills) in [(3, 2), (30, 20)] {
         for allocator in ["alliance", "l-alliance"].into_iter().chain(NEGOTIATORS) {
             steady(robots, setup(robots, spills, allocator));
+        }
+    }
+}
+
+/// Service, with work for longer than is looked at.
+#[test]
+fn a_tick_of_service_without_events_asks_for_no_memory() {
+    for (robots, points) in [(3, 20), (30, 200)] {
+        for allocator in ["alliance", "l-alliance", "nearest"] {
+            let mut scenario = SERVICE.family(robots, points).unwrap();
+            scenario.allocator = Some(allocator.to_owned());
+            scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
+            steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
         }
     }
 }

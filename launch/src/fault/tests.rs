@@ -243,7 +243,10 @@ fn what_may_be_left_out_and_said_shorter() {
 #[test]
 fn mistakes_are_answered_with_what_would_be_right() {
     for (line, part) in [
-        ("kil gold", "some similar subcommands exist: 'skill', 'kill'"),
+        (
+            "kil gold",
+            "some similar subcommands exist: 'skill', 'kill'",
+        ),
         ("kill", "<ROBOT>"),
         (
             "sensor gold nose dead",
