@@ -62,9 +62,12 @@ pub fn run(setup: &Setup, rates: Rates, seed: u64) -> Result<Recorder<Memory>, R
         rates,
         chance: ChaCha8Rng::seed_from_u64(seed),
     };
-    for robot in &setup.scenario.robots {
+    for (rank, robot) in setup.scenario.robots.iter().enumerate() {
+        // Who is absent at first is as if dead: it comes when it is brought in.
         let member = team.join(&robot.name);
-        team.members.extend(member);
+        let absent = || team.member(RobotId(rank as u16), 0, State::Dead);
+        let member = member.unwrap_or_else(absent);
+        team.members.push(member);
     }
     loop {
         team.tick(&mut recorder)?;
@@ -102,15 +105,20 @@ impl Team {
     fn join(&mut self, name: &str) -> Option<Member> {
         let (robot, incarnation, _) = self.simulation.invite(name).ok()?;
         self.simulation.arrive(robot, incarnation);
+        Some(self.member(robot, incarnation, State::Alive))
+    }
+
+    fn member(&self, robot: RobotId, incarnation: Incarnation, state: State) -> Member {
         let setup = self.simulation.setup();
-        let team = TeamConfig::of(setup, Registry::of_this_program().agents()).ok()?;
+        let team = TeamConfig::of(setup, Registry::of_this_program().agents());
+        let team = team.expect("an allocator that comes with the simulator");
         let agent = Agent::new(robot, incarnation, setup, &team);
-        Some(Member {
+        Member {
             incarnation,
             agent: TentativeAgent::new(agent),
             radio: Radio::default(),
-            state: State::Alive,
-        })
+            state,
+        }
     }
 
     fn tick(&mut self, recorder: &mut Recorder<Memory>) -> Result<(), RecordError> {
