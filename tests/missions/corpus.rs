@@ -5,6 +5,8 @@ use std::path::Path;
 use alliance_proto::allocation::AllocationMessage;
 use alliance_proto::codec::decode;
 use alliance_proto::team::{Broadcast, Content};
+use missions::Registry;
+use missions::waste::data::WASTE;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -144,6 +146,30 @@ fn every_message_of_the_corpus_is_one_of_its_type() {
         if let Some((expected, _)) = name.split_once('-') {
             assert_eq!(setups::kind_of(&text), Some(expected), "{name}");
         }
+    }
+}
+
+/// What a mission's devices tell, its robots say and do: bytes of its own in ticks, broadcasts and reports. Names begin with the
+/// mission's; those of the clean-up, which were first, do not.
+#[test]
+fn every_mission_has_messages_in_the_corpus() {
+    let decode = corpus("decode");
+    let heard = corpus("heard");
+    for mission in Registry::built_in().vocabulary().missions.iter() {
+        let has = |files: &[(String, Vec<u8>)], start: String| {
+            assert!(
+                files.iter().any(|(name, _)| name.starts_with(&start)),
+                "{start}"
+            );
+        };
+        let name = mission.name();
+        if *mission == WASTE {
+            continue;
+        }
+        for kind in ["tick", "broadcast", "report"] {
+            has(&decode, format!("{kind}-{name}_"));
+        }
+        has(&heard, format!("{name}-"));
     }
 }
 
