@@ -52,6 +52,7 @@ impl MissionData for Visit {
                     Column::real("way_m"),
                 ]
             },
+            ..Terms::NONE
         }
     }
 

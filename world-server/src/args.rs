@@ -76,9 +76,9 @@ pub struct RunArgs {
     /// Begin with the clock held, until somebody lets it go on
     #[arg(long)]
     pub paused: bool,
-    /// How much is logged; the hash is the same at every level
-    #[arg(long, value_name = "LEVEL", value_parser = log_level(), default_value = LogLevel::default().as_str())]
-    pub log: LogLevel,
+    /// How much is logged; the hash is the same at every level [default: full; summary for more than 2,000 behavior sets]
+    #[arg(long, value_name = "LEVEL", value_parser = log_level())]
+    pub log: Option<LogLevel>,
     /// Go on without an agent that has not answered for this long, in seconds of wall-clock time
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive, allow_negative_numbers = true)]
     pub stall_after: f64,
@@ -200,7 +200,14 @@ impl RunArgs {
         })
     }
 
-    fn options(&self, run: String, folder: PathBuf) -> Options {
+    /// How much of that run is logged.
+    #[must_use]
+    pub fn log(&self, setup: &Setup) -> LogLevel {
+        self.log
+            .unwrap_or_else(|| LogLevel::of_a_team(setup.behavior_sets()))
+    }
+
+    fn options(&self, setup: &Setup, run: String, folder: PathBuf) -> Options {
         Options {
             run,
             folder,
@@ -208,7 +215,7 @@ impl RunArgs {
             told_truth: Vec::new(),
             speed: self.pace(self.paused),
             paused: self.paused,
-            log: self.log,
+            log: self.log(setup),
             stall_after: Duration::from_secs_f64(self.stall_after),
         }
     }
@@ -280,7 +287,7 @@ impl WorldArgs {
         let options = Options {
             told_truth,
             launched: self.launched,
-            ..self.run.options(id, folder)
+            ..self.run.options(&setup, id, folder)
         };
         let seed = setup.seed;
         let runtime = tokio::runtime::Builder::new_multi_thread()

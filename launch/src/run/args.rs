@@ -106,7 +106,7 @@ impl RunCommand {
     /// Runs it, and writes the profile and exports it if that is wanted; whether the mission is complete.
     fn carry_out(&self, plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
         let complete = if self.in_process {
-            one_process::run(plan, self.run.log, self.check)?
+            one_process::run(plan, self.run.log(&plan.setup), self.check)?
         } else {
             supervise(plan, link)?
         };
@@ -145,7 +145,9 @@ impl RunCommand {
         let mut push = |name: &str, value: String| arguments.push(format!("--{name}={value}"));
         push("seed", mission.seed.to_string());
         push("speed", self.run.pace(self.is_paused()).to_string());
-        push("log", self.run.log.as_str().to_owned());
+        if let Some(log) = self.run.log {
+            push("log", log.as_str().to_owned());
+        }
         push("stall-after", self.run.stall_after.to_string());
         if let Some(params) = &mission.params {
             push("params", params.display().to_string());

@@ -51,6 +51,13 @@ pub fn show(plan: &Plan, run: &RunFile) -> anyhow::Result<()> {
     tell!("folder  {}", plan.folder.display());
     tell!("seed    {}", run.setup.seed);
     tell!("hash    {}", run.hash.as_deref().unwrap_or("none"));
+    let sets = run.setup.behavior_sets();
+    if run.log != LogLevel::Full && LogLevel::of_a_team(sets) == run.log {
+        tell!(
+            "log     {}, for there are {sets} behavior sets; for a report --log full",
+            run.log.as_str()
+        );
+    }
     if !plan.open {
         let folder = plan.folder.display();
         tell!("next    alliance view {folder}");

@@ -287,6 +287,10 @@ pub struct Terms {
     pub optional_devices: &'static [&'static str],
     /// Kinds of events in events.csv that only this mission knows.
     pub events: &'static [&'static str],
+    /// Those of them that are effects of the robot's work in the tick in which its behavior set ends, though no column counts them.
+    pub effects: &'static [&'static str],
+    /// Whether the work itself is the effect: a robot is productive as long as a behavior set is active.
+    pub continuous: bool,
     /// Verbs that faults can wait for, each with the kind of the event that it stands for.
     pub verbs: &'static [(&'static str, &'static str)],
     /// Names of its two kinds of bulletins: last chunk of their keys, and `kind` in messages.csv.
@@ -303,6 +307,8 @@ impl Terms {
         notes: &[],
         optional_devices: &[],
         events: &[],
+        effects: &[],
+        continuous: false,
         verbs: &[],
         bulletins: ["first", "second"],
         columns: &[],

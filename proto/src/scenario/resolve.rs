@@ -53,6 +53,12 @@ impl Setup {
         };
         Ok(Resolved { setup, skipped })
     }
+
+    /// How many behavior sets all robots together have.
+    #[must_use]
+    pub fn behavior_sets(&self) -> usize {
+        behavior_sets(&self.scenario, &self.catalog)
+    }
 }
 
 /// Checks a whole scenario, and its values together with those of the parameter file.
@@ -175,16 +181,19 @@ fn nearly<'a>(
 /// would grow with the square of its size, only those that a statement names, and [`BehaviorParams::OTHERS`].
 struct Toward<'a>(BTreeSet<&'a str>);
 
+/// How many behavior sets all robots together have.
+pub(super) fn behavior_sets(scenario: &Scenario, catalog: &Catalog) -> usize {
+    let robots = scenario.robots.iter();
+    robots
+        .map(|robot| catalog.behaviors_of(robot).count())
+        .sum()
+}
+
 /// Whether each robot has values of its own toward each of the others.
 pub(super) fn lists_all(scenario: &Scenario, catalog: &Catalog) -> bool {
     let robots = &scenario.robots;
-    let sets = || {
-        robots
-            .iter()
-            .map(|robot| catalog.behaviors_of(robot).count())
-    };
     robots.len() <= Toward::MOST_LISTED
-        && robots.len() * sets().sum::<usize>() <= Toward::MOST_VALUES
+        && robots.len() * behavior_sets(scenario, catalog) <= Toward::MOST_VALUES
 }
 
 impl<'a> Toward<'a> {

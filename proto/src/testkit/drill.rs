@@ -101,6 +101,7 @@ impl MissionData for Drill {
                     Column::time("last_ms", "done"),
                 ]
             },
+            ..Terms::NONE
         }
     }
 

@@ -15,9 +15,11 @@ pub struct Stint {
     pub task: TaskId,
     /// From activation to the end.
     pub span: Span,
-    /// Its effects on the world, in order: each end of a step with an event that changed a column of mission.csv, and each moment at
-    /// which the robot noted progress on the task.
+    /// Its effects on the world, in order: each end of a step with an event that changed a column of mission.csv, each moment at
+    /// which the robot noted progress on the task, and each of an event that the mission calls an effect.
     pub effects: Vec<SimTime>,
+    /// Whether all of it is an effect ([`Terms::continuous`](alliance_proto::mission::Terms)).
+    pub continuous: bool,
     /// Why it ended.
     pub end: StintEnd,
 }
@@ -46,6 +48,9 @@ impl Stint {
     /// The latest effect up to that moment; the activation, if there was none.
     #[must_use]
     pub fn idle_since(&self, at: SimTime) -> SimTime {
+        if self.continuous {
+            return at.min(self.span.to);
+        }
         let before = self.effects.iter().rev().find(|effect| **effect <= at);
         before.copied().unwrap_or(self.span.from)
     }
@@ -54,6 +59,7 @@ impl Stint {
 /// All stints, by beginning and then rank.
 #[must_use]
 pub fn stints(history: &History) -> Vec<Stint> {
+    let continuous = history.catalog.mission.terms().continuous;
     let mut stints: Vec<Stint> = history
         .robots
         .iter()
@@ -65,6 +71,7 @@ pub fn stints(history: &History) -> Vec<Stint> {
                     task: set.task,
                     span,
                     effects: effects(history, rank, set.task, span),
+                    continuous,
                     end: end(history, rank, &set.name, span.to),
                 })
             })
@@ -77,14 +84,21 @@ pub fn stints(history: &History) -> Vec<Stint> {
 fn effects(history: &History, rank: usize, task: TaskId, span: Span) -> Vec<SimTime> {
     let name = &history.robots[rank].name;
     let task = history.catalog.task_name(task);
-    let columns = history.columns();
-    let is_effect = |kind: &str| columns.iter().any(|column| column.event == Some(kind));
+    let terms = history.catalog.mission.terms();
+    let is_effect = |kind: &str| {
+        terms
+            .columns
+            .iter()
+            .any(|column| column.event == Some(kind))
+    };
     let effects = history.events.iter().filter_map(|event| {
         if event.robot != *name {
             return None;
         }
         let at = match event.kind.as_str() {
             "progress" if event.detail == task => event.t_ms,
+            // Its end is the effect, and the robot finds that out in the same step.
+            kind if terms.effects.contains(&kind) => event.t_ms,
             // The robot itself finds out one step later, and after the mission's last one never.
             kind if is_effect(kind) => event.t_ms + history.step,
             _ => return None,

@@ -755,3 +755,35 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
     assert!(blue.caption.starts_with("Utility of"), "{}", blue.caption);
     assert!(blue.svg.contains("utility u") && !blue.svg.contains("threshold"));
 }
+
+/// The history of a shipped scenario's run up to its limit.
+fn shipped(scenario: &str, limit_s: f64) -> Metrics {
+    let vocabulary = Registry::built_in().vocabulary();
+    let text = vocabulary.builtin(scenario).unwrap().text;
+    let mut scenario = Scenario::parse(scenario, text, &vocabulary).unwrap();
+    scenario.limit_s = limit_s;
+    scenario.faults.timeline.clear();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let team = Team::new(setup, LogLevel::Full, Memory::default()).unwrap();
+    let (_, recorder) = team.run().unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
+    Metrics::of(&History::read(&log).unwrap(), &log.run)
+}
+
+#[test]
+fn a_stroke_is_an_effect_and_watching_is_one_all_the_time() {
+    let push = shipped("parker-box", 30.0);
+    assert!(push.stints.len() > 8, "{:?}", push.stints);
+    let ended = push.stints.iter().filter(|it| it.end != StintEnd::Ongoing);
+    for stint in ended {
+        assert_eq!(stint.effects, [stint.span.to], "{stint:?}");
+    }
+    for task in &push.tasks {
+        assert!(task.applicable.total() > task.orphan.total());
+    }
+    let observe = shipped("cmommt", 30.0);
+    for task in &observe.tasks {
+        assert_eq!(task.orphan, task.unattended);
+        assert!(task.applicable.total() > task.orphan.total());
+    }
+}

@@ -72,6 +72,7 @@ impl MissionData for Observe {
             devices: &["targets"],
             measuring_devices: &["targets"],
             events: &["found", "lost"],
+            continuous: true,
             verbs: &[("finds", "found"), ("loses", "lost")],
             columns: const { &[Column::count("observed"), Column::count("pairs")] },
             ..Terms::NONE

@@ -70,6 +70,7 @@ impl MissionData for Push {
             devices: &["bar", "touch"],
             measuring_devices: &["bar"],
             events: &["pushed", "slipped", "arrived"],
+            effects: &["pushed"],
             verbs: &[("pushes", "pushed"), ("slips", "slipped")],
             bulletins: ["stroke", "second"],
             columns: const {

@@ -182,6 +182,7 @@ impl MissionData for WasteData {
                     Column::time(LAST_REPORT, "reported"),
                 ]
             },
+            ..Terms::NONE
         }
     }
 

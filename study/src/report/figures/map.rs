@@ -25,6 +25,10 @@ const X_AXIS_PX: f64 = 40.0;
 const TITLE_PX: f64 = 18.0;
 const LEGEND_PX: f64 = 20.0;
 
+/// Widths of ways with and without an item.
+const LADEN_PX: f64 = 2.5;
+const EMPTY_PX: f64 = 0.9;
+
 /// Up to this penetrability a component is solid (thesis §3.2.2.1).
 const SOLID: f32 = 0.1;
 
@@ -36,7 +40,7 @@ pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let all: Vec<usize> = (0..run.history.robots.len()).collect();
     let height = map_height_px(run, WIDTH_PX, 720.0);
     svg("Ways of all robots", height + LEGEND_PX, |area| {
-        legend(area)?;
+        legend(run, area)?;
         let panel = part(area, (0.0, LEGEND_PX), (WIDTH_PX, height));
         map(run, area, &panel, (WIDTH_PX, height), &all, true)
     })
@@ -54,7 +58,7 @@ pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let rows = robots.div_ceil(columns);
     let full = LEGEND_PX + rows as f64 * (height + TITLE_PX);
     svg("Way of each robot", full, |area| {
-        legend(area)?;
+        legend(run, area)?;
         for (rank, robot) in run.history.robots.iter().enumerate() {
             let left = (rank % columns) as f64 * width;
             let top = LEGEND_PX + (rank / columns) as f64 * (height + TITLE_PX);
@@ -82,13 +86,18 @@ fn room(run: &RunFigures<'_>) -> (f64, f64) {
     (room.width_m.into(), room.height_m.into())
 }
 
-fn legend(area: &Area<'_>) -> Drawn {
+fn legend(run: &RunFigures<'_>, area: &Area<'_>) -> Drawn {
     let y = LEGEND_PX / 2.0;
     let letters = Lettering::default();
     let mut x = LEFT_PX;
-    for (text, width_px) in [("with an item", 2.5), ("without", 0.9)] {
+    let mut places = run.history.robots.iter().flat_map(|robot| &robot.track);
+    let ways: &[(&str, f64)] = match places.any(|place| place.carrying) {
+        true => &[("with an item", LADEN_PX), ("without", EMPTY_PX)],
+        false => &[],
+    };
+    for (text, width_px) in ways {
         let ends = [(px(x), px(y)), (px(x + 22.0), px(y))];
-        area.draw(&PathElement::new(ends, line(INK, width_px)))?;
+        area.draw(&PathElement::new(ends, line(INK, *width_px)))?;
         letters.write(area, text, (x + 28.0, y))?;
         x += 28.0 + letters.width_px(text) + 18.0;
     }
@@ -263,7 +272,7 @@ fn way(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
             .map(|at| at.position)
             .collect();
         before = part.last();
-        let width_px = if part[0].carrying { 2.5 } else { 0.9 };
+        let width_px = if part[0].carrying { LADEN_PX } else { EMPTY_PX };
         let style = line(run.colors[rank], width_px);
         curve(chart, thin_way(&points, distance), style)?;
     }
