@@ -282,3 +282,29 @@ fn by_l_alliance_whoever_gets_worse_yields_to_the_other() {
     );
     assert_eq!(yields.len(), 15);
 }
+
+/// Gold has done its work and has nothing left to do, at the very place where blue has to work, in the open or in a corner. It makes way:
+/// whoever neither says nor hears anything, too.
+#[test]
+fn who_has_nothing_to_do_is_in_nobodys_way() {
+    let vocabulary = Registry::built_in().vocabulary();
+    for (x_m, y_m) in [(6.0, 4.5), (0.25, 0.25)] {
+        for allocator in ["nearest", "nearest-silent", "alliance"] {
+            let text = format!(
+                "name = 'way'\nlimit_s = 120.0\nallocator = '{allocator}'\n\
+                 [[robots]]\nname = 'gold'\nskills = {{ dust = 1, garbage = 0 }}\n\
+                 start = {{ x_m = {x_m}, y_m = {y_m}, heading_deg = 0 }}\n\
+                 [[robots]]\nname = 'blue'\nskills = {{ dust = 0, garbage = 1 }}\n\
+                 start = {{ x_m = 3, y_m = 2, heading_deg = 0 }}\n\
+                 [[service.kinds]]\nname = 'dust'\nwork_s = {{ min = 2, max = 2 }}\n\
+                 [[service.kinds]]\nname = 'garbage'\nwork_s = {{ min = 2, max = 2 }}\n\
+                 [[service.points]]\nkind = 'dust'\nx_m = {x_m}\ny_m = {y_m}\n\
+                 [[service.points]]\nkind = 'garbage'\nx_m = {x_m}\ny_m = {y_m}\n"
+            );
+            let scenario = Scenario::parse("way.toml", &text, &vocabulary).unwrap();
+            let events = events(&scenario, Outcome::Complete);
+            let done: Vec<_> = events.iter().filter(|it| it.kind == "done").collect();
+            assert_eq!(done.len(), 2, "{allocator} at {x_m}, {y_m}");
+        }
+    }
+}

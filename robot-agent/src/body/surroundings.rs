@@ -82,6 +82,14 @@ impl Surroundings {
         self.proximity.ahead[1].map_or(f32::INFINITY, |hit| hit.distance_m)
     }
 
+    /// Free way to the nearest of all things sensed, m; infinite where nothing is.
+    #[must_use]
+    pub fn nearest_m(&self) -> f32 {
+        let Proximity { ahead, left, right } = &self.proximity;
+        let hits = [ahead, left, right].into_iter().flatten().flatten();
+        hits.map(|hit| hit.distance_m).fold(f32::INFINITY, f32::min)
+    }
+
     /// Whether the nearest thing ahead is the border.
     #[must_use]
     pub fn is_border_ahead(&self) -> bool {

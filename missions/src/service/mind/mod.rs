@@ -1,7 +1,7 @@
 //! What a robot of service knows and does: it goes to a point of its task and works there.
 //!
-//! - `briefing`: what it knows beforehand. `memory`: what is known of the points. `wander`: how it looks round. `progress`: how far it has come
-//!   with what it does.
+//! - `briefing`: what it knows beforehand. `memory`: what is known of the points. `wander`: where it goes without a task. `progress`: how far it
+//!   has come with what it does.
 
 mod briefing;
 mod memory;
@@ -13,11 +13,12 @@ mod wander;
 use std::sync::Arc;
 
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::readings::{Actuation, Readings};
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
 use robot_agent::allocator::OwnBehavior;
-use robot_agent::body::Driver;
+use robot_agent::body::{Driver, Surroundings};
 use robot_agent::mission::{
     Action, AgentMission, Heard, MissionMind, Perception, SharedMission, Typed, TypedMind,
     TypedMoment,
@@ -34,6 +35,8 @@ use wander::Wander;
 const LOOKED_FOR: usize = 8;
 /// A point that is nearer than the end of sight by so much is seen for certain, m.
 const CERTAIN_M: f32 = 0.3;
+/// What comes nearer to an idle robot may want to get to where it stands, m. More than what robots keep from what they go round.
+const ROOM_M: f32 = 0.15;
 
 /// The robots' side of service.
 pub const MIND: MissionMind = MissionMind {
@@ -93,8 +96,7 @@ struct ServiceMind {
     briefing: Arc<Briefing>,
     memory: Memory,
     driver: Driver,
-    /// Where there is no board.
-    wander: Option<Wander>,
+    wander: Wander,
     progress: Option<Progress>,
     /// The point on which it has said that it works, in the step before.
     working: Option<u16>,
@@ -109,11 +111,10 @@ impl ServiceMind {
     fn new(robot: RobotId, setup: &Setup, briefing: &Arc<Briefing>) -> Self {
         let own = OwnBehavior::all_of(robot, setup);
         let skills = briefing.skills(robot, setup);
-        let looks_round = briefing.known == KnownTo::Sight;
         Self {
             memory: Memory::new(own.iter().map(|own| own.task), skills),
             driver: Driver::of(robot, setup),
-            wander: looks_round.then(|| Wander::new(setup.seed, robot)),
+            wander: Wander::new(setup.seed, robot),
             progress: None,
             working: None,
             target: None,
@@ -239,6 +240,20 @@ impl ServiceMind {
         }
     }
 
+    /// Without a task it looks round where there is no board. Where there is one it stands still, until something comes near or is: a
+    /// teammate may have to work where it stands, and need not be heard to be sensed.
+    fn idle(&mut self, position: Vec2, readings: &Readings, now: SimTime) -> Actuation {
+        let near_m = self.briefing.sight_m.min(1.0);
+        let goes = self.briefing.known == KnownTo::Sight
+            || self.wander.is_on_its_way(position, near_m, now)
+            || Surroundings::of(readings).is_some_and(|around| around.nearest_m() < ROOM_M);
+        if !goes {
+            return Actuation::default();
+        }
+        let to = self.wander.next(position, near_m, self.briefing.room, now);
+        self.driver.drive_to(to, near_m / 2.0, readings, now)
+    }
+
     /// Straight there at top speed, and all that is left of the work, s.
     fn cost_s(&self, from: Vec2, fact: &Fact) -> Option<f64> {
         let skill = self.memory.skill(fact);
@@ -305,6 +320,7 @@ impl TypedMind for ServiceMind {
             read: moment.sensed.told,
         };
         if let (Some(fact), Some(position)) = (target, moment.position) {
+            self.wander.end();
             let near_m = self.briefing.reach_m;
             if position.distance(fact.at) <= near_m + CERTAIN_M {
                 deed.work = Some(fact.point);
@@ -313,12 +329,8 @@ impl TypedMind for ServiceMind {
                 let (readings, now) = (moment.readings, moment.now);
                 action.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
             }
-        } else if let (Some(wander), Some(position)) = (&mut self.wander, moment.position) {
-            let near_m = self.briefing.sight_m.min(1.0);
-            let to = wander.next(position, near_m, self.briefing.room, moment.now);
-            action.actuation = self
-                .driver
-                .drive_to(to, near_m / 2.0, moment.readings, moment.now);
+        } else if let Some(position) = moment.position {
+            action.actuation = self.idle(position, moment.readings, moment.now);
         }
         self.working = deed.work;
         (deed != Deed::default()).then_some(deed)

@@ -1,4 +1,4 @@
-//! Where there is no board, a robot without a task looks round: from one place to another, drawn from its own stream.
+//! Where a robot without a task goes: to a place drawn from its own stream, to look round or to be in nobody's way.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::rng::{Purpose, robot_stream};
@@ -26,9 +26,19 @@ impl Wander {
         }
     }
 
+    /// Whether it has not yet come to the place that it was sent to last.
+    pub fn is_on_its_way(&self, position: Vec2, near_m: f32, now: SimTime) -> bool {
+        now < self.until && position.distance(self.to) > near_m
+    }
+
+    /// It has something better to do.
+    pub fn end(&mut self) {
+        self.until = SimTime::ZERO;
+    }
+
     /// Where to go now, in a room of that size, m.
     pub fn next(&mut self, position: Vec2, near_m: f32, room: Vec2, now: SimTime) -> Vec2 {
-        if now >= self.until || position.distance(self.to) <= near_m {
+        if !self.is_on_its_way(position, near_m, now) {
             self.to = room * Vec2::new(self.rng.random(), self.rng.random());
             self.until = now + PATIENCE;
         }
