@@ -409,7 +409,7 @@ fn mistakes_are_answered_in_one_line_before_anything_runs() {
 fn the_campaigns_are_plans() {
     let lab = Lab::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    for (plan, runs) in [("allocators", 60_000), ("allocators-small", 700)] {
+    for (plan, runs) in [("allocators", 92_400), ("allocators-small", 1344)] {
         let file = root.join(format!("campaigns/{plan}.toml"));
         let last = (runs - 1).to_string();
         lab.run(&["compare", file.to_str().unwrap(), "--scenario", &last])

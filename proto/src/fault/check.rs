@@ -85,16 +85,10 @@ impl Order {
             let what = format!("nothing of that name happens: '{}'", when.what);
             return Err(wrong(&["when"], what, &instead(&when.what, &mut verbs)));
         }
-        if let Some(set) = &when.subject
-            && when.is_about_a_set()
-        {
-            let mut known = checker.catalog.sets.iter().map(|set| set.name.as_str());
-            if !known.clone().any(|name| name == set) {
-                let what = format!("there is no behavior set '{set}'");
-                return Err(wrong(&["when"], what, &instead(set, &mut known)));
-            }
+        match &when.subject {
+            Some(set) if when.is_about_a_set() => checker.set(&["when"], set),
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -106,7 +100,9 @@ struct Checker<'s> {
 impl Checker<'_> {
     fn fault(&self, fault: &Fault) -> Checked {
         let name = fault.name();
-        if let Some(robot) = fault.robot() {
+        if let Some(task) = fault.role() {
+            self.role(name, task)?;
+        } else if let Some(robot) = fault.robot() {
             self.robot(&["fault", name], robot)?;
         }
         let at = |key| ["fault", name, key];
@@ -235,6 +231,27 @@ impl Checker<'_> {
         }
         let what = format!("the scenario has no robot '{robot}'");
         Err(wrong(field, what, &instead(robot, &mut known)))
+    }
+
+    fn set(&self, field: &[&str], set: &str) -> Checked {
+        let mut known = self.catalog.sets.iter().map(|set| set.name.as_str());
+        if known.clone().any(|name| name == set) {
+            return Ok(());
+        }
+        let what = format!("there is no behavior set '{set}'");
+        Err(wrong(field, what, &instead(set, &mut known)))
+    }
+
+    /// Whoever executes a task has a process, a radio and power, and other devices perhaps.
+    fn role(&self, name: &str, task: &str) -> Checked {
+        let field = ["fault", name];
+        if !Fault::OF_A_ROLE.contains(&name) {
+            let what = format!("'{name}' befalls no role");
+            let known = Fault::OF_A_ROLE.join(", ");
+            let remedy = format!("name a robot, or take one of {known}");
+            return Err(wrong(&field, what, &remedy));
+        }
+        self.set(&field, task)
     }
 
     fn absent(&self, field: &[&str], robot: &str) -> Checked {

@@ -53,6 +53,14 @@ fn mistakes_say_where_what_and_what_would_be_right() {
         "fault.kill: the scenario has no robot 'glod'; did you mean 'gold'? (there are blue, gold, green)",
     );
     refused(
+        r#"{"fault":{"kill":"executing:move-spil(top)"}}"#,
+        "fault.kill: there is no behavior set 'move-spil(top)'; there are find-methodical, find-wander, move(top), move(bottom), report",
+    );
+    refused(
+        r#"{"fault":{"restart":"executing:move-spill(top)"}}"#,
+        "fault.restart: 'restart' befalls no role; name a robot, or take one of kill, terminate, pause, remove, mute, deaf, power, babble",
+    );
+    refused(
         r#"{"fault":{"add":"gold"}}"#,
         "fault.add: 'gold' is in the mission from its start; name a robot that the scenario calls absent: there are none",
     );

@@ -5,6 +5,21 @@ use std::fmt::{self, Display, Formatter};
 use super::{ActuatorMode, Chance, Fault, Link, Order, SensorError, SensorMode, Side, Who};
 
 impl Fault {
+    /// In the place of a robot, before the name of a task: whoever executes that task.
+    pub const EXECUTING: &str = "executing:";
+
+    /// Those that may befall whoever executes a task.
+    pub const OF_A_ROLE: [&str; 8] = [
+        "kill",
+        "terminate",
+        "pause",
+        "remove",
+        "mute",
+        "deaf",
+        "power",
+        "babble",
+    ];
+
     /// Names of those of every mission.
     pub const COMMON: [&str; 24] = [
         "kill",
@@ -85,6 +100,30 @@ impl Fault {
             Self::Skill(fault) => Some(&fault.robot),
             Self::MoveRobot(fault) => Some(&fault.robot),
             _ => None,
+        }
+    }
+
+    /// The task whose executor it befalls, whoever that is: of `executing:TASK` in the place of a robot.
+    #[must_use]
+    pub fn role(&self) -> Option<&str> {
+        self.robot()?.strip_prefix(Self::EXECUTING)
+    }
+
+    /// The same, of that robot.
+    #[must_use]
+    pub fn of_robot(&self, name: &str) -> Self {
+        let name = name.to_owned();
+        match self {
+            Self::Kill(_) => Self::Kill(name),
+            Self::Terminate(_) => Self::Terminate(name),
+            Self::Pause(_) => Self::Pause(name),
+            Self::Remove(_) => Self::Remove(name),
+            Self::Mute(_) => Self::Mute(name),
+            Self::Deaf(_) => Self::Deaf(name),
+            Self::Power(_) => Self::Power(name),
+            Self::Babble(_) => Self::Babble(name),
+            // `check` lets no other one befall a role.
+            other => other.clone(),
         }
     }
 

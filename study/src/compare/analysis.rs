@@ -24,9 +24,10 @@ pub const SIGNIFICANT: f64 = 0.05;
 pub const PAIRED: [Metric; 3] = [Metric::Completion, Metric::Par2, Metric::Makespan];
 
 /// What all are ranked by over all blocks.
-pub const RANKED: [Metric; 4] = [
+pub const RANKED: [Metric; 5] = [
     Metric::Par2,
     Metric::Completion,
+    Metric::Observed,
     Metric::Bytes,
     Metric::Distance,
 ];
@@ -324,7 +325,10 @@ fn ranking(data: &Data, metric: &Metric) -> Option<Ranking> {
             .cells
             .iter()
             .map(|cell| Some(sign * cell.mean(place)?));
-        match means.collect() {
+        let means: Option<Vec<f64>> = means.collect();
+        // Where all are alike, such as in a mission that ends when its time is up, there is nothing to be ranked.
+        let differ = |means: &Vec<f64>| means.iter().any(|mean| *mean != means[0]);
+        match means.filter(differ) {
             Some(means) => blocks.push(means),
             None => left_out.push(number),
         }

@@ -41,8 +41,11 @@ fn over_all(data: &Data, analysis: &Analysis) -> Option<String> {
         .collect();
     let left = match ranking.left_out.len() {
         0 => String::new(),
-        1 => "; 1 more block is left out, for an allocator has no data in it".to_owned(),
-        left => format!("; {left} more blocks are left out, for an allocator has no data in them"),
+        1 => "; 1 more block is left out, for an allocator has no data in it or all are alike"
+            .to_owned(),
+        left => format!(
+            "; {left} more blocks are left out, for an allocator has no data in them or all are alike"
+        ),
     };
     let differ = if ranking.friedman.p < 1.0 - LEVEL {
         "differ"
@@ -77,6 +80,15 @@ fn under(data: &Data, analysis: &Analysis, class: &str) -> Option<String> {
             continue;
         };
         let mean = data.blocks[block].cells[best].mean(par2)?;
+        let cells = data.blocks[block].cells.iter();
+        if cells
+            .filter_map(|cell| cell.mean(par2))
+            .all(|it| it == mean)
+        {
+            let mission = &data.blocks[block].mission;
+            sentences.push(format!("all alike in {mission} ({mean:.0} s)"));
+            continue;
+        }
         let ties = ties(analysis, data, block, best);
         let ties = match ties.len() {
             0 => "all others are worse".to_owned(),

@@ -1,11 +1,12 @@
 //! What is compared of runs.
 
+use alliance_proto::mission::Value;
 use alliance_proto::tick::Outcome;
 
 use crate::sweep::measures::Measures;
 use crate::sweep::run::Figures;
 
-/// A figure of a run. Less is better, but for completion.
+/// A figure of a run. Less is better, but for completion and targets observed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Metric {
     /// 1 where the mission was completed, else 0.
@@ -44,11 +45,13 @@ pub enum Metric {
     Takeover,
     /// Of what recurs in the mission.
     Lateness,
+    /// Targets in sight, of a mission that goes on until its time is up.
+    Observed,
 }
 
 impl Metric {
     /// All but those of single kinds of broadcast.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Completion,
         Self::Makespan,
         Self::Par2,
@@ -65,6 +68,7 @@ impl Metric {
         Self::Detection,
         Self::Takeover,
         Self::Lateness,
+        Self::Observed,
     ];
 
     /// As tables and hypotheses call it, with its unit.
@@ -89,6 +93,7 @@ impl Metric {
             Self::Detection => "detection_s",
             Self::Takeover => "takeover_s",
             Self::Lateness => "lateness_s",
+            Self::Observed => "observed",
         };
         name.to_owned()
     }
@@ -135,13 +140,16 @@ impl Metric {
                 "From the death or stop of a robot at an exclusive task to its activation by another, mean over the run."
             }
             Self::Lateness => "The greatest lateness of what recurs in the mission.",
+            Self::Observed => {
+                "Share of the targets that somebody has in sight, over the whole run (A/n); of missions of observe alone, which always take the same time."
+            }
         }
     }
 
     /// Whether more of it is better.
     #[must_use]
     pub fn more_is_better(&self) -> bool {
-        *self == Self::Completion
+        matches!(self, Self::Completion | Self::Observed)
     }
 
     /// Of a run, if it has any; [`Metric::Regret`] needs another one, too.
@@ -170,6 +178,10 @@ impl Metric {
             Self::Detection => measures.detection_s,
             Self::Takeover => measures.takeover_s,
             Self::Lateness => figures.lateness_ms().map(|ms| ms as f64 / 1000.0),
+            Self::Observed => match figures.mission.get("a") {
+                Value::Real(share) => Some(share),
+                _ => None,
+            },
         }
     }
 }

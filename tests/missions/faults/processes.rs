@@ -3,6 +3,7 @@
 use alliance_proto::control::Phase;
 use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunOutcome};
 use alliance_proto::tick::Outcome;
+use alliance_proto::time::SimTime;
 
 use super::{at, events, hit, mission, only};
 use crate::harness::Lab;
@@ -184,6 +185,55 @@ fn a_kill_by_an_event_comes_before_the_team_hears_of_it() {
     let arguments = ["--seed", "1", "--step-order", "simultaneous"];
     mission(&lab, "event-again", scenario, &arguments, 0);
     lab.assert_same_bytes("event-simultaneous-1", "event-again");
+}
+
+/// Whoever executes a task, by the reports of the tick before; nobody: whoever does so next.
+#[test]
+fn whoever_executes_a_task_is_killed_at_that_time_or_when_somebody_does() {
+    let lab = Lab::new();
+    let scenario = r#"
+        [[faults.timeline]]
+        id = "now"
+        fault.kill = "executing:move-spill(top)"
+        at_s = 150.0
+        for_s = 30.0
+        [[faults.timeline]]
+        id = "next"
+        fault.mute = "executing:report-progress"
+        at_s = 30.0
+        for_s = 2.0
+    "#;
+    let log = mission(&lab, "role", scenario, &[], 0);
+    let motivations = log.rows::<MotivationRow>().unwrap();
+    let active = |set: &str, t_ms: SimTime| {
+        let mut rows = motivations.iter();
+        let is_active = |row: &&MotivationRow| row.state == "active";
+        let found = rows.find(|row| row.t_ms == t_ms && row.behavior_set == set && is_active(row));
+        found.map(|row| row.robot.clone())
+    };
+    let applied = |id: &str| {
+        let all = events(&log, "applied", None);
+        all.into_iter().find(|row| row.subject == id).unwrap()
+    };
+    let mover = active("move-spill(top)", at(149.95)).expect("somebody moves the spill");
+    let killed = applied("now");
+    assert_eq!((killed.t_ms, &killed.robot), (at(150.0), &mover));
+    assert_eq!(killed.detail, format!("kill {mover}"));
+    assert_eq!(
+        events(&log, "gone", Some(&mover)).first().unwrap().t_ms,
+        at(150.0)
+    );
+    assert_eq!(hit(&log, "now").hits, 1);
+
+    assert_eq!(
+        active("report-progress", at(29.95)),
+        None,
+        "nobody to be muted"
+    );
+    let muted = applied("next");
+    let before = SimTime(muted.t_ms.0 - 50);
+    assert_eq!(active("report-progress", before), Some(muted.robot.clone()));
+    assert_eq!(active("report-progress", SimTime(before.0 - 50)), None);
 }
 
 #[test]

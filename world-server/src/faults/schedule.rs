@@ -31,6 +31,8 @@ pub struct Schedule {
 #[derive(Clone, Debug)]
 struct Entry {
     status: FaultStatus,
+    /// What was ordered, where it befalls a role; the status names the robot that it has befallen last.
+    of_role: Option<Fault>,
     /// When it takes effect next.
     due: Option<SimTime>,
     /// When it heals.
@@ -55,6 +57,7 @@ impl Schedule {
             due,
             until: None,
             earlier_hits: 0,
+            of_role: order.fault.role().is_some().then(|| order.fault.clone()),
             status: FaultStatus {
                 id,
                 order,
@@ -121,14 +124,32 @@ impl Schedule {
     }
 
     /// What is due at `now`: first all that heals, then all that takes effect, each in the order of arming. Ask again until
-    /// nothing is due: something armed meanwhile may be.
-    pub fn next(&mut self, now: SimTime) -> Option<Turn> {
+    /// nothing is due: something armed meanwhile may be. What befalls whoever executes a task waits until somebody does;
+    /// `executes` names the robot.
+    pub fn next<'n>(
+        &mut self,
+        now: SimTime,
+        executes: impl Fn(&str) -> Option<&'n str>,
+    ) -> Option<Turn> {
         let is_due = |time: Option<SimTime>| time.is_some_and(|time| time <= now);
         if let Some(index) = self.entries.iter().position(|entry| is_due(entry.until)) {
             self.heal(FaultIndex(index), now);
             return Some(Turn::Heal(FaultIndex(index)));
         }
-        let index = self.entries.iter().position(|entry| is_due(entry.due))?;
+        let mut due = self.entries.iter_mut().enumerate();
+        let index = due.find_map(|(index, entry)| {
+            let finds_its_robot = |entry: &mut Entry| {
+                let Some(asked) = &entry.of_role else {
+                    return true;
+                };
+                let victim = asked.role().and_then(&executes);
+                if let Some(robot) = victim {
+                    entry.status.order.fault = asked.of_robot(robot);
+                }
+                victim.is_some()
+            };
+            (is_due(entry.due) && finds_its_robot(entry)).then_some(index)
+        })?;
         self.apply(FaultIndex(index), now);
         Some(Turn::Apply(FaultIndex(index)))
     }
@@ -243,7 +264,7 @@ mod tests {
     }
 
     fn turns(schedule: &mut Schedule, now: u64) -> Vec<Turn> {
-        std::iter::from_fn(|| schedule.next(SimTime(now))).collect()
+        std::iter::from_fn(|| schedule.next(SimTime(now), |_| None)).collect()
     }
 
     const A: FaultIndex = FaultIndex(0);
@@ -308,6 +329,36 @@ mod tests {
         assert_eq!(turns(&mut schedule, 5500), [Turn::Apply(B)]);
         assert_eq!(schedule.status(B).phase, Phase::Armed);
         assert_eq!(turns(&mut schedule, 6500), [Turn::Apply(B)]);
+    }
+
+    #[test]
+    fn what_befalls_a_role_waits_for_a_robot_that_has_it_and_finds_one_anew_each_time() {
+        let mut schedule = Schedule::default();
+        let again = r#"{"fault":{"mute":"executing:lift"},"at_s":1,"every_s":2,"for_s":1}"#;
+        schedule.arm(order(again), SimTime(0)).unwrap();
+        schedule
+            .arm(order(r#"{"fault":{"deaf":"blue"},"at_s":1}"#), SimTime(0))
+            .unwrap();
+        let by = |robot: &'static str| move |task: &str| (task == "lift").then_some(robot);
+        let nobody = |_: &str| None;
+        // Nobody does it: the next one has its turn.
+        assert_eq!(schedule.next(SimTime(1000), nobody), Some(Turn::Apply(B)));
+        assert_eq!(schedule.next(SimTime(1000), nobody), None);
+        assert_eq!(schedule.status(A).phase, Phase::Armed);
+        assert_eq!(
+            schedule.next(SimTime(1050), by("gold")),
+            Some(Turn::Apply(A))
+        );
+        let victim =
+            |schedule: &Schedule| schedule.status(A).order.fault.robot().map(str::to_owned);
+        assert_eq!(victim(&schedule).as_deref(), Some("gold"));
+        assert_eq!(schedule.status(A).applied_ms, Some(SimTime(1050)));
+        assert_eq!(schedule.next(SimTime(2050), nobody), Some(Turn::Heal(A)));
+        assert_eq!(
+            schedule.next(SimTime(3050), by("green")),
+            Some(Turn::Apply(A))
+        );
+        assert_eq!(victim(&schedule).as_deref(), Some("green"));
     }
 
     #[test]

@@ -26,8 +26,15 @@ impl Simulation {
     }
 
     fn bring_about(&mut self) {
+        let now = self.world.now();
         while self.acts.is_empty() {
-            if let Some(turn) = self.schedule.next(self.world.now()) {
+            // By the last reports, in the order of rank: who has died since executes nothing.
+            let executes = |task: &str| {
+                let set = self.setup.catalog.behavior_named(task)?;
+                let rank = self.active.iter().position(|active| *active == Some(set))?;
+                Some(self.setup.scenario.robots[rank].name.as_str())
+            };
+            if let Some(turn) = self.schedule.next(now, executes) {
                 self.moment += 1;
                 match turn {
                     Turn::Apply(fault) => self.apply(fault),

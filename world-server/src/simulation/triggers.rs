@@ -21,7 +21,7 @@ struct Happened {
 
 impl Simulation {
     /// What a robot has decided in the current tick. A kill that waited for it comes before the team hears of it (DESIGN §4),
-    /// everything else at the beginning of the next tick.
+    /// everything else at the beginning of the next tick, and so does what befalls a role: who has it all reports tell.
     pub(super) fn trigger_by_report(&mut self, report: &Report) {
         if self.schedule.waiting().next().is_none() {
             return;
@@ -50,7 +50,9 @@ impl Simulation {
         let happened: Vec<Happened> = changes.chain(noted).collect();
         for fault in self.waiting_for(&happened) {
             let now = self.world.now();
-            if let Fault::Kill(_) | Fault::Terminate(_) = self.schedule.status(fault).order.fault {
+            let asked = &self.schedule.status(fault).order.fault;
+            let kills = matches!(asked, Fault::Kill(_) | Fault::Terminate(_));
+            if kills && asked.role().is_none() {
                 self.schedule.apply(fault, now);
                 self.apply(fault);
             } else {
