@@ -6,6 +6,7 @@ import { Clock } from "./panels/clock.js";
 import { Events } from "./panels/events.js";
 import { Faults } from "./panels/faults.js";
 import { Links } from "./panels/links.js";
+import { Matrix } from "./panels/matrix.js";
 import { Messages } from "./panels/messages.js";
 import { drawMission, drawState } from "./panels/mission.js";
 import { Robots } from "./panels/robots.js";
@@ -80,11 +81,12 @@ async function show(api, run) {
 
   const room = new Room(byId("room-canvas"), model, choices);
   const clock = new Clock(model, clockwork);
-  const robots = new Robots(model, choices, orders);
-  const links = new Links(model, orders);
+  const robots = new Robots(model, choices, orders, changed);
+  const links = new Links(model, choices, orders);
   const events = new Events(model, seek, changed);
   const load = log && ((rank) => log.bends(rank).then((bends) => model.bend(bends), stop));
-  const charts = new Charts(model, seek, load);
+  const charts = new Charts(model, choices, seek, load);
+  const matrix = new Matrix(model, choices, changed);
   const timeline = player && new Timeline(model, player, events);
   const showTab = startTabs(changed);
   const select = (rank) => {
@@ -130,7 +132,8 @@ async function show(api, run) {
     for (const name of ["rays", "trails", "radio"]) attribute(byId(`show-${name}`), "aria-pressed", String(choices[name]));
   });
   loop.add(100, () => charts.draw());
-  for (const panel of [robots, new Tasks(model), events, new Messages(model), new Faults(model, orders)]) {
+  loop.add(100, () => matrix.draw());
+  for (const panel of [robots, new Tasks(model, changed), events, new Messages(model), new Faults(model, orders)]) {
     loop.add(100, () => panel.draw());
   }
   // Of a large team there are thousands.
@@ -182,6 +185,8 @@ function shortcuts({ model, choices, orders, player, clockwork, clock, timeline,
     key(["r"], "r", "sensor rays, of the selected robot or of all", () => choices.toggle("rays")),
     key(["t"], "t", "trails of the last minute", () => choices.toggle("trails")),
     key(["l"], "l", "radio links", () => choices.toggle("radio")),
+    key(["0"], "0", "see all of the room", () => tools.magnify(0)),
+    key(["f"], "f", "keep the selected robot in the middle, larger", () => choices.selected !== null && tools.follow()),
     key(["d"], "d", "dark or light", () => byId("theme").click()),
     key(["?"], "?", "this list", () => byId("help").click()),
     key(["Escape"], "Esc", "leave the field, put the tool down, select nothing", () => {

@@ -6,9 +6,12 @@ import { levels } from "../model/levels.js";
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
+import { Matrix } from "./matrix.js";
 
 /** Robots that are shown at first. */
 const SHOWN = 6;
+/** Curves of a robot with more behavior sets than these: of those that it executes, waits for, and those with the highest levels. */
+const MOST_CURVES = 8;
 /** Least height of a chart, px. */
 const HEIGHT_PX = 108;
 const MAX_HEIGHT_PX = 220;
@@ -16,6 +19,7 @@ const SVG = "http://www.w3.org/2000/svg";
 
 export class Charts {
   #model;
+  #choices;
   #seek;
   #shown;
   #hidden = new Set();
@@ -28,21 +32,24 @@ export class Charts {
    * `seek(ms)` is called on a click into a chart; null where there is nothing to seek. `load(rank)` gets the curves of a robot
    * into the model; null where they come by themselves.
    */
-  constructor(model, seek, load) {
+  constructor(model, choices, seek, load) {
     this.#model = model;
+    this.#choices = choices;
     this.#seek = seek;
     this.#load = load;
     this.#shown = new Set(model.names.slice(0, SHOWN));
     this.#buildLegend();
-    this.#buildRobots();
+    // Of a large team these are hundreds.
+    byId("chart-choice").addEventListener("toggle", () => this.#buildRobots(), { once: true });
     byId("span").addEventListener("change", () => this.draw());
   }
 
   /** Colors are others now: all charts are made anew. */
   refreshColors() {
-    for (const { plot } of this.#charts.values()) plot.destroy();
+    for (const { plot } of this.#charts.values()) plot?.destroy();
     this.#charts.clear();
     keyed(byId("chart-list"), []);
+    delete byId("legend").dataset.sets;
     this.#buildLegend();
   }
 
@@ -70,35 +77,46 @@ export class Charts {
     return svg;
   }
 
+  /** A chip for each behavior set that some chart shows; of a mission with few, for all. */
   #buildLegend() {
-    const buttons = this.#model.sets.map(({ name, words }, set) =>
-      el(
-        "button",
-        {
-          type: "button",
-          class: "chip",
-          "data-legend": name,
-          "aria-pressed": String(!this.#hidden.has(set)),
-          title: `Show or hide ${words}`,
-          onclick: ({ currentTarget }) => this.#toggleSet(set, currentTarget),
-        },
-        this.#swatch(set),
-        words,
-      ),
-    );
+    const all = this.#model.sets.map((_, set) => set);
+    const drawn = new Set([...this.#charts.values()].flatMap(({ sets }) => sets));
+    const listed = all.length <= MOST_CURVES ? all : all.filter((set) => drawn.has(set));
+    const key = listed.join(" ");
+    if (byId("legend").dataset.sets === key) return;
+    byId("legend").dataset.sets = key;
+    const buttons = listed.map((set) => this.#chip(set));
     byId("legend").replaceChildren(...buttons);
+  }
+
+  #chip(set) {
+    const { name, words } = this.#model.sets[set];
+    return el(
+      "button",
+      {
+        type: "button",
+        class: "chip",
+        "data-legend": name,
+        "aria-pressed": String(!this.#hidden.has(set)),
+        title: `Show or hide ${words}`,
+        onclick: ({ currentTarget }) => this.#toggleSet(set, currentTarget),
+      },
+      this.#swatch(set),
+      words,
+    );
   }
 
   #toggleSet(set, button) {
     if (!this.#hidden.delete(set)) this.#hidden.add(set);
     attribute(button, "aria-pressed", String(!this.#hidden.has(set)));
-    for (const { plot } of this.#charts.values()) plot.setSeries(set + 1, { show: !this.#hidden.has(set) });
+    for (const { plot, sets } of this.#charts.values()) {
+      if (sets.includes(set)) plot.setSeries(sets.indexOf(set) + 1, { show: !this.#hidden.has(set) });
+    }
     this.draw();
   }
 
   #buildRobots() {
     const { names } = this.#model;
-    byId("chart-choice").hidden = names.length <= 1;
     const boxes = names.map((name) => {
       const box = el("input", { type: "checkbox", "data-chart-choice": name, checked: this.#shown.has(name) });
       box.addEventListener("change", () => {
@@ -114,7 +132,15 @@ export class Charts {
   draw() {
     if (!isShown("charts") || !this.#model.view) return;
     const list = byId("chart-list");
-    const ranks = this.#model.names.map((_, rank) => rank).filter((rank) => this.#shown.has(this.#model.names[rank]));
+    list.hidden = byId("legend").hidden = byId("span").hidden = byId("chart-choice").hidden = Matrix.isChosen();
+    if (Matrix.isChosen()) {
+      text(byId("chart-title"), "Who does what");
+      return;
+    }
+    const { names } = this.#model;
+    byId("chart-choice").hidden = names.length <= 1;
+    const isShownNow = (rank) => this.#shown.has(names[rank]) || rank === this.#choices.selected;
+    const ranks = names.map((_, rank) => rank).filter(isShownNow);
     keyed(
       list,
       ranks,
@@ -123,7 +149,7 @@ export class Charts {
     );
     for (const [rank, { plot }] of this.#charts) {
       if (ranks.includes(rank)) continue;
-      plot.destroy();
+      plot?.destroy();
       this.#charts.delete(rank);
     }
     const hasMotivations = ranks.some((rank) => this.#model.view.robots[rank].measure === "motivation");
@@ -132,6 +158,19 @@ export class Charts {
     const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
     const size = { width: list.clientWidth - 4, height: Math.max(HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
     for (const rank of ranks) this.#update(rank, size);
+    this.#buildLegend();
+  }
+
+  /** The behavior sets of a robot whose curves are drawn; those that are drawn stay as long as none is missing that matters more. */
+  #setsOf(rank, drawn) {
+    const own = this.#model.view.robots[rank].sets.map(({ motivation }) => motivation);
+    const byWeight = (a, b) => (b.state !== "Hibernating") - (a.state !== "Hibernating") || b.motivation - a.motivation || a.set - b.set;
+    const fewAnyway = new Set([...drawn, ...own.map(({ set }) => set)]);
+    if (fewAnyway.size <= MOST_CURVES) return [...fewAnyway].sort((a, b) => a - b);
+    const wanted = own.sort(byWeight).filter(({ state, motivation }) => state !== "Hibernating" || motivation > 0);
+    const busy = wanted.filter(({ state }) => state !== "Hibernating").map(({ set }) => set);
+    if (drawn.length > 0 && busy.every((set) => drawn.includes(set))) return drawn;
+    return [...new Set([...busy, ...drawn.slice(-MOST_CURVES / 2), ...wanted.map(({ set }) => set)])].slice(0, MOST_CURVES).sort((a, b) => a - b);
   }
 
   /** From when to when the charts go, ms. A log has something to show after the present, too. */
@@ -149,32 +188,30 @@ export class Charts {
       this.#asked.add(rank);
       this.#load(rank);
     }
-    const { names, colors, sets, view } = this.#model;
-    const owned = view.robots[rank].sets.map(({ motivation }) => motivation.set);
-    const values = new Map();
+    const { names, colors } = this.#model;
     const readout = el("span", { class: "values" });
     const title = el("div", { class: "chart-title" }, dot(colors[rank]), el("strong", {}, names[rank]), readout);
     const place = el("div", { class: "plot" });
-    const element = el(
-      "section",
-      { class: "chart", "data-chart": names[rank] },
-      title,
-      place,
-    );
-    const chart = { rank, element, place, readout, values, bands: [], columns: [[]], size: null };
+    const element = el("section", { class: "chart", "data-chart": names[rank] }, title, place);
+    const chart = { rank, element, place, readout, values: new Map(), sets: [], bands: [], columns: [[]], size: null, plot: null };
     this.#charts.set(rank, chart);
-    chart.addValue = (set) => {
-      const number = el("span", { "data-motivation": sets[set].name });
-      readout.append(el("span", { class: "value", title: sets[set].words }, this.#swatch(set), number));
-      values.set(set, number);
-    };
-    owned.forEach(chart.addValue);
-    chart.plot = new uPlot(this.#options(chart), [[0], ...sets.map(() => [null])], place);
     return element;
   }
 
-  #options(chart) {
+  /** Makes the plot of a chart for these behavior sets, and the numbers beside the robot's name. */
+  #plot(chart, shown) {
     const { sets } = this.#model;
+    chart.sets = shown;
+    chart.size = null;
+    chart.plot?.destroy();
+    const values = shown.map((set) => [set, el("span", { "data-motivation": sets[set].name })]);
+    chart.values = new Map(values);
+    const readouts = values.map(([set, number]) => el("span", { class: "value", title: sets[set].words }, this.#swatch(set), number));
+    chart.readout.replaceChildren(...readouts);
+    chart.plot = new uPlot(this.#options(chart), [[0], ...shown.map(() => [null])], chart.place);
+  }
+
+  #options(chart) {
     const axis = {
       stroke: themeColor("--ink-2"),
       font: "10px system-ui, sans-serif",
@@ -203,10 +240,10 @@ export class Charts {
       ],
       series: [
         {},
-        ...sets.map(({ dash }, set) => ({
+        ...chart.sets.map((set) => ({
           stroke: this.#color(set),
           width: 1.75,
-          dash,
+          dash: this.#model.sets[set].dash,
           points: { show: false },
           show: !this.#hidden.has(set),
         })),
@@ -245,18 +282,18 @@ export class Charts {
 
   #update(rank, { width, height }) {
     const chart = this.#charts.get(rank);
-    const { history, sets } = this.#model;
-    const curves = sets.map((_, set) => this.#model.corners(rank, set));
+    const { history } = this.#model;
+    const shown = this.#setsOf(rank, chart.sets);
+    if (!chart.plot || shown.join() !== chart.sets.join()) this.#plot(chart, shown);
+    const curves = shown.map((set) => this.#model.corners(rank, set));
     const size = `${width}×${height}`;
     if (chart.size !== size) {
       chart.size = size;
       chart.plot.setSize({ width, height });
     }
     const { columns, bands } = levels(curves, history.samples, rank, ...this.#range());
-    Object.assign(chart, { columns, bands });
-    for (const { motivation } of this.#model.view.robots[rank].sets) {
-      if (!chart.values.has(motivation.set)) chart.addValue(motivation.set);
-    }
+    const named = bands.map((band) => ({ ...band, set: band.set === null ? null : shown[band.set] }));
+    Object.assign(chart, { columns, bands: named });
     chart.plot.setData(columns);
     const what = this.#hasUtilities(chart) ? "Utilities" : "Motivations";
     attribute(chart.element, "aria-label", `${what} of ${this.#model.names[rank]}`);
@@ -272,7 +309,7 @@ export class Charts {
     const at = idx ?? this.#indexOfNow(columns[0]);
     const digits = this.#hasUtilities(chart) ? 2 : 0;
     for (const [set, number] of chart.values) {
-      const level = columns[set + 1]?.[at];
+      const level = columns[chart.sets.indexOf(set) + 1]?.[at];
       text(number, level === null || level === undefined ? "–" : level.toFixed(digits));
     }
     attribute(chart.readout, "data-at", idx === null || idx === undefined ? "now" : "pointer");

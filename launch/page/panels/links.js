@@ -1,5 +1,5 @@
-// The radio links as a table, senders down and receivers across, with what each has lost lately. A click opens what can be done
-// to the link.
+// The radio links as a table, senders down and receivers across, with what each has lost lately; of a large team those of the selected
+// robot. A click opens what can be done to the link.
 
 import { touchesLink } from "../model/faults.js";
 import { attribute, byId, el, text } from "../ui/dom.js";
@@ -8,18 +8,46 @@ import { isShown } from "../ui/tabs.js";
 import { faultInWords, percent } from "../ui/words.js";
 import { lasts } from "../room/tools.js";
 
+/** Robots of a larger team have too many links for one table. */
+const ALL_LINKS = 16;
+
 export class Links {
   #model;
+  #choices;
   #orders;
   #cells = [];
+  // Whose links the table has: a rank, "all", or null.
+  #built = null;
 
-  constructor(model, orders) {
+  constructor(model, choices, orders) {
     this.#model = model;
+    this.#choices = choices;
     this.#orders = orders;
-    this.#build();
   }
 
-  #build() {
+  /** Makes the table of these links, unless it is there. */
+  #build(whose) {
+    if (this.#built === whose) return;
+    this.#built = whose;
+    this.#cells = [];
+    if (whose === "all") this.#buildAll();
+    else if (whose === null) byId("link-table").replaceChildren();
+    else this.#buildOf(whose);
+  }
+
+  #buildOf(rank) {
+    const { names } = this.#model;
+    const head = ["teammate", `from ${names[rank]}`, `to ${names[rank]}`].map((each) => el("th", { scope: "col" }, each));
+    const rows = names.flatMap((name, other) => {
+      if (other === rank) return [];
+      const cells = [this.#cell(rank, other, names[rank], name), this.#cell(other, rank, name, names[rank])];
+      return [el("tr", {}, el("th", { scope: "row" }, name), ...cells)];
+    });
+    byId("link-table").classList.remove("dense");
+    byId("link-table").replaceChildren(el("thead", {}, el("tr", {}, ...head)), el("tbody", {}, ...rows));
+  }
+
+  #buildAll() {
     const { names } = this.#model;
     const head = el(
       "tr",
@@ -48,6 +76,9 @@ export class Links {
   draw() {
     const { view, names, traffic, now } = this.#model;
     if (!isShown("links") || !view) return;
+    const isSmall = names.length <= ALL_LINKS;
+    this.#build(isSmall ? "all" : this.#choices.selected);
+    byId("links-whose").hidden = isSmall || this.#choices.selected !== null;
     const orders = this.#inForce();
     text(byId("links-left-out"), traffic.leftOut ? "Not all messages have reached this page: the table counts those that have." : "");
     for (const { from, to, button } of this.#cells) {

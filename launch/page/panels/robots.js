@@ -4,36 +4,57 @@ import { concernsRobot } from "../model/faults.js";
 import { skillsOf } from "../model/skills.js";
 import { lasts } from "../room/tools.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
+import { Listing } from "../ui/listing.js";
 import { isShown } from "../ui/tabs.js";
 import { faultInWords, seconds } from "../ui/words.js";
 import { openActuators, openMore, openSensors, openSkills } from "./devices.js";
+
+/** Robots of a larger team can be searched, and so many have a card at a time. */
+const FEW = 12;
+const MOST = 40;
 
 export class Robots {
   #model;
   #choices;
   #orders;
+  #listing;
 
-  constructor(model, choices, orders) {
+  constructor(model, choices, orders, changed) {
     this.#model = model;
     this.#choices = choices;
     this.#orders = orders;
+    this.#listing = new Listing("robot-search", "robots", { all: model.names.length, few: FEW, most: MOST }, changed);
   }
 
   draw() {
     const { view, names } = this.#model;
     if (!isShown("robots") || !view) return;
+    const robots = names.map((name, rank) => ({ name, rank, trouble: this.#trouble(rank) }));
     keyed(
       byId("robot-cards"),
-      names.map((_, rank) => rank),
-      (rank) => rank,
-      (rank) => this.#card(rank),
-      (card, rank) => this.#update(card, rank),
+      this.#listing.choose(robots, robots[this.#choices.selected]),
+      ({ rank }) => rank,
+      ({ rank }) => this.#card(rank),
+      (card, { rank }) => this.#update(card, rank),
     );
+  }
+
+  /** How badly off a robot is: dead or silent, broken, on its way, waiting, at nothing, at work, not in the mission. */
+  #trouble(rank) {
+    const { view, names } = this.#model;
+    const robot = view.robots[rank];
+    const ofState = { dead: 0, silent: 1, coming: 3, absent: 7 }[robot.state];
+    if (ofState !== undefined) return ofState;
+    const isBroken = view.faults.some(({ phase, order }) => phase === "in-force" && concernsRobot(order.fault, names[rank]));
+    if (isBroken) return 2;
+    if (robot.active !== null) return 6;
+    return this.#model.waitingFor(robot) ? 4 : 5;
   }
 
   /** Brings a robot's card into sight. */
   reveal(rank) {
-    byId("robot-cards").children[rank]?.scrollIntoView({ block: "nearest" });
+    const name = CSS.escape(this.#model.names[rank]);
+    byId("robot-cards").querySelector(`[data-robot="${name}"]`)?.scrollIntoView({ block: "nearest" });
   }
 
   #card(rank) {

@@ -1,35 +1,75 @@
 // The task table: who executes each task, who waits for it, since when.
 
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
+import { Listing } from "../ui/listing.js";
 import { isShown } from "../ui/tabs.js";
 import { seconds } from "../ui/words.js";
 
 const TAKES_PART = new Set(["present", "silent"]);
 
+/** More tasks than these can be searched, and so many are shown at a time. */
+const FEW = 20;
+const MOST = 80;
+
+/** Idle robots that are named. */
+const NAMED = 20;
+
 export class Tasks {
   #model;
+  #listing;
+  // By task: entries of robots that execute it, and of those that wait for it.
+  #executes = [];
+  #waits = [];
 
-  constructor(model) {
+  constructor(model, changed) {
     this.#model = model;
+    this.#listing = new Listing("task-search", "tasks", { all: model.tasks.length, few: FEW, most: MOST }, changed);
   }
 
   draw() {
     const { view, tasks } = this.#model;
     if (!isShown("tasks") || !view) return;
+    this.#sort();
     keyed(
       byId("task-rows"),
-      tasks.map((_, task) => task),
-      (task) => task,
-      (task) => this.#row(task),
-      (row, task) => {
-        this.#fill(row.children[1], this.#entries(task, "Active"), "nobody");
-        this.#fill(row.children[2], this.#entries(task, "Waiting"), "–");
+      this.#listing.choose(tasks.map(({ words }, task) => ({ name: words, task, trouble: this.#trouble(task) }))),
+      ({ task }) => task,
+      ({ task }) => this.#row(task),
+      (row, { task }) => {
+        this.#fill(row.children[1], this.#executes[task], "nobody");
+        this.#fill(row.children[2], this.#waits[task], "–");
       },
     );
     const idle = view.robots
       .map((robot, rank) => ({ robot, rank }))
       .filter(({ robot }) => robot.state === "present" && this.#model.doingInWords(robot) === "idle");
-    text(byId("idle"), idle.length ? `Idle: ${idle.map(({ rank }) => this.#model.names[rank]).join(", ")}` : "Nobody is idle.");
+    const named = idle.slice(0, NAMED).map(({ rank }) => this.#model.names[rank]);
+    const others = idle.length > NAMED ? ` and ${idle.length - NAMED} others` : "";
+    text(byId("idle"), idle.length ? `Idle: ${named.join(", ")}${others}` : "Nobody is idle.");
+  }
+
+  /** Sorts the robots by what they execute and wait for. */
+  #sort() {
+    const { view, sets, tasks } = this.#model;
+    this.#executes = tasks.map(() => []);
+    this.#waits = tasks.map(() => []);
+    view.robots.forEach((robot, rank) => {
+      if (!TAKES_PART.has(robot.state)) return;
+      for (const { motivation, since } of robot.sets) {
+        const by = { Active: this.#executes, Waiting: this.#waits }[motivation.state];
+        const set = sets[motivation.set];
+        by?.[set.task].push({ rank, robot, set, since });
+      }
+    });
+  }
+
+  /** Executed by more than may, or by a silent robot; waited for; by nobody; by somebody. */
+  #trouble(task) {
+    const executes = this.#executes[task];
+    const isWrong = executes.length > this.#model.tasks[task].max_robots || executes.some(({ robot }) => robot.state === "silent");
+    if (isWrong) return 0;
+    if (this.#waits[task].length > 0) return 1;
+    return executes.length === 0 ? 3 : 2;
   }
 
   #row(task) {
@@ -42,16 +82,6 @@ export class Tasks {
       el("td", { "data-field": "executes" }),
       el("td", { "data-field": "waits" }),
     );
-  }
-
-  /** Robots with a behavior set for the task in that state. */
-  #entries(task, state) {
-    const { view, sets } = this.#model;
-    return view.robots.flatMap((robot, rank) => {
-      if (!TAKES_PART.has(robot.state)) return [];
-      const found = robot.sets.filter(({ motivation }) => motivation.state === state && sets[motivation.set].task === task);
-      return found.map(({ motivation, since }) => ({ rank, robot, set: sets[motivation.set], since }));
-    });
   }
 
   #fill(cell, entries, nobody) {

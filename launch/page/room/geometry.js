@@ -1,11 +1,49 @@
 // Where things are: in the room, m, and on the canvas, CSS pixels.
 
-/** A projection of a scenario's room onto a canvas of that size, to scale, with a margin around it. */
+/** Most that a part of the room is magnified. */
+const MOST_ZOOM = 40;
+
+/** What part of the room is looked at: all of it, or a part of it `zoom` times as large with a point of it in the middle. */
+export class Lens {
+  zoom = 1;
+  /** Point in the middle, m. */
+  center;
+  #room;
+
+  constructor(room) {
+    this.#room = room;
+    this.reset();
+  }
+
+  /** Looks at all of the room. */
+  reset() {
+    this.zoom = 1;
+    this.center = { x: this.#room.width_m / 2, y: this.#room.height_m / 2 };
+  }
+
+  /** Magnifies by that factor; `point` of the room, m, stays where it is. */
+  magnify(factor, point) {
+    const zoom = Math.max(1, Math.min(MOST_ZOOM, this.zoom * factor));
+    if (zoom === 1) return this.reset();
+    const share = this.zoom / zoom;
+    this.zoom = zoom;
+    this.lookAt({ x: point.x + (this.center.x - point.x) * share, y: point.y + (this.center.y - point.y) * share });
+  }
+
+  /** Puts a point of the room, m, into the middle. */
+  lookAt({ x, y }) {
+    const within = (value, most) => Math.max(0, Math.min(most, value));
+    this.center = { x: within(x, this.#room.width_m), y: within(y, this.#room.height_m) };
+  }
+}
+
+/** A projection of a scenario's room onto a canvas of that size, to scale, with a margin around it, through a lens. */
 export class Projection {
-  constructor(room, width_px, height_px, margin_px) {
-    this.scale = Math.max(1, Math.min((width_px - 2 * margin_px) / room.width_m, (height_px - 2 * margin_px) / room.height_m));
-    this.left = (width_px - this.scale * room.width_m) / 2;
-    this.bottom = (height_px + this.scale * room.height_m) / 2;
+  constructor(room, width_px, height_px, margin_px, lens) {
+    const all = Math.max(1, Math.min((width_px - 2 * margin_px) / room.width_m, (height_px - 2 * margin_px) / room.height_m));
+    this.scale = all * lens.zoom;
+    this.left = width_px / 2 - this.scale * lens.center.x;
+    this.bottom = height_px / 2 + this.scale * lens.center.y;
   }
 
   x(m) {

@@ -245,12 +245,12 @@ export function paintItems(c, p, view, body_m, palette) {
   c.stroke();
 }
 
-/** Where the robots came along in the last `lasts_ms`. */
-export function paintTrails(c, p, model, lasts_ms) {
+/** Where robots of these ranks came along in the last `lasts_ms`. */
+export function paintTrails(c, p, model, lasts_ms, ranks) {
   const { view, now, run } = model;
   c.lineWidth = 2;
   c.globalAlpha = 0.8;
-  model.names.forEach((_, rank) => {
+  for (const rank of ranks) {
     const way = new Path2D();
     for (const line of trail(model.history, rank, now - lasts_ms, now, run.scenario.body.radius_m, view.obstacles)) {
       way.moveTo(p.x(line[0][0]), p.y(line[0][1]));
@@ -258,7 +258,7 @@ export function paintTrails(c, p, model, lasts_ms) {
     }
     c.strokeStyle = model.colors[rank];
     c.stroke(way);
-  });
+  }
   c.globalAlpha = 1;
 }
 

@@ -3,7 +3,7 @@
 import { touchesLink } from "../model/faults.js";
 import { progress } from "../model/mission.js";
 import { attribute, text } from "../ui/dom.js";
-import { Projection, distanceToLine, isInside, radioLines, sameRectangle } from "./geometry.js";
+import { Lens, Projection, distanceToLine, isInside, radioLines, sameRectangle } from "./geometry.js";
 import * as paint from "./paint.js";
 
 const MARGIN_PX = 10;
@@ -11,6 +11,10 @@ const MARGIN_PX = 10;
 const TRAIL_MS = 60_000;
 /** Robots of a larger team are labeled by their names only, and only where there is room. */
 const FULL_LABELS = 12;
+/** Of a larger team, unless it is magnified, only the selected robot has label and trail, and those that are gone a label. */
+const ALL_LABELS = 60;
+/** Robots that are named to who cannot see the picture. */
+const TOLD = 40;
 /** Radio lines of a larger team are drawn for the selected robot only. */
 const ALL_LINES = 8;
 /** How near to a robot or line the pointer must be, px. */
@@ -19,6 +23,10 @@ const NEAR_PX = 7;
 export class Room {
   /** A rectangle that is being drawn, as an obstacle, or null. */
   draft = null;
+  /** What part of the room is seen. */
+  lens;
+  /** Whether the selected robot stays in the middle. */
+  follows = false;
 
   #canvas;
   #model;
@@ -34,6 +42,7 @@ export class Room {
     this.#model = model;
     this.#choices = choices;
     this.#signs = signs(model.names);
+    this.lens = new Lens(model.run.scenario.room);
     this.#fit();
   }
 
@@ -101,18 +110,25 @@ export class Room {
   #fit() {
     const { clientWidth: width, clientHeight: height } = this.#canvas.parentElement;
     const size = `${width}×${height}×${devicePixelRatio}`;
+    this.#projection = new Projection(this.#model.run.scenario.room, width, height, MARGIN_PX, this.lens);
     if (size === this.#size) return;
     this.#size = size;
     this.#canvas.style.width = `${width}px`;
     this.#canvas.style.height = `${height}px`;
     this.#canvas.width = Math.round(width * devicePixelRatio);
     this.#canvas.height = Math.round(height * devicePixelRatio);
-    this.#projection = new Projection(this.#model.run.scenario.room, width, height, MARGIN_PX);
+  }
+
+  /** Whether only the most important things are drawn, for there are too many. */
+  get #isCrowded() {
+    return this.#model.names.length > ALL_LABELS && this.lens.zoom < 3;
   }
 
   draw() {
-    this.#fit();
     const { view, run } = this.#model;
+    const followed = this.follows && this.#choices.selected !== null && view?.robots[this.#choices.selected];
+    if (followed) this.lens.lookAt({ x: followed.pose.position[0], y: followed.pose.position[1] });
+    this.#fit();
     const { scenario } = run;
     const c = this.#canvas.getContext("2d");
     const [p, palette, choices] = [this.#projection, this.#palette, this.#choices];
@@ -127,7 +143,10 @@ export class Room {
     paint.paintBorder(c, p, scenario.room, palette);
     paint.paintScale(c, p, scenario.room, palette);
     if (!view) return;
-    if (choices.trails) paint.paintTrails(c, p, this.#model, TRAIL_MS);
+    if (choices.trails) {
+      const ranks = this.#model.names.map((_, rank) => rank);
+      paint.paintTrails(c, p, this.#model, TRAIL_MS, this.#isCrowded ? ranks.filter((rank) => rank === choices.selected) : ranks);
+    }
     paint.paintItems(c, p, view, scenario.body.radius_m, palette);
     if (choices.rays) {
       view.robots.forEach((robot, rank) => {
@@ -164,7 +183,8 @@ export class Room {
       const { x, y } = this.toScreen(...robot.pose.position);
       return { left: x - gap + 4, right: x + gap - 4, top: y - gap + 4, bottom: y + gap - 4 };
     });
-    for (const { robot, rank } of there) {
+    const labeled = there.filter(({ robot, rank }) => !this.#isCrowded || robot.state !== "present" || rank === this.#choices.selected);
+    for (const { robot, rank } of labeled) {
       const { x, y } = this.toScreen(...robot.pose.position);
       const mustShow = names.length <= FULL_LABELS || rank === this.#choices.selected;
       const label = { lines: this.#label(robot, rank), side: this.#sides.get(rank) ?? 0, mustShow };
@@ -184,9 +204,10 @@ export class Room {
   #tell() {
     const { names, view, run } = this.#model;
     const so_far = progress(run.mission.columns, view.mission);
-    const robots = view.robots.map((robot, rank) => {
+    const robots = view.robots.slice(0, TOLD).map((robot, rank) => {
       return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
     });
+    if (names.length > TOLD) robots.push(`and ${names.length - TOLD} others`);
     const goes = so_far ? `; ${so_far.done} of ${so_far.total} ${so_far.what}` : "";
     attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}${goes}`);
   }

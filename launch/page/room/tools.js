@@ -13,6 +13,12 @@ const HINTS = {
   move: "Click its new place.",
 };
 
+/** Magnified by so much per notch of the wheel, and press of a button. */
+const NOTCH = 1.25;
+const PRESS = 1.6;
+/** A drag of fewer pixels is a click. */
+const STILL_PX = 4;
+
 const snap = (m) => Number((Math.round(m / GRID_M) * GRID_M).toFixed(2));
 
 export class Tools {
@@ -25,6 +31,8 @@ export class Tools {
   #look;
   // Where the rectangle that is being drawn began, m.
   #start = null;
+  // Where the pointer was when it was pressed or last moved the picture, CSS pixels, and whether it has.
+  #pan = null;
   // Whether the click that is about to come only ends a drag.
   #hasDrawn = false;
 
@@ -42,11 +50,41 @@ export class Tools {
     canvas.addEventListener("pointerup", (event) => this.#release(event));
     // Not on pointerup: the browser would take that for a click beside the menu that opens, and close it.
     canvas.addEventListener("click", (event) => this.#click(event));
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        this.magnify(event.deltaY < 0 ? NOTCH : 1 / NOTCH, room.pointUnder(event));
+      },
+      { passive: false },
+    );
+    canvas.addEventListener("dblclick", () => this.magnify(0));
+    byId("zoom-in").addEventListener("click", () => this.magnify(PRESS));
+    byId("zoom-out").addEventListener("click", () => this.magnify(1 / PRESS));
+    byId("zoom-all").addEventListener("click", () => this.magnify(0));
+    byId("follow").addEventListener("click", () => this.follow());
     canvas.addEventListener("pointercancel", () => this.#forget());
     canvas.addEventListener("pointerleave", () => showPoint(byId("pointer"), null));
     for (const button of document.querySelectorAll("[data-tool-button]")) {
       button.addEventListener("click", () => this.take(button.dataset.toolButton));
     }
+  }
+
+  /** Magnifies the room about a point of it; by default about its middle, or the robot that is selected. 0: all of it is seen. */
+  magnify(factor, point = null) {
+    const { lens, follows } = this.#room;
+    const selected = this.#model.view?.robots[this.#choices.selected]?.pose.position;
+    const middle = selected && (follows || lens.zoom === 1) ? { x: selected[0], y: selected[1] } : lens.center;
+    lens.magnify(factor, point ?? middle);
+    if (lens.zoom === 1) this.#room.follows = false;
+    this.#choices.set({});
+  }
+
+  /** Keeps the selected robot in the middle, or no longer. */
+  follow() {
+    this.#room.follows = !this.#room.follows;
+    if (this.#room.follows && this.#room.lens.zoom === 1) this.magnify(4);
+    else this.#choices.set({});
   }
 
   /** Takes up a tool, or puts it down if it is in hand. */
@@ -70,6 +108,11 @@ export class Tools {
     for (const button of document.querySelectorAll("[data-tool-button]")) {
       attribute(button, "aria-pressed", String(button.dataset.toolButton === tool));
     }
+    const { lens, follows } = this.#room;
+    attribute(byId("follow"), "aria-pressed", String(follows));
+    byId("follow").disabled = this.#choices.selected === null && !follows;
+    byId("zoom-all").disabled = byId("zoom-out").disabled = lens.zoom === 1;
+    attribute(this.#canvas, "data-zoom", lens.zoom.toFixed(2));
     this.#canvas.dataset.tool = tool;
     byId("tool-options").hidden = tool === "look";
     byId("penetrability").hidden = tool !== "obstacle";
@@ -78,12 +121,18 @@ export class Tools {
 
   #forget() {
     this.#start = null;
+    this.#pan = null;
     this.#room.draft = null;
   }
 
   #press(event) {
     this.#hasDrawn = false;
-    if (event.button !== 0 || this.#choices.tool !== "obstacle") return;
+    if (event.button !== 0) return;
+    if (this.#choices.tool === "look" && this.#room.lens.zoom > 1) {
+      this.#pan = { x: event.clientX, y: event.clientY, hasMoved: false };
+      this.#canvas.setPointerCapture(event.pointerId);
+    }
+    if (this.#choices.tool !== "obstacle") return;
     this.#start = this.#room.pointUnder(event);
     this.#canvas.setPointerCapture(event.pointerId);
   }
@@ -91,7 +140,9 @@ export class Tools {
   #drag(event) {
     const point = this.#room.pointUnder(event);
     showPoint(byId("pointer"), point);
-    if (this.#start) {
+    if (this.#pan) {
+      this.#panTo(event);
+    } else if (this.#start) {
       this.#room.draft = this.#rectangle(point);
       this.#choices.set({});
     } else if (this.#choices.tool === "look") {
@@ -99,6 +150,18 @@ export class Tools {
     } else {
       this.#canvas.style.cursor = "crosshair";
     }
+  }
+
+  /** Moves the picture along with the pointer. */
+  #panTo(event) {
+    const { lens } = this.#room;
+    const [dx, dy] = [event.clientX - this.#pan.x, event.clientY - this.#pan.y];
+    if (!this.#pan.hasMoved && Math.hypot(dx, dy) < STILL_PX) return;
+    const [from, to] = [{ clientX: this.#pan.x, clientY: this.#pan.y }, event].map((each) => this.#room.pointUnder(each));
+    this.#pan = { x: event.clientX, y: event.clientY, hasMoved: true };
+    this.#room.follows = false;
+    lens.lookAt({ x: lens.center.x + from.x - to.x, y: lens.center.y + from.y - to.y });
+    this.#choices.set({});
   }
 
   #rectangle(point) {
@@ -110,6 +173,8 @@ export class Tools {
   }
 
   #release(event) {
+    this.#hasDrawn = this.#pan?.hasMoved ?? false;
+    this.#pan = null;
     if (!this.#start) return;
     const draft = this.#rectangle(this.#room.pointUnder(event));
     this.#forget();

@@ -4,6 +4,7 @@ mod browser;
 mod client;
 mod finished;
 mod gate;
+mod hundreds;
 mod observer;
 mod replayed;
 mod stays;

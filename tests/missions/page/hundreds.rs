@@ -1,0 +1,112 @@
+//! A team of hundreds in a real browser: what is looked at is there, and nothing else is built.
+
+use serde_json::json;
+
+use super::browser::{Browser, LAPTOP};
+use super::client::Page;
+use crate::harness::{Lab, Process};
+
+const ROBOTS: usize = 300;
+
+/// Opens the log of two seconds of 300 robots, at its end; the process that shows it.
+#[must_use]
+fn open(lab: &Lab, browser: &Browser) -> Process {
+    lab.run(&[
+        "run",
+        "--in-process",
+        "--robots",
+        "300",
+        "--spills",
+        "200",
+        "--limit",
+        "2",
+        "--log",
+        "summary",
+        "--out",
+        "run",
+    ])
+    .expect(1);
+    let mut view = lab.start(&["view", "run"]);
+    view.wait_for_stderr("/#");
+    let page = Page::in_words(&view.stderr());
+    browser.open(&page.link());
+    browser.wait_for("alliance.view !== null");
+    browser.press('\u{e010}');
+    browser.wait_for("document.body.dataset.tick == '40'");
+    view
+}
+
+fn count(browser: &Browser, selector: &str) -> u64 {
+    let counted = browser.eval(&format!("document.querySelectorAll({selector:?}).length"));
+    counted.as_u64().unwrap()
+}
+
+#[test]
+fn a_page_of_hundreds_has_what_is_looked_at_and_no_more() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let _view = open(&lab, &browser);
+    // 192,000 nodes of before were a table of links that nobody saw.
+    let nodes = count(&browser, "*");
+    assert!(nodes < 4_000, "{nodes} nodes");
+    assert_eq!(count(&browser, "[data-link]"), 0);
+    assert_eq!(count(&browser, "#robot-cards [data-robot]"), 40);
+
+    // Who does what is one picture, in which a click selects.
+    assert_eq!(count(&browser, "[data-chart]"), 0);
+    let said = browser.wait_for("document.querySelector('#matrix-canvas').ariaLabel");
+    let said = said.as_str().unwrap();
+    assert!(said.starts_with("300 robots by 201 tasks: "), "{said}");
+    browser.click("#matrix-canvas");
+    browser.wait_for("document.querySelectorAll('[data-selected=yes]').length == 1");
+    assert!(count(&browser, "#robot-cards [data-robot]") <= 41);
+
+    // The links are those of the robot that is selected.
+    browser.click("#tab-links");
+    browser.wait_for("document.querySelectorAll('[data-link]').length > 0");
+    assert_eq!(count(&browser, "[data-link]"), 2 * (ROBOTS as u64 - 1));
+    browser.press('\u{e00c}');
+    browser.wait_for("document.querySelectorAll('[data-link]').length == 0");
+    assert_eq!(
+        browser.eval("document.querySelector('#links-whose').hidden"),
+        json!(false)
+    );
+
+    // Curves of some robots, with the sets that matter to them.
+    browser.choose("#chart-kind", "curves");
+    browser.wait_for("document.querySelectorAll('[data-chart] canvas').length == 6");
+    assert!(count(&browser, "#legend .chip") <= 48);
+    let console = browser.console();
+    assert!(console.is_empty(), "{console:?}");
+    browser.screenshot("hundreds");
+}
+
+#[test]
+fn a_robot_among_hundreds_is_found_looked_at_and_followed() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    let _view = open(&lab, &browser);
+    browser.eval(
+        "(() => { const field = document.querySelector('[data-search=robots]'); field.value = 'R257'; field.dispatchEvent(new Event('input')); return true; })()",
+    );
+    browser.wait_for("document.querySelectorAll('#robot-cards [data-robot]').length == 1");
+    browser.click("#robot-cards [data-action=select]");
+    browser.wait_for("!document.querySelector('#follow').disabled");
+
+    // It stands in the middle, four times as large.
+    let scale = "alliance.toScreen(1, 0).x - alliance.toScreen(0, 0).x";
+    let before = browser.eval(scale).as_f64().unwrap();
+    browser.press('f');
+    browser.wait_for("document.querySelector('#room-canvas').dataset.zoom == '4.00'");
+    let after = browser.eval(scale).as_f64().unwrap();
+    assert!((after / before - 4.0).abs() < 1e-6, "{before} {after}");
+    let off = "(() => { const at = alliance.toScreen(...alliance.view.robots[256].pose.position); const room = document.querySelector('#room'); return Math.hypot(at.x - room.clientWidth / 2, at.y - room.clientHeight / 2); })()";
+    browser.wait_for(&format!("{off} < 1"));
+    browser.press('0');
+    browser.wait_for("document.querySelector('#room-canvas').dataset.zoom == '1.00'");
+    assert!((browser.eval(scale).as_f64().unwrap() - before).abs() < 1e-6);
+}
