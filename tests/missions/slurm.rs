@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
 use nix::sys::signal::{Signal, kill};
-use nix::unistd::{Pid, User, geteuid, gethostname};
+use nix::unistd::Pid;
 
 use crate::harness::{Lab, wait_until};
 
@@ -48,9 +48,9 @@ impl<'l> Cluster<'l> {
         let key = folder.join("munge.key");
         fs::write(&key, [7; 1024]).unwrap();
         fs::set_permissions(&key, fs::Permissions::from_mode(0o600)).unwrap();
-        let host = gethostname().unwrap().into_string().unwrap();
+        let host = said("uname", &["-n"]);
         let host = host.split('.').next().unwrap();
-        let user = User::from_uid(geteuid()).unwrap().unwrap().name;
+        let user = said("id", &["-un"]);
         let [control, node] = free_ports();
         let at = folder.display();
         // A job that is requeued waits until no credential of its old life is good any more.
@@ -136,6 +136,12 @@ fn program(name: &str) -> String {
     } else {
         name.to_owned()
     }
+}
+
+/// What a program says in a word.
+fn said(name: &str, arguments: &[&str]) -> String {
+    let output = Command::new(name).args(arguments).output().unwrap();
+    String::from_utf8(output.stdout).unwrap().trim().to_owned()
 }
 
 /// Two that nobody listens at.

@@ -62,8 +62,9 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     each.collect()
 }
 
-fn table(lab: &Lab, name: &str) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(lab.path(name)).unwrap();
+/// A CSV file of a folder, by column.
+fn table(lab: &Lab, folder: &str, name: &str) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(lab.path(folder).join(name)).unwrap();
     let rows = reader.deserialize();
     rows.map(|row| row.unwrap()).collect()
 }
@@ -85,7 +86,7 @@ fn what_is_found_is_a_scenario_that_does_as_the_table_says() {
         .expect(0)
         .stderr;
     assert!(said.contains("- alliance: "), "{said}");
-    let rows = table(&lab, "out/test.csv");
+    let rows = table(&lab, "out", "test.csv");
     // Of both methods: all that the search had, all that it had not, and three conditions.
     assert_eq!(rows.len(), 2 * 5);
     let better = said.contains("better than the defaults");
@@ -106,7 +107,7 @@ fn what_is_found_is_a_scenario_that_does_as_the_table_says() {
         let _ = fs::remove_dir_all(lab.path("again"));
         lab.run(&["sweep", "again.toml", "--out", "again"])
             .expect(0);
-        let runs = table(&lab, "again/results.csv");
+        let runs = table(&lab, "again", "results.csv");
         let par2 = runs.iter().map(|run| {
             if run["outcome"] == "complete" {
                 number(run, "sim_time_ms") / 1000.0
@@ -127,7 +128,7 @@ fn what_is_found_is_a_scenario_that_does_as_the_table_says() {
     assert!((number(row, "difference") - difference).abs() < 1e-9);
 
     // Every method had its budget, and no more than the end of a generation of 6 candidates with 2 conditions and 3 seeds.
-    let candidates = table(&lab, "out/candidates.csv");
+    let candidates = table(&lab, "out", "candidates.csv");
     for method in ["CMA-ES", "random search"] {
         let own = candidates.iter().filter(|row| row["method"] == method);
         let runs: f64 = own.map(|row| number(row, "runs")).sum();
@@ -190,10 +191,10 @@ fn mistakes_are_told_before_anything_runs() {
     for (plan, text) in [
         (
             changed(
-                "alliance.defaults.fast_impatience = {",
-                "alliance.defaults.quick_impatience = {",
+                "alliance.defaults.slow_impatience",
+                "alliance.defaults.sluggish",
             ),
-            "tune.parameters.alliance: alliance.defaults.quick_impatience: ",
+            "tune.parameters.alliance: alliance.defaults.sluggish: ",
         ),
         (
             changed("[tune.parameters.alliance]", "[tune.parameters.aliance]"),

@@ -15,7 +15,7 @@ use world_server::args::Known;
 use super::page::Page;
 use super::record::{Header, Record, Stopped, Working};
 use super::search::population;
-use super::task::Task;
+use super::task::{Allocator, Task};
 use super::tuning::{Runs, Tuned, tune};
 use super::verdict::{Verdict, verdicts};
 use crate::interrupted::Interrupted;
@@ -141,27 +141,28 @@ impl TuneCommand {
     }
 }
 
-/// Runs of it all, about: races save none of the budget, and the defaults' own come to it, once for each seed and condition.
+/// Runs of it all, about: races save none of the budget, a last generation is finished, and the defaults' own come to it, once for each
+/// seed and condition.
 fn expected(task: &Task) -> usize {
     let tuning = &task.tuning;
     let seen = task.seen().count();
-    let each = tuning.seeds_per_candidate * seen;
-    let generations = tuning.budget.div_ceil(each * population(1));
-    let training = tuning
-        .training
-        .0
-        .len()
-        .min(generations * tuning.seeds_per_candidate)
-        * seen;
+    let of = |allocator: &Allocator| {
+        let generation = population(allocator.parameters.len()) * tuning.seeds_per_candidate * seen;
+        let generations = tuning.budget.div_ceil(generation) + 1;
+        let seeds = tuning.training.0.len();
+        let defaults = seeds.min(generations * tuning.seeds_per_candidate) * seen;
+        2 * (tuning.budget + generation / 2) + defaults
+    };
+    let search: usize = task.allocators.iter().map(of).sum();
     let selection = tuning.selection.0.len() * seen * (2 * tuning.finalists + 1);
     let test = 3 * tuning.test.0.len() * task.conditions.len();
-    task.allocators.len() * (2 * tuning.budget + training + selection + test)
+    search + task.allocators.len() * (selection + test)
 }
 
 /// An allocator with what came of it.
 pub struct Result<'r> {
     /// What was tuned.
-    pub allocator: &'r super::task::Allocator,
+    pub allocator: &'r Allocator,
     /// What was found.
     pub tuned: &'r Tuned,
     /// Of the better method.

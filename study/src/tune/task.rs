@@ -132,7 +132,7 @@ impl Task {
         (0..self.conditions.len()).filter(|place| !self.conditions[*place].is_unseen)
     }
 
-    /// An allocator, whose parameters are tried at both ends and in the middle.
+    /// An allocator, each of whose parameters is tried at both ends, all others in their middle.
     fn allocator(&self, name: &str) -> anyhow::Result<Allocator> {
         let place = |key: &str| format!("tune.parameters.{name}: {key}");
         let mut allocator = Allocator {
@@ -148,17 +148,23 @@ impl Task {
             let parameter = parameter.map_err(anyhow::Error::msg);
             let parameter = parameter.with_context(|| place(&key))?;
             allocator.parameters.push(parameter);
-            // All before at their middle, or what it is a multiple of would be at its end, too.
-            for end in [0.0, 1.0] {
-                let mut point = vec![0.5; allocator.parameters.len()];
-                point[allocator.parameters.len() - 1] = end;
-                let values = values(&allocator.parameters, &point);
-                self.attempt(&allocator.changes(Some(&values)))
-                    .with_context(|| place(&key))?;
-            }
         }
         if allocator.parameters.is_empty() {
             bail!("tune.parameters.{name}: there is no parameter; state a key with its bounds");
+        }
+        let parameters = &allocator.parameters;
+        let attempt = |point: &[f64]| {
+            let values = values(parameters, point);
+            self.attempt(&allocator.changes(Some(&values)))
+        };
+        let middle = vec![0.5; parameters.len()];
+        attempt(&middle).with_context(|| format!("tune.parameters.{name}"))?;
+        for (number, parameter) in parameters.iter().enumerate() {
+            for end in [0.0, 1.0] {
+                let mut point = middle.clone();
+                point[number] = end;
+                attempt(&point).with_context(|| place(&parameter.key))?;
+            }
         }
         Ok(allocator)
     }
