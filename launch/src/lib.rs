@@ -77,6 +77,8 @@ enum Part {
     Sweep(study::sweep::command::SweepCommand),
     /// Compare allocators under the same faults, and say how sure the differences are
     Compare(study::compare::command::CompareCommand),
+    /// Find good parameters of allocators, and judge them on seeds that the search has never seen
+    Tune(study::tune::command::TuneCommand),
     LallianceStrategies(study::strategies::command::StrategiesCommand),
     /// Say what the parameters of a scenario mean, and which of them do not go together
     Check(study::check::CheckCommand),
@@ -142,6 +144,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Export(command) => command.run(),
         Part::Sweep(command) => command.run(&known()),
         Part::Compare(command) => command.run(&known()),
+        Part::Tune(command) => command.run(&known()),
         Part::LallianceStrategies(command) => command.run(),
         Part::Check(command) => command.run(&known()),
         Part::Scenarios(command) => command.run(),

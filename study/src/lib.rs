@@ -6,6 +6,7 @@
 //! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
 //! - [`sweep`]: many runs, and what is common to them; [`compare`]: which allocator copes best with which faults;
 //!   [`random_mission`]: missions that are drawn for sweeps; [`invariants`]: what must hold in every run.
+//! - [`tune`]: parameters of allocators, found by a search.
 //! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
 //! - [`check`]: what a scenario's parameters mean, before anything runs. [`table`]: how tables look in a terminal.
 //!
@@ -28,5 +29,6 @@ pub mod retrace;
 pub mod strategies;
 pub mod sweep;
 pub mod table;
+pub mod tune;
 #[cfg(test)]
 mod visit;

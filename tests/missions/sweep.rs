@@ -58,7 +58,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[track_caller]
-fn assert_same_files(lab: &Lab, a: &str, b: &str) {
+pub fn assert_same_files(lab: &Lab, a: &str, b: &str) {
     let (left, right) = (files(&lab.path(a)), files(&lab.path(b)));
     assert!(left.contains_key("results.csv"), "{:?}", left.keys());
     assert_eq!(

@@ -13,7 +13,7 @@ use crate::report::page::STYLE;
 
 /// Tables that are too wide move by themselves; in the dark drawings are turned round, with their hues kept; on paper everything is
 /// there.
-const LOOKS: &str = "
+pub const LOOKS: &str = "
 :root { color-scheme: light dark }
 td { white-space: nowrap } td.long { white-space: normal; min-width: 16rem; text-align: left } .wide { overflow-x: auto }
 .question { font-size: 1.15rem; font-style: italic } .answer li { margin: .4rem 0 }

@@ -4,16 +4,15 @@
 //! whoever works in a folder reads all that are there.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, Write};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use serde::{Deserialize, Serialize};
-use xxhash_rust::xxh3::xxh3_64;
 
 use super::comparison::Comparison;
 use super::design::Design;
+use super::lines::{Lines, intact, numbered};
 use super::run::Row;
 use super::shard::Shard;
 
@@ -43,8 +42,7 @@ pub type Rows = BTreeMap<usize, Row>;
 
 /// A journal that is being written. It is locked as long as it is open.
 pub struct Journal {
-    file: File,
-    path: PathBuf,
+    lines: Lines,
 }
 
 impl Journal {
@@ -62,33 +60,11 @@ impl Journal {
                 )
             }
         });
-        let cannot = || format!("cannot write {}", path.display());
-        let mut file = OpenOptions::new()
-            .read(true)
-            .append(true)
-            .create(true)
-            .open(&path)
-            .with_context(cannot)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => bail!(
-                "{} is being written by another process; wait for its end, or name another folder with --out",
-                path.display()
-            ),
-            Err(TryLockError::Error(error)) => return Err(error).with_context(cannot),
+        let (mut lines, known) = Lines::open(path)?;
+        if known.is_empty() {
+            lines.add(header)?;
         }
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).with_context(cannot)?;
-        let whole = whole_lines(&bytes).len();
-        if whole < bytes.len() {
-            file.set_len(whole as u64).with_context(cannot)?;
-            file.seek(std::io::SeekFrom::End(0)).with_context(cannot)?;
-        }
-        let mut journal = Self { file, path };
-        if whole == 0 {
-            journal.add(header)?;
-        }
-        Ok(journal)
+        Ok(Self { lines })
     }
 
     /// Adds a run.
@@ -96,16 +72,7 @@ impl Journal {
     /// # Errors
     /// When it cannot be written.
     pub fn add_row(&mut self, row: &Row) -> anyhow::Result<()> {
-        self.add(row)
-    }
-
-    /// In one piece, so that a kill leaves all of it, a part of it, or nothing.
-    fn add(&mut self, line: &impl Serialize) -> anyhow::Result<()> {
-        let mut text = seal(&serde_json::to_string(line)?);
-        text.push('\n');
-        self.file
-            .write_all(text.as_bytes())
-            .with_context(|| format!("cannot write {}", self.path.display()))
+        self.lines.add(row)
     }
 }
 
@@ -170,40 +137,12 @@ fn read(path: &Path) -> anyhow::Result<Option<(Header, Rows)>> {
     })
 }
 
-/// Before and behind the checksum of a line, which is 16 hexadecimal digits.
-const SUM: (&str, &str) = (",\"sum\":\"", "\"}");
-
-/// A table in JSON with one more entry, the checksum of the text without it.
-fn seal(text: &str) -> String {
-    let sum = xxh3_64(text.as_bytes());
-    let open = text.strip_suffix('}').unwrap_or(text);
-    format!("{open}{}{sum:016x}{}", SUM.0, SUM.1)
-}
-
-/// The text that was sealed, or one from before there were seals; `None` if it is not what was written.
-fn unseal(line: &str) -> Option<String> {
-    let sealed = line
-        .strip_suffix(SUM.1)
-        .and_then(|line| line.rsplit_once(SUM.0));
-    match sealed {
-        None => Some(line.to_owned()),
-        Some((open, _)) => {
-            let text = format!("{open}}}");
-            (seal(&text) == line).then_some(text)
-        }
-    }
-}
-
 /// Header and rows of a journal; `None` without a header. What follows the last end of a line is dropped.
 ///
 /// # Errors
 /// The first line that is not as it was written, from 1, and what is wrong with it.
 pub fn parse(bytes: &[u8]) -> Result<Option<(Header, Rows)>, (usize, String)> {
-    let mut lines = whole_lines(bytes)
-        .split(|byte| *byte == b'\n')
-        .enumerate()
-        .map(|(place, line)| (place + 1, line))
-        .filter(|(_, line)| !line.is_empty());
+    let mut lines = numbered(bytes);
     let Some((_, first)) = lines.next() else {
         return Ok(None);
     };
@@ -227,23 +166,8 @@ fn one_line(said: &str) -> String {
     said.replace(char::is_control, " ")
 }
 
-/// The text of a line, if nobody has changed it.
-fn intact(number: usize, line: &[u8]) -> Result<String, (usize, String)> {
-    str::from_utf8(line)
-        .ok()
-        .and_then(unseal)
-        .ok_or_else(|| (number, "it is not as it was written".to_owned()))
-}
-
-/// All but a torn last line.
-fn whole_lines(bytes: &[u8]) -> &[u8] {
-    let end = bytes.iter().rposition(|byte| *byte == b'\n');
-    &bytes[..end.map_or(0, |end| end + 1)]
-}
-
 #[cfg(test)]
 mod tests {
-
     use missions::waste::data::default_scenario;
     use tempfile::TempDir;
 

@@ -1,7 +1,7 @@
 //! `alliance sweep`: a mission in many variants and with many seeds, on all cores.
 //!
 //! - `plan` reads the file that says what is varied; `design` numbers the runs that come of it; `sampling` draws points.
-//! - `workers` do runs side by side, each as in `run`; `journal` keeps a row per run as it ends. Whatever stands there is
+//! - `workers` do runs side by side, each as in `run`; `journal` keeps a row per run as it ends, in `lines` with checksums. Whatever stands there is
 //!   not run again, so a sweep that was killed goes on, and the journals of shards together are that of the whole.
 //! - `results`, `summary` and `figures` are computed from the rows, in the order of the runs, and hold nothing of the clock:
 //!   however often a sweep was interrupted, its files are the same. `statistics` has the formulas.
@@ -15,6 +15,7 @@ pub(crate) mod design;
 mod figures;
 pub(crate) mod folder;
 pub(crate) mod journal;
+pub(crate) mod lines;
 pub(crate) mod measures;
 mod page;
 pub(crate) mod parquet;

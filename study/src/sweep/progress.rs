@@ -57,7 +57,8 @@ impl Progress {
         let message = message(
             self.began.elapsed(),
             self.done - self.before,
-            self.of - self.done,
+            // How many there will be is an estimate where one run decides on the next.
+            self.of.saturating_sub(self.done),
             self.failed,
         );
         self.bar.set_message(message.clone());

@@ -13,6 +13,7 @@ use alliance_proto::panics::catch;
 use alliance_proto::tick::Outcome;
 use serde::{Deserialize, Serialize};
 
+use super::design::{Change, change};
 use super::measures::Measures;
 use super::plan::{Plan, setup};
 use crate::in_process::Team;
@@ -90,23 +91,38 @@ pub struct Failure {
 
 /// Does a run; `None` if it was told to stop. A panic is its own, and kept as the reason why it failed.
 pub fn attempt(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
-    let scenario = plan.scenario(run);
+    let end = attempt_changed(plan, run, &[], plan.design.seed(run), stops)?;
+    Some(Row { run, end })
+}
+
+/// The same with changes of its scenario, and with that seed.
+pub fn attempt_changed(
+    plan: &Plan,
+    run: usize,
+    changes: &[Change],
+    seed: u64,
+    stops: &dyn Fn() -> bool,
+) -> Option<End> {
+    let scenario = plan.scenario(run).and_then(|mut scenario| {
+        let mut changes = changes.iter();
+        changes.try_for_each(|each| change(&mut scenario, each))?;
+        Ok(scenario)
+    });
     let ended = scenario
         .clone()
         .map_err(anyhow::Error::msg)
         .map(|scenario| {
-            let ended = catch(|| simulate(plan, &scenario, plan.design.seed(run), stops));
+            let ended = catch(|| simulate(plan, &scenario, seed, stops));
             ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
         });
-    let end = match ended.and_then(|ended| ended) {
-        Ok(None) => return None,
-        Ok(Some(figures)) => End::Ended(figures),
-        Err(error) => End::Failed(Failure {
+    match ended.and_then(|ended| ended) {
+        Ok(None) => None,
+        Ok(Some(figures)) => Some(End::Ended(figures)),
+        Err(error) => Some(End::Failed(Failure {
             reason: format!("{error:#}").replace(['\n', '\r'], " "),
             scenario: scenario.map_or_else(|_| plan.base(), |table| table.to_string()),
-        }),
-    };
-    Some(Row { run, end })
+        })),
+    }
 }
 
 fn simulate(

@@ -136,6 +136,9 @@ impl Arguments {
         }
         let (mut plan, text) = self.plan(known)?;
         let file = &self.paths[0];
+        if plan.tuning.is_some() {
+            bail!("{}: it is a plan of alliance tune", file.display());
+        }
         let comparison =
             (study.prepare)(&mut plan, self.jobs()).with_context(|| file.display().to_string())?;
         let runs = plan.design.runs().unwrap_or_default();
@@ -236,7 +239,11 @@ impl Arguments {
     }
 }
 
-fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
+/// Reads a plan; files that it names are found from where it is.
+///
+/// # Errors
+/// The first mistake in it, in one line.
+pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
     let folder = file.parent().unwrap_or(Path::new(""));
     Plan::parse(&file.display().to_string(), text, |name| {
         // Files are found from where the plan is, whoever runs it.
@@ -376,7 +383,11 @@ pub fn quoted(path: &Path) -> String {
     }
 }
 
-fn jobs(text: &str) -> Result<NonZeroUsize, String> {
+/// A number of runs side by side.
+///
+/// # Errors
+/// What would be right.
+pub fn jobs(text: &str) -> Result<NonZeroUsize, String> {
     text.parse()
         .map_err(|_| "use a whole number from 1 on".to_owned())
 }

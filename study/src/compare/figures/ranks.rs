@@ -30,7 +30,7 @@ pub(super) fn draw(data: &Data, analysis: &Analysis) -> anyhow::Result<Vec<Figur
             let better = if ranking.metric.more_is_better() { "most" } else { "least" };
             let left = match ranking.left_out.len() {
                 0 => String::new(),
-                count => format!(" {count} blocks in which an allocator has no data are left out."),
+                count => format!(" {count} blocks in which an allocator has no data, or all are alike, are left out."),
             };
             Ok(Figure {
                 caption: format!(

@@ -11,6 +11,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::MAX_RUNS;
 use super::hypothesis::Claim;
+use super::tuning::Tuning;
 use crate::random_mission::RandomMission;
 
 /// The file, as it is written.
@@ -30,6 +31,7 @@ pub(super) struct File {
     pub(super) missions: BTreeMap<String, MissionFile>,
     pub(super) question: Option<String>,
     pub(super) hypotheses: BTreeMap<String, Claim>,
+    pub(super) tune: Option<Tuning>,
 }
 
 /// One of several missions.
@@ -55,7 +57,8 @@ pub(super) enum Source {
 }
 
 /// The seeds.
-pub(super) struct Seeds(pub(super) Vec<i64>);
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seeds(pub Vec<i64>);
 
 impl Default for Seeds {
     fn default() -> Self {

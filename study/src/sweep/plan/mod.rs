@@ -1,7 +1,7 @@
 //! The file that says what is varied.
 //!
 //! - `file`: how it is written. `factors`: what it varies; `several`: missions, each with its faults. `hypothesis`: what
-//!   it claims beforehand.
+//!   it claims beforehand. `tuning`: what is to be tuned.
 
 mod factors;
 mod file;
@@ -9,6 +9,7 @@ pub mod hypothesis;
 mod several;
 #[cfg(test)]
 mod tests;
+pub mod tuning;
 
 use alliance_proto::scenario::{Scenario, Setup, Step, TomlFile, Vocabulary};
 use anyhow::{Context, bail};
@@ -23,6 +24,7 @@ use factors::{
 use file::{File, Source};
 use hypothesis::Hypothesis;
 use several::missions;
+use tuning::Tuning;
 
 /// More than anybody runs; every run's row is held in memory.
 const MAX_RUNS: usize = 1_000_000;
@@ -44,6 +46,8 @@ pub struct Plan {
     pub question: Option<String>,
     /// What its author expects, in the order of the file.
     pub hypotheses: Vec<Hypothesis>,
+    /// What is to be tuned.
+    pub tuning: Option<Tuning>,
 }
 
 impl Plan {
@@ -173,6 +177,7 @@ impl Plan {
             measures: false,
             question: contents.question,
             hypotheses,
+            tuning: contents.tune,
         })
     }
 
@@ -184,6 +189,9 @@ impl Plan {
         let mut whole = format!("{version}\n{}\n{:?}", self.base, self.design);
         if self.measures {
             whole.push_str("\nmeasured");
+        }
+        if let Some(tuning) = &self.tuning {
+            whole.push_str(&format!("\n{tuning:?}"));
         }
         // What is claimed after the first run has ended is no hypothesis.
         for hypothesis in &self.hypotheses {

@@ -1,0 +1,223 @@
+//! The runs of a tuning: done side by side, and kept, so that nothing is run twice.
+
+use std::collections::VecDeque;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use anyhow::{anyhow, bail};
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::task::Task;
+use super::tuning::{Outcome, Runs, Trial};
+use crate::sweep::lines::{Lines, intact, numbered};
+use crate::sweep::measures::Measures;
+use crate::sweep::progress::Progress;
+use crate::sweep::run::{End, attempt_changed};
+use crate::sweep::workers::work;
+
+/// The file.
+const JOURNAL: &str = "journal.jsonl";
+
+/// Somebody has asked the program to end.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted")]
+pub struct Stopped;
+
+/// The first line: of which tuning the others are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Its name.
+    pub tune: String,
+    /// Version of the program.
+    pub version: String,
+    /// [`crate::sweep::Plan::digest`].
+    pub digest: String,
+}
+
+/// What came of trials that were asked for together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Batch {
+    /// Tells these trials from others.
+    asked: String,
+    /// In their order.
+    outcomes: Vec<Outcome>,
+}
+
+/// What has been run, in the order in which it was asked for.
+pub struct Record {
+    lines: Lines,
+    known: VecDeque<Batch>,
+}
+
+impl Record {
+    /// Opens that of a folder; begins it if it is new.
+    ///
+    /// # Errors
+    /// When it is of another tuning, is not as it was written, or cannot be written.
+    pub fn open(folder: &Path, header: &Header) -> anyhow::Result<Self> {
+        let (mut lines, bytes) = Lines::open(folder.join(JOURNAL))?;
+        let path = lines.path().display().to_string();
+        let mut known = VecDeque::new();
+        for (number, line) in numbered(&bytes) {
+            let broken = |what: String| {
+                anyhow!(
+                    "{path}:{number}: {what}; remove this line and all below it to have them done again"
+                )
+            };
+            let text = intact(number, line).map_err(|(_, what)| broken(what))?;
+            if number > 1 {
+                let batch = serde_json::from_str(&text);
+                known.push_back(batch.map_err(|error| broken(error.to_string()))?);
+                continue;
+            }
+            let found: Header =
+                serde_json::from_str(&text).map_err(|error| broken(error.to_string()))?;
+            if found != *header {
+                bail!(
+                    "{} holds another tuning, or this one before it was changed; name a new folder with --out, or remove that one",
+                    folder.display()
+                );
+            }
+        }
+        if bytes.is_empty() {
+            lines.add(header)?;
+        }
+        Ok(Self { lines, known })
+    }
+
+    /// Runs that are done already.
+    #[must_use]
+    pub fn done(&self) -> usize {
+        self.known.iter().map(|batch| batch.outcomes.len()).sum()
+    }
+}
+
+/// Does the trials of a task.
+pub struct Working<'w> {
+    /// What they are of.
+    pub task: &'w Task,
+    /// What is known of them.
+    pub record: Record,
+    /// How many side by side.
+    pub jobs: NonZeroUsize,
+    /// Whether to stop.
+    pub stops: &'w (dyn Fn() -> bool + Sync),
+    /// Where it is told how far it is.
+    pub progress: Progress,
+}
+
+impl Runs for Working<'_> {
+    fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>> {
+        let asked = format!("{:016x}", xxh3_64(format!("{trials:?}").as_bytes()));
+        if let Some(known) = self.record.known.pop_front() {
+            if known.asked != asked {
+                bail!(
+                    "{} tells of other runs than are asked for; remove it to begin anew",
+                    self.record.lines.path().display()
+                );
+            }
+            return Ok(known.outcomes);
+        }
+        let places: Vec<usize> = (0..trials.len()).collect();
+        let mut found: Vec<Option<Outcome>> = vec![None; trials.len()];
+        let task = self.task;
+        let attempt = |place: usize, stops: &dyn Fn() -> bool| {
+            let Trial {
+                allocator,
+                values,
+                condition,
+                seed,
+            } = &trials[place];
+            let changes = task.allocators[*allocator].changes(values.as_deref());
+            let end = attempt_changed(&task.plan, *condition, &changes, *seed, stops)?;
+            Some((place, outcome(task, *condition, &end)))
+        };
+        work(
+            &places,
+            self.jobs,
+            self.stops,
+            attempt,
+            |(place, outcome)| {
+                self.progress.add(outcome.value.is_none());
+                found[place] = Some(outcome);
+                Ok(())
+            },
+        )?;
+        let outcomes: Option<Vec<Outcome>> = found.into_iter().collect();
+        let batch = Batch {
+            asked,
+            outcomes: outcomes.ok_or(Stopped)?,
+        };
+        self.record.lines.add(&batch)?;
+        Ok(batch.outcomes)
+    }
+
+    fn say(&mut self, line: &str) {
+        self.progress.say(line);
+    }
+}
+
+fn outcome(task: &Task, condition: usize, end: &End) -> Outcome {
+    let End::Ended(figures) = end else {
+        return Outcome::default();
+    };
+    let measures = Measures {
+        limit_s: task.conditions[condition].limit_s,
+        ..Measures::default()
+    };
+    Outcome {
+        value: task.metric.of(figures, &measures),
+        bytes: figures.bytes_sent as f64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tempfile::TempDir;
+
+    use super::*;
+
+    fn header(digest: &str) -> Header {
+        Header {
+            tune: "t".to_owned(),
+            version: "1".to_owned(),
+            digest: digest.to_owned(),
+        }
+    }
+
+    #[test]
+    fn a_record_is_read_back_and_another_one_refused() {
+        let folder = TempDir::new().unwrap();
+        let mut record = Record::open(folder.path(), &header("a")).unwrap();
+        let batch = Batch {
+            asked: "x".to_owned(),
+            outcomes: vec![
+                Outcome {
+                    value: Some(0.1 + 0.2),
+                    bytes: 7.0,
+                },
+                Outcome::default(),
+            ],
+        };
+        record.lines.add(&batch).unwrap();
+        drop(record);
+        // A torn last line, as a kill leaves it.
+        let path = folder.path().join(JOURNAL);
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, [&whole[..], b"{\"asked\":\"y"].concat()).unwrap();
+        let record = Record::open(folder.path(), &header("a")).unwrap();
+        assert_eq!((record.done(), &record.known[0]), (2, &batch));
+        drop(record);
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        let said = Record::open(folder.path(), &header("b")).err().unwrap();
+        assert!(said.to_string().contains("holds another tuning"), "{said}");
+        let text = String::from_utf8(whole).unwrap().replace("0.3", "0.4");
+        std::fs::write(&path, text).unwrap();
+        let said = Record::open(folder.path(), &header("a")).err().unwrap();
+        assert!(
+            said.to_string().contains(":2: it is not as it was written"),
+            "{said}"
+        );
+    }
+}

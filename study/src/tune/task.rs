@@ -1,0 +1,268 @@
+//! What is to be tuned, checked before anything runs.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::scenario::instead;
+use anyhow::{Context, bail};
+
+use super::space::{Parameter, changes, values};
+use crate::compare::metrics::Metric;
+use crate::sweep::design::{Change, FAULTS, MISSION};
+use crate::sweep::plan::tuning::Tuning;
+use crate::sweep::plan::{Plan, setup};
+
+/// What can be little: figures of a run for which no log is needed.
+const METRICS: [Metric; 4] = [
+    Metric::Par2,
+    Metric::Messages,
+    Metric::Bytes,
+    Metric::Observed,
+];
+
+/// Everything that a tuning needs to know.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// Missions under faults, each with one seed, which is not used.
+    pub plan: Plan,
+    /// As the plan has it.
+    pub tuning: Tuning,
+    /// What is searched for.
+    pub metric: Metric,
+    /// Those to be tuned.
+    pub allocators: Vec<Allocator>,
+    /// Every mission under every class of faults.
+    pub conditions: Vec<Condition>,
+}
+
+/// An allocator and what is varied of it.
+#[derive(Clone, Debug)]
+pub struct Allocator {
+    /// Its name.
+    pub name: String,
+    /// Never empty.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A mission under a class of faults.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Condition {
+    /// As it is called.
+    pub name: String,
+    /// Only the test has it.
+    pub is_unseen: bool,
+    /// s.
+    pub limit_s: f64,
+}
+
+impl Allocator {
+    /// What makes a scenario one of this allocator with these values; without any with its defaults.
+    #[must_use]
+    pub fn changes(&self, found: Option<&[f64]>) -> Vec<Change> {
+        let mut all = vec![Change {
+            path: vec!["allocator".to_owned()],
+            value: toml::Value::String(self.name.clone()),
+        }];
+        if let Some(found) = found {
+            all.extend(changes(&self.parameters, found));
+        }
+        all
+    }
+}
+
+impl Task {
+    /// Takes what is to be tuned out of a plan.
+    ///
+    /// # Errors
+    /// The first mistake.
+    pub fn of(plan: Plan) -> anyhow::Result<Self> {
+        let Some(tuning) = plan.tuning.clone() else {
+            bail!(
+                "there is nothing to be tuned; write a table [tune], as in campaigns/tune-alliance.toml"
+            );
+        };
+        if plan.design.repetitions() > 1 {
+            bail!(
+                "seeds: they are stated by [tune]: training, selection and test; leave seeds out"
+            );
+        }
+        if plan.design.columns().any(|column| column == "allocator") {
+            bail!("grid.allocator: the allocators are those of [tune.parameters]; leave it out");
+        }
+        let found = METRICS.into_iter().find(|it| it.name() == tuning.metric);
+        let Some(metric) = found else {
+            let names = METRICS.map(|it| it.name());
+            let known = &mut names.iter().map(String::as_str);
+            bail!(
+                "tune.metric: there is no metric '{}' to tune by; {}",
+                tuning.metric,
+                instead(&tuning.metric, known)
+            );
+        };
+        check_seeds(&tuning)?;
+        let conditions = conditions(&plan, &tuning)?;
+        let mut task = Self {
+            plan,
+            metric,
+            allocators: Vec::new(),
+            conditions,
+            tuning,
+        };
+        let names: Vec<String> = task.tuning.parameters.keys().cloned().collect();
+        if names.is_empty() {
+            bail!("tune.parameters: no allocator is to be tuned; write [tune.parameters.alliance]");
+        }
+        let mut whose: BTreeMap<String, String> = BTreeMap::new();
+        for name in names {
+            let allocator = task.allocator(&name)?;
+            for parameter in &allocator.parameters {
+                if let Some(other) = whose.insert(parameter.key.clone(), name.clone()) {
+                    bail!(
+                        "tune.parameters.{name}: '{}' is tuned for {other}, too, and one scenario is to have both; tune it for one of them",
+                        parameter.key
+                    );
+                }
+            }
+            task.allocators.push(allocator);
+        }
+        Ok(task)
+    }
+
+    /// The conditions by which is searched.
+    pub fn seen(&self) -> impl Iterator<Item = usize> + Clone {
+        (0..self.conditions.len()).filter(|place| !self.conditions[*place].is_unseen)
+    }
+
+    /// An allocator, each of whose parameters is tried at both ends, all others in their middle.
+    fn allocator(&self, name: &str) -> anyhow::Result<Allocator> {
+        let place = |key: &str| format!("tune.parameters.{name}: {key}");
+        let mut allocator = Allocator {
+            name: name.to_owned(),
+            parameters: Vec::new(),
+        };
+        self.attempt(&allocator.changes(None))
+            .with_context(|| format!("tune.parameters.{name}"))?;
+        let ranges = self.tuning.ranges(name);
+        let ranges = ranges.map_err(|(key, what)| anyhow::anyhow!("{}: {what}", place(&key)))?;
+        for (key, range) in ranges {
+            let parameter = Parameter::new(&key, &range, &allocator.parameters);
+            let parameter = parameter.map_err(anyhow::Error::msg);
+            let parameter = parameter.with_context(|| place(&key))?;
+            allocator.parameters.push(parameter);
+        }
+        if allocator.parameters.is_empty() {
+            bail!("tune.parameters.{name}: there is no parameter; state a key with its bounds");
+        }
+        let parameters = &allocator.parameters;
+        let attempt = |point: &[f64]| {
+            let values = values(parameters, point);
+            self.attempt(&allocator.changes(Some(&values)))
+        };
+        let middle = vec![0.5; parameters.len()];
+        attempt(&middle).with_context(|| format!("tune.parameters.{name}"))?;
+        for (number, parameter) in parameters.iter().enumerate() {
+            for end in [0.0, 1.0] {
+                let mut point = middle.clone();
+                point[number] = end;
+                attempt(&point).with_context(|| place(&parameter.key))?;
+            }
+        }
+        Ok(allocator)
+    }
+
+    /// Whether every condition can be with these changes.
+    fn attempt(&self, changes: &[Change]) -> anyhow::Result<()> {
+        for run in 0..self.conditions.len() {
+            let mut scenario = self.plan.scenario(run).map_err(anyhow::Error::msg)?;
+            for each in changes {
+                crate::sweep::design::change(&mut scenario, each).map_err(anyhow::Error::msg)?;
+            }
+            setup(&scenario, 1)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_seeds(tuning: &Tuning) -> anyhow::Result<()> {
+    let sets = [
+        ("training", &tuning.training.0),
+        ("selection", &tuning.selection.0),
+        ("test", &tuning.test.0),
+    ];
+    for (place, (name, seeds)) in sets.iter().enumerate() {
+        if seeds.is_empty() {
+            bail!("tune.{name}: there are no {name} seeds; write {{ from = 1, to = 50 }}");
+        }
+        for (other, before) in &sets[..place] {
+            if let Some(seed) = seeds.iter().find(|seed| before.contains(seed)) {
+                bail!(
+                    "tune.{name}: seed {seed} is one of {other}, too; what is found on a seed is not judged by it: take others"
+                );
+            }
+        }
+    }
+    let counts = [
+        ("budget", tuning.budget),
+        ("seeds_per_candidate", tuning.seeds_per_candidate),
+        ("finalists", tuning.finalists),
+    ];
+    for (name, count) in counts {
+        if !(1..=1_000_000).contains(&count) {
+            bail!("tune.{name}: {count} is out of range; write a number from 1 to 1000000");
+        }
+    }
+    if tuning.seeds_per_candidate > tuning.training.0.len() {
+        bail!(
+            "tune.seeds_per_candidate: {} are more than the {} training seeds; take fewer",
+            tuning.seeds_per_candidate,
+            tuning.training.0.len()
+        );
+    }
+    if !(0.0..=1000.0).contains(&tuning.bytes_weight) {
+        bail!(
+            "tune.bytes_weight: {} is out of range; it must be at least 0 and at most 1000",
+            tuning.bytes_weight
+        );
+    }
+    Ok(())
+}
+
+fn conditions(plan: &Plan, tuning: &Tuning) -> anyhow::Result<Vec<Condition>> {
+    let columns: Vec<&str> = plan.design.columns().collect();
+    let classes = columns.iter().position(|column| *column == FAULTS);
+    let mut known: Vec<String> = Vec::new();
+    let mut all = Vec::new();
+    for run in 0..plan.design.runs().unwrap_or_default() {
+        let cells: Vec<String> = plan.design.cells(run).map(ToString::to_string).collect();
+        let class = classes
+            .map(|place| cells[place].clone())
+            .unwrap_or_default();
+        let named = columns.iter().zip(&cells).take(cells.len() - 1);
+        let named = named.map(|(column, cell)| match *column {
+            MISSION | FAULTS => cell.clone(),
+            _ => format!("{column} {cell}"),
+        });
+        let name = named.collect::<Vec<_>>().join(", ");
+        let scenario = plan.scenario(run).map_err(anyhow::Error::msg);
+        let setup = scenario.and_then(|table| setup(&table, 1));
+        all.push(Condition {
+            limit_s: setup.with_context(|| name.clone())?.scenario.limit_s,
+            is_unseen: tuning.unseen.contains(&class),
+            name,
+        });
+        known.push(class);
+    }
+    let stated = &mut tuning.unseen.iter();
+    if let Some(class) = stated.find(|class| !known.contains(class)) {
+        known.sort();
+        known.dedup();
+        let known = &mut known.iter().map(String::as_str);
+        bail!(
+            "tune.unseen: there is no class of faults '{class}'; {}",
+            instead(class, known)
+        );
+    }
+    if all.iter().all(|it| it.is_unseen) {
+        bail!("tune.unseen: no class of faults is left to search by; leave one out");
+    }
+    Ok(all)
+}

@@ -1,0 +1,546 @@
+//! The search, the choice among its best, and the test.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::race::survivors;
+use super::search::{Method, next};
+use super::space::values;
+use super::task::Task;
+
+/// What a run that failed counts, of the logarithm of what the defaults need: ten times as much.
+const FAILED: f64 = std::f64::consts::LN_10;
+
+/// Less than anything that is measured, so that it has a logarithm.
+const LEAST: f64 = 1e-6;
+
+/// A run that is wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// Which one.
+    pub allocator: usize,
+    /// Of its parameters; `None`: its defaults.
+    pub values: Option<Vec<f64>>,
+    /// Which one.
+    pub condition: usize,
+    /// World and luck.
+    pub seed: u64,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// The metric; `None` of a run that failed.
+    pub value: Option<f64>,
+    /// That were sent.
+    pub bytes: f64,
+}
+
+/// Who does runs.
+pub trait Runs {
+    /// Does them all.
+    ///
+    /// # Errors
+    /// When it cannot, or is to stop.
+    fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>>;
+
+    /// Tells how far the search is.
+    fn say(&mut self, line: &str);
+}
+
+/// A point that was tried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// By which it was found.
+    pub method: Method,
+    /// From 0.
+    pub generation: usize,
+    /// Coordinates from 0 to 1.
+    pub point: Vec<f64>,
+    /// Of the parameters.
+    pub values: Vec<f64>,
+    /// Runs of its method when its generation had ended.
+    pub runs: usize,
+    /// Runs of its own.
+    pub own_runs: usize,
+    /// Whether it was dropped from the race.
+    pub dropped: bool,
+    /// Mean logarithm of its metric over that of the defaults in the same runs; negative is better.
+    pub metric: f64,
+    /// Likewise of the bytes.
+    pub bytes: f64,
+    /// What is searched for: the metric, and the bytes by their weight.
+    pub score: f64,
+}
+
+/// One that came through the search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finalist {
+    /// Its place among the candidates.
+    pub candidate: usize,
+    /// On the selection seeds.
+    pub score: f64,
+}
+
+/// What came of an allocator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuned {
+    /// All that were tried.
+    pub candidates: Vec<Candidate>,
+    /// By method: the best, best first.
+    pub finalists: [Vec<Finalist>; 2],
+    /// On the test seeds: of the defaults and of each method's best, by condition and seed.
+    pub test: [Vec<Vec<Outcome>>; 3],
+}
+
+impl Tuned {
+    /// The method whose best is the better one on the selection seeds.
+    #[must_use]
+    pub fn chosen(&self) -> usize {
+        usize::from(self.finalists[1][0].score < self.finalists[0][0].score)
+    }
+
+    /// The best of a method.
+    #[must_use]
+    pub fn best(&self, method: usize) -> &Candidate {
+        &self.candidates[self.finalists[method][0].candidate]
+    }
+}
+
+/// Logarithms of what a run has over what the defaults have in the same one: metric and bytes.
+#[must_use]
+pub fn ratios(task: &Task, own: Outcome, defaults: Outcome) -> (f64, f64) {
+    let log = |own: f64, other: f64| libm::log(own.max(LEAST) / other.max(LEAST));
+    let sign = if task.metric.more_is_better() {
+        -1.0
+    } else {
+        1.0
+    };
+    match (own.value, defaults.value) {
+        (Some(own_value), Some(other)) => {
+            (sign * log(own_value, other), log(own.bytes, defaults.bytes))
+        }
+        (None, Some(_)) => (FAILED, 0.0),
+        (_, None) => (0.0, 0.0),
+    }
+}
+
+/// Tunes an allocator.
+///
+/// # Errors
+/// Those of its runs.
+pub fn tune(task: &Task, allocator: usize, runs: &mut impl Runs) -> anyhow::Result<Tuned> {
+    let mut tuner = Tuner {
+        task,
+        allocator,
+        runs,
+        defaults: BTreeMap::new(),
+        candidates: Vec::new(),
+    };
+    for method in Method::ALL {
+        tuner.search(method)?;
+    }
+    let finalists = [tuner.select(Method::ALL[0])?, tuner.select(Method::ALL[1])?];
+    let test = [
+        tuner.test(None)?,
+        tuner.test(Some(finalists[0][0].candidate))?,
+        tuner.test(Some(finalists[1][0].candidate))?,
+    ];
+    Ok(Tuned {
+        candidates: tuner.candidates,
+        finalists,
+        test,
+    })
+}
+
+struct Tuner<'t, R> {
+    task: &'t Task,
+    allocator: usize,
+    runs: &'t mut R,
+    /// Of the allocator's defaults, by seed and condition.
+    defaults: BTreeMap<(u64, usize), Outcome>,
+    candidates: Vec<Candidate>,
+}
+
+/// One in a race.
+struct Runner {
+    values: Vec<f64>,
+    /// By instance: metric, bytes, and both by their weight.
+    ratios: Vec<(f64, f64)>,
+    scores: Vec<f64>,
+    /// Rounds that it has run.
+    rounds: usize,
+}
+
+impl Runner {
+    fn new(values: Vec<f64>) -> Self {
+        Self {
+            values,
+            ratios: Vec::new(),
+            scores: Vec::new(),
+            rounds: 0,
+        }
+    }
+
+    fn score(&self) -> f64 {
+        mean(self.scores.iter().copied())
+    }
+}
+
+impl<R: Runs> Tuner<'_, R> {
+    /// Generations until the budget is spent. All candidates of one have the same seeds, and the next one has others.
+    fn search(&mut self, method: Method) -> anyhow::Result<()> {
+        let tuning = &self.task.tuning;
+        let parameters = &self.task.allocators[self.allocator].parameters;
+        let training = &tuning.training.0;
+        let rounds = tuning.seeds_per_candidate;
+        let mut before: Vec<Vec<f64>> = Vec::new();
+        let mut used = 0;
+        while used < tuning.budget {
+            let generation = before.len();
+            let points = next(method, tuning.seed, parameters.len(), &before);
+            let mut runners: Vec<Runner> = points
+                .iter()
+                .map(|point| Runner::new(values(parameters, point)))
+                .collect();
+            for round in 0..rounds {
+                let seed = training[(generation * rounds + round) % training.len()];
+                let mut alive: Vec<&mut Runner> = runners
+                    .iter_mut()
+                    .filter(|runner| runner.rounds == round)
+                    .collect();
+                let keep = {
+                    let scores: Vec<&[f64]> =
+                        alive.iter().map(|runner| &runner.scores[..]).collect();
+                    survivors(&scores)
+                };
+                let mut keep = keep.into_iter();
+                alive.retain(|_| keep.next().unwrap_or(true));
+                used += self.round(&mut alive, seed)?;
+            }
+            before.push(in_order(&runners));
+            for (point, runner) in points.into_iter().zip(runners) {
+                self.candidates.push(Candidate {
+                    method,
+                    generation,
+                    point,
+                    runs: used,
+                    own_runs: runner.scores.len(),
+                    dropped: runner.rounds < rounds,
+                    metric: mean(runner.ratios.iter().map(|it| it.0)),
+                    bytes: mean(runner.ratios.iter().map(|it| it.1)),
+                    score: runner.score(),
+                    values: runner.values,
+                });
+            }
+            let own = self.candidates.iter().filter(|it| it.method == method);
+            let best = own.filter(|it| !it.dropped).map(|it| it.score);
+            let best = best.fold(f64::INFINITY, f64::min);
+            let name = &self.task.allocators[self.allocator].name;
+            self.runs.say(&format!(
+                "{name}, {}: generation {}, {used} of {} runs, best {:+.1} %",
+                method.as_str(),
+                generation + 1,
+                tuning.budget,
+                percent(best)
+            ));
+        }
+        Ok(())
+    }
+
+    /// All conditions of the search with one seed; how many runs that took, the defaults' aside.
+    fn round(&mut self, alive: &mut [&mut Runner], seed: i64) -> anyhow::Result<usize> {
+        let conditions: Vec<usize> = self.task.seen().collect();
+        let all: Vec<Vec<f64>> = alive.iter().map(|runner| runner.values.clone()).collect();
+        let found = self.paired(&all, &conditions, &[seed])?;
+        for (runner, ratios) in alive.iter_mut().zip(found) {
+            runner.rounds += 1;
+            let weight = self.task.tuning.bytes_weight;
+            runner
+                .scores
+                .extend(ratios.iter().map(|it| it.0 + weight * it.1));
+            runner.ratios.extend(ratios);
+        }
+        Ok(alive.len() * conditions.len())
+    }
+
+    /// Of each set of values: what it has over the defaults, under these conditions with these seeds.
+    fn paired(
+        &mut self,
+        all: &[Vec<f64>],
+        conditions: &[usize],
+        seeds: &[i64],
+    ) -> anyhow::Result<Vec<Vec<(f64, f64)>>> {
+        let instances: Vec<(u64, usize)> = seeds
+            .iter()
+            .flat_map(|seed| {
+                conditions
+                    .iter()
+                    .map(|condition| (*seed as u64, *condition))
+            })
+            .collect();
+        let trial = |values: Option<&Vec<f64>>, (seed, condition): (u64, usize)| Trial {
+            allocator: self.allocator,
+            values: values.cloned(),
+            condition,
+            seed,
+        };
+        let new: Vec<(u64, usize)> = instances
+            .iter()
+            .copied()
+            .filter(|instance| !self.defaults.contains_key(instance))
+            .collect();
+        let mut trials: Vec<Trial> = new.iter().map(|instance| trial(None, *instance)).collect();
+        for values in all {
+            trials.extend(
+                instances
+                    .iter()
+                    .map(|instance| trial(Some(values), *instance)),
+            );
+        }
+        let outcomes = self.runs.run(&trials)?;
+        let (of_defaults, of_values) = outcomes.split_at(new.len());
+        self.defaults
+            .extend(new.into_iter().zip(of_defaults.iter().copied()));
+        let each = of_values.chunks(instances.len());
+        Ok(each
+            .map(|own| {
+                let pairs = own.iter().zip(&instances);
+                pairs
+                    .map(|(own, instance)| ratios(self.task, *own, self.defaults[instance]))
+                    .collect()
+            })
+            .collect())
+    }
+
+    /// The best of a method by its search, in the order that fresh seeds give them.
+    fn select(&mut self, method: Method) -> anyhow::Result<Vec<Finalist>> {
+        let tuning = &self.task.tuning;
+        let mut places: Vec<usize> = (0..self.candidates.len())
+            .filter(|place| {
+                let candidate = &self.candidates[*place];
+                candidate.method == method && !candidate.dropped
+            })
+            .collect();
+        places.sort_by(|a, b| {
+            self.candidates[*a]
+                .score
+                .total_cmp(&self.candidates[*b].score)
+        });
+        places.truncate(tuning.finalists);
+        let all: Vec<Vec<f64>> = places
+            .iter()
+            .map(|place| self.candidates[*place].values.clone())
+            .collect();
+        let conditions: Vec<usize> = self.task.seen().collect();
+        let found = self.paired(&all, &conditions, &tuning.selection.0)?;
+        let weight = tuning.bytes_weight;
+        let mut finalists: Vec<Finalist> = places
+            .into_iter()
+            .zip(found)
+            .map(|(candidate, ratios)| Finalist {
+                candidate,
+                score: mean(ratios.into_iter().map(|it| it.0 + weight * it.1)),
+            })
+            .collect();
+        finalists.sort_by(|a, b| a.score.total_cmp(&b.score));
+        Ok(finalists)
+    }
+
+    /// What a candidate, or the defaults, make of the test.
+    fn test(&mut self, candidate: Option<usize>) -> anyhow::Result<Vec<Vec<Outcome>>> {
+        let seeds = &self.task.tuning.test.0;
+        let values = candidate.map(|place| self.candidates[place].values.clone());
+        let mut trials = Vec::new();
+        for condition in 0..self.task.conditions.len() {
+            trials.extend(seeds.iter().map(|seed| Trial {
+                allocator: self.allocator,
+                values: values.clone(),
+                condition,
+                seed: *seed as u64,
+            }));
+        }
+        let outcomes = self.runs.run(&trials)?;
+        Ok(outcomes
+            .chunks(seeds.len())
+            .map(<[Outcome]>::to_vec)
+            .collect())
+    }
+}
+
+/// Places from 0, the best first: who has run more rounds is better, and then who has the lower mean.
+fn in_order(runners: &[Runner]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..runners.len()).collect();
+    order.sort_by(|a, b| {
+        let (a, b) = (&runners[*a], &runners[*b]);
+        let by_rounds = b.rounds.cmp(&a.rounds);
+        by_rounds.then(a.score().total_cmp(&b.score()))
+    });
+    let mut places = vec![0.0; runners.len()];
+    for (place, runner) in order.into_iter().enumerate() {
+        places[runner] = place as f64;
+    }
+    places
+}
+
+/// Of nothing 0.
+#[must_use]
+pub fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut count, mut sum) = (0.0, 0.0);
+    for value in values {
+        count += 1.0;
+        sum += value;
+    }
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+/// A mean logarithm of ratios, as what it is more or less in percent.
+#[must_use]
+pub fn percent(log: f64) -> f64 {
+    100.0 * (libm::exp(log) - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use missions::waste::data::default_scenario;
+
+    use super::*;
+    use crate::sweep::Plan;
+
+    const PLAN: &str = "
+        [faults.none]
+        [faults.dead]
+        timeline = [{ fault.kill = 'gold' }]
+        [faults.odd]
+        timeline = [{ fault.mute = 'gold' }]
+        [tune]
+        budget = 300
+        unseen = ['odd']
+        training = { from = 101, to = 140 }
+        selection = { from = 201, to = 205 }
+        test = { from = 1, to = 6 }
+        [tune.parameters.alliance]
+        alliance.defaults.fast_impatience = { from = 1.0, to = 100.0, log = true }
+        alliance.defaults.slow_impatience = { from = 0.01, to = 0.9, times = 'alliance.defaults.fast_impatience' }
+    ";
+
+    pub fn task() -> Task {
+        let plan = Plan::parse("plan.toml", PLAN, |_| Ok(default_scenario())).unwrap();
+        Task::of(plan).unwrap()
+    }
+
+    /// Runs that are a formula: best is 20 and a fifth of it; each seed adds its own luck.
+    #[derive(Default)]
+    struct Formula {
+        trials: Vec<Trial>,
+        batches: usize,
+    }
+
+    impl Runs for Formula {
+        fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>> {
+            self.batches += 1;
+            self.trials.extend_from_slice(trials);
+            let each = trials.iter().map(|trial| {
+                let luck = (trial.seed * 7919 % 101) as f64;
+                let off = match trial.values.as_deref() {
+                    None => 1.0,
+                    Some([fast, slow]) => {
+                        let (a, b) = (libm::log(fast / 20.0), slow / fast - 0.2);
+                        a * a + 4.0 * b * b
+                    }
+                    Some(other) => panic!("{other:?}"),
+                };
+                Outcome {
+                    value: Some(200.0 + luck + 100.0 * off + 10.0 * trial.condition as f64),
+                    bytes: 1000.0,
+                }
+            });
+            Ok(each.collect())
+        }
+
+        fn say(&mut self, _: &str) {}
+    }
+
+    #[test]
+    fn what_is_good_is_found_within_the_budget_and_test_seeds_are_never_seen_before() {
+        let task = task();
+        let mut runs = Formula::default();
+        let tuned = tune(&task, 0, &mut runs).unwrap();
+        let best = tuned.best(0);
+        assert!((15.0..27.0).contains(&best.values[0]), "{best:?}");
+        assert!(best.score < -0.2, "{best:?}");
+        for method in Method::ALL {
+            let own = tuned.candidates.iter().filter(|it| it.method == method);
+            let used: usize = own.clone().map(|it| it.own_runs).sum();
+            assert_eq!(used, own.map(|it| it.runs).max().unwrap());
+            // The last generation is finished: of 6 candidates, 2 conditions and 4 seeds.
+            assert!((300..300 + 48).contains(&used), "{used}");
+        }
+        assert!(tuned.candidates.iter().any(|it| it.dropped), "nobody lost");
+
+        // Search, selection and test in this order, each with its own seeds and conditions.
+        let seeds = |from: u64, to: u64| {
+            let own = runs.trials.iter().enumerate();
+            let own: Vec<usize> = own
+                .filter(|(_, trial)| (from..=to).contains(&trial.seed))
+                .map(|(place, _)| place)
+                .collect();
+            (own[0], own[own.len() - 1])
+        };
+        let (search, selection, test) = (seeds(101, 140), seeds(201, 205), seeds(1, 6));
+        assert!(search.1 < selection.0 && selection.1 < test.0);
+        assert_eq!(test.1, runs.trials.len() - 1);
+        let unseen = |range: std::ops::Range<usize>| {
+            let trials = runs.trials[range].iter();
+            trials
+                .filter(|trial| task.conditions[trial.condition].is_unseen)
+                .count()
+        };
+        assert_eq!(unseen(0..test.0), 0);
+        assert_eq!(unseen(test.0..runs.trials.len()), 3 * 6);
+        // The same runs of the defaults are never done twice.
+        let defaults = runs.trials[..test.0]
+            .iter()
+            .filter(|it| it.values.is_none());
+        let once: BTreeSet<(u64, usize)> =
+            defaults.clone().map(|it| (it.seed, it.condition)).collect();
+        assert_eq!(once.len(), defaults.count());
+
+        // Once more, it is the same.
+        let again = tune(&task, 0, &mut Formula::default()).unwrap();
+        assert_eq!(again, tuned);
+    }
+
+    #[test]
+    fn who_is_dropped_is_worse_than_who_stays() {
+        let runner = |rounds: usize, score: f64| Runner {
+            scores: vec![score; rounds],
+            rounds,
+            ..Runner::new(Vec::new())
+        };
+        let all = [
+            runner(4, 0.3),
+            runner(2, -5.0),
+            runner(4, 0.1),
+            runner(3, 0.0),
+        ];
+        assert_eq!(in_order(&all), [1.0, 3.0, 0.0, 2.0]);
+    }
+
+    #[test]
+    fn ratios_by_hand() {
+        let task = task();
+        let of = |value: Option<f64>, bytes: f64| Outcome { value, bytes };
+        let found = ratios(&task, of(Some(50.0), 400.0), of(Some(100.0), 100.0));
+        assert!((found.0 + std::f64::consts::LN_2).abs() < 1e-12);
+        assert!((found.1 - 2.0 * std::f64::consts::LN_2).abs() < 1e-12);
+        assert_eq!(
+            ratios(&task, of(None, 0.0), of(Some(1.0), 1.0)),
+            (FAILED, 0.0)
+        );
+        assert!((percent(-std::f64::consts::LN_2) + 50.0).abs() < 1e-9);
+    }
+}
