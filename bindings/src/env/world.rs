@@ -324,7 +324,9 @@ impl World {
 
     /// After the last step of an episode, once all has been seen of it: ends its log.
     pub fn finish(&mut self) -> PyResult<()> {
-        if let (Some(outcome), Some(team)) = (self.outcome, self.team.take()) {
+        if let Some(outcome) = self.outcome
+            && let Some(team) = self.team.take()
+        {
             let (run, _) = team.end(outcome).map_err(failed)?;
             self.hash = run.hash;
         }
