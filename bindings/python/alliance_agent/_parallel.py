@@ -142,6 +142,10 @@ class ParallelEnv(Parallel):
         row = [np.nan if value is None else value for value in self._vec.row().values()]
         return np.concatenate([np.nan_to_num(np.array(row, np.float32)), self._vec.poses().ravel()])
 
+    def row(self) -> dict[str, float | None]:
+        """How far the mission has come: the columns of mission.csv."""
+        return self._vec.row()
+
     def poses(self) -> np.ndarray:
         """x, y (m) and heading (rad) of each robot of the scenario."""
         return self._vec.poses()

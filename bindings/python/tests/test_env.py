@@ -122,17 +122,20 @@ def test_masks_deaths_and_what_is_in_force():
     seen, infos = env.reset(seed=1)
     assert env.observation_space("gold") is env.observation_space("gold")
     assert len(env.feature_names) == len(seen["gold"]["observation"])
-    lives = []
+    at_first, lives, told = env.state(), [], set()
     while env.agents:
         actions = {agent: env.action_space(agent).sample(seen[agent]["action_mask"]) for agent in env.agents}
         seen, rewards, terminations, truncations, infos = env.step(actions)
         lives.append(infos["gold"]["alive"])
+        told.update(infos["gold"]["faults"])
         assert len(set(rewards.values())) == 1
         if not infos["gold"]["alive"]:
             assert not seen["gold"]["observation"].any()
             assert seen["gold"]["action_mask"].tolist() == [1] + [0] * (len(seen["gold"]["action_mask"]) - 1)
     assert lives[0] and not all(lives) and lives[-1], "it was killed and came back"
     assert all(truncations.values()) and not any(terminations.values())
+    assert env.state().shape == at_first.shape and not np.array_equal(env.state(), at_first)
+    assert "kill gold" in told
     assert infos["gold"]["outcome"] == "time-limit" and len(infos["gold"]["hash"]) == 16
 
 

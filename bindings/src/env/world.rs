@@ -179,6 +179,15 @@ pub struct World {
     /// The row of mission.csv after the latest tick, and how much is done by it.
     row: Vec<Value>,
     done: u64,
+    /// What was to be seen of the team when its episode ended.
+    last: Last,
+}
+
+/// Where all robots are: x, y, m, and heading, rad, by rank; and the faults in force, in words.
+#[derive(Clone, Default)]
+struct Last {
+    poses: Vec<[f32; 3]>,
+    faults: Vec<String>,
 }
 
 impl World {
@@ -192,6 +201,7 @@ impl World {
             record: None,
             row: Vec::new(),
             done: 0,
+            last: Last::default(),
         }
     }
 
@@ -327,6 +337,10 @@ impl World {
         if let Some(outcome) = self.outcome
             && let Some(team) = self.team.take()
         {
+            self.last = Last {
+                poses: poses(&team),
+                faults: faults(&team),
+            };
             let (run, _) = team.end(outcome).map_err(failed)?;
             self.hash = run.hash;
         }
@@ -338,16 +352,10 @@ impl World {
         self.row.iter().map(|value| value.number())
     }
 
-    /// The ids and kinds of the faults that are in force.
+    /// The faults that are in force, in words.
     pub fn faults(&self) -> Vec<String> {
-        let Some(team) = &self.team else {
-            return Vec::new();
-        };
-        let statuses = team.simulation().faults().into_iter();
-        let in_force = statuses.filter(|status| status.phase == Phase::InForce);
-        in_force
-            .map(|status| status.order.fault.to_string())
-            .collect()
+        let last = || self.last.faults.clone();
+        self.team.as_ref().map_or_else(last, faults)
     }
 
     /// Writes what an agent sees: zeros while it is dead.
@@ -367,15 +375,8 @@ impl World {
 
     /// Where all robots are: x, y, m, and heading, rad, by rank.
     pub fn poses(&self) -> Vec<[f32; 3]> {
-        let Some(team) = &self.team else {
-            return Vec::new();
-        };
-        let simulation = team.simulation();
-        let poses = simulation.barrier().robots().map(|robot| {
-            let pose = simulation.world().pose(robot);
-            [pose.position.x, pose.position.y, pose.heading_rad]
-        });
-        poses.collect()
+        let last = || self.last.poses.clone();
+        self.team.as_ref().map_or_else(last, poses)
     }
 
     /// Writes which actions an agent at level decide has: to be idle, and its applicable sets.
@@ -396,4 +397,21 @@ impl World {
         let state = |team: &Team<Place>| team.simulation().agent_state(robot);
         self.team.as_ref().map(state) == Some(AgentState::Present)
     }
+}
+
+fn faults(team: &Team<Place>) -> Vec<String> {
+    let statuses = team.simulation().faults().into_iter();
+    let in_force = statuses.filter(|status| status.phase == Phase::InForce);
+    in_force
+        .map(|status| status.order.fault.to_string())
+        .collect()
+}
+
+fn poses(team: &Team<Place>) -> Vec<[f32; 3]> {
+    let simulation = team.simulation();
+    let poses = simulation.barrier().robots().map(|robot| {
+        let pose = simulation.world().pose(robot);
+        [pose.position.x, pose.position.y, pose.heading_rad]
+    });
+    poses.collect()
 }
