@@ -111,7 +111,8 @@ def test_random_numbers_are_of_the_seed_the_robot_and_the_step():
     assert drawn(1) == drawn(1)
     assert len(set(drawn(1).values())) == 60
     assert not set(drawn(1).values()) & set(drawn(2).values())
-    assert all(0 <= number < 1 for number, *_ in drawn(3).values())
+    numbers = [number for number, *_ in drawn(3).values()]
+    assert all(0 <= number < 1 for number in numbers) and min(numbers) < 0.1 and max(numbers) > 0.9
 
 
 def test_a_new_life_has_no_memory():

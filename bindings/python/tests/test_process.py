@@ -105,6 +105,21 @@ def test_kill_is_death_and_a_new_process_a_new_life(lab):
     assert order == ["joined", "gone", "joined"]
 
 
+def test_a_stopped_robot_is_silent_and_back_when_it_goes_on(lab):
+    world = lab.world("janitorial", "--speed=8x", "--limit=80", "--stall-after=0.5")
+    gold, blue, green = lab.greedy("gold"), lab.greedy("blue"), lab.agent("green")
+    lab.wait_until(lambda: lab.rows("ticks") > 500)
+    gold.send_signal(signal.SIGSTOP)
+    lab.wait_until(lambda: "stalled" in (lab.folder / "run/events.csv").read_text())
+    gold.send_signal(signal.SIGCONT)
+    for process in (world, gold, blue, green):
+        status, said = end(process)
+        assert status in (0, 1), said
+    events = load(lab.folder / "run", "numpy").events
+    of_gold = [kind for kind in events["kind"][events["robot"] == "gold"] if kind in ("joined", "stalled", "back", "gone")]
+    assert of_gold[:3] == ["joined", "stalled", "back"]
+
+
 def test_sigterm_ends_it_in_peace_and_a_mind_that_fails_in_one_line(lab):
     lab.world("janitorial", "--speed=2x", "--limit=600")
     (lab.folder / "boom.py").write_text(BOOM)
