@@ -73,24 +73,18 @@ fn a_body_that_somebody_else_drives_does_what_it_is_told_until_its_agent_drives_
             deed: None,
         },
     );
-    let mut team = Team::new(
-        setup(1, 60.0, StepOrder::Simultaneous),
-        LogLevel::Off,
-        Memory::default(),
-    )
-    .unwrap();
+    let nearest = || {
+        let mut setup = setup(1, 60.0, StepOrder::Simultaneous);
+        setup.scenario.allocator = Some("nearest".to_owned());
+        Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
+    };
+    let (mut team, mut free) = (nearest(), nearest());
     let step = |team: &mut Team<Memory>, ticks: u64| {
         for _ in 0..ticks {
             team.tick().unwrap();
         }
         team.simulation().world().pose(robot)
     };
-    let mut free = Team::new(
-        setup(1, 60.0, StepOrder::Simultaneous),
-        LogLevel::Off,
-        Memory::default(),
-    )
-    .unwrap();
     assert_eq!(step(&mut team, 20), step(&mut free, 20));
 
     let before = team.simulation().world().pose(robot);

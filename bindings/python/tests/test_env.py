@@ -165,6 +165,26 @@ def test_a_driven_robot_goes_where_it_is_driven_and_no_other_does():
     assert (x, y) == (0, 0) and 0 < np.mod(turned, 2 * np.pi) < 0.2, "robots do not reverse; left is counter-clockwise"
 
 
+def test_who_is_told_nothing_does_nothing():
+    env = parallel_env("cmommt", level="drive", limit=10.0)
+    env.reset(seed=1)
+    env.step({env.agents[0]: np.ones(4, np.float32)})
+    before = env.poses()
+    env.step({})
+    assert np.array_equal(env.poses(), before)
+
+
+def test_an_episode_that_is_complete_is_terminated_and_not_truncated():
+    env = parallel_env("service", minds={"r2": "nearest", "r3": "nearest"}, robots=3, size=2)
+    env.reset(seed=1)
+    while env.agents:
+        _, _, terminations, truncations, infos = env.step({})
+    assert terminations == {"r1": True} and truncations == {"r1": False}
+    assert infos["r1"]["outcome"] == "complete"
+    with pytest.raises(RuntimeError, match=r"reset\(\) comes first"):
+        env.step({})
+
+
 def test_a_recorded_episode_is_a_run_s_log(alliance, tmp_path):
     env = parallel_env("waste-cleanup", minds={"*": "nearest"}, limit=5.0)
     env.record(tmp_path / "episode")
