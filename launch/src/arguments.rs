@@ -1,5 +1,6 @@
 //! The arguments of this process. A mistake in them is answered in one line, like every other mistake.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use alliance_proto::scenario::Vocabulary;
@@ -13,9 +14,7 @@ use world_server::size::with_size_words;
 /// # Errors
 /// The exit status, when everything has been said that there is to say.
 pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
-    let matches = with_size_words(C::command(), vocabulary).try_get_matches();
-    let parsed = matches.and_then(|mut matches| C::from_arg_matches_mut(&mut matches));
-    parsed.map_err(|error| match error.kind() {
+    read(vocabulary, std::env::args_os()).map_err(|error| match error.kind() {
         // Whoever gave no argument at all wants to know what there is.
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
@@ -25,6 +24,22 @@ pub fn parse<C: Parser>(vocabulary: &Vocabulary) -> Result<C, ExitCode> {
             ExitCode::from(2)
         }
     })
+}
+
+/// The same of words that are no arguments of this process; the first is the command's name.
+///
+/// # Errors
+/// One line.
+pub fn parse_words<C: Parser>(vocabulary: &Vocabulary, words: &[String]) -> Result<C, String> {
+    read(vocabulary, words.iter().map(OsString::from)).map_err(|error| one_line(&error.to_string()))
+}
+
+fn read<C: Parser>(
+    vocabulary: &Vocabulary,
+    words: impl Iterator<Item = OsString>,
+) -> Result<C, clap::Error> {
+    let command = with_size_words(C::command(), vocabulary);
+    C::from_arg_matches_mut(&mut command.try_get_matches_from(words)?)
 }
 
 /// What clap says without the usage, which is for whoever asks for help.

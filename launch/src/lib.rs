@@ -18,7 +18,7 @@ use world_server::args::{Known, WorldArgs, log_to_stderr};
 use world_server::size::with_size_words;
 
 mod allocators_command;
-mod arguments;
+pub mod arguments;
 mod clock;
 mod completions_command;
 pub mod control;

@@ -1,11 +1,12 @@
 //! The missions and allocators that a program knows.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use alliance_proto::mission::known::Mission;
 use alliance_proto::scenario::Vocabulary;
-use robot_agent::allocator::{AgentRegistry, Allocator};
+use robot_agent::allocator::{AgentRegistry, Allocator, Kind};
 use robot_agent::mission::{MissionMind, TypedMind};
+use serde::de::DeserializeOwned;
 use world_server::mission::{MissionWorld, TypedMission, Worlds};
 
 /// What the program at hand knows: written once, by its `main`, before anything reads it.
@@ -86,8 +87,18 @@ impl Registry {
 
     /// With one more allocator, or another one under that name.
     #[must_use]
-    pub fn allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self {
+    pub fn allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self
+    where
+        A::Config: DeserializeOwned,
+    {
         self.agents = self.agents.allocator::<A>(name, about);
+        self
+    }
+
+    /// The same of one that is no type of its own, such as a rule in another language.
+    #[must_use]
+    pub fn kind(mut self, kind: Arc<dyn Kind>) -> Self {
+        self.agents = self.agents.kind(kind);
         self
     }
 

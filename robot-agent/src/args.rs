@@ -37,19 +37,25 @@ impl AgentArgs {
     /// Exit status 0 when the run was over or somebody asked the agent to end, 3 when it was refused or the bus failed.
     #[must_use]
     pub fn run(&self, registry: &AgentRegistry) -> ExitCode {
-        match self.live(registry) {
+        ExitCode::from(self.run_as(registry, None))
+    }
+
+    /// The same with the allocator of that name, whichever the scenario gives to the robot; returns the exit status.
+    #[must_use]
+    pub fn run_as(&self, registry: &AgentRegistry, allocator: Option<&str>) -> u8 {
+        match self.live(registry, allocator) {
             Ok(End::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
-                ExitCode::SUCCESS
+                0
             }
-            Ok(End::Asked) => ExitCode::SUCCESS,
+            Ok(End::Asked) => 0,
             Ok(End::Superseded) => self.fail("a newer agent has the robot"),
             Ok(End::WorldGone) => self.fail("the world is gone"),
             Err(error) => self.fail(&format!("{error:#}")),
         }
     }
 
-    fn live(&self, registry: &AgentRegistry) -> anyhow::Result<End> {
+    fn live(&self, registry: &AgentRegistry, allocator: Option<&str>) -> anyhow::Result<End> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
             .worker_threads(1)
@@ -57,7 +63,7 @@ impl AgentArgs {
             .build()?;
         runtime.block_on(async {
             let run = self.find_run().await?;
-            Ok(live(&self.robot, &run, registry).await?)
+            Ok(live(&self.robot, &run, registry, allocator).await?)
         })
     }
 
@@ -82,9 +88,9 @@ impl AgentArgs {
         }
     }
 
-    fn fail(&self, why: &str) -> ExitCode {
+    fn fail(&self, why: &str) -> u8 {
         tell!("robot-agent {}: {why}", self.robot);
-        ExitCode::from(3)
+        3
     }
 }
 

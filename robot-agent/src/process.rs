@@ -80,7 +80,7 @@ pub enum AgentError {
     System(#[from] std::io::Error),
 }
 
-/// Lives as that robot until the run, the world or this agent ends.
+/// Lives as that robot until the run, the world or this agent ends, with the allocator of that name, or else the scenario's.
 ///
 /// # Errors
 /// Any [`AgentError`]; refused agents end here.
@@ -88,6 +88,7 @@ pub async fn live(
     robot: &str,
     run: &Rendezvous,
     registry: &AgentRegistry,
+    allocator: Option<&str>,
 ) -> Result<End, AgentError> {
     let bus = |error| AgentError::Bus {
         endpoint: run.team.endpoint.clone(),
@@ -107,10 +108,13 @@ pub async fn live(
         .await
         .map_err(bus)?;
     let vocabulary = registry.vocabulary();
-    let (welcome, setup) = join_patiently(&session, &keys, robot, run, &vocabulary).await?;
+    let (welcome, mut setup) = join_patiently(&session, &keys, robot, run, &vocabulary).await?;
     let publishers = declare_publishers(&session, &keys, robot, &setup)
         .await
         .map_err(bus)?;
+    if let Some(name) = allocator {
+        setup.scenario.robots[welcome.robot.index()].allocator = Some(name.to_owned());
+    }
     let team = TeamConfig::of(&setup, registry)?;
     let own = &setup.scenario.robots[welcome.robot.index()];
     panics::this_is(format!(

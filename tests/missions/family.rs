@@ -29,6 +29,18 @@ fn with_three_robots_and_two_spills_it_is_the_default_mission() {
     lab.assert_same_bytes("default", "sized");
 }
 
+#[test]
+fn the_name_of_a_mission_alone_is_that_of_three_robots() {
+    let lab = Lab::new();
+    let run = |out: &str, arguments: &[&str]| {
+        let limit = ["--limit", "20", "--in-process"];
+        lab.mission(out, &[arguments, &limit].concat()).expect(1);
+    };
+    run("alone", &["service"]);
+    run("sized", &["service", "--robots", "3", "--points", "2"]);
+    lab.assert_same_bytes("alone", "sized");
+}
+
 /// By processes as well as in one: what decides who hears whom is the world.
 #[test]
 fn a_team_with_radios_of_a_range_writes_the_same_bytes_by_processes_and_in_one() {

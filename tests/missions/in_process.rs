@@ -1,10 +1,11 @@
 //! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
 
+use alliance_proto::ids::RobotId;
 use alliance_proto::log::{Document, LogLevel, Memory, Table};
 use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
 use missions::waste::data::default_scenario;
-use study::in_process::Team;
+use study::in_process::{Command, Team};
 use world_server::recorder::Recorder;
 
 use crate::harness::Lab;
@@ -60,4 +61,43 @@ fn one_process_and_many_write_the_same_bytes() {
             assert!(read("run.json") == run_file, "run.json of {out}");
         }
     }
+}
+
+#[test]
+fn a_body_that_somebody_else_drives_does_what_it_is_told_until_its_agent_drives_again() {
+    let (robot, turn) = (
+        RobotId(1),
+        Command {
+            speed_m_s: 0.0,
+            turn_rad_s: 0.5,
+            deed: None,
+        },
+    );
+    let nearest = || {
+        let mut setup = setup(1, 60.0, StepOrder::Simultaneous);
+        setup.scenario.allocator = Some("nearest".to_owned());
+        Team::new(setup, LogLevel::Off, Memory::default()).unwrap()
+    };
+    let (mut team, mut free) = (nearest(), nearest());
+    let step = |team: &mut Team<Memory>, ticks: u64| {
+        for _ in 0..ticks {
+            team.tick().unwrap();
+        }
+        team.simulation().world().pose(robot)
+    };
+    assert_eq!(step(&mut team, 20), step(&mut free, 20));
+
+    let before = team.simulation().world().pose(robot);
+    team.drive(robot, Some(turn));
+    let turned = step(&mut team, 20);
+    assert_eq!(turned.position, before.position);
+    let angle = (turned.heading_rad - before.heading_rad).rem_euclid(std::f32::consts::TAU);
+    assert!(
+        (angle - 0.5).abs() < 1e-4,
+        "20 ticks of 50 ms at 0.5 rad/s: {angle}"
+    );
+    assert_ne!(step(&mut free, 20).position, before.position);
+
+    team.drive(robot, None);
+    assert_ne!(step(&mut team, 100).position, before.position);
 }

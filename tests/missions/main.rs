@@ -41,6 +41,7 @@ mod parker;
 mod profile;
 mod push;
 mod python;
+mod python_greedy;
 mod recompute;
 mod refusals;
 mod repeatable;

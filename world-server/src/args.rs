@@ -108,12 +108,27 @@ impl MissionArgs {
     /// # Errors
     /// One line that says which file, where, what is wrong and what would be right.
     pub fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
+        self.resolve(self.scenario(known)?, known)
+    }
+
+    /// The scenario that is asked for, as it is stated.
+    ///
+    /// # Errors
+    /// One line that says which file, where, what is wrong and what would be right.
+    pub fn scenario(&self, known: &Known) -> anyhow::Result<Scenario> {
         let asked = self.scenario.as_deref();
-        let mut scenario = match (self.size.scenario(asked, &known.vocabulary)?, asked) {
-            (Some(sized), _) => sized,
-            (None, Some(asked)) => read_scenario(asked, known)?,
-            (None, None) => known.vocabulary.default_scenario()?,
-        };
+        match (self.size.scenario(asked, &known.vocabulary)?, asked) {
+            (Some(sized), _) => Ok(sized),
+            (None, Some(asked)) => read_scenario(asked, known),
+            (None, None) => Ok(known.vocabulary.default_scenario()?),
+        }
+    }
+
+    /// A run of that scenario, with all else that is asked for. Keys of the parameter file that found no use are listed on stderr.
+    ///
+    /// # Errors
+    /// One line that says which file, where, what is wrong and what would be right.
+    pub fn resolve(&self, mut scenario: Scenario, known: &Known) -> anyhow::Result<Setup> {
         if let Some(limit) = self.limit {
             scenario.limit_s = limit;
         }

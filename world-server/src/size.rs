@@ -47,7 +47,7 @@ pub fn with_size_words(mut command: Command, vocabulary: &Vocabulary) -> Command
 
 impl SizeArgs {
     /// The default scenario of a mission in that size: of the one that is asked for, or else the one with the word that was
-    /// given, or else the first known one; `None` if no size is asked for.
+    /// given, or else the first known one; `None` if no size is asked for, but a scenario of its own.
     ///
     /// # Errors
     /// One line, when another scenario is asked for, or the mission comes in one size or goes by another word.
@@ -56,7 +56,8 @@ impl SizeArgs {
         asked: Option<&str>,
         vocabulary: &Vocabulary,
     ) -> anyhow::Result<Option<Scenario>> {
-        if self.robots.is_none() && self.work.0.is_none() {
+        let is_sized = self.robots.is_some() || self.work.0.is_some();
+        if !is_sized && !asked.is_some_and(|asked| is_of_any_size(asked, vocabulary)) {
             return Ok(None);
         }
         let word = self.work.word();
@@ -101,6 +102,13 @@ impl SizeArgs {
         let work = work.map(|(word, size)| format!("--{word}={size}"));
         robots.into_iter().chain(work).collect()
     }
+}
+
+/// Whether that is a mission that comes in any size, and no scenario of its own.
+fn is_of_any_size(asked: &str, vocabulary: &Vocabulary) -> bool {
+    let mut missions = vocabulary.missions.iter();
+    let mission = missions.find(|mission| mission.scenario_name() == asked);
+    mission.is_some_and(|it| it.family(1, 1).is_some()) && vocabulary.builtin(asked).is_none()
 }
 
 impl Work {

@@ -67,7 +67,10 @@ impl<A: Allocator> Typed<A> {
     }
 }
 
-impl<A: Allocator> Kind for Typed<A> {
+impl<A: Allocator> Kind for Typed<A>
+where
+    A::Config: DeserializeOwned,
+{
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
             name: self.name,

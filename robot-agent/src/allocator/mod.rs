@@ -73,8 +73,9 @@ pub use registry::AgentRegistry;
 /// robot_agent::testkit::allocator::<First>(&NoParameters {});
 /// ```
 pub trait Allocator: Clone + Debug + Send + 'static {
-    /// Its parameters, as `[allocators.NAME]` of a scenario states them; every key has a default, and unknown keys are refused.
-    type Config: serde::de::DeserializeOwned + Send + Sync + 'static;
+    /// Its parameters. Where a [`Typed`] reads them, as `[allocators.NAME]` of a scenario states them, every key has a default, and
+    /// unknown keys are refused.
+    type Config: Send + Sync + 'static;
 
     /// The keys of its parameters, for people and for checks: unit, default, meaning and range of each.
     #[must_use]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use alliance_proto::scenario::{Setup, Vocabulary};
+use serde::de::DeserializeOwned;
 
 use super::{Allocator, ConfigError, Kind, Prepared, Typed};
 use crate::allocators::alliance::Alliance;
@@ -87,9 +88,19 @@ impl AgentRegistry {
 
     /// With one more, or another one under that name.
     #[must_use]
-    pub fn allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self {
-        self.kinds.retain(|kind| kind.spec().name != name);
-        self.kinds.push(Arc::new(Typed::<A>::new(name, about)));
+    pub fn allocator<A: Allocator>(self, name: &'static str, about: &'static str) -> Self
+    where
+        A::Config: DeserializeOwned,
+    {
+        self.kind(Arc::new(Typed::<A>::new(name, about)))
+    }
+
+    /// The same of one that is no type of its own, such as a rule in another language.
+    #[must_use]
+    pub fn kind(mut self, kind: Arc<dyn Kind>) -> Self {
+        let name = kind.spec().name;
+        self.kinds.retain(|known| known.spec().name != name);
+        self.kinds.push(kind);
         self
     }
 

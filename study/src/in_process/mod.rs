@@ -8,8 +8,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::log::{Input, InputLine, LogLevel, RunFile};
+use alliance_proto::mission::Deed;
 use alliance_proto::process::ProcessAct;
-use alliance_proto::scenario::{Profile, Setup};
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::{Profile, Setup, Vocabulary};
 use alliance_proto::tick::Outcome;
 use alliance_proto::view::View;
 use missions::Registry;
@@ -44,6 +46,27 @@ pub enum StartError {
     Mission(#[from] UnknownMission),
 }
 
+/// What somebody else makes of a robot's body in the place of its agent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// As [`Actuation::speed_m_s`]; finite.
+    pub speed_m_s: f32,
+    /// As [`Actuation::turn_rad_s`]; finite.
+    pub turn_rad_s: f32,
+    /// What it does beside driving; `None`: what its agent wants.
+    pub deed: Option<Deed>,
+}
+
+impl Command {
+    fn take_over(&self, actuation: &mut Actuation) {
+        actuation.speed_m_s = self.speed_m_s;
+        actuation.turn_rad_s = self.turn_rad_s;
+        if let Some(deed) = self.deed {
+            actuation.deed = deed;
+        }
+    }
+}
+
 /// A team and its world, stepped by hand.
 pub struct Team<S> {
     simulation: Simulation,
@@ -59,10 +82,14 @@ pub struct Team<S> {
     asked: Vec<RobotId>,
     spaces: Vec<Workspace>,
     outside: Outside,
+    /// By rank, of bodies that somebody else drives; empty where nobody does.
+    driven: Vec<Option<Command>>,
     /// What was said, if that is to be counted.
     traffic: Option<Traffic>,
     /// Which lives faults have begun: one that ended before it took part has a number, too.
     lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
+    /// Tells which allocators learn.
+    vocabulary: Vocabulary,
 }
 
 impl<S: Sink> Team<S> {
@@ -71,18 +98,7 @@ impl<S: Sink> Team<S> {
     /// # Errors
     /// [`StartError`].
     pub fn new(setup: Setup, log: LogLevel, sink: S) -> Result<Self, StartError> {
-        let present = setup.scenario.robots.iter().filter(|robot| !robot.absent);
-        let joins: Vec<InputLine> = present
-            .map(|robot| InputLine {
-                tick: 0,
-                input: Input::Join {
-                    robot: robot.name.clone(),
-                    incarnation: 1,
-                    moment: None,
-                    scripted: false,
-                },
-            })
-            .collect();
+        let joins = joins_of(&setup);
         Self::with_inputs(setup, joins, log, sink)
     }
 
@@ -96,11 +112,24 @@ impl<S: Sink> Team<S> {
         log: LogLevel,
         sink: S,
     ) -> Result<Self, StartError> {
-        let mission = Registry::of_this_program().worlds().of(&setup.scenario)?;
+        Self::with_registry(Registry::of_this_program(), setup, inputs, log, sink)
+    }
+
+    /// The same with missions and allocators that need not be those of the program.
+    ///
+    /// # Errors
+    /// [`StartError`].
+    pub fn with_registry(
+        registry: &Registry,
+        setup: Setup,
+        inputs: Vec<InputLine>,
+        log: LogLevel,
+        sink: S,
+    ) -> Result<Self, StartError> {
+        let mission = registry.worlds().of(&setup.scenario)?;
         let briefing = setup.briefing();
-        let told_truth = Registry::of_this_program()
-            .vocabulary()
-            .told_truth(&setup.scenario);
+        let vocabulary = registry.vocabulary();
+        let told_truth = vocabulary.told_truth(&setup.scenario);
         let recorder = Recorder::new(&setup, log, sink)?;
         let mut outside = Outside::new();
         let mut lives = BTreeMap::new();
@@ -120,7 +149,7 @@ impl<S: Sink> Team<S> {
             }
         }
         let mut team = Self {
-            common: TeamConfig::of(&briefing, Registry::of_this_program().agents())?,
+            common: TeamConfig::of(&briefing, registry.agents())?,
             briefing,
             agents: setup.scenario.robots.iter().map(|_| None).collect(),
             air: Air::new(setup.scenario.robots.len()),
@@ -129,8 +158,10 @@ impl<S: Sink> Team<S> {
             simulation: Simulation::new(setup, mission, true),
             recorder,
             outside,
+            driven: Vec::new(),
             traffic: None,
             lives,
+            vocabulary,
         };
         team.simulation.tell_truth_to(told_truth);
         // Over at its start, for want of anything to do, a run takes nobody in.
@@ -149,7 +180,7 @@ impl<S: Sink> Team<S> {
     /// and knows what it began it with.
     pub fn learned(&self) -> Profile {
         let setup = self.simulation.setup();
-        let vocabulary = Registry::of_this_program().vocabulary();
+        let vocabulary = &self.vocabulary;
         let robots = setup.scenario.robots.iter().zip(&self.agents);
         let robots = robots
             .filter(|(robot, _)| vocabulary.learns(setup.scenario.allocator_of(robot)))
@@ -163,6 +194,15 @@ impl<S: Sink> Team<S> {
         Profile {
             robots: robots.collect(),
         }
+    }
+
+    /// From now on the body of that robot does this, whatever its agent wants, which senses, hears and speaks as before; `None`: its
+    /// agent drives again. A run that is driven from outside is not repeated by its inputs.
+    pub fn drive(&mut self, robot: RobotId, command: Option<Command>) {
+        if self.driven.is_empty() {
+            self.driven = vec![None; self.agents.len()];
+        }
+        self.driven[robot.index()] = command;
     }
 
     /// Counts from now on what is said, by kind.
@@ -568,6 +608,9 @@ impl<S: Sink> Team<S> {
                 if let Some(traffic) = &mut self.traffic {
                     traffic.add(&space.broadcasts);
                 }
+                if let Some(Some(command)) = self.driven.get(robot.index()) {
+                    command.take_over(&mut space.report.actuation);
+                }
                 self.air
                     .send(tick, robot, &mut space.broadcasts, &mut space.spent);
                 self.simulation.report(&space.report);
@@ -578,6 +621,22 @@ impl<S: Sink> Team<S> {
     fn name(&self, robot: RobotId) -> &str {
         &self.simulation.setup().scenario.robots[robot.index()].name
     }
+}
+
+/// What comes from outside where nothing does but all robots of the scenario that are not absent, at the start.
+#[must_use]
+pub fn joins_of(setup: &Setup) -> Vec<InputLine> {
+    let present = setup.scenario.robots.iter().filter(|robot| !robot.absent);
+    let joins = present.map(|robot| InputLine {
+        tick: 0,
+        input: Input::Join {
+            robot: robot.name.clone(),
+            incarnation: 1,
+            moment: None,
+            scripted: false,
+        },
+    });
+    joins.collect()
 }
 
 /// What comes from outside in a tick: what has a moment, in order, and the rest, without those who were let in

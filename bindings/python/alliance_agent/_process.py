@@ -1,0 +1,43 @@
+"""One robot as a process of its own."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import NoReturn
+
+from . import _engine
+from ._engine import ScenarioError
+from ._minds import Allocator
+from ._run import name_of
+
+USAGE = """\
+usage: {program} --robot NAME [--run ID]
+
+Be one robot of a live run, with the mind '{mind}'.
+
+  --robot NAME  robot to be, one of the scenario's
+  --run ID      run to join, by its id; default: the newest live run of this user"""
+
+
+def main(mind: type[Allocator]) -> NoReturn:
+    """The process of one robot with that mind: `--robot NAME [--run ID]`, as `alliance agent`.
+
+    It joins the run, lives until that ends, and exits: with status 0 when the run is over or SIGTERM has come, 2 for a mistake in
+    the arguments, 3 when it was refused or the world is gone, 101 when the mind fails. To the team and the world it is a robot like
+    any other: `kill -9` is its death, SIGSTOP its silence.
+    """
+    if not (isinstance(mind, type) and issubclass(mind, Allocator)):
+        raise TypeError(f"main: {mind!r} is no class derived from Allocator")
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(USAGE.format(program=os.path.basename(sys.argv[0]), mind=name_of(mind)))
+        raise SystemExit(0)
+    if sys.flags.hash_randomization and "PYTHONHASHSEED" not in os.environ:
+        # The same inputs shall give the same bytes, even where a mind walks through a set of texts.
+        os.execve(sys.executable, sys.orig_argv, {**os.environ, "PYTHONHASHSEED": "0"})
+    try:
+        status = _engine.live(["agent", *sys.argv[1:]], name_of(mind), mind)
+    except ScenarioError as error:
+        print(f"{os.path.basename(sys.argv[0])}: {error}", file=sys.stderr)
+        status = 2
+    sys.exit(status)

@@ -1,0 +1,112 @@
+"""Reads what the simulator has written: the tables of a run, of a sweep or of a comparison."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import importlib.util
+import io
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+#: Libraries for data frames, in the order in which they are taken if they are there.
+FRAMES = ("pandas", "polars")
+
+
+class Results(Mapping[str, Any]):
+    """The tables of a folder by name, each read when it is first asked for: `results["events"]` or `results.events`.
+
+    A run has `events`, `poses`, `mission`, `messages`, `motivations`, `allocation`, `ticks`, as far as they were logged; times are
+    simulated ones, `t_ms`. A comparison has `results` (a row for each run), `cells`, `contrasts` and others, a sweep `results`
+    and `summary`.
+    """
+
+    def __init__(self, folder: Path, frame: str) -> None:
+        self.folder = folder
+        self.frame = frame
+        self._tables: dict[str, Any] = {}
+        self._names = sorted(path.stem for path in folder.glob("*.csv"))
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """run.json: what was run, with every value in force, and what came of it."""
+        return json.loads((self.folder / "run.json").read_text())
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._names:
+            known = ", ".join(self._names)
+            raise KeyError(f"{self.folder} has no table '{name}'; it has {known}")
+        if name not in self._tables:
+            self._tables[name] = read(self.folder / f"{name}.csv", self.frame)
+        return self._tables[name]
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except KeyError as error:
+            raise AttributeError(error.args[0]) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __repr__(self) -> str:
+        return f"<Results of {self.folder}: {', '.join(self._names)}>"
+
+
+def load(folder: str | os.PathLike[str], frame: str | None = None) -> Results:
+    """The tables of a run's folder, or of what `alliance sweep` and `alliance compare` have written.
+
+    `frame`: `pandas`, `polars`, or `numpy` for a dict of arrays by column; without it the first of these that is there.
+    """
+    folder = Path(folder)
+    if not any(folder.glob("*.csv")):
+        raise FileNotFoundError(f"{folder}: there are no tables; name the folder of a run, a sweep or a comparison")
+    if frame not in (None, "numpy", *FRAMES):
+        raise ValueError(f"frame: there is no '{frame}'; use pandas, polars or numpy")
+    return Results(folder, frame or next(filter(_is_there, FRAMES), "numpy"))
+
+
+def _is_there(library: str) -> bool:
+    return importlib.util.find_spec(library) is not None
+
+
+def read(path: Path, frame: str) -> Any:
+    """One table, up to its last whole line: the world may have been killed while it wrote."""
+    text = path.read_text()
+    text = text[: text.rfind("\n") + 1]
+    if frame == "numpy":
+        header, *rows = csv.reader(io.StringIO(text))
+        columns = zip(*rows, strict=True) if rows else ([] for _ in header)
+        return {name: column(values) for name, values in zip(header, columns, strict=True)}
+    library = importlib.import_module(frame)
+    if frame == "polars":
+        return library.read_csv(io.StringIO(text), infer_schema_length=None)
+    # A robot or a state may be called "none".
+    return library.read_csv(io.StringIO(text), keep_default_na=False, na_values=[""], low_memory=False)
+
+
+def column(values: Any) -> np.ndarray:
+    """Whole numbers, numbers with NaN where there is none, flags, or texts."""
+    values = list(values)
+    if not values:
+        return np.array(values, dtype=str)
+    if all(value in ("true", "false") for value in values):
+        return np.array([value == "true" for value in values])
+    try:
+        return np.array([int(value) for value in values])
+    except (ValueError, OverflowError):
+        pass
+    try:
+        return np.array([float(value) if value else np.nan for value in values])
+    except ValueError:
+        return np.array(values)

@@ -1,0 +1,63 @@
+"""Steps of environments per second of processor time, beside what was aimed at. The median of five turns.
+
+Processor time of the whole process, its threads and the system's part included: other work on the machine changes it little.
+"""
+
+import statistics
+import time
+
+import numpy as np
+
+from alliance_agent.env import VecEnv, parallel_env
+
+#: Processor time of a turn, s.
+TURN_S = 1.0
+
+
+def rate(step, of_a_call=1):
+    """Median of five turns."""
+    step()
+    turns = []
+    for _ in range(5):
+        calls, began = 0, time.process_time()
+        while (spent := time.process_time() - began) < TURN_S:
+            step()
+            calls += 1
+        turns.append(calls * of_a_call / spent)
+    return statistics.median(turns)
+
+
+def parallel(level, robots):
+    """PettingZoo's dicts, with random actions that were drawn before."""
+    env = parallel_env("observe" if level == "drive" else "service", level=level, robots=robots)
+    env.reset(seed=1)
+    for agent in env.agents:
+        env.action_space(agent).seed(1)
+    actions = {agent: env.action_space(agent).sample() for agent in env.agents}
+
+    def step():
+        _, _, _, cut, _ = env.step(actions)
+        if not env.agents:
+            env.reset()
+
+    return rate(step)
+
+
+def batch(level, envs, robots, threads=1):
+    """Arrays; steps of single environments."""
+    env = VecEnv("observe" if level == "drive" else "service", envs, level=level, robots=robots, threads=threads)
+    env.reset()
+    rng = np.random.default_rng(1)
+    shape = (envs, robots)
+    actions = rng.integers(0, 2, shape) if level == "decide" else rng.uniform(-1, 1, (*shape, 4)).astype(np.float32)
+    return rate(lambda: env.step(actions), envs)
+
+
+if __name__ == "__main__":
+    print(f"{'':<44}{'steps/s':>12}{'aim':>12}")
+    for robots, aim in {3: 60_000, 10: 25_000, 30: 9_000}.items():
+        print(f"{f'parallel_env, drive, {robots} robots':<44}{parallel('drive', robots):>12,.0f}{aim:>12,}")
+    print(f"{'parallel_env, decide, 3 robots':<44}{parallel('decide', 3):>12,.0f}{15_000:>12,}")
+    print(f"{'VecEnv, drive, 64 of 3 robots':<44}{batch('drive', 64, 3):>12,.0f}{300_000:>12,}")
+    print(f"{'VecEnv, drive, 64 of 3 robots, 2 threads':<44}{batch('drive', 64, 3, 2):>12,.0f}")
+    print(f"{'VecEnv, decide, 64 of 3 robots':<44}{batch('decide', 64, 3):>12,.0f}")

@@ -1,0 +1,143 @@
+"""A mind in Python as a process of a live run: joined, killed, stopped, ended."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from alliance_agent import load, run
+from conftest import EXAMPLES, program
+from greedy import Greedy
+
+BOOM = """
+from alliance_agent import Allocator, main
+class Boom(Allocator):
+    def step(self, now, heard, sets):
+        if now >= 1:
+            raise RuntimeError("out of luck")
+main(Boom)
+"""
+
+
+class Lab:
+    """A world and its robots, in a runtime folder of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
+        self.running: list[subprocess.Popen[str]] = []
+
+    def start(self, *command: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            command, cwd=self.folder, env=self.environment, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+        )
+        self.running.append(process)
+        return process
+
+    def world(self, *words: str) -> subprocess.Popen[str]:
+        return self.start(program(), "world", "--out=run", *words)
+
+    def greedy(self, robot: str) -> subprocess.Popen[str]:
+        return self.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot", robot)
+
+    def agent(self, robot: str) -> subprocess.Popen[str]:
+        return self.start(program(), "agent", "--robot", robot)
+
+    def wait_until(self, holds) -> None:
+        for _ in range(1200):
+            if holds():
+                return
+            time.sleep(0.05)
+        raise AssertionError("it did not happen within a minute")
+
+    def rows(self, table: str) -> int:
+        try:
+            return (self.folder / "run" / f"{table}.csv").read_text().count("\n")
+        except FileNotFoundError:
+            return 0
+
+
+@pytest.fixture
+def lab(tmp_path):
+    lab = Lab(tmp_path)
+    yield lab
+    for process in lab.running:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+
+
+def end(process: subprocess.Popen[str]) -> tuple[int, str]:
+    _, said = process.communicate(timeout=120)
+    return process.returncode, said
+
+
+def test_a_team_of_processes_in_python_is_the_run_in_one_process(lab):
+    world = lab.world("janitorial", "--seed=3", "--limit=30")
+    robots = [lab.greedy(robot) for robot in ("blue", "gold", "green")]
+    assert end(world)[0] in (0, 1)
+    for robot in robots:
+        status, said = end(robot)
+        assert status == 0, said
+    expected = run("janitorial", {"*": Greedy}, 3, limit=30)
+    rows = load(lab.folder / "run", "numpy")
+    assert rows.run["hash"] == expected.hash
+    assert rows.run["result"] == expected.result
+    assert len(rows.allocation["t_ms"]) > 0
+
+
+def test_kill_is_death_and_a_new_process_a_new_life(lab):
+    world = lab.world("janitorial", "--speed=4x", "--limit=40", "--log=full")
+    gold, blue, green = lab.greedy("gold"), lab.agent("blue"), lab.agent("green")
+    lab.wait_until(lambda: lab.rows("ticks") > 500)
+    gold.send_signal(signal.SIGKILL)
+    gold.wait()
+    again = lab.greedy("gold")
+    for process in (world, blue, green, again):
+        status, said = end(process)
+        assert status in (0, 1), said
+    events = load(lab.folder / "run", "numpy").events
+    of_gold = events["kind"][events["robot"] == "gold"]
+    order = [kind for kind in of_gold if kind in ("joined", "gone")]
+    assert order == ["joined", "gone", "joined"]
+
+
+def test_a_stopped_robot_is_silent_and_back_when_it_goes_on(lab):
+    world = lab.world("janitorial", "--speed=8x", "--limit=80", "--stall-after=0.5")
+    gold, blue, green = lab.greedy("gold"), lab.greedy("blue"), lab.agent("green")
+    lab.wait_until(lambda: lab.rows("ticks") > 500)
+    gold.send_signal(signal.SIGSTOP)
+    lab.wait_until(lambda: "stalled" in (lab.folder / "run/events.csv").read_text())
+    gold.send_signal(signal.SIGCONT)
+    for process in (world, gold, blue, green):
+        status, said = end(process)
+        assert status in (0, 1), said
+    events = load(lab.folder / "run", "numpy").events
+    of_gold = [kind for kind in events["kind"][events["robot"] == "gold"] if kind in ("joined", "stalled", "back", "gone")]
+    assert of_gold[:3] == ["joined", "stalled", "back"]
+
+
+def test_sigterm_ends_it_in_peace_and_a_mind_that_fails_in_one_line(lab):
+    lab.world("janitorial", "--speed=2x", "--limit=600")
+    (lab.folder / "boom.py").write_text(BOOM)
+    gold, blue, green = lab.greedy("gold"), lab.agent("blue"), lab.start(sys.executable, "boom.py", "--robot=green")
+    status, said = end(green)
+    assert status == 101
+    *_, last = said.splitlines()
+    assert last == "robot-agent green: tick 20: boom.py:6: RuntimeError: out of luck"
+    assert "Traceback" not in said
+    gold.send_signal(signal.SIGTERM)
+    status, said = end(gold)
+    assert status == 0, said
+    assert blue.poll() is None, "the run goes on"
+
+
+def test_mistakes_in_arguments(lab):
+    status, said = end(lab.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot", "no good"))
+    assert status == 2
+    assert said.startswith("greedy.py: ") and said.count("\n") == 1 and "--robot" in said
+    status, said = end(lab.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot=gold", "--run=none"))
+    assert status == 3 and "none" in said

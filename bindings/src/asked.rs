@@ -1,0 +1,141 @@
+//! What is to be run: the words of `alliance run`, a scenario as a document, faults, and who has which mind.
+
+use std::sync::{Arc, Mutex};
+
+use alliance_proto::scenario::{Scenario, Setup};
+use clap::Parser;
+use launch::Registry;
+use launch::arguments::parse_words;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use world_server::args::{Known, MissionArgs};
+
+use crate::errors::mistake;
+use crate::mind::{Class, Failure};
+
+/// Every robot for which nothing else is said.
+const ALL: &str = "*";
+
+/// The words of the command line that say what is run.
+#[derive(Parser)]
+#[command(name = "run")]
+struct Words {
+    #[command(flatten)]
+    mission: MissionArgs,
+}
+
+/// What a caller asks for, in Python's types.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Asked {
+    /// As they stand on the command line, after a name for the whole.
+    words: Vec<String>,
+    /// A scenario in JSON, in the place of one that the words name.
+    document: Option<String>,
+    /// `[faults]` in JSON, in the place of the scenario's.
+    faults: Option<String>,
+    /// By robot, or for [`ALL`] others: the name of an allocator, and its class if it is one of Python.
+    minds: Vec<(String, String, Option<Py<PyType>>)>,
+}
+
+/// A run that is ready to begin.
+pub struct Ready {
+    pub setup: Setup,
+    pub registry: Registry,
+    /// Of the minds in Python.
+    pub failure: Failure,
+}
+
+impl Asked {
+    /// Reads and checks all of it; the registry has what there is beside the minds in Python.
+    ///
+    /// # Errors
+    /// One line, as the program has it.
+    pub fn ready(self, registry: Registry) -> PyResult<Ready> {
+        let failure = Failure::Kept(Arc::new(Mutex::new(None)));
+        let built_in = registry.vocabulary().allocators;
+        let mut registry = registry;
+        for (_, name, class) in &self.minds {
+            if let Some(class) = class {
+                if built_in.iter().any(|spec| spec.name == name) {
+                    return Err(mistake(format!(
+                        "minds: '{name}' is one of the simulator's allocators; give the class another name"
+                    )));
+                }
+                let class = Python::attach(|py| class.clone_ref(py));
+                registry = registry.kind(Arc::new(Class::new(name, class, failure.clone())));
+            }
+        }
+        let known = Known {
+            vocabulary: registry.vocabulary(),
+            worlds: registry.worlds().clone(),
+        };
+        let mut words: Words = parse_words(&known.vocabulary, &self.words).map_err(mistake)?;
+        if let Some(asked) = &mut words.mission.scenario {
+            // A mission's name stands for the scenario that comes in any size.
+            let mut missions = known.vocabulary.missions.iter();
+            if let Some(mission) = missions.find(|mission| mission.name() == asked.as_str()) {
+                *asked = mission.scenario_name().to_owned();
+            }
+        }
+        let mut scenario = match &self.document {
+            Some(document) => read_document(document, &known)?,
+            None => words.mission.scenario(&known).map_err(one_line)?,
+        };
+        if let Some(faults) = &self.faults {
+            scenario = with_faults(&scenario, faults, &known)?;
+        }
+        self.give_minds(&mut scenario)?;
+        let setup = words.mission.resolve(scenario, &known).map_err(one_line)?;
+        Ok(Ready {
+            setup,
+            registry,
+            failure,
+        })
+    }
+
+    fn give_minds(&self, scenario: &mut Scenario) -> PyResult<()> {
+        for (robot, name, _) in &self.minds {
+            if robot != ALL {
+                let mut robots = scenario.robots.iter_mut();
+                let Some(robot) = robots.find(|it| it.name == *robot) else {
+                    let names: Vec<_> = scenario.robots.iter().map(|it| &*it.name).collect();
+                    let names = names.join(", ");
+                    let told = format!("minds: there is no robot '{robot}'; there are {names}");
+                    return Err(mistake(told));
+                };
+                robot.allocator = Some(name.clone());
+            }
+        }
+        let stated = |robot: &str| self.minds.iter().any(|(it, ..)| it == robot);
+        if let Some((_, name, _)) = self.minds.iter().find(|(robot, ..)| robot == ALL) {
+            for robot in &mut scenario.robots {
+                if !stated(&robot.name) {
+                    robot.allocator = Some(name.clone());
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A scenario in JSON, as a TOML file would state it.
+fn read_document(document: &str, known: &Known) -> PyResult<Scenario> {
+    let table: toml::Table =
+        serde_json::from_str(document).map_err(|error| mistake(format!("scenario: {error}")))?;
+    Scenario::from_table(&table, &known.vocabulary).map_err(mistake)
+}
+
+/// The scenario with these faults alone.
+fn with_faults(scenario: &Scenario, faults: &str, known: &Known) -> PyResult<Scenario> {
+    let faults: toml::Value =
+        serde_json::from_str(faults).map_err(|error| mistake(format!("faults: {error}")))?;
+    let mut table = toml::Table::try_from(scenario)
+        .map_err(|error| mistake(format!("scenario '{}': {error}", scenario.name)))?;
+    table.insert("faults".to_owned(), faults);
+    Scenario::from_table(&table, &known.vocabulary).map_err(mistake)
+}
+
+fn one_line(error: anyhow::Error) -> PyErr {
+    mistake(format!("{error:#}"))
+}

@@ -1,0 +1,156 @@
+//! The allocator of a robot whose behavior set somebody else chooses.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use alliance_proto::ids::{BehaviorId, RobotId};
+use alliance_proto::scenario::{AllocatorSpec, Setup};
+use alliance_proto::team::{Content, Heartbeat, TaskState};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use robot_agent::allocator::{
+    Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, Prepared,
+};
+
+use crate::rows::rows;
+
+/// The name under which scenario and log know it.
+pub const NAME: &str = "environment";
+
+/// What a robot has heard of a teammate, as far as learners see it.
+#[derive(Clone, Copy, Debug)]
+pub struct Mate {
+    pub position: Option<Vec2>,
+    pub executing: Option<u16>,
+    pub heard: SimTime,
+}
+
+/// What passes between a robot and whoever decides for it.
+#[derive(Debug, Default)]
+pub struct Hand {
+    /// What it is told to do. It is idle where that is not applicable.
+    pub wanted: Option<BehaviorId>,
+    /// What was active has ended by itself since this was last cleared.
+    pub has_ended: bool,
+    /// Its latest step: time, own position, load, what its sets had to offer, and what was active then.
+    pub now: SimTime,
+    pub position: Option<Vec2>,
+    pub is_laden: bool,
+    pub choices: Vec<Choice>,
+    pub active: Option<BehaviorId>,
+    /// Since when that has been so.
+    pub since: SimTime,
+    /// By rank.
+    pub mates: Vec<Option<Mate>>,
+}
+
+/// Those of all robots, by rank.
+pub struct Hands(Vec<Mutex<Hand>>);
+
+impl Hands {
+    pub fn new(robots: usize) -> Self {
+        Self((0..robots).map(|_| Mutex::default()).collect())
+    }
+
+    pub fn of(&self, robot: RobotId) -> MutexGuard<'_, Hand> {
+        let hand = self.0[robot.index()].lock();
+        hand.unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl fmt::Debug for Hands {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Hands")
+    }
+}
+
+/// The allocator as an environment's registry has it.
+#[derive(Debug)]
+pub struct Puppets(pub Arc<Hands>);
+
+impl Kind for Puppets {
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: NAME,
+            about: "what the user of an environment decides",
+            parameters: Vec::new(),
+            wants_truth: false,
+            learns: false,
+        }
+    }
+
+    fn prepare(&self, _: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        Ok(Arc::new(Puppets(Arc::clone(&self.0))))
+    }
+}
+
+impl Prepared for Puppets {
+    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
+        Box::new(Framed::<Puppet>::new(me, &self.0))
+    }
+}
+
+/// One robot's.
+#[derive(Clone, Debug)]
+struct Puppet {
+    me: RobotId,
+    hands: Arc<Hands>,
+}
+
+impl Allocator for Puppet {
+    type Config = Arc<Hands>;
+
+    fn new(me: &Me, hands: &Arc<Hands>) -> Self {
+        let mut hand = hands.of(me.robot);
+        *hand = Hand {
+            wanted: hand.wanted,
+            mates: vec![None; me.team],
+            ..Hand::default()
+        };
+        drop(hand);
+        Self {
+            me: me.robot,
+            hands: Arc::clone(hands),
+        }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        let mut hand = self.hands.of(self.me);
+        let hand = &mut *hand;
+        for broadcast in input.heard {
+            if let Content::Heartbeat(heartbeat) = &broadcast.body
+                && let Some(mate) = hand.mates.get_mut(broadcast.sender.index())
+            {
+                *mate = Some(Mate::of(heartbeat, input.now));
+            }
+        }
+        hand.choices.clear();
+        hand.choices.extend_from_slice(input.choices);
+        let applies = |wanted: BehaviorId| {
+            let mut choices = input.choices.iter();
+            choices.any(|choice| choice.behavior == wanted && choice.applicable)
+        };
+        let before = decision.active;
+        decision.active = hand.wanted.filter(|wanted| applies(*wanted));
+        hand.has_ended |= before.is_some() && before == hand.wanted && decision.active.is_none();
+        if before != decision.active {
+            hand.since = input.now;
+        }
+        hand.now = input.now;
+        hand.position = input.position;
+        hand.is_laden = input.is_laden;
+        hand.active = decision.active;
+        rows(self.me, input, decision, |_| None);
+    }
+}
+
+impl Mate {
+    fn of(heartbeat: &Heartbeat, heard: SimTime) -> Self {
+        let executes = heartbeat.state == TaskState::Executing;
+        Self {
+            position: heartbeat.position,
+            executing: heartbeat.task.filter(|_| executes).map(|task| task.0),
+            heard,
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! The engine of the Python package `alliance-agent`, imported as `alliance_agent._engine`.
+//!
+//! - [`asked`]: what is to be run, in the words of the command line. [`mind`]: an allocator that is written in Python.
+//! - [`values`]: what such a one is given in a step.
+//! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a process.
+//!
+//! Python's side checks its callers' types and has the documentation for people; errors of a mission have the one line that the
+//! program has for them.
+
+use pyo3::prelude::*;
+
+mod asked;
+mod env;
+mod errors;
+mod mind;
+mod process;
+mod rows;
+mod run;
+mod values;
+
+/// `alliance_agent._engine`.
+#[pymodule]
+mod _engine {
+    #[pymodule_export]
+    use crate::env::Worlds;
+    #[pymodule_export]
+    use crate::errors::{AllianceError, MindError, ScenarioError};
+    #[pymodule_export]
+    use crate::process::live;
+    #[pymodule_export]
+    use crate::run::run;
+    #[pymodule_export]
+    use crate::values::{Heard, Set, Stream};
+}

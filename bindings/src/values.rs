@@ -1,0 +1,302 @@
+//! What an allocator in Python is given in a step. All of it is made anew for each step, and nothing of it changes.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use alliance_proto::allocation::AllocationMessage;
+use alliance_proto::ids::{BehaviorId, TaskId};
+use alliance_proto::team::{Broadcast, Content, Heartbeat};
+use alliance_proto::time::SimTime;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::Rng;
+use robot_agent::allocator::{Choice, Draws};
+
+use crate::errors::failed;
+
+/// What a robot knows of one of its behavior sets for the whole run.
+#[derive(Debug)]
+pub struct OwnSet {
+    pub id: BehaviorId,
+    pub name: String,
+    pub task: TaskId,
+    pub task_name: String,
+    pub ceased_after_s: f64,
+    /// Every ALLIANCE value in force, as the setup has it.
+    pub values: Py<PyAny>,
+}
+
+/// A behavior set of the robot in a step.
+#[pyclass(frozen, module = "alliance_agent")]
+pub struct Set {
+    own: Arc<OwnSet>,
+    choice: Choice,
+    active: bool,
+    since: SimTime,
+}
+
+impl Set {
+    pub fn new(own: Arc<OwnSet>, choice: Choice, active: bool, since: SimTime) -> Self {
+        Self {
+            own,
+            choice,
+            active,
+            since,
+        }
+    }
+
+    pub fn behavior(&self) -> BehaviorId {
+        self.own.id
+    }
+}
+
+#[pymethods]
+impl Set {
+    #[getter]
+    fn id(&self) -> u16 {
+        self.own.id.0
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.own.name
+    }
+
+    #[getter]
+    fn task(&self) -> u16 {
+        self.own.task.0
+    }
+
+    #[getter]
+    fn task_name(&self) -> &str {
+        &self.own.task_name
+    }
+
+    #[getter]
+    fn applicable(&self) -> bool {
+        self.choice.applicable
+    }
+
+    #[getter]
+    fn active(&self) -> bool {
+        self.active
+    }
+
+    #[getter]
+    fn since(&self) -> f64 {
+        self.since.as_secs_f64()
+    }
+
+    #[getter]
+    fn cost(&self) -> f64 {
+        self.choice.cost_s.unwrap_or(f64::INFINITY)
+    }
+
+    #[getter]
+    fn reward(&self) -> f64 {
+        self.choice.reward
+    }
+
+    #[getter]
+    fn round(&self) -> f64 {
+        self.choice.round.as_secs_f64()
+    }
+
+    #[getter]
+    fn max_robots(&self) -> usize {
+        self.choice.max_robots
+    }
+
+    #[getter]
+    fn priority(&self) -> i32 {
+        self.choice.priority
+    }
+
+    #[getter]
+    fn ceased_after(&self) -> f64 {
+        self.own.ceased_after_s
+    }
+
+    #[getter]
+    fn values(&self, py: Python<'_>) -> Py<PyAny> {
+        self.own.values.clone_ref(py)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<Set {} {}{}{}>",
+            self.own.id.0,
+            self.own.name,
+            if self.choice.applicable {
+                ", applicable"
+            } else {
+                ""
+            },
+            if self.active { ", active" } else { "" }
+        )
+    }
+}
+
+/// A heartbeat of a teammate, or what its allocator of the same kind says.
+#[pyclass(frozen, module = "alliance_agent")]
+pub struct Heard(Arc<Broadcast>);
+
+impl Heard {
+    /// What an allocator under that name hears of a broadcast: what others say in languages of their own it does not.
+    pub fn of(broadcast: &Arc<Broadcast>, allocator: &str) -> Option<Self> {
+        let is_heard = match &broadcast.body {
+            Content::Heartbeat(_) => true,
+            Content::Bulletin(_) => false,
+            Content::Allocation(AllocationMessage::Open(message)) => message.schema == allocator,
+            Content::Allocation(_) => false,
+        };
+        is_heard.then(|| Self(Arc::clone(broadcast)))
+    }
+
+    fn heartbeat(&self) -> Option<&Heartbeat> {
+        match &self.0.body {
+            Content::Heartbeat(heartbeat) => Some(heartbeat),
+            _ => None,
+        }
+    }
+}
+
+#[pymethods]
+impl Heard {
+    #[getter]
+    fn sender(&self) -> u16 {
+        self.0.sender.0
+    }
+
+    #[getter]
+    fn incarnation(&self) -> u32 {
+        self.0.incarnation
+    }
+
+    #[getter]
+    fn sent(&self) -> f64 {
+        self.0.sent.as_secs_f64()
+    }
+
+    #[getter]
+    fn state(&self) -> &'static str {
+        self.heartbeat().map_or("said", |it| it.state.as_str())
+    }
+
+    #[getter]
+    fn task(&self) -> Option<u16> {
+        Some(self.heartbeat()?.task?.0)
+    }
+
+    #[getter]
+    fn set(&self) -> Option<u16> {
+        Some(self.heartbeat()?.set?.0)
+    }
+
+    #[getter]
+    fn since(&self) -> f64 {
+        let since = self.heartbeat().map_or(self.0.sent, |it| it.since);
+        since.as_secs_f64()
+    }
+
+    #[getter]
+    fn progress(&self) -> u32 {
+        self.heartbeat().map_or(0, |it| it.progress)
+    }
+
+    #[getter]
+    fn position(&self) -> Option<(f32, f32)> {
+        Some(self.heartbeat()?.position?.into())
+    }
+
+    #[getter]
+    fn carrying(&self) -> bool {
+        self.heartbeat().is_some_and(|it| it.carrying)
+    }
+
+    #[getter]
+    fn lore<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(heartbeat) = self.heartbeat() else {
+            return Ok(None);
+        };
+        let text = serde_json::to_string(&heartbeat.lore).map_err(failed)?;
+        loads(py, &text).map(Some)
+    }
+
+    #[getter]
+    fn said<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        match &self.0.body {
+            Content::Allocation(AllocationMessage::Open(message)) => {
+                PyBytes::new(py, &message.bytes)
+            }
+            _ => PyBytes::new(py, b""),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<Heard {} from {} at {} s>",
+            self.state(),
+            self.0.sender.0,
+            self.sent()
+        )
+    }
+}
+
+/// JSON as Python reads it.
+pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (text,))
+}
+
+/// The random numbers of a robot's allocator: those of the step under way, from the first on.
+#[pyclass(frozen, module = "alliance_agent")]
+pub struct Stream(Mutex<OfStep>);
+
+struct OfStep {
+    draws: Option<Draws>,
+    /// Made when the first number is asked for.
+    stream: Option<ChaCha8Rng>,
+    drawn: u32,
+}
+
+impl Stream {
+    /// Numbers of 64 bits that there are for a step.
+    const MOST: u32 = 2048;
+
+    pub fn new() -> Self {
+        Self(Mutex::new(OfStep {
+            draws: None,
+            stream: None,
+            drawn: 0,
+        }))
+    }
+
+    /// Another step begins.
+    pub fn begin(&self, draws: Draws) {
+        let mut of_step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        *of_step = OfStep {
+            draws: Some(draws),
+            stream: None,
+            drawn: 0,
+        };
+    }
+}
+
+#[pymethods]
+impl Stream {
+    fn next_u64(&self) -> PyResult<u64> {
+        let mut of_step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(draws) = of_step.draws else {
+            let why = "there are random numbers within a step only";
+            return Err(PyRuntimeError::new_err(why));
+        };
+        of_step.drawn += 1;
+        if of_step.drawn > Self::MOST {
+            let why = format!("a step has {} random numbers and no more", Self::MOST);
+            return Err(PyRuntimeError::new_err(why));
+        }
+        let stream = of_step.stream.get_or_insert_with(|| draws.stream());
+        Ok(stream.next_u64())
+    }
+}

@@ -1,0 +1,150 @@
+//! The first example of a mind in Python, docs/examples/python/greedy.py, written in Rust once more: both have the same hashes, for
+//! the engine is the same. The hashes lie with the tests in Python, which run the other one of the two.
+
+use std::collections::BTreeMap;
+
+use alliance_proto::fault::Faults;
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::log::{LogLevel, Memory};
+use alliance_proto::scenario::Setup;
+use alliance_proto::team::{Content, TaskState};
+use alliance_proto::telemetry::{AllocationRow, BehaviorState};
+use alliance_proto::time::SimTime;
+use missions::Registry;
+use robot_agent::allocator::{Allocator, Choice, Decision, Input, Me, NoParameters};
+use serde::Deserialize;
+use study::in_process::{Team, joins_of};
+
+#[derive(Clone, Debug)]
+struct Greedy {
+    me: Me,
+    /// Since when the active set has been active.
+    since: SimTime,
+    /// By task and teammate: since when it says to be at it, and when it was heard last.
+    claims: BTreeMap<TaskId, BTreeMap<RobotId, (SimTime, SimTime)>>,
+}
+
+impl Greedy {
+    /// Those who are at a task and not silent for too long, by the age of their claim.
+    fn rivals(&self, task: TaskId, now: SimTime) -> Vec<(SimTime, RobotId)> {
+        let seconds = SimTime::as_secs_f64;
+        let claims = self.claims.get(&task).into_iter().flatten();
+        let fresh = claims
+            .filter(|(_, (_, at))| seconds(now) - seconds(*at) < seconds(self.me.ceased_after));
+        let mut rivals: Vec<_> = fresh.map(|(rank, (since, _))| (*since, *rank)).collect();
+        rivals.sort();
+        rivals
+    }
+
+    fn chosen<'i>(&self, input: &'i Input<'_>, decision: &Decision) -> Option<&'i Choice> {
+        let mut choices = input.choices.iter();
+        let mine = choices.find(|it| Some(it.behavior) == decision.active);
+        if let Some(mine) = mine.filter(|it| it.applicable) {
+            let own = (self.since, self.me.robot);
+            let rivals = self.rivals(mine.task, input.now);
+            let earlier = rivals.iter().filter(|rival| **rival < own);
+            if earlier.count() < mine.max_robots {
+                return Some(mine);
+            }
+        }
+        let is_free =
+            |it: &&Choice| it.applicable && self.rivals(it.task, input.now).len() < it.max_robots;
+        let order = |a: &&Choice, b: &&Choice| {
+            let cost = |it: &Choice| it.cost_s.unwrap_or(f64::INFINITY);
+            let by_cost = cost(a).total_cmp(&cost(b));
+            let by_priority = b.priority.cmp(&a.priority);
+            by_priority.then(by_cost).then(a.behavior.cmp(&b.behavior))
+        };
+        input.choices.iter().filter(is_free).min_by(order)
+    }
+}
+
+impl Allocator for Greedy {
+    type Config = NoParameters;
+
+    fn new(me: &Me, _: &NoParameters) -> Self {
+        Self {
+            me: me.clone(),
+            since: SimTime::ZERO,
+            claims: BTreeMap::new(),
+        }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        for broadcast in input.heard {
+            let Content::Heartbeat(word) = &broadcast.body else {
+                continue;
+            };
+            for claims in self.claims.values_mut() {
+                claims.remove(&broadcast.sender);
+            }
+            if let (TaskState::Executing, Some(task)) = (word.state, word.task) {
+                let claims = self.claims.entry(task).or_default();
+                claims.insert(broadcast.sender, (word.since, input.now));
+            }
+        }
+        let chosen = self.chosen(input, decision).map(|it| it.behavior);
+        if chosen != decision.active {
+            self.since = input.now;
+        }
+        decision.active = chosen;
+        for choice in input.choices {
+            let is_active = chosen == Some(choice.behavior);
+            decision.rows.push(AllocationRow {
+                task: choice.task,
+                behavior: choice.behavior,
+                utility: if is_active { 1.0 } else { 0.0 },
+                holder: is_active.then_some(self.me.robot),
+                state: if is_active {
+                    BehaviorState::Active
+                } else {
+                    BehaviorState::Hibernating
+                },
+            });
+        }
+    }
+}
+
+/// What both are run in, and what comes of it: by `MISSION SEED`.
+#[derive(Deserialize)]
+struct Expected {
+    faults: Vec<serde_json::Value>,
+    limit_s: f64,
+    robots: usize,
+    size: usize,
+    hashes: BTreeMap<String, String>,
+}
+
+#[test]
+fn greedy_in_rust_has_the_hashes_of_greedy_in_python() {
+    let text = include_str!("../../bindings/python/tests/greedy.json");
+    let expected: Expected = serde_json::from_str(text).unwrap();
+    assert!(expected.hashes.len() >= 4);
+    let registry = Registry::built_in().allocator::<Greedy>("greedy", "the cheapest free task");
+    let vocabulary = registry.vocabulary();
+    for (run, hash) in &expected.hashes {
+        let (mission, seed) = run.split_once(' ').unwrap();
+        let mut missions = vocabulary.missions.iter();
+        let mission = missions.find(|it| it.name() == mission).unwrap();
+        let mut scenario = mission.family(expected.robots, expected.size).unwrap();
+        scenario.limit_s = expected.limit_s;
+        scenario.allocator = Some("greedy".to_owned());
+        let timeline = serde_json::json!({ "timeline": expected.faults });
+        scenario.faults = serde_json::from_value::<Faults>(timeline).unwrap();
+        let setup = Setup::resolve(scenario, seed.parse().unwrap(), None)
+            .unwrap()
+            .setup;
+        let joins = joins_of(&setup);
+        let level = LogLevel::Off;
+        let mut team =
+            Team::with_registry(&registry, setup, joins, level, Memory::default()).unwrap();
+        let outcome = loop {
+            if let Some(outcome) = team.tick().unwrap() {
+                break outcome;
+            }
+        };
+        let (ended, _) = team.end(outcome).unwrap();
+        assert!(ended.faults.iter().all(|fault| fault.hits > 0), "{run}");
+        assert_eq!(ended.hash.as_ref(), Some(hash), "{run}");
+    }
+}
