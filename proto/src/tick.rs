@@ -25,7 +25,8 @@ pub struct TickMessage {
     pub held: Vec<RobotId>,
     /// What the robot senses.
     pub readings: Readings,
-    /// What no robot could know: all offers of the tick before, by robot; empty where the robot's allocator does not ask for them.
+    /// What no robot could know: the offers of the tick before, by robot, of all that share tasks with it, directly or through others;
+    /// empty where the robot's allocator does not ask for them.
     /// [`ToAgent::Informed`] brings it.
     #[serde(skip)]
     pub truth: Vec<Offer>,

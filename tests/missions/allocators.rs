@@ -110,6 +110,25 @@ fn every_baseline_completes_the_mission() {
     }
 }
 
+/// G5: who can do everything does it, though nobody hears of anybody. By `static` only what is its own, and what it knows of: it does
+/// not search for another.
+#[test]
+fn with_all_links_cut_all_but_static_complete() {
+    const CUT: &str = "[[faults.timeline]]\nat_s = 0\n\
+         fault.drop = { from = \"all\", to = \"all\", p = 1.0 }\n";
+    for allocator in &Registry::built_in().vocabulary().allocators {
+        let mut scenario = scenario(allocator.name, CUT);
+        scenario.limit_s = 3600.0;
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let team = Team::new(setup, LogLevel::Off, Memory::default()).unwrap();
+        let expected = match allocator.name {
+            "static" => Outcome::TimeLimit,
+            _ => Outcome::Complete,
+        };
+        assert_eq!(team.run().unwrap().0, expected, "{}", allocator.name);
+    }
+}
+
 /// The task of the dead is anybody's once it has been silent for τ = 5 s, and nobody's before.
 #[test]
 fn first_come_takes_over_after_tau() {

@@ -16,6 +16,7 @@ mod control_python;
 mod corpus;
 mod differential;
 mod documents;
+mod endless;
 mod ends;
 mod export;
 mod family;

@@ -235,8 +235,8 @@ pub struct Input<'a> {
     pub heard: &'a [Arc<Broadcast>],
     /// What tasks cost after others, for those who plan sequences.
     pub route: &'a dyn RouteCost,
-    /// All offers of the step before, by robot, from the world itself and not by radio; empty unless the allocator
-    /// [asks](Allocator::wants_truth) for them. An offer is a row of [`Decision::rows`] with a utility above 0, of a robot of such an
+    /// The offers of the step before, by robot, of all that share tasks with it, directly or through others; from the world itself and
+    /// not by radio; empty unless the allocator [asks](Allocator::wants_truth) for them. An offer is a row of [`Decision::rows`] with a utility above 0, of a robot of such an
     /// allocator that can work, on a task that is due in truth.
     pub truth: &'a [Offer],
     /// Random numbers of this step.

@@ -1,7 +1,10 @@
 //! What robots are told of the truth, of those whose allocators ask for it: what each of them that can work had to offer in the tick
 //! before. Of the others nothing is worked out.
 
-use alliance_proto::ids::RobotId;
+use std::collections::BTreeMap;
+
+use alliance_proto::ids::{RobotId, TaskId};
+use alliance_proto::scenario::Setup;
 use alliance_proto::telemetry::AllocationRow;
 use alliance_proto::tick::Offer;
 
@@ -11,10 +14,11 @@ use crate::barrier::Presence;
 /// Who is told, and what.
 #[derive(Default)]
 pub(super) struct Truth {
-    /// By rank.
-    told: Vec<RobotId>,
-    /// Of the current tick.
-    offers: Vec<Offer>,
+    /// By rank, with the number of the group.
+    told: Vec<(RobotId, usize)>,
+    /// Of the current tick, by group: of robots that share tasks, directly or through others. What one of them does best depends on no
+    /// other robot.
+    offers: Vec<Vec<Offer>>,
 }
 
 impl Truth {
@@ -22,17 +26,45 @@ impl Truth {
     #[inline]
     pub(super) fn tell(&self, robot: RobotId, told: &mut Vec<Offer>) {
         // As in most runs.
-        if !self.told.is_empty() && self.told.binary_search(&robot).is_ok() {
-            told.clone_from(&self.offers);
+        if self.told.is_empty() {
+            return;
+        }
+        if let Ok(place) = self.told.binary_search_by_key(&robot, |it| it.0) {
+            told.clone_from(&self.offers[self.told[place].1]);
         }
     }
+}
+
+/// The group of each of those robots.
+fn groups(robots: &[RobotId], setup: &Setup) -> Vec<usize> {
+    let catalog = &setup.catalog;
+    let tasks_of = |robot: &RobotId| {
+        let behaviors = catalog.behaviors_of(&setup.scenario.robots[robot.index()]);
+        behaviors.map(|it| catalog.sets[it.index()].task)
+    };
+    let mut groups: Vec<usize> = (0..robots.len()).collect();
+    let mut of_task: BTreeMap<TaskId, usize> = BTreeMap::new();
+    for (place, robot) in robots.iter().enumerate() {
+        for task in tasks_of(robot) {
+            let (group, other) = (groups[place], *of_task.entry(task).or_insert(place));
+            let other = groups[other];
+            // The two are one.
+            groups
+                .iter_mut()
+                .filter(|it| **it == other)
+                .for_each(|it| *it = group);
+        }
+    }
+    groups
 }
 
 impl Simulation {
     /// Tells these robots the truth from now on. Nothing changes for the others.
     pub fn tell_truth_to(&mut self, mut robots: Vec<RobotId>) {
         robots.sort_unstable();
-        self.truth.told = robots;
+        let groups = groups(&robots, &self.setup);
+        self.truth.offers = vec![Vec::new(); robots.len()];
+        self.truth.told = robots.into_iter().zip(groups).collect();
     }
 
     /// Works out the truth of the tick that is about to be asked for.
@@ -42,12 +74,12 @@ impl Simulation {
         }
         let mission = self.world.mission();
         let mut offers = std::mem::take(&mut self.truth.offers);
-        offers.clear();
-        for &robot in self.truth.told.iter().filter(|it| self.can_work(**it)) {
+        offers.iter_mut().for_each(Vec::clear);
+        for &(robot, group) in self.truth.told.iter().filter(|it| self.can_work(it.0)) {
             let rows = self.answers.report(robot).allocation.iter();
             let is_due = |row: &AllocationRow| mission.is_due(row.task, robot, &self.world);
             let rows = rows.filter(|row| row.utility > 0.0 && is_due(row));
-            offers.extend(rows.map(|row| Offer {
+            offers[group].extend(rows.map(|row| Offer {
                 robot,
                 behavior: row.behavior,
                 task: row.task,

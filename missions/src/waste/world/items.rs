@@ -1,6 +1,7 @@
 //! What lies on the floor: spills, deposit, items and report site (thesis §4.1.1).
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use crate::waste::data::ItemCounts;
 use crate::waste::data::{Spill, WasteSection};
@@ -52,6 +53,8 @@ pub(super) struct WasteFloor {
     zone_centers: Grid,
     zone_reach_m: f32,
     report_site: Outline,
+    /// How many items of each spill lie outside the deposits, once somebody has asked.
+    left: OnceLock<Vec<i32>>,
     /// `None` where the deposit keeps what it gets.
     pub foraging: Option<Foraging>,
 }
@@ -106,6 +109,7 @@ impl WasteFloor {
             zone_centers,
             zone_reach_m,
             report_site: Outline::Rectangle { min, max },
+            left: OnceLock::new(),
             foraging: waste.respawn.then(|| Foraging {
                 seed,
                 deliveries: 0,
@@ -169,17 +173,41 @@ impl WasteFloor {
         (found, edge_m)
     }
 
-    /// Whether anything lies outside the deposits, or is carried by that robot, that was nearer to that spill than to another when it was
-    /// touched last; of two that are equally near the first has it.
-    pub fn has_waste_of(&self, spill: u16, robot: RobotId) -> bool {
-        let nearest = |at: Vec2| Some(self.nearest_spill(at)?.0);
-        self.items.iter().any(|item| {
-            let is_left = match item.carrier {
-                Some(carrier) => carrier == robot,
-                None => !self.is_deposit(item.position),
-            };
-            is_left && nearest(item.position) == Some(usize::from(spill))
-        })
+    /// Whether anything lies outside the deposits, or is carried by a robot whose load that is, that was nearer to that spill than to
+    /// another when it was touched last; of two that are equally near the first has it.
+    pub fn has_waste_of(&self, spill: u16, load: Option<ItemId>) -> bool {
+        let spill = usize::from(spill);
+        let left = self.left.get_or_init(|| {
+            let mut left = vec![0; self.zones.len()];
+            let lie = self.items.iter().filter(|item| item.carrier.is_none());
+            for spill in lie.filter_map(|item| self.spill_left_of(item.position)) {
+                left[spill] += 1;
+            }
+            left
+        });
+        let is_of = |item: ItemId| {
+            let from = self.items[item.0 as usize].position;
+            self.nearest_spill(from).is_some_and(|it| it.0 == spill)
+        };
+        left[spill] > 0 || load.is_some_and(is_of)
+    }
+
+    /// Of which spill an item is waste that lies there; of none in a deposit.
+    fn spill_left_of(&self, at: Vec2) -> Option<usize> {
+        let nearest = self.nearest_spill(at).filter(|_| !self.is_deposit(at));
+        nearest.map(|(spill, ..)| spill)
+    }
+
+    /// Another item lies there, or one less.
+    fn note_left(&mut self, at: Vec2, more: i32) {
+        if self.left.get().is_none() {
+            // Nobody has asked, as in most runs.
+            return;
+        }
+        let spill = self.spill_left_of(at);
+        if let (Some(spill), Some(left)) = (spill, self.left.get_mut()) {
+            left[spill] += more;
+        }
     }
 
     /// The spill nearest to a place: its number, center and radius, m; of two that are equally near the first.
@@ -272,6 +300,7 @@ impl WasteFloor {
         self.items[index].position = at;
         self.floor.insert(index, at);
         *self.count(at) += 1;
+        self.note_left(at, 1);
         self.hash = self.hash.wrapping_add(self.hash_of(item));
     }
 
@@ -281,6 +310,7 @@ impl WasteFloor {
         let from = self.items[index].position;
         self.floor.remove(index);
         *self.count(from) -= 1;
+        self.note_left(from, -1);
     }
 
     /// Hash of where each item is: it changes with the item that changes, and takes no look at the others. And of how many have come

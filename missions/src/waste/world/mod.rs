@@ -175,7 +175,7 @@ impl WorldMission for Waste {
     fn is_due(&self, task: TaskId, robot: RobotId, floor: &Floor) -> bool {
         match self.kinds[task.index()] {
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => true,
-            BehaviorKind::MoveSpill(spill) => self.floor.has_waste_of(spill, robot),
+            BehaviorKind::MoveSpill(spill) => self.floor.has_waste_of(spill, self.load(robot)),
             BehaviorKind::ReportProgress => self.reports.is_due(floor.now()),
         }
     }

@@ -4,7 +4,8 @@ use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::tick::Offer;
 use proptest::prelude::*;
 
-use super::{Oracle, best};
+use super::Oracle;
+use super::plan::Plan;
 use crate::allocator::{NoParameters, TaskBrief};
 use crate::allocators::team::{Situation, Team};
 use crate::testkit;
@@ -45,6 +46,12 @@ fn tried(rows: &[Vec<Option<f64>>], left: &mut [usize], rank: &[usize]) -> Worth
         }
     }
     best
+}
+
+fn best(offers: &[Offer], briefs: &[TaskBrief]) -> Vec<Offer> {
+    let mut plan = Plan::default();
+    plan.make(offers, briefs);
+    plan.taken(offers).copied().collect()
 }
 
 fn offer(robot: usize, task: usize, utility: f64) -> Offer {
