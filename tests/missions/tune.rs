@@ -238,7 +238,10 @@ fn mistakes_are_told_before_anything_runs() {
             changed("test = 4", "test = []"),
             "tune.test: there are no test seeds",
         ),
-        (changed("test = 4\n", ""), "missing field `test`"),
+        (
+            changed("test = 4\n", ""),
+            "bad.toml:14: tune.test: the key is missing; give it a value",
+        ),
         (
             changed("test = 4", "test = 12"),
             "tune.test: seed 11 is one of training, too",
@@ -272,7 +275,7 @@ fn mistakes_are_told_before_anything_runs() {
         ),
         (
             format!(
-                "{PLAN}[tune.parameters.cbba]\nalliance.defaults.fast_impatience = {{ from = 1.0, to = 2.0 }}\n"
+                "{PLAN}[tune.parameters.cbba]\nalliance.defaults.fast_impatience = {{ from = 4.0, to = 9.0 }}\n"
             ),
             "is tuned for alliance, too, and one scenario is to have both",
         ),
