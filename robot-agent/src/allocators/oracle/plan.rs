@@ -173,8 +173,8 @@ impl Plan {
     fn look(&mut self, robot: usize, at: i64, loss: i64, offers: &[Offer]) {
         self.seen.push((robot, at));
         let Robot { from, to, gain, .. } = self.robots[robot];
-        for offer in from..to {
-            let number = offers[offer].task.index();
+        for (offer, it) in (from..to).zip(&offers[from..to]) {
+            let number = it.task.index();
             let Some(task) = self.tasks.get_mut(number) else {
                 continue;
             };
