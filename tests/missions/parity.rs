@@ -66,7 +66,9 @@ fn every_scenario() {
         };
         for seed in 1..=amount(10, 2) {
             let (seed, limit) = (seed.to_string(), limit.to_string());
-            check(&[builtin.name, "--seed", &seed, "--limit", &limit]);
+            let arguments = [builtin.name, "--seed", &seed, "--limit", &limit];
+            // Every table, of a team of many behavior sets, too.
+            check(&[&arguments[..], &["--log", "full"]].concat());
         }
     }
 }

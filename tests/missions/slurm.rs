@@ -53,10 +53,10 @@ impl<'l> Cluster<'l> {
         let user = said("id", &["-un"]);
         let [control, node] = free_ports();
         let at = folder.display();
-        // A job that is requeued waits until no credential of its old life is good any more.
+        // A job that is requeued waits until no credential of its old life is good any more: less than 5 s is taken for the default, 120 s.
         let conf = format!(
             "ClusterName=lab\nSlurmctldHost={host}(127.0.0.1)\nSlurmctldPort={control}\nSlurmdPort={node}\n\
-             SlurmUser={user}\nSlurmdUser={user}\nAuthType=auth/munge\nAuthInfo=socket={at}/munge.socket,cred_expire=1\n\
+             SlurmUser={user}\nSlurmdUser={user}\nAuthType=auth/munge\nAuthInfo=socket={at}/munge.socket,cred_expire=6\n\
              CredType=cred/munge\nStateSaveLocation={at}/state\nSlurmdSpoolDir={at}/spool\n\
              SlurmctldPidFile={at}/slurmctld.pid\nSlurmdPidFile={at}/slurmd.pid\n\
              SlurmctldLogFile={at}/slurmctld.log\nSlurmdLogFile={at}/slurmd.log\n\
@@ -161,8 +161,9 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
     let there = ["slurmctld", "slurmd", "munged", "sbatch"]
         .iter()
         .all(|name| {
+            // Its status says nothing: without a configuration sbatch fails even here.
             let tried = Command::new(program(name)).arg("--version").output();
-            tried.is_ok_and(|tried| tried.status.success())
+            tried.is_ok()
         });
     if !there {
         let how =
