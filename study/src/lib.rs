@@ -21,6 +21,7 @@ pub mod interrupted;
 pub mod invariants;
 pub mod learned;
 mod new_file;
+mod page_head;
 mod palette;
 pub mod random_mission;
 pub mod replay;

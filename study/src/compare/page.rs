@@ -9,7 +9,7 @@ use super::figures::Figure;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::tables::Table;
-use crate::report::page::STYLE;
+use crate::page_head::head;
 
 /// Tables that are too wide move by themselves; in the dark drawings are turned round, with their hues kept; on paper everything is
 /// there.
@@ -81,12 +81,7 @@ impl Page<'_> {
         let text = html! {
             (DOCTYPE)
             html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width";
-                    title { "Comparison " (self.name) }
-                    style { (PreEscaped(STYLE)) (PreEscaped(LOOKS)) }
-                }
+                (head(&format!("Comparison {}", self.name), LOOKS))
                 body {
                     h1 { "Comparison " (self.name) }
                     p.question {

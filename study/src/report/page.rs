@@ -11,25 +11,13 @@ use super::faults::{Fault, Phase, faults};
 use super::figures::Figure;
 use super::history::History;
 use super::metrics::{Metrics, Recurring};
+use crate::page_head::head;
 
 /// Figures that would make the page larger than this are left to their own files.
 const INLINE_BYTES: usize = 6 * 1024 * 1024;
 
 /// Rows of the table of faults; a lossy link hits thousands of times.
 const FAULT_ROWS: usize = 200;
-
-/// How pages of figures and tables look.
-pub const STYLE: &str = "
-body { font: 16px/1.45 sans-serif; color: #222; background: #fff; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
-h1 { font-size: 1.5rem } h2 { font-size: 1.2rem; margin-top: 2.5rem }
-table { border-collapse: collapse; margin: .8rem 0; font-size: .9rem }
-th, td { padding: .2rem .7rem; border-bottom: 1px solid #ccc; text-align: right; vertical-align: top }
-th:first-child, td:first-child, td.text, th.text { text-align: left }
-thead th { border-bottom: 2px solid #555 }
-dl { font-size: .9rem } dt { font-weight: bold; margin-top: .4rem } dd { margin-left: 1.2rem }
-figure { margin: 1.5rem 0; break-inside: avoid } figure svg { width: 100%; height: auto }
-figcaption, .note { font-size: .9rem; color: #444 }
-";
 
 /// What each figure counts, in a sentence.
 const DEFINITIONS: [(&str, &str); 12] = [
@@ -130,12 +118,7 @@ pub fn page(
     let text = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width";
-                title { (title) }
-                style { (PreEscaped(STYLE)) }
-            }
+            (head(&title, ""))
             body {
                 h1 { (title) }
                 p { (scenario.description) }

@@ -6,7 +6,7 @@ use super::design::{Cell, Design};
 use super::run::{End, FaultCount, Row};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
-use crate::report::page::STYLE;
+use crate::page_head::head;
 
 /// More rows of a table than this are left to the files.
 const ROWS: usize = 500;
@@ -46,12 +46,7 @@ impl Page<'_> {
         let text = html! {
             (DOCTYPE)
             html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width";
-                    title { "Sweep " (self.sweep) }
-                    style { (PreEscaped(STYLE)) (TABLES) }
-                }
+                (head(&format!("Sweep {}", self.sweep), TABLES))
                 body {
                     h1 { "Sweep " (self.sweep) }
                     p {

@@ -8,8 +8,8 @@ use super::search::Method;
 use super::task::Task;
 use super::verdict::Verdict;
 use crate::compare::page::LOOKS;
+use crate::page_head::head;
 use crate::report::figures::Figure;
-use crate::report::page::STYLE;
 
 /// What is on the page.
 pub struct Page<'p> {
@@ -68,12 +68,7 @@ impl Page<'_> {
         let text = html! {
             (DOCTYPE)
             html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width";
-                    title { "Tuning " (self.name) }
-                    style { (PreEscaped(STYLE)) (PreEscaped(LOOKS)) }
-                }
+                (head(&format!("Tuning {}", self.name), LOOKS))
                 body {
                     h1 { "Tuning " (self.name) }
                     p.question { (question.unwrap_or("Which parameters are good, and how much better are they than the defaults?")) }

@@ -18,28 +18,28 @@ const LEAST: f64 = 1e-6;
 /// A run that is wanted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
-    /// Which one.
+    /// Number of the allocator in the plan.
     pub allocator: usize,
-    /// Of its parameters; `None`: its defaults.
+    /// Values of the allocator's parameters; `None`: its defaults.
     pub values: Option<Vec<f64>>,
-    /// Which one.
+    /// Number of the condition: a mission under a class of faults.
     pub condition: usize,
-    /// World and luck.
+    /// Seed of the run.
     pub seed: u64,
 }
 
 /// What came of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// The metric; `None` of a run that failed.
+    /// Value of the metric that is searched for; `None` of a run that failed.
     pub value: Option<f64>,
-    /// That were sent.
+    /// Bytes that all robots sent.
     pub bytes: f64,
 }
 
-/// Who does runs.
+/// Does the runs that a search asks for.
 pub trait Runs {
-    /// Does them all.
+    /// Does all of these; their outcomes are in the same order.
     ///
     /// # Errors
     /// When it cannot, or is to stop.
@@ -52,13 +52,13 @@ pub trait Runs {
 /// A point that was tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// By which it was found.
+    /// The method that found it.
     pub method: Method,
-    /// From 0.
+    /// Number of its generation, from 0.
     pub generation: usize,
     /// Coordinates from 0 to 1.
     pub point: Vec<f64>,
-    /// Of the parameters.
+    /// Values of the parameters at that point.
     pub values: Vec<f64>,
     /// Runs of its method when its generation had ended.
     pub runs: usize,
@@ -68,18 +68,18 @@ pub struct Candidate {
     pub dropped: bool,
     /// Mean logarithm of its metric over that of the defaults in the same runs; negative is better.
     pub metric: f64,
-    /// Likewise of the bytes.
+    /// The same of the bytes sent.
     pub bytes: f64,
-    /// What is searched for: the metric, and the bytes by their weight.
+    /// What the search makes small: `metric`, and `bytes` by their weight.
     pub score: f64,
 }
 
-/// One that came through the search.
+/// A candidate that is among the best of its method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finalist {
-    /// Its place among the candidates.
+    /// Its place in [`Tuned::candidates`].
     pub candidate: usize,
-    /// On the selection seeds.
+    /// Its score on the selection seeds.
     pub score: f64,
 }
 

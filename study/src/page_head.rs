@@ -1,0 +1,28 @@
+//! What the pages of results have in common: they open from disk and need no other file.
+
+use maud::{Markup, PreEscaped, html};
+
+/// How pages of figures and tables look.
+const STYLE: &str = "
+body { font: 16px/1.45 sans-serif; color: #222; background: #fff; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
+h1 { font-size: 1.5rem } h2 { font-size: 1.2rem; margin-top: 2.5rem }
+table { border-collapse: collapse; margin: .8rem 0; font-size: .9rem }
+th, td { padding: .2rem .7rem; border-bottom: 1px solid #ccc; text-align: right; vertical-align: top }
+th:first-child, td:first-child, td.text, th.text { text-align: left }
+thead th { border-bottom: 2px solid #555 }
+dl { font-size: .9rem } dt { font-weight: bold; margin-top: .4rem } dd { margin-left: 1.2rem }
+figure { margin: 1.5rem 0; break-inside: avoid } figure svg { width: 100%; height: auto }
+figcaption, .note { font-size: .9rem; color: #444 }
+";
+
+/// The head of a page with that title; `further` are rules of style of its own.
+pub fn head(title: &str, further: &str) -> Markup {
+    html! {
+        head {
+            meta charset="utf-8";
+            meta name="viewport" content="width=device-width";
+            title { (title) }
+            style { (PreEscaped(STYLE)) (PreEscaped(further)) }
+        }
+    }
+}
