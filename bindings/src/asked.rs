@@ -28,7 +28,7 @@ struct Words {
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Asked {
-    /// As they stand on the command line, after a name for the whole.
+    /// The words, as on the command line.
     words: Vec<String>,
     /// A scenario in JSON, in the place of one that the words name.
     document: Option<String>,
@@ -42,7 +42,7 @@ pub struct Asked {
 pub struct Ready {
     pub setup: Setup,
     pub registry: Registry,
-    /// Of the minds in Python.
+    /// What is done about a mind in Python that fails.
     pub failure: Failure,
 }
 

@@ -1,4 +1,4 @@
-//! The allocator of a robot whose behavior set somebody else chooses.
+//! The allocator of a robot whose behavior set the caller of the environment chooses.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -28,9 +28,9 @@ pub struct Mate {
 /// What passes between a robot and whoever decides for it.
 #[derive(Debug, Default)]
 pub struct Hand {
-    /// What it is told to do. It is idle where that is not applicable.
+    /// The behavior set that was chosen for it. It is idle while that one is not applicable.
     pub wanted: Option<BehaviorId>,
-    /// What was active has ended by itself since this was last cleared.
+    /// Whether the active set has ended by itself since this was last cleared.
     pub has_ended: bool,
     /// Its latest step: time, own position, load, what its sets had to offer, and what was active then.
     pub now: SimTime,
@@ -38,13 +38,13 @@ pub struct Hand {
     pub is_laden: bool,
     pub choices: Vec<Choice>,
     pub active: Option<BehaviorId>,
-    /// Since when that has been so.
+    /// Since when `active` has been what it is.
     pub since: SimTime,
-    /// By rank.
+    /// What it has heard of each teammate, by rank.
     pub mates: Vec<Option<Mate>>,
 }
 
-/// Those of all robots, by rank.
+/// The hands of all robots, by rank.
 pub struct Hands(Vec<Mutex<Hand>>);
 
 impl Hands {

@@ -1,16 +1,16 @@
-//! Races (Birattari et al. 2002): who is clearly worse than the best goes, before it has had all of its runs.
+//! Races (Birattari et al. 2002): a candidate that is clearly worse than the best is dropped before it has had all of its runs.
 
 use crate::compare::statistics::friedman::friedman;
 use crate::compare::statistics::nemenyi::critical_difference;
 
-/// How unlikely a difference has to be by chance.
+/// Level of significance of the tests.
 const LEVEL: f64 = 0.05;
 
-/// Instances after which somebody may go.
+/// Instances that every candidate has before one may be dropped.
 const LEAST: usize = 4;
 
-/// Who is still in it: those whose mean rank does not lie farther from the best one than Nemenyi's critical difference, once
-/// Friedman's test says that they differ at all. `values` are those of each runner, all on the same instances; less is better. The best
+/// The candidates that stay: those whose mean rank does not lie farther from the best one than Nemenyi's critical difference, once
+/// Friedman's test says that they differ at all. `values` are those of each candidate, all on the same instances; less is better. The best
 /// mean rank is always among them.
 #[must_use]
 pub fn survivors(values: &[&[f64]]) -> Vec<bool> {

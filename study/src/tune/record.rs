@@ -16,31 +16,31 @@ use crate::sweep::progress::Progress;
 use crate::sweep::run::{End, attempt_changed};
 use crate::sweep::workers::work;
 
-/// The file.
+/// Name of the journal in the folder of a tuning.
 const JOURNAL: &str = "journal.jsonl";
 
-/// Somebody has asked the program to end.
+/// The program was interrupted: by a signal, say.
 #[derive(Debug, thiserror::Error)]
 #[error("interrupted")]
 pub struct Stopped;
 
-/// The first line: of which tuning the others are.
+/// The first line of the journal: the tuning that the other lines belong to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Its name.
+    /// Name of the tuning.
     pub tune: String,
     /// Version of the program.
     pub version: String,
-    /// [`crate::sweep::Plan::digest`].
+    /// Digest of the plan ([`crate::sweep::Plan::digest`]).
     pub digest: String,
 }
 
-/// What came of trials that were asked for together.
+/// A line of the journal: the outcomes of trials that were asked for together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Batch {
-    /// Tells these trials from others.
+    /// Digest of these trials.
     asked: String,
-    /// In their order.
+    /// Outcomes in the order of the trials.
     outcomes: Vec<Outcome>,
 }
 
@@ -51,10 +51,10 @@ pub struct Record {
 }
 
 impl Record {
-    /// Opens that of a folder; begins it if it is new.
+    /// Opens the journal of a folder, or begins one where there is none.
     ///
     /// # Errors
-    /// When it is of another tuning, is not as it was written, or cannot be written.
+    /// When the journal is of another tuning, is damaged, or cannot be written.
     pub fn open(folder: &Path, header: &Header) -> anyhow::Result<Self> {
         let (mut lines, bytes) = Lines::open(folder.join(JOURNAL))?;
         let path = lines.path().display().to_string();
@@ -95,15 +95,15 @@ impl Record {
 
 /// Does the trials of a task.
 pub struct Working<'w> {
-    /// What they are of.
+    /// What is tuned.
     pub task: &'w Task,
-    /// What is known of them.
+    /// Outcomes of earlier runs.
     pub record: Record,
-    /// How many side by side.
+    /// Runs side by side.
     pub jobs: NonZeroUsize,
-    /// Whether to stop.
+    /// Whether to stop: true once a signal has come.
     pub stops: &'w (dyn Fn() -> bool + Sync),
-    /// Where it is told how far it is.
+    /// Shows on stderr how far the search is.
     pub progress: Progress,
 }
 

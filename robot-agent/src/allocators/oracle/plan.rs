@@ -9,7 +9,7 @@ use crate::allocator::TaskBrief;
 /// Utilities are compared as whole shares of the largest of them.
 const SHARES: f64 = (1 << 30) as f64;
 
-/// Not reached by the search.
+/// Distance of a task that the search has not reached.
 const FAR: i64 = i64::MAX;
 
 /// A plan, with the memory in which it was made.
@@ -17,13 +17,13 @@ const FAR: i64 = i64::MAX;
 pub(super) struct Plan {
     robots: Vec<Robot>,
     tasks: Vec<Task>,
-    /// Of each offer.
+    /// Worth of each offer.
     worth: Vec<i64>,
     /// Priorities that are on offer, in order.
     priorities: SmallVec<[i32; 4]>,
-    /// Robots that the search has come to, and how far each is.
+    /// Robots that the search has reached, with their distances.
     seen: Vec<(usize, i64)>,
-    /// Tasks that it has come to.
+    /// Tasks that the search has reached.
     touched: Vec<usize>,
 }
 
@@ -32,31 +32,31 @@ pub(super) struct Plan {
 struct Robot {
     from: usize,
     to: usize,
-    /// The offer that it has.
+    /// The offer that it is assigned.
     has: Option<usize>,
-    /// What it gains: no less than the worth of any of its offers without the task's price, and exactly that of the one it has.
+    /// Its dual variable: no less than the worth of any of its offers without the task's price, and exactly that of the one that it is assigned.
     gain: i64,
 }
 
 #[derive(Clone, Debug, Default)]
 struct Task {
-    /// Robots that have it.
+    /// Robots that it is assigned to.
     holders: SmallVec<[usize; 2]>,
-    /// 0 while there is a place left.
+    /// Its dual variable, 0 while it has a place left.
     price: i64,
-    /// How far the search is from here.
+    /// Distance of the task from where the search began.
     at: i64,
-    /// Whether it has gone on from here.
+    /// Whether the search has gone on from this task.
     is_left: bool,
-    /// The robot and its offer by which it came here.
+    /// The robot and its offer by which the search reached this task.
     by: (usize, usize),
 }
 
-/// Where a search ends.
+/// Where an augmenting path ends.
 enum End {
-    /// A robot has nothing any more.
+    /// At a robot that is left without a task.
     Leaves(usize),
-    /// A task has a place left.
+    /// At a task with a place left.
     Place(usize),
 }
 
@@ -169,7 +169,7 @@ impl Plan {
         }
     }
 
-    /// The search comes to a robot, and sees its tasks that are nearer than `loss`.
+    /// The search reaches a robot, and from it the tasks that are nearer than `loss`.
     fn look(&mut self, robot: usize, at: i64, loss: i64, offers: &[Offer]) {
         self.seen.push((robot, at));
         let Robot { from, to, gain, .. } = self.robots[robot];
@@ -195,7 +195,7 @@ impl Plan {
         left.min().map(|(_, it)| it)
     }
 
-    /// A robot gives up what it has: which task that was.
+    /// Takes a robot's task away from it; returns that task.
     fn release(&mut self, robot: usize, offers: &[Offer]) -> Option<usize> {
         let offer = self.robots[robot].has.take()?;
         let task = offers[offer].task.index();
