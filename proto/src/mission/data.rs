@@ -287,7 +287,8 @@ pub struct Terms {
     pub optional_devices: &'static [&'static str],
     /// Kinds of events in events.csv that only this mission knows.
     pub events: &'static [&'static str],
-    /// Those of them that are effects of the robot's work in the tick in which its behavior set ends, though no column counts them.
+    /// Those of `events` that are an effect of the robot's work though no column of mission.csv counts them. The report takes a robot for
+    /// productive up to its last effect.
     pub effects: &'static [&'static str],
     /// Whether the work itself is the effect: a robot is productive as long as a behavior set is active.
     pub continuous: bool,

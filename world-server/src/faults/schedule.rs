@@ -41,6 +41,20 @@ struct Entry {
     earlier_hits: u64,
 }
 
+impl Entry {
+    /// Whether there is a robot that it befalls. Of a fault that befalls a role, the status then names that robot.
+    fn finds_victim<'n>(&mut self, executes: impl Fn(&str) -> Option<&'n str>) -> bool {
+        let Some(asked) = &self.of_role else {
+            return true;
+        };
+        let victim = asked.role().and_then(executes);
+        if let Some(robot) = victim {
+            self.status.order.fault = asked.of_robot(robot);
+        }
+        victim.is_some()
+    }
+}
+
 impl Schedule {
     /// Arms a fault from `now` on: by its own id, or as `f1`, `f2`, ….
     ///
@@ -136,20 +150,10 @@ impl Schedule {
             self.heal(FaultIndex(index), now);
             return Some(Turn::Heal(FaultIndex(index)));
         }
-        let mut due = self.entries.iter_mut().enumerate();
-        let index = due.find_map(|(index, entry)| {
-            let finds_its_robot = |entry: &mut Entry| {
-                let Some(asked) = &entry.of_role else {
-                    return true;
-                };
-                let victim = asked.role().and_then(&executes);
-                if let Some(robot) = victim {
-                    entry.status.order.fault = asked.of_robot(robot);
-                }
-                victim.is_some()
-            };
-            (is_due(entry.due) && finds_its_robot(entry)).then_some(index)
-        })?;
+        let index = self
+            .entries
+            .iter_mut()
+            .position(|entry| is_due(entry.due) && entry.finds_victim(&executes))?;
         self.apply(FaultIndex(index), now);
         Some(Turn::Apply(FaultIndex(index)))
     }
