@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use alliance_proto::log::{
     AllocationRow, EventRow, LogLevel, Memory, MessageRow, MissionRow, MotivationRow, PoseRow,
-    RunFile, RunLog, Table, TableRow, TickRow,
+    RunFile, RunLog, Table, TableRow, TargetRow, TickRow,
 };
 use alliance_proto::scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
 use missions::Registry;
@@ -55,13 +55,14 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
         rows.is_ok_and(|rows| !rows.is_empty())
     }
     type IsOf = fn(RunLog) -> bool;
-    let tables: [(&str, Table, IsOf); 7] = [
+    let tables: [(&str, Table, IsOf); 8] = [
         ("motivations", Table::Motivations, is_of::<MotivationRow>),
         ("allocation", Table::Allocation, is_of::<AllocationRow>),
         ("messages", Table::Messages, is_of::<MessageRow>),
         ("events", Table::Events, is_of::<EventRow>),
         ("poses", Table::Poses, is_of::<PoseRow>),
         ("ticks", Table::Ticks, is_of::<TickRow>),
+        ("targets", Table::Targets, is_of::<TargetRow>),
         ("mission", Table::Mission, is_of::<MissionRow>),
     ];
     let mut tables = tables.into_iter();

@@ -352,7 +352,7 @@ fn tables_of(section: &str) -> &'static [Table] {
     } else if is(Section::Motivations) {
         &[Table::Motivations, Table::Events]
     } else if is(Section::State) {
-        &[Table::Poses, Table::Mission]
+        &[Table::Poses, Table::Mission, Table::Targets]
     } else {
         &[]
     }

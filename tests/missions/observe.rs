@@ -3,7 +3,9 @@
 //! Steps are 200 ms here, four times as long as by default, which changes hardly anything. All teams and radii: `alliance sweep
 //! study/sweeps/cmommt.toml`.
 
-use alliance_proto::log::{LogLevel, Memory, MissionRow, RunLog, Table};
+use alliance_proto::log::{
+    EventRow, LogLevel, Memory, MissionRow, PoseRow, RunLog, Table, TargetRow,
+};
 use alliance_proto::scenario::{Robot, Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use missions::Registry;
@@ -154,6 +156,55 @@ fn a_death_costs_no_more_than_the_dead_robot_saw() {
         (least..0.97 * alive).contains(&killed),
         "{killed} of {alive}"
     );
+}
+
+/// Each row of mission.csv follows from targets.csv: how many targets are seen, and in how many pairs. A target is found where it is,
+/// and in no step does it go further than it can.
+#[test]
+fn where_targets_are_is_in_a_table_of_their_own() {
+    let scenario = scenario("cmommt-crowded", Policy::ACmommt, "");
+    let section = scenario.mission.values::<ObserveSection>().unwrap();
+    let (n, most_m) = (usize::from(section.n), 0.2 * section.fastest_m_s);
+    let (_, recorder) = run(setup(&scenario, 1), LogLevel::Full);
+    let log = RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary());
+    let log = log.unwrap();
+    let targets: Vec<TargetRow> = log.rows().unwrap();
+    let poses: Vec<PoseRow> = log.rows().unwrap();
+    assert_eq!(targets.len() as u64, n as u64 * log.run.result.ticks);
+    assert_eq!(poses.last().unwrap().t_ms, targets.last().unwrap().t_ms);
+    let mut mission = log.rows::<MissionRow>().unwrap().into_iter().peekable();
+    let events: Vec<EventRow> = log.rows().unwrap();
+    let mut now = mission.next().unwrap();
+    let mut found = 0;
+    let mut before: Option<&[TargetRow]> = None;
+    for tick in targets.chunks(n) {
+        let at = tick[0].t_ms;
+        if mission.peek().is_some_and(|row| row.t_ms == at) {
+            now = mission.next().unwrap();
+        }
+        let observed = tick.iter().filter(|row| row.observers > 0).count();
+        let pairs: u32 = tick.iter().map(|row| row.observers).sum();
+        assert_eq!(now.get("observed"), Some(observed as f64), "{at}");
+        assert_eq!(now.get("pairs"), Some(f64::from(pairs)), "{at}");
+        for (row, number) in tick.iter().zip(0..) {
+            assert_eq!(row.target, format!("t{number}"));
+            if let Some(before) = before {
+                let before = &before[number];
+                let way_m = (row.x_m - before.x_m).hypot(row.y_m - before.y_m);
+                assert!(way_m <= most_m + 1e-4, "{row:?}");
+            }
+        }
+        for event in events.iter().filter(|event| event.t_ms == at) {
+            let row = tick.iter().find(|row| row.target == event.subject);
+            if let ("found", Some(row)) = (&*event.kind, row) {
+                assert_eq!(event.detail, format!("at {:.3} {:.3}", row.x_m, row.y_m));
+                assert!(row.observers > 0, "{event:?}");
+                found += 1;
+            }
+        }
+        before = Some(tick);
+    }
+    assert!(found > 10, "{found}");
 }
 
 fn poses(scenario: &Scenario, seed: u64) -> Vec<u8> {

@@ -25,6 +25,7 @@ TOPICS = {
     "messages": (),
     "events": (),
     "mission": (),
+    "targets": ("target",),
 }
 WARNINGS = {"gone", "stalled", "lost", "energy-out", "applied", "hit", "failed"}
 
@@ -148,6 +149,8 @@ def at(states, t_ms):
 def compare_items(folder, scene, step_ms):
     """A row of mission.csv is what the step made of the items, to be seen when the next one begins."""
     header, lines = rows(folder, "mission")
+    if "items_carried" not in header:
+        return
     for line in lines:
         row = dict(zip(header, map(lambda text: int(text or 0), line)))
         after = row["t_ms"] + step_ms
@@ -233,7 +236,7 @@ def compare_log(folder, topics):
 
 def site(marks):
     """The color of the only rectangle among the marks: [ms, red] whenever it changes."""
-    colors = ([time, round(entity.cubes[0].color.r, 2)] for time, entity in marks)
+    colors = ([time, round(entity.cubes[0].color.r, 2)] for time, entity in marks if entity.cubes)
     return [next(same) for _, same in groupby(colors, key=lambda color: color[1])]
 
 

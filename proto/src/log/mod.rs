@@ -19,7 +19,8 @@ pub use level::LogLevel;
 pub use memory::{Document, Memory};
 pub use read::{ReadError, RunLog, Seal};
 pub use rows::{
-    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
+    TickRow,
 };
 pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
 pub use section::{RUN_SECTION, Section, WORLD};

@@ -174,6 +174,22 @@ impl TableRow for PoseRow {
     const TABLE: Table = Table::Poses;
 }
 
+/// A row of targets.csv.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // As in `mission::Target`.
+pub struct TargetRow {
+    pub t_ms: SimTime,
+    pub target: String,
+    pub x_m: f32,
+    pub y_m: f32,
+    pub observers: u32,
+}
+
+impl TableRow for TargetRow {
+    const TABLE: Table = Table::Targets;
+}
+
 /// A row of ticks.csv.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]

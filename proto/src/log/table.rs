@@ -15,6 +15,8 @@ pub enum Table {
     Poses,
     /// How far the mission has come; a row for the first tick and for each tick that changed something.
     Mission,
+    /// Where every target was after each tick, and how many robots see it; there only if the mission has targets.
+    Targets,
     /// What came from outside; JSON lines.
     Inputs,
     /// Hashes. The last to be written: what is not sealed there does not count.
@@ -23,13 +25,14 @@ pub enum Table {
 
 impl Table {
     /// All, in the order in which a flush writes them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Motivations,
         Self::Allocation,
         Self::Messages,
         Self::Events,
         Self::Poses,
         Self::Mission,
+        Self::Targets,
         Self::Inputs,
         Self::Ticks,
     ];
@@ -44,6 +47,7 @@ impl Table {
             Self::Events => "events.csv",
             Self::Poses => "poses.csv",
             Self::Mission => "mission.csv",
+            Self::Targets => "targets.csv",
             Self::Inputs => "inputs.jsonl",
             Self::Ticks => "ticks.csv",
         }
@@ -52,7 +56,7 @@ impl Table {
     /// Whether the file is there only if it has rows.
     #[must_use]
     pub fn is_optional(self) -> bool {
-        self == Self::Allocation
+        matches!(self, Self::Allocation | Self::Targets)
     }
 
     /// First line with its line end; empty for JSON lines (DESIGN §8). `None` of mission.csv: the mission has
@@ -73,6 +77,7 @@ impl Table {
                 "t_ms,robot,x_m,y_m,heading_rad,speed_m_s,carrying,behavior_set,energy\n"
             }
             Self::Mission => return None,
+            Self::Targets => "t_ms,target,x_m,y_m,observers\n",
             Self::Inputs => "",
             Self::Ticks => "t_ms,tick,robot,section,hash\n",
         })
@@ -116,6 +121,7 @@ mod tests {
                     Some("t_ms,robot,x_m,y_m,heading_rad,speed_m_s,carrying,behavior_set,energy\n")
                 ),
                 ("mission.csv", None),
+                ("targets.csv", Some("t_ms,target,x_m,y_m,observers\n")),
                 ("inputs.jsonl", Some("")),
                 ("ticks.csv", Some("t_ms,tick,robot,section,hash\n")),
             ]

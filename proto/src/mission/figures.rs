@@ -2,10 +2,20 @@
 
 use std::fmt;
 
+use glam::Vec2;
 use schemars::JsonSchema;
 use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Something that moves by itself and is to be watched: a row of targets.csv.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Where it is, m.
+    pub at: Vec2,
+    /// How many robots see it.
+    pub observers: u32,
+}
 
 /// A number, or none: in files just that.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]

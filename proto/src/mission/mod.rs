@@ -21,7 +21,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::codec::{self, CodecError};
 use items::{ItemsBulletin, ItemsDeed, ItemsSensed, Knowledge};
 
-pub use figures::{MissionFigures, TeamFigures, Value};
+pub use figures::{MissionFigures, Target, TeamFigures, Value};
 
 /// Most bytes of what an open mission's devices tell a robot in a step.
 pub const SENSED_MAX: usize = 160;

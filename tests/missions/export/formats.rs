@@ -223,6 +223,27 @@ fn utilities_are_exported_like_motivations() {
     assert_eq!(files(&lab, "tables"), names);
 }
 
+/// Where targets were is in both.
+#[test]
+fn targets_have_a_topic_each_and_a_table() {
+    let lab = Lab::new();
+    let short = ["cmommt", "--limit", "10", "--in-process", "--mcap"];
+    lab.mission("watched", &short).expect(1);
+    lab.run(&["export", "watched", "--parquet=tables"])
+        .expect(0);
+    let Some(python) = python(&[MCAP, PARQUET].concat()) else {
+        return;
+    };
+    let wanted = rows(&lab, "watched", "targets");
+    assert!(wanted >= 200);
+    let mcap = ["watched", "watched/run.mcap"];
+    let found = read(&lab, &python, "read_mcap.py", &mcap);
+    assert_eq!(found["counts"]["targets"], wanted);
+    assert!(found["topics"]["/targets/t0"].as_u64() >= Some(200));
+    let found = read(&lab, &python, "read_parquet.py", &["watched", "tables"]);
+    assert_eq!(found["targets"]["rows"], wanted);
+}
+
 #[test]
 fn a_killed_worlds_run_is_exported_up_to_its_last_whole_tick() {
     let lab = Lab::new();

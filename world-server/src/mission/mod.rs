@@ -36,7 +36,7 @@ use crate::world::start::{StartError, start_poses};
 use crate::world::{Bar, Push};
 
 pub use crate::world::happened::Happened;
-pub use alliance_proto::mission::{MissionFigures, TeamFigures, Value};
+pub use alliance_proto::mission::{MissionFigures, Target, TeamFigures, Value};
 pub use typed::{Typed, TypedMission};
 
 /// The world's side of a mission, as it is known before a run.
@@ -171,6 +171,9 @@ pub trait WorldMission: Any + Send {
 
     /// Adds the values of mission.csv to an empty row, in the order of the columns that its data declare.
     fn row(&self, row: &mut Vec<Value>);
+
+    /// Adds its targets to an empty list: the log calls them t0, t1 and so on, in the order of the list.
+    fn targets(&self, _targets: &mut Vec<Target>) {}
 
     /// Hash of everything that the steps to come depend on.
     fn state(&self) -> u64;

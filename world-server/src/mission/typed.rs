@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Happened, TeamFigures, Validity, Value, WorldMission};
+use super::{Happened, Target, TeamFigures, Validity, Value, WorldMission};
 use crate::world::{Bar, ChangeError, Floor, Push};
 
 /// Room for the encoding of a mission's state in a step that does not allocate, bytes.
@@ -157,6 +157,9 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     /// See [`WorldMission::row`].
     fn row(&self, row: &mut Vec<Value>);
 
+    /// See [`WorldMission::targets`].
+    fn targets(&self, _targets: &mut Vec<Target>) {}
+
     /// See [`WorldMission::figures`].
     fn figures(&self, _figures: &mut TeamFigures) {}
 
@@ -261,6 +264,10 @@ impl<M: TypedMission> WorldMission for Typed<M> {
 
     fn row(&self, row: &mut Vec<Value>) {
         self.0.row(row);
+    }
+
+    fn targets(&self, targets: &mut Vec<Target>) {
+        self.0.targets(targets);
     }
 
     fn state(&self) -> u64 {

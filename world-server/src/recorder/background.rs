@@ -17,7 +17,7 @@ use alliance_proto::time::SimTime;
 use super::encode;
 use super::names::Names;
 use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
-use alliance_proto::mission::Value;
+use alliance_proto::mission::{Target, Value};
 
 /// Most ticks that go over together.
 const BATCH_TICKS: usize = 64;
@@ -175,6 +175,7 @@ struct Kept {
     answers: Vec<Answer>,
     events: Vec<Event>,
     mission: Vec<Value>,
+    targets: Vec<Target>,
     mission_state: u64,
 }
 
@@ -188,6 +189,7 @@ impl Kept {
             answers: record.answers.to_vec(),
             events: record.events.to_vec(),
             mission: record.mission.to_vec(),
+            targets: record.targets.to_vec(),
             mission_state: record.mission_state,
         }
     }
@@ -201,6 +203,7 @@ impl Kept {
             answers: &self.answers,
             events: &self.events,
             mission: &self.mission,
+            targets: &self.targets,
             mission_state: self.mission_state,
         }
     }

@@ -285,6 +285,19 @@ pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     all.end();
 }
 
+/// targets.csv: a row per target.
+pub(super) fn targets(repeated: &Repeated, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    for (number, target) in record.targets.iter().enumerate() {
+        Row::new(rows)
+            .fields(&repeated.now)
+            .numbered('t', number)
+            .real(target.at.x)
+            .real(target.at.y)
+            .number(target.observers)
+            .end();
+    }
+}
+
 /// inputs.jsonl: a line per input.
 pub(super) fn inputs(record: &TickRecord<'_>, lines: &mut Vec<u8>) {
     for input in record.inputs {

@@ -319,6 +319,11 @@ impl<S: Sink> Record for Recorder<S> {
             written.extend_from_slice(record.mission);
             pages.add(Table::Mission, |rows| encode::mission(record, rows));
         }
+        if !record.targets.is_empty() {
+            pages.add_optional(Table::Targets, |rows| {
+                encode::targets(repeated, record, rows)
+            });
+        }
         if self.seal_is_due(record.now) {
             self.seal();
         }

@@ -10,7 +10,7 @@ use alliance_proto::time::SimTime;
 use serde::{Serialize, Serializer};
 
 use super::answers::Answer;
-use alliance_proto::mission::Value;
+use alliance_proto::mission::{Target, Value};
 
 /// Everything that happened in one tick.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +30,8 @@ pub struct TickRecord<'a> {
     pub events: &'a [Event],
     /// How far the mission has come after the step, in the columns of mission.csv.
     pub mission: &'a [Value],
+    /// The mission's targets after the step.
+    pub targets: &'a [Target],
     /// Hash of all of the mission's state after the step.
     pub mission_state: u64,
 }

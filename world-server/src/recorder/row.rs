@@ -37,6 +37,12 @@ impl<'b> Row<'b> {
         self
     }
 
+    /// A letter and a number: the name of what has none of its own.
+    pub fn numbered(self, letter: char, value: impl Integer) -> Self {
+        self.0.push(letter as u8);
+        self.number(value)
+    }
+
     /// A float in the shortest form that reads back to the same bits, of two equally near ones in the even one; whole numbers
     /// without a point, and never with an exponent.
     pub fn real<F: Float + Display>(self, value: F) -> Self {

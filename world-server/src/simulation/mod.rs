@@ -41,7 +41,7 @@ use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::faults::skills::impairments;
 use crate::interruption::{Interruption, InterruptionHandler};
-use crate::mission::{MissionWorld, TeamFigures, Value};
+use crate::mission::{MissionWorld, Target, TeamFigures, Value};
 use crate::recorder::{
     Answer, Answers, BodyRecord, Ending, Event, FaultEvent, Record, RecordError, TickRecord,
 };
@@ -109,6 +109,7 @@ struct Ended {
     commands: Vec<Option<Actuation>>,
     events: Vec<Event>,
     mission: Vec<Value>,
+    targets: Vec<Target>,
     mission_state: u64,
     /// The mission's figures as of then, once it has changed since.
     figures: Option<Box<TeamFigures>>,
@@ -506,6 +507,8 @@ impl Simulation {
         ended.at = Some((tick, now));
         ended.mission.clear();
         self.world.mission().row(&mut ended.mission);
+        ended.targets.clear();
+        self.world.mission().targets(&mut ended.targets);
         ended.mission_state = self.world.mission().state();
         ended.figures = None;
         self.answers = answers;
@@ -546,6 +549,7 @@ impl Simulation {
             answers: self.answers.all(),
             events: &ended.events,
             mission: &ended.mission,
+            targets: &ended.targets,
             mission_state: ended.mission_state,
         })?;
         Ok(true)

@@ -17,7 +17,7 @@ use alliance_proto::time::SimTime;
 use alliance_proto::view::{Mark, MarkOutline, MarkRole, View};
 use glam::Vec2;
 use serde::Serialize;
-use world_server::mission::{Happened, TeamFigures, TypedMission, Validity, Value};
+use world_server::mission::{Happened, Target, TeamFigures, TypedMission, Validity, Value};
 use world_server::world::Floor;
 
 use super::bus::{Seen, Sensed, Watch as Look};
@@ -150,6 +150,14 @@ impl TypedMission for Observe {
 
     fn row(&self, row: &mut Vec<Value>) {
         self.watch.write_row(row);
+    }
+
+    fn targets(&self, targets: &mut Vec<Target>) {
+        let observers = self.watch.observers().iter();
+        targets.extend(observers.enumerate().map(|(number, &observers)| Target {
+            at: self.targets.at(number),
+            observers,
+        }));
     }
 
     fn figures(&self, figures: &mut TeamFigures) {

@@ -20,6 +20,8 @@ pub(super) struct Watch {
     seen_by: Vec<Option<RobotId>>,
     /// The same of the step before.
     before: Vec<Option<RobotId>>,
+    /// By target: how many robots saw it.
+    observers: Vec<u32>,
     observed: u32,
     pairs: u32,
     tally: Tally,
@@ -66,6 +68,7 @@ impl Watch {
             looked: vec![false; robots],
             seen_by: vec![None; targets],
             before: vec![None; targets],
+            observers: vec![0; targets],
             observed: 0,
             pairs: 0,
             tally: Tally {
@@ -94,12 +97,18 @@ impl Watch {
         self.seen_by[target].is_some()
     }
 
+    /// By target: how many robots saw it in the last step.
+    pub fn observers(&self) -> &[u32] {
+        &self.observers
+    }
+
     /// All have moved: whoever looks sees what is in range.
     pub fn settle(&mut self, targets: &Targets, floor: &Floor, happened: &mut Happened) {
         std::mem::swap(&mut self.before, &mut self.seen_by);
         std::mem::swap(&mut self.looked, &mut self.looks);
         self.looks.fill(false);
         self.seen_by.fill(None);
+        self.observers.fill(0);
         self.pairs = 0;
         for (robot, &looked) in (0..).map(RobotId).zip(&self.looked) {
             if !floor.is_present(robot) {
@@ -109,6 +118,7 @@ impl Watch {
             if looked {
                 for (target, _) in targets.in_range(floor.pose(robot).position) {
                     self.seen_by[target].get_or_insert(robot);
+                    self.observers[target] += 1;
                     sees += 1;
                 }
             }
@@ -168,6 +178,13 @@ impl Watch {
             return Err("somebody looks between steps".to_owned());
         }
         let observed = self.seen_by.iter().flatten().count() as u32;
+        let observers = self.observers.iter().sum::<u32>();
+        if observers != self.pairs {
+            return Err(format!(
+                "targets have {observers} observers, in {} pairs",
+                self.pairs
+            ));
+        }
         if observed != self.observed || self.pairs < observed {
             return Err(format!(
                 "{observed} targets are seen, in {} pairs, and {} are said to be",

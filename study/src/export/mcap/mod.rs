@@ -8,7 +8,7 @@
 //! | `/tf` | where each robot is, as its frame in `world`; each tick |
 //! | `/scene/…` | the room, what the mission shows (marks), obstacles, items and robots; whenever they change |
 //! | `/sensors/ROBOT/…` | what the sensors with a range tell, in the robot's frame; while there is something |
-//! | `/motivations/ROBOT/SET`, `/allocation/ROBOT/SET` of robots with another allocator than ALLIANCE, `/poses/ROBOT`, `/messages`, `/events`, `/mission` | the rows of the tables, with all columns |
+//! | `/motivations/ROBOT/SET`, `/allocation/ROBOT/SET` of robots with another allocator than ALLIANCE, `/poses/ROBOT`, `/targets/TARGET`, `/messages`, `/events`, `/mission` | the rows of the tables, with all columns |
 //! | `/threshold` | θ, at the beginning and the end: a line across a plot |
 //! | `/log` | events as sentences, those about failures as warnings |
 //!
@@ -54,7 +54,6 @@ pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     let frames = Frames::new(&mut recording, setup)?;
     let mut scene = SceneTopics::new(&mut recording, setup)?;
     let mut sensors = Sensors::new(&mut recording, setup)?;
-    let tables = Tables::new(&mut recording, setup)?;
 
     let mut seen = Vec::new();
     let mut end = None;
@@ -67,6 +66,7 @@ pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     if let Some(difference) = again.differs {
         return Err(Differs(difference).into());
     }
+    let tables = Tables::new(&mut recording, &again.log)?;
     // Sensors tell of the tick before; the order of what tells of the same time stays.
     seen.sort_by_key(|message| message.at);
 

@@ -5,9 +5,10 @@ use std::io::{Seek, Write};
 
 use alliance_proto::log::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, TableRow,
+    TargetRow,
 };
 use alliance_proto::mission::columns::Column;
-use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::scenario::Scenario;
 use alliance_proto::time::SimTime;
 use anyhow::Context;
 use foxglove::Encode;
@@ -40,6 +41,8 @@ pub struct Tables {
     allocation: ByBehavior<Allocation>,
     /// By robot.
     poses: BTreeMap<String, Channel<Pose>>,
+    /// By target.
+    targets: BTreeMap<String, Channel<Target>>,
     messages: Channel<Reception>,
     events: Channel<Event>,
     mission: u16,
@@ -89,6 +92,15 @@ struct Pose {
 }
 
 #[derive(Encode)]
+struct Target {
+    t_ms: u64,
+    target: String,
+    x_m: f32,
+    y_m: f32,
+    observers: u32,
+}
+
+#[derive(Encode)]
 struct Reception {
     t_ms: u64,
     receiver: String,
@@ -121,12 +133,15 @@ struct Threshold {
 }
 
 impl Tables {
+    /// Those of a log.
+    ///
     /// # Errors
-    /// Those of the recording.
+    /// Those of the recording, and of reading the log.
     pub fn new<W: Write + Seek>(
         recording: &mut Recording<W>,
-        setup: &Setup,
+        log: &RunLog,
     ) -> anyhow::Result<Self> {
+        let setup = &log.run.setup;
         let catalog = &setup.catalog;
         let columns = catalog.mission.terms().columns;
         let mut motivations = BTreeMap::new();
@@ -144,10 +159,24 @@ impl Tables {
             }
             poses.insert(name.clone(), recording.channel(&format!("/poses/{name}"))?);
         }
+        let mut targets = BTreeMap::new();
+        // Each tick has a row of each.
+        let mut rows = log.each_row::<TargetRow>().peekable();
+        let first = rows.peek().and_then(|row| row.as_ref().ok());
+        let begin = first.map(|row| row.t_ms);
+        for row in rows {
+            let row = row?;
+            if Some(row.t_ms) != begin {
+                break;
+            }
+            let topic = format!("/targets/{}", row.target);
+            targets.insert(row.target, recording.channel(&topic)?);
+        }
         Ok(Self {
             motivations,
             allocation,
             poses,
+            targets,
             messages: recording.channel("/messages")?,
             events: recording.channel("/events")?,
             mission: recording.raw_channel("/mission", &mission::schema(columns), "protobuf")?,
@@ -159,7 +188,7 @@ impl Tables {
     }
 
     /// All messages that come from the tables of a full log.
-    pub fn streams<'s>(&'s self, log: &'s RunLog) -> [Stream<'s>; 8] {
+    pub fn streams<'s>(&'s self, log: &'s RunLog) -> [Stream<'s>; 9] {
         let end = log.run.result.sim_time_ms;
         let threshold = Threshold {
             motivation: self.theta,
@@ -169,6 +198,7 @@ impl Tables {
             stream(log, |row| self.motivation(row)),
             stream(log, |row| self.allocation(row)),
             stream(log, |row| self.pose(row)),
+            stream(log, |row| self.target(row)),
             stream(log, |row| Ok(self.reception(row))),
             stream(log, |row| Ok(self.event(row))),
             stream(log, |row| Ok(self.mission(&row))),
@@ -224,6 +254,21 @@ impl Tables {
             carrying: row.carrying,
             behavior_set: row.behavior_set,
             energy: row.energy,
+        };
+        Ok(channel.message(row.t_ms, &message))
+    }
+
+    fn target(&self, row: TargetRow) -> anyhow::Result<Message> {
+        let channel = self
+            .targets
+            .get(&row.target)
+            .with_context(|| format!("there is no {}", row.target))?;
+        let message = Target {
+            t_ms: row.t_ms.0,
+            target: row.target,
+            x_m: row.x_m,
+            y_m: row.y_m,
+            observers: row.observers,
         };
         Ok(channel.message(row.t_ms, &message))
     }

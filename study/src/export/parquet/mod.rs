@@ -18,7 +18,7 @@ use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use alliance_proto::log::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, Table,
-    TableRow, TickRow,
+    TableRow, TargetRow, TickRow,
 };
 use anyhow::{Context, anyhow, bail};
 
@@ -39,13 +39,14 @@ type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
 /// # Errors
 /// When the log has no tables, holds what is no row, or a file cannot be written. Older files stay until all are written.
 pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
-    let tables: [(Table, WriteTable); 7] = [
+    let tables: [(Table, WriteTable); 8] = [
         (MotivationRow::TABLE, write_known::<MotivationRow>),
         (AllocationRow::TABLE, write_known::<AllocationRow>),
         (MessageRow::TABLE, write_known::<MessageRow>),
         (EventRow::TABLE, write_known::<EventRow>),
         (PoseRow::TABLE, write_known::<PoseRow>),
         (MissionRow::TABLE, write_mission),
+        (TargetRow::TABLE, write_known::<TargetRow>),
         (TickRow::TABLE, write_known::<TickRow>),
     ];
     let (kept, left_out): (Vec<_>, Vec<_>) = tables

@@ -1,7 +1,8 @@
 //! The columns of each table, in the order of the CSV (DESIGN §8).
 
 use alliance_proto::log::{
-    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TickRow,
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
+    TickRow,
 };
 use alliance_proto::mission::columns as declared;
 
@@ -96,6 +97,16 @@ impl Columns for PoseRow {
     ];
 }
 
+impl Columns for TargetRow {
+    const COLUMNS: &'static [Column<Self>] = &[
+        Column("t_ms", Integer(|row| row.t_ms.0)),
+        Column("target", Text(|row| (&row.target).into())),
+        Column("x_m", Single(|row| row.x_m)),
+        Column("y_m", Single(|row| row.y_m)),
+        Column("observers", Integer(|row| row.observers.into())),
+    ];
+}
+
 impl Columns for TickRow {
     const COLUMNS: &'static [Column<Self>] = &[
         Column("t_ms", Integer(|row| row.t_ms.0)),
@@ -123,6 +134,7 @@ mod tests {
         check::<MessageRow>();
         check::<EventRow>();
         check::<PoseRow>();
+        check::<TargetRow>();
         check::<TickRow>();
     }
 }

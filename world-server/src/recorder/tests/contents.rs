@@ -4,6 +4,7 @@ use alliance_proto::testkit::default_setup;
 use proptest::prelude::*;
 
 use super::*;
+use alliance_proto::mission::Target;
 
 fn text(memory: &Memory, table: Table) -> &str {
     std::str::from_utf8(&memory.tables[&table]).unwrap()
@@ -129,6 +130,30 @@ fn rows_of_every_input() {
              0,lost,green,blue,,broadcast 1 of tick 40\n"
         )
     );
+}
+
+/// A mission with targets has a row of each in every tick of a full log, and its seal covers them.
+#[test]
+fn targets_have_a_table() {
+    let mut ticks = sample();
+    ticks[1].targets = vec![
+        Target {
+            at: Vec2::new(1.5, -0.25),
+            observers: 2,
+        },
+        Target {
+            at: Vec2::ZERO,
+            observers: 0,
+        },
+    ];
+    let (_, full) = log(LogLevel::Full, &ticks);
+    assert_eq!(
+        text(&full, Table::Targets),
+        "t_ms,target,x_m,y_m,observers\n50,t0,1.5,-0.25,2\n50,t1,0,0,0\n"
+    );
+    assert!(text(&full, Table::Ticks).contains("\n50,1,world,targets.csv,"));
+    let (_, summary) = log(LogLevel::Summary, &ticks);
+    assert!(!summary.tables.contains_key(&Table::Targets));
 }
 
 #[test]

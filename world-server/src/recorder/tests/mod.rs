@@ -13,7 +13,7 @@ use alliance_proto::log::{
     EventRow, Input, Memory, MessageRow, MotivationRow, PoseRow, RUN_SECTION, RobotFigures, RunLog,
     TickRow,
 };
-use alliance_proto::mission::{Bytes, Sensed};
+use alliance_proto::mission::{Bytes, Sensed, Target};
 use alliance_proto::readings::{Actuation, Pose, Readings};
 use alliance_proto::team::{BroadcastKind, TaskState};
 use alliance_proto::telemetry::{
@@ -38,6 +38,7 @@ struct OwnedTick {
     robots: Vec<(BodyRecord, Option<(Readings, Report)>)>,
     events: Vec<Event>,
     mission: Vec<Value>,
+    targets: Vec<Target>,
     mission_state: u64,
 }
 
@@ -59,6 +60,7 @@ impl OwnedTick {
             answers: answers.all(),
             events: &self.events,
             mission: &self.mission,
+            targets: &self.targets,
             mission_state: self.mission_state,
         })
     }
@@ -153,6 +155,7 @@ fn sample() -> Vec<OwnedTick> {
         ],
         events: Vec::new(),
         mission: row([23, 1, 0, 0], None),
+        targets: Vec::new(),
         mission_state: 0,
     };
     let mut ticks = [0, 1, 2].map(tick);
