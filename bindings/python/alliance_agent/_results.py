@@ -22,7 +22,7 @@ class Results(Mapping[str, Any]):
     """The tables of a folder by name, each read when it is first asked for: `results["events"]` or `results.events`.
 
     A run has `events`, `poses`, `mission`, `messages`, `motivations`, `allocation`, `ticks`, as far as they were logged; times are
-    simulated ones, `t_ms`. A comparison has `results` (a row for each run), `cells`, `contrasts` and others, a sweep `results`
+    simulated ones, `t_ms`. A comparison has `results` (a row for each run), `cells`, `pairs` and others, a sweep `results`
     and `summary`.
     """
 
