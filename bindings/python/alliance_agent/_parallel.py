@@ -8,17 +8,20 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv as Parallel
 
 from ._run import Mind, Scenario
 from .env import Reward, VecEnv
 
 
-class ParallelEnv(Parallel):
+class ParallelEnv(Parallel, EzPickle):
     """A team, each robot of which is an agent that sees what it senses and hears; the reward is the team's, the same for all.
 
     A robot that a fault kills stays an agent, for it may come back: it sees zeros, `infos` say that it is not alive, and its mask
     has no action but to be idle. With `revive=False` it is terminated, and is gone for the episode.
+
+    A copy, and what is unpickled, is made anew from the same arguments, before its first episode.
     """
 
     metadata = {"name": "alliance_agent_v0", "render_modes": [], "is_parallelizable": True}
@@ -43,18 +46,17 @@ class ParallelEnv(Parallel):
 
         `time_cost` is taken off the reward of each step. The rest is as of `run` and `VecEnv`.
         """
-        self._vec = VecEnv(
-            scenario,
-            1,
-            level=level,
-            period_s=period_s,
-            minds=minds,
-            faults=faults,
-            robots=robots,
-            size=size,
-            limit=limit,
-            auto_reset=False,
-        )
+        run = {
+            "level": level,
+            "period_s": period_s,
+            "minds": minds,
+            "faults": faults,
+            "robots": robots,
+            "size": size,
+            "limit": limit,
+        }
+        EzPickle.__init__(self, scenario, **run, revive=revive, reward=reward, time_cost=time_cost)
+        self._vec = VecEnv(scenario, 1, **run, auto_reset=False)
         self._revive, self._reward, self._time_cost = revive, reward, time_cost
         self._has_faults = faults is not None or "faults" in self._vec.setup["scenario"]
         self._next_seed = 1

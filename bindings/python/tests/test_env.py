@@ -1,5 +1,7 @@
 """Learning environments."""
 
+import copy
+import pickle
 import warnings
 
 import numpy as np
@@ -33,6 +35,20 @@ def test_pettingzoo_s_own_tests(mission, level, has_faults, revive):
         warnings.simplefilter("ignore", UserWarning)
         parallel_api_test(make(), num_cycles=200)
         parallel_seed_test(make, num_cycles=60)
+
+
+def test_a_copy_is_made_anew_from_the_same_arguments():
+    env = parallel_env("janitorial", limit=20.0, faults=KILLED, revive=False)
+    env.reset(seed=3)
+    copies = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
+    hashes = set()
+    for one in [env, *copies]:
+        one.reset(seed=3)
+        while one.agents:
+            infos = one.step({})[4]
+        hashes |= {info["hash"] for info in infos.values()}
+        assert one.possible_agents == env.possible_agents
+    assert len(hashes) == 1
 
 
 def test_gymnasium_s_checker_on_the_view_of_one_robot():
