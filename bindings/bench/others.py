@@ -7,7 +7,7 @@ The missions are not the same, so that a ratio says what a step costs a learner,
 
 import statistics
 
-from bench import batch, parallel, turn
+from environments import batch, parallel, turn
 
 ROUNDS = 5
 
