@@ -135,19 +135,8 @@ impl Deltas {
         self.renew(place, round);
         let Some(claim) = claim else { return };
         let records = &mut self.places[place].records;
-        if claim.robot == me.robot {
-            // What others believe of the robot itself and what is so: it knows best, and if they have something newer it says so anew.
-            let own = records.of(me.robot).map(|record| record.claim);
-            if records.hear(claim, delta.made) {
-                let none = Claim {
-                    value: 0.0,
-                    ..claim
-                };
-                records.set(own.unwrap_or(none), now);
-            }
-            return;
-        }
-        if records.hear(claim, delta.made) {
+        // What others know of the robot itself changes nothing for it; if it is not so, the robot dates anew what is.
+        if records.hear(claim, delta.made) && claim.robot != me.robot {
             beliefs.set_others(place, records.best_but(me.robot));
             if claim.value > 0.0 {
                 self.note_bidder(claim.robot, broadcast.sent);
@@ -176,7 +165,7 @@ impl Deltas {
         }
     }
 
-    /// Dates what has become of the robot's own bids in this step.
+    /// Dates what has become of the robot's own bids in this step, and what others have wrong about them.
     fn note_own(&mut self, now: SimTime, beliefs: &Beliefs) {
         let robot = self.me;
         for (place, entry) in beliefs.entries().iter().enumerate() {
