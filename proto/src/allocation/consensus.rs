@@ -68,20 +68,20 @@ pub struct News {
 /// Most entries of [`Deltas`]. With as many a message takes less than 1,200 bytes.
 pub const DELTAS_MAX: usize = 36;
 
-/// What has changed in a robot's beliefs, each entry by itself: what ACBBA says in the place of [`Table`]s.
+/// What has changed in what a robot knows of bids, each by itself: what ACBBA says in the place of [`Table`]s.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Deltas {
     /// At most [`DELTAS_MAX`].
     pub entries: Vec<Delta>,
 }
 
-/// What a robot believes of one place of one task, and since when that is so.
+/// The newest word about one robot's bid for one place of one task.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Delta {
-    /// The task, its round, and who has it.
+    /// The task, its round, and whose bid: one of 0 has been taken back. `None`: nobody has the place, and the round is all that is told.
     pub belief: Belief,
     /// Which place of the task.
     pub slot: u16,
-    /// t: when the winner made its bid, or when the task was given up.
+    /// t: when that robot made the bid, or took it back.
     pub made: SimTime,
 }

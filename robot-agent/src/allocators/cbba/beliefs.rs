@@ -18,6 +18,8 @@ pub struct Entry {
     pub round: SimTime,
     /// Who has it.
     pub claim: Option<Claim>,
+    /// Who would have it but for the robot itself, where that is known.
+    others: Option<Claim>,
     /// Whether this is news to the team.
     pub is_unsaid: bool,
 }
@@ -69,6 +71,7 @@ impl Beliefs {
                 slot: slot as u16,
                 round: SimTime::ZERO,
                 claim: None,
+                others: None,
                 is_unsaid: false,
             }));
         }
@@ -106,12 +109,47 @@ impl Beliefs {
         }
     }
 
+    /// The largest bid of others is a different one now; the robot's own counts if it is larger.
+    pub fn set_others(&mut self, place: usize, others: Option<Claim>) {
+        let entry = &mut self.entries[place];
+        entry.others = others;
+        let own = entry.claim.filter(|claim| claim.robot == self.me);
+        let is_kept = own.is_some_and(|own| others.is_none_or(|other| own.beats(&other)));
+        if !is_kept {
+            self.set(place, others);
+        }
+    }
+
+    /// The robot bids for a place. Whether it has it so; if not, it believes what others bid.
+    pub fn bid(&mut self, place: usize, value: f32) -> bool {
+        let own = Claim {
+            robot: self.me,
+            value,
+        };
+        let others = self.entries[place].others;
+        let is_won = others.is_none_or(|other| own.beats(&other));
+        self.set(place, if is_won { Some(own) } else { others });
+        is_won
+    }
+
+    /// A place that nobody has any more goes to the best of the others, now that the robot has made its choice. Not sooner: a robot that
+    /// gives up everything and chooses anew would else go from one place of a task to another, and have both in the eyes of others.
+    pub fn yield_places(&mut self) {
+        for place in 0..self.entries.len() {
+            let entry = &self.entries[place];
+            if entry.claim.is_none() && entry.others.is_some() {
+                self.set(place, entry.others);
+            }
+        }
+    }
+
     /// A newer round voids what was believed.
     pub fn renew(&mut self, place: usize, round: SimTime) {
         let entry = &mut self.entries[place];
         if entry.round < round {
             entry.round = round;
             entry.claim = None;
+            entry.others = None;
             entry.is_unsaid = true;
             self.has_changed = true;
         }

@@ -2,7 +2,6 @@
 //! Brunet, How 2009, Algorithm 3). A task's bid is what it adds to the score of the path; the score is S(p) = Σ r·λ^t, with t the time
 //! until the unit of each task is done along p.
 
-use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use smallvec::SmallVec;
 
@@ -143,12 +142,12 @@ impl Bundle {
         let Some(mut kept) = kept else { return };
         let worth = self.offers[kept.own].map_or(0.0, |offer| offer.worth);
         kept.value = bid(worth);
-        let claim = Claim {
-            robot: self.me,
-            value: kept.value,
-        };
-        if let Some(place) = kept.place {
-            beliefs.set(place, Some(claim));
+        if kept
+            .place
+            .is_some_and(|place| !beliefs.bid(place, kept.value))
+        {
+            self.is_outbid = true;
+            return;
         }
         self.held.push(kept);
         self.path.push(kept.own);
@@ -161,12 +160,9 @@ impl Bundle {
         let fixed = self.path.first().copied().filter(|_| goes_on);
         while let Some(best) = self.best(fixed, worths, beliefs) {
             self.keep(best.after, beliefs);
-            let claim = Claim {
-                robot: self.me,
-                value: best.held.value,
-            };
-            if let Some(place) = best.held.place {
-                beliefs.set(place, Some(claim));
+            let place = best.held.place;
+            if place.is_some_and(|place| !beliefs.bid(place, best.held.value)) {
+                continue;
             }
             self.held.push(best.held);
             self.path.insert(best.at, best.held.own);
@@ -343,12 +339,12 @@ impl Worths<'_, '_> {
     }
 }
 
-/// A bid is finite and not negative, whatever the mission says.
+/// A bid is finite and above 0, whatever the mission says: 0 is none.
 fn bid(worth: f64) -> f32 {
     // Not a number is not above 0.
     if worth > 0.0 {
-        (worth as f32).min(f32::MAX)
+        (worth as f32).clamp(f32::MIN_POSITIVE, f32::MAX)
     } else {
-        0.0
+        f32::MIN_POSITIVE
     }
 }

@@ -10,22 +10,30 @@ use alliance_proto::time::SimTime;
 
 use super::beliefs::Beliefs;
 use super::bundle::Bundle;
-use super::delta_table::{Action, Dated, consensus};
+use super::records::Records;
 use super::{Consensus, Rules};
 use crate::allocator::{Input, Me};
 
 /// What is known of the team.
 #[derive(Clone, Debug)]
 pub struct Deltas {
+    me: RobotId,
     repeat: SimTime,
-    /// When all entries were told last.
+    /// When all beliefs were told last.
     repeated: Option<SimTime>,
-    /// Of each entry of the beliefs: what it is, and since when.
-    dated: Vec<Dated>,
+    /// Of each entry of the beliefs, what is known of all bids.
+    places: Vec<Place>,
     /// Of whom there is news that is younger than τ, by rank.
     known: Vec<Known>,
     /// The entry that comes first among those that are to be told, so that each has its turn.
     next: usize,
+}
+
+/// What is known of all bids for one place of one task.
+#[derive(Clone, Debug, Default)]
+struct Place {
+    round: SimTime,
+    records: Records,
 }
 
 /// What is known of a teammate's words.
@@ -58,7 +66,7 @@ impl Deltas {
                     known.incarnation = incarnation;
                     known.word = None;
                     if is_restarted {
-                        beliefs.strike(robot, |_| true);
+                        self.strike(robot, sent, beliefs);
                     }
                 }
                 false
@@ -77,7 +85,7 @@ impl Deltas {
     }
 
     /// Somebody else tells of a robot that has made a bid.
-    fn note_winner(&mut self, robot: RobotId, sent: SimTime) {
+    fn note_bidder(&mut self, robot: RobotId, sent: SimTime) {
         if let Err(at) = self.known(robot) {
             let known = Known {
                 robot,
@@ -124,38 +132,51 @@ impl Deltas {
             return;
         }
         beliefs.renew(place, round);
-        let believes = Dated {
-            claim: beliefs.entries()[place].claim,
-            made: self.dated[place].made,
-        };
-        let says = Dated {
-            claim,
-            made: delta.made,
-        };
-        let after = match consensus(me.robot, broadcast.sender, says, believes) {
-            Action::Leave => return,
-            Action::Tell => {
-                beliefs.tell(place);
-                return;
+        self.renew(place, round);
+        let Some(claim) = claim else { return };
+        let records = &mut self.places[place].records;
+        // What others know of the robot itself changes nothing for it; if it is not so, the robot dates anew what is.
+        if records.hear(claim, delta.made) && claim.robot != me.robot {
+            beliefs.set_others(place, records.best_but(me.robot));
+            if claim.value > 0.0 {
+                self.note_bidder(claim.robot, broadcast.sent);
             }
-            Action::Update => says,
-            Action::Reset => Dated {
-                claim: None,
-                made: now,
-            },
-            Action::Assert => {
-                beliefs.tell(place);
-                Dated {
-                    made: now,
-                    ..believes
-                }
-            }
-        };
-        if let Some(claim) = after.claim.filter(|claim| claim.robot != me.robot) {
-            self.note_winner(claim.robot, broadcast.sent);
         }
-        self.dated[place] = after;
-        beliefs.set(place, after.claim);
+    }
+
+    /// A newer round voids all bids.
+    fn renew(&mut self, place: usize, round: SimTime) {
+        let place = &mut self.places[place];
+        if place.round < round {
+            place.round = round;
+            place.records.clear();
+        }
+    }
+
+    /// All bids of a robot count as taken back then.
+    fn strike(&mut self, robot: RobotId, then: SimTime, beliefs: &mut Beliefs) {
+        for (place, known) in self.places.iter_mut().enumerate() {
+            let record = known.records.of(robot);
+            if record.is_some_and(|record| record.claim.value > 0.0) {
+                let none = Claim { robot, value: 0.0 };
+                known.records.hear(none, then);
+                beliefs.set_others(place, known.records.best_but(self.me));
+            }
+        }
+    }
+
+    /// Dates what has become of the robot's own bids in this step, and what others have wrong about them.
+    fn note_own(&mut self, now: SimTime, beliefs: &Beliefs) {
+        let robot = self.me;
+        for (place, entry) in beliefs.entries().iter().enumerate() {
+            let records = &mut self.places[place].records;
+            let own = entry.claim.filter(|claim| claim.robot == robot);
+            let value = own.map_or(0.0, |claim| claim.value);
+            let told = records.of(robot).map_or(0.0, |record| record.claim.value);
+            if value != told {
+                records.set(Claim { robot, value }, now);
+            }
+        }
     }
 
     /// FORGET: who has been silent for τ has nothing any more. Whether there is one.
@@ -164,7 +185,7 @@ impl Deltas {
         let mut is_gone = false;
         while let Some(at) = self.known.iter().position(is_silent) {
             let gone = self.known.remove(at).robot;
-            beliefs.strike(gone, |_| true);
+            self.strike(gone, now, beliefs);
             is_gone = true;
         }
         is_gone
@@ -172,15 +193,12 @@ impl Deltas {
 }
 
 impl Consensus for Deltas {
-    fn new(_: &Me, rules: &Rules, beliefs: &Beliefs) -> Self {
-        let nothing = Dated {
-            claim: None,
-            made: SimTime::ZERO,
-        };
+    fn new(me: &Me, rules: &Rules, beliefs: &Beliefs) -> Self {
         Self {
+            me: me.robot,
             repeat: rules.refresh,
             repeated: None,
-            dated: vec![nothing; beliefs.entries().len()],
+            places: vec![Place::default(); beliefs.entries().len()],
             known: Vec::new(),
             next: 0,
         }
@@ -195,6 +213,9 @@ impl Consensus for Deltas {
     ) -> bool {
         let now = input.now;
         let mut has_changed = false;
+        for (place, entry) in beliefs.entries().iter().enumerate() {
+            self.renew(place, entry.round);
+        }
         for broadcast in input.heard {
             let is_of_team = broadcast.sender.index() < me.team && broadcast.sender != me.robot;
             let is_fresh = broadcast.sent <= now && now.since(broadcast.sent) < me.ceased_after;
@@ -219,38 +240,49 @@ impl Consensus for Deltas {
     }
 
     fn say(&mut self, now: SimTime, beliefs: &mut Beliefs, say: &mut Vec<AllocationMessage>) {
+        beliefs.yield_places();
+        self.note_own(now, beliefs);
         let count = beliefs.entries().len();
         let is_due = |repeated| now.since(repeated) >= self.repeat;
         if self.repeated.is_none_or(is_due) {
             self.repeated = Some(now);
-            (0..count).for_each(|place| beliefs.tell(place));
+            for place in 0..count {
+                match beliefs.entries()[place].claim {
+                    Some(winner) => self.places[place].records.tell(winner.robot),
+                    None => beliefs.tell(place),
+                }
+            }
         }
-        let mut told = Vec::new();
+        let mut told: Vec<Delta> = Vec::new();
         // What does not go now goes in the next step.
         let most = DELTAS_MAX * (1 + beliefs.tasks().len());
         for place in (0..count).map(|place| (self.next + place) % count) {
             let entry = &beliefs.entries()[place];
-            if !entry.is_unsaid {
-                continue;
+            let delta = |claim, made| Delta {
+                belief: Belief {
+                    task: entry.task,
+                    round: entry.round,
+                    claim,
+                },
+                slot: entry.slot,
+                made,
+            };
+            let before = told.len();
+            let records = self.places[place].records.iter_mut();
+            let unsaid = records.filter(|record| record.is_unsaid);
+            for record in unsaid.take(most - before) {
+                record.is_unsaid = false;
+                told.push(delta(Some(record.claim), record.made));
+            }
+            // Of a place that nobody has the round is told.
+            let is_free = entry.is_unsaid && entry.claim.is_none();
+            if is_free && told.len() == before && before < most {
+                told.push(delta(None, SimTime::ZERO));
             }
             if told.len() == most {
                 self.next = place;
                 break;
             }
-            // What has changed since the team was heard is the robot's own doing.
-            if self.dated[place].claim != entry.claim {
-                let claim = entry.claim;
-                self.dated[place] = Dated { claim, made: now };
-            }
-            told.push(Delta {
-                belief: Belief {
-                    task: entry.task,
-                    round: entry.round,
-                    claim: entry.claim,
-                },
-                slot: entry.slot,
-                made: self.dated[place].made,
-            });
             beliefs.note_said(place);
         }
         let messages = told.chunks(DELTAS_MAX).map(|entries| Message {

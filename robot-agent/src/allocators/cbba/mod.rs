@@ -7,12 +7,12 @@
 //! - `beliefs`: who has what.
 //! - `table`: what becomes of a belief when a teammate says something else.
 //! - `tables`: messages (SAY, HEAR), and who is taken for dead (FORGET).
-//! - `deltas`, `delta_table`: the same for ACBBA.
+//! - `deltas`, `records`: the same for ACBBA, without a table.
 
 mod beliefs;
 mod bundle;
-mod delta_table;
 mod deltas;
+mod records;
 mod table;
 mod tables;
 #[cfg(test)]

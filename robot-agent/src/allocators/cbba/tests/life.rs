@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use alliance_proto::allocation::AllocationMessage;
-use alliance_proto::allocation::consensus::{Belief, Claim, News, Table};
+use alliance_proto::allocation::consensus::{Belief, Claim, Delta, Deltas, News, Table};
 use alliance_proto::codec::encoded_len;
 use alliance_proto::ids::{RobotId, TaskId};
 use alliance_proto::team::{Broadcast, Content};
@@ -11,7 +11,7 @@ use alliance_proto::telemetry::Reason;
 use alliance_proto::time::SimTime;
 
 use super::team::{Team, Work};
-use crate::allocators::cbba::{BundleConfig, Cbba};
+use crate::allocators::cbba::{Acbba, BundleConfig, Cbba, DeltaConfig};
 
 const TAU: SimTime = SimTime(5000);
 
@@ -136,6 +136,8 @@ fn empty_and_forged_words_take_nothing() {
         team.whisper(0, said_by(1, 1000, now.since(SimTime(50)), table.clone()));
         team.step();
         assert_eq!(team.active()[0], Some(0), "{table:?}");
+        // Nor does it have to take it again, which it would tell.
+        assert_eq!(team.members[0].decision.say, [], "{table:?}");
     }
     // A better bid does.
     let mut team = Team::<Cbba>::new(1, spread(3, 1), &single(), TAU);
@@ -317,4 +319,31 @@ fn the_largest_table_fits_a_message() {
         news: vec![news; 64],
     });
     assert!(encoded_len(&table).unwrap() <= 1200);
+}
+
+/// ACBBA: whoever gives a task up believes at once what it knows of the bids of others; a smaller one than its own was none before.
+#[test]
+fn what_is_given_up_belongs_to_the_next() {
+    let mut team = Team::<Acbba>::new(1, spread(2, 1), &DeltaConfig::default(), TAU);
+    team.dead[1] = true;
+    for _ in 0..4 {
+        team.step();
+    }
+    let made = team.now().since(SimTime(50));
+    let delta = Delta {
+        belief: claims(0, SimTime::ZERO, Some((1, 0.1))).beliefs[0],
+        slot: 0,
+        made,
+    };
+    let mut word = said_by(1, 1000, made, Table::default());
+    let entries = vec![delta];
+    Arc::make_mut(&mut word).body =
+        Content::Allocation(AllocationMessage::Deltas(Deltas { entries }));
+    team.whisper(0, word);
+    let holder = |team: &Team<Acbba>| team.members[0].allocator.0.beliefs.holder(TaskId(0));
+    team.step();
+    assert_eq!(holder(&team), Some(RobotId(0)));
+    team.can[0][0] = false;
+    team.step();
+    assert_eq!(holder(&team), Some(RobotId(1)));
 }

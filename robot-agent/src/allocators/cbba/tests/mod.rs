@@ -2,6 +2,7 @@
 
 mod laws;
 mod life;
+mod records;
 mod reference;
 mod rows;
 pub(crate) mod team;

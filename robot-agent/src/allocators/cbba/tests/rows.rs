@@ -1,10 +1,9 @@
-//! Every row of CBBA's table in every case, against a transcription in another form (ALLOCATORS.md §6), and the rows of ACBBA's.
+//! Every row of CBBA's table in every case, against a transcription in another form (ALLOCATORS.md §6).
 
 use alliance_proto::allocation::consensus::Claim;
 use alliance_proto::ids::RobotId;
 use alliance_proto::time::SimTime;
 
-use crate::allocators::cbba::delta_table::{self, Action as DeltaAction, Dated};
 use crate::allocators::cbba::table::{Action, Stamps, consensus};
 
 /// The robots of the paper: the receiver, the sender, and two others.
@@ -144,55 +143,4 @@ fn every_row_does_what_the_paper_says() {
         }
     }
     assert_eq!(seen, 17 * 81 * 3);
-}
-
-/// What happens in each row where the sender's word is older, of the same time, and newer: with a smaller bid, then with a larger one.
-#[test]
-fn every_row_of_acbba_does_what_its_page_says() {
-    use DeltaAction::{Assert, Leave, Reset, Tell, Update};
-    let rows = [
-        (None, None, [Leave; 3], [Leave; 3]),
-        (None, Some(I), [Assert; 3], [Assert; 3]),
-        (None, Some(K), [Update; 3], [Update; 3]),
-        (None, Some(M), [Tell, Tell, Update], [Tell, Tell, Update]),
-        (Some(I), None, [Tell; 3], [Tell; 3]),
-        (Some(I), Some(I), [Tell; 3], [Tell; 3]),
-        (Some(I), Some(K), [Reset; 3], [Reset; 3]),
-        (Some(I), Some(M), [Tell; 3], [Tell; 3]),
-        (Some(K), None, [Update; 3], [Update; 3]),
-        (Some(K), Some(I), [Assert; 3], [Update; 3]),
-        (Some(K), Some(K), [Tell, Tell, Update], [Tell, Tell, Update]),
-        (Some(K), Some(M), [Tell; 3], [Update; 3]),
-        (
-            Some(M),
-            None,
-            [Tell, Update, Update],
-            [Tell, Update, Update],
-        ),
-        (Some(M), Some(I), [Assert; 3], [Update; 3]),
-        (Some(M), Some(K), [Update; 3], [Update; 3]),
-        (Some(M), Some(M), [Tell, Tell, Update], [Tell, Tell, Update]),
-        (Some(M), Some(N), [Tell; 3], [Update; 3]),
-    ];
-    for (says, believes, smaller, larger) in rows {
-        for (value, wanted) in [(0.4, smaller), (0.6, larger)] {
-            for (made, wanted) in [(1, wanted[0]), (2, wanted[1]), (3, wanted[2])] {
-                let dated = |robot: Option<RobotId>, value, made| Dated {
-                    claim: robot.map(|robot| Claim { robot, value }),
-                    made: SimTime(made),
-                };
-                let (theirs, mine) = (dated(says, value, made), dated(believes, 0.5, 2));
-                let done = delta_table::consensus(I, K, theirs, mine);
-                assert_eq!(done, wanted, "{says:?} {believes:?} {value} {made}");
-            }
-        }
-    }
-    // What is the same on both sides is left.
-    for robot in [I, M] {
-        let same = Dated {
-            claim: Some(Claim { robot, value: 0.5 }),
-            made: SimTime(1),
-        };
-        assert_eq!(delta_table::consensus(I, K, same, same), Leave);
-    }
 }

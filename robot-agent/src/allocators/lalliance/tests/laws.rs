@@ -207,11 +207,13 @@ proptest! {
 }
 
 /// For how long robot n is kept from the only task before it has had a stint that it ended itself, s, and the longest that it
-/// believed to need itself meanwhile; gives up when that is more than `limit_s` of it.
+/// believed to need itself meanwhile; gives up when that is more than `limit_s` of it. Before the task falls due for it, each teammate
+/// does a unit in `unit_s`.
 fn kept_away_s(
     config: &Config,
     preset: Preset,
     teammates: usize,
+    unit_s: u64,
     limit_s: impl Fn(f64) -> f64,
     mut speak: impl FnMut(usize, SimTime) -> Option<(TaskState, bool)>,
 ) -> (f64, f64) {
@@ -219,6 +221,14 @@ fn kept_away_s(
     let mut solo = Solo::new(&me(rank, teammates + 1, &[2.0]), config, preset.switches());
     let (mut away_s, mut own_s) = (0.0, 0.0_f64);
     let mut lives = vec![1; teammates];
+    for second in 0..=unit_s {
+        let word = (Executing, Some(0), u32::from(second == unit_s));
+        let mut heard: Vec<_> = (0..rank).map(|mate| solo.word(mate, word)).collect();
+        for _ in 0..1000 / STEP.0 {
+            solo.step(&[false], &heard, &[]);
+            heard.clear();
+        }
+    }
     while away_s <= limit_s(own_s) {
         let mut heard = Vec::new();
         for (sender, life) in lives.iter_mut().enumerate() {
@@ -253,6 +263,19 @@ fn kept_away_s(
     (away_s, own_s)
 }
 
+/// What a teammate says again and again, and after how many steps it goes on: anything, or that it is at the task and nothing else.
+fn script() -> impl proptest::strategy::Strategy<Value = Vec<(TaskState, bool, u64)>> {
+    let word = (
+        prop::sample::select(vec![Executing, Executing, Waiting, Released, Idle]),
+        prop::bool::weighted(0.1),
+        prop_oneof![Just(1_u64), 1_u64..8, 1_u64..120],
+    );
+    prop_oneof![
+        2 => prop::collection::vec(word, 1..6),
+        1 => Just(vec![(Executing, false, 8)]),
+    ]
+}
+
 /// B of docs/BOUNDS.md, with the longest delay, boredom before each rise and the cap of φ, s.
 fn bound_s(config: &Config, preset: Preset, teammates: usize, own_s: f64) -> f64 {
     let (n, step_s) = (teammates as f64, STEP.as_secs_f64());
@@ -275,23 +298,14 @@ proptest! {
     fn nobody_keeps_a_task_for_longer_than_the_bound(
         (strategy, ordering) in strategies(),
         preset in prop::sample::select(vec![Preset::Team, Preset::Par98]),
-        teammates in prop::collection::vec(
-            prop::collection::vec(
-                (
-                    prop::sample::select(vec![Executing, Executing, Waiting, Released, Idle]),
-                    prop::bool::weighted(0.1),
-                    prop_oneof![Just(1_u64), 1_u64..8, 1_u64..120],
-                ),
-                1..6,
-            ),
-            1..4,
-        ),
+        teammates in prop::collection::vec(script(), 1..4),
+        unit_s in prop_oneof![Just(0_u64), 1_u64..300],
     ) {
         let config = Config { strategy, ordering, ..Config::default() };
         let mut next = vec![(0_usize, 0_u64); teammates.len()];
         let bound_s = |own_s| bound_s(&config, preset, teammates.len(), own_s);
         let limit_s = |own_s| 2.0 * bound_s(own_s) + 100.0;
-        let (away_s, own_s) = kept_away_s(&config, preset, teammates.len(), limit_s, |rank, _| {
+        let (away_s, own_s) = kept_away_s(&config, preset, teammates.len(), unit_s, limit_s, |rank, _| {
             let (place, resting) = &mut next[rank];
             if *resting > 0 {
                 *resting -= 1;

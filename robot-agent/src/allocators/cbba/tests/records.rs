@@ -1,0 +1,78 @@
+//! What is known of bids does not depend on the order in which words about them come, nor on how often.
+
+use alliance_proto::allocation::consensus::Claim;
+use alliance_proto::ids::RobotId;
+use alliance_proto::time::SimTime;
+use proptest::prelude::*;
+
+use crate::allocators::cbba::records::Records;
+
+fn word() -> impl Strategy<Value = (Claim, SimTime)> {
+    (0..4_u16, 0..3_u8, 0..4_u64).prop_map(|(robot, value, made)| {
+        let claim = Claim {
+            robot: RobotId(robot),
+            value: f32::from(value),
+        };
+        (claim, SimTime(made))
+    })
+}
+
+fn known(words: &[(Claim, SimTime)]) -> Records {
+    let mut records = Records::default();
+    for &(claim, made) in words {
+        records.hear(claim, made);
+    }
+    for record in records.iter_mut() {
+        record.is_unsaid = false;
+    }
+    records
+}
+
+proptest! {
+    #[test]
+    fn neither_order_nor_repetition_counts(
+        words in prop::collection::vec(word(), 0..20),
+        more in prop::collection::vec(any::<prop::sample::Index>(), 0..20),
+        by in any::<u64>(),
+    ) {
+        let mut again = words.clone();
+        again.extend(more.iter().filter_map(|at| words.get(at.index(words.len().max(1)))));
+        again.sort_by_key(|(claim, made)| {
+            (u64::from(claim.robot.0) * 7 + made.0 * 5 + u64::from(claim.value as u8) * 3).wrapping_mul(by | 1)
+        });
+        prop_assert_eq!(known(&words), known(&again));
+    }
+
+    /// A bid that its robot has taken back is never believed again, whoever passes it on; what is known better has to be told.
+    #[test]
+    fn what_was_taken_back_stays_so(words in prop::collection::vec(word(), 0..20), robot in 0..4_u16) {
+        let robot = RobotId(robot);
+        let mut records = known(&words);
+        records.hear(Claim { robot, value: 0.0 }, SimTime(10));
+        for &(claim, made) in words.iter().filter(|(claim, _)| claim.robot == robot) {
+            for record in records.iter_mut() {
+                record.is_unsaid = false;
+            }
+            prop_assert!(!records.hear(claim, made));
+            prop_assert!(records.of(robot).unwrap().is_unsaid);
+        }
+        let best = records.best_but(RobotId(9));
+        prop_assert!(best.is_none_or(|best| best.robot != robot));
+    }
+
+    /// Of all bids the largest one has the place, of equal ones that of the lower rank; a robot's own is left out.
+    #[test]
+    fn the_largest_bid_has_the_place(words in prop::collection::vec(word(), 0..20), me in 0..4_u16) {
+        let mut last = std::collections::BTreeMap::new();
+        for (claim, made) in &words {
+            let newest = last.entry(claim.robot).or_insert((*made, claim.value));
+            if (*made, claim.value) > *newest {
+                *newest = (*made, claim.value);
+            }
+        }
+        let bids = last.into_iter().filter(|(robot, (_, value))| robot.0 != me && *value > 0.0);
+        let wanted = bids.rev().max_by(|a, b| a.1.1.total_cmp(&b.1.1)).map(|(robot, _)| robot);
+        let best = known(&words).best_but(RobotId(me));
+        prop_assert_eq!(best.map(|claim| claim.robot), wanted);
+    }
+}
