@@ -17,13 +17,15 @@ pub enum Table {
     Mission,
     /// What came from outside; JSON lines.
     Inputs,
+    /// The answers of robots whose minds are programs of their own ([`super::foreign`]); there only if a robot of the run has one.
+    Foreign,
     /// Hashes. The last to be written: what is not sealed there does not count.
     Ticks,
 }
 
 impl Table {
     /// All, in the order in which a flush writes them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Motivations,
         Self::Allocation,
         Self::Messages,
@@ -31,6 +33,7 @@ impl Table {
         Self::Poses,
         Self::Mission,
         Self::Inputs,
+        Self::Foreign,
         Self::Ticks,
     ];
 
@@ -45,6 +48,7 @@ impl Table {
             Self::Poses => "poses.csv",
             Self::Mission => "mission.csv",
             Self::Inputs => "inputs.jsonl",
+            Self::Foreign => "foreign.bin",
             Self::Ticks => "ticks.csv",
         }
     }
@@ -52,7 +56,7 @@ impl Table {
     /// Whether the file is there only if it has rows.
     #[must_use]
     pub fn is_optional(self) -> bool {
-        self == Self::Allocation
+        matches!(self, Self::Allocation | Self::Foreign)
     }
 
     /// First line with its line end; empty for JSON lines (DESIGN §8). `None` of mission.csv: the mission has
@@ -74,6 +78,7 @@ impl Table {
             }
             Self::Mission => return None,
             Self::Inputs => "",
+            Self::Foreign => super::foreign::HEADER,
             Self::Ticks => "t_ms,tick,robot,section,hash\n",
         })
     }
@@ -81,6 +86,7 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
+    use super::super::foreign::HEADER;
     use super::*;
 
     #[test]
@@ -117,6 +123,7 @@ mod tests {
                 ),
                 ("mission.csv", None),
                 ("inputs.jsonl", Some("")),
+                ("foreign.bin", Some(HEADER)),
                 ("ticks.csv", Some("t_ms,tick,robot,section,hash\n")),
             ]
         );
