@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use alliance_proto::scenario::{Scenario, Setup};
+use alliance_proto::scenario::{Robot, Scenario, Setup};
 use clap::Parser;
 use launch::Registry;
 use launch::arguments::parse_words;
@@ -63,7 +63,7 @@ impl Asked {
                     )));
                 }
                 let class = Python::attach(|py| class.clone_ref(py));
-                registry = registry.kind(Arc::new(Class::new(name, class, failure.clone())));
+                registry = registry.mind(Arc::new(Class::new(name, class, failure.clone())));
             }
         }
         let known = Known {
@@ -95,27 +95,44 @@ impl Asked {
     }
 
     fn give_minds(&self, scenario: &mut Scenario) -> PyResult<()> {
-        for (robot, name, _) in &self.minds {
-            if robot != ALL {
-                let mut robots = scenario.robots.iter_mut();
-                let Some(robot) = robots.find(|it| it.name == *robot) else {
-                    let names: Vec<_> = scenario.robots.iter().map(|it| &*it.name).collect();
-                    let names = names.join(", ");
-                    let told = format!("minds: there is no robot '{robot}'; there are {names}");
-                    return Err(mistake(told));
-                };
-                robot.allocator = Some(name.clone());
+        let mut of_others = None;
+        for (robot, name, class) in &self.minds {
+            let is_class = class.is_some();
+            if robot == ALL {
+                of_others = Some((name, is_class));
+                continue;
             }
+            let mut robots = scenario.robots.iter_mut();
+            let Some(robot) = robots.find(|it| it.name == *robot) else {
+                let names: Vec<_> = scenario.robots.iter().map(|it| &*it.name).collect();
+                let names = names.join(", ");
+                let told = format!("minds: there is no robot '{robot}'; there are {names}");
+                return Err(mistake(told));
+            };
+            give(robot, name, is_class);
         }
         let stated = |robot: &str| self.minds.iter().any(|(it, ..)| it == robot);
-        if let Some((_, name, _)) = self.minds.iter().find(|(robot, ..)| robot == ALL) {
-            for robot in &mut scenario.robots {
-                if !stated(&robot.name) {
-                    robot.allocator = Some(name.clone());
-                }
+        for robot in scenario.robots.iter_mut().filter(|it| !stated(&it.name)) {
+            if let Some((name, is_class)) = of_others {
+                give(robot, name, is_class);
+            } else if let Some(mind) = &robot.mind {
+                return Err(mistake(format!(
+                    "minds: the scenario gives the mind '{mind}' to {robot}; give its class: minds={{'{robot}': …}}",
+                    robot = robot.name
+                )));
             }
         }
         Ok(())
+    }
+}
+
+/// A class is a mind of its own, any other name an allocator of the simulator.
+fn give(robot: &mut Robot, name: &str, is_class: bool) {
+    let name = Some(name.to_owned());
+    if is_class {
+        robot.mind = name;
+    } else {
+        (robot.allocator, robot.mind) = (name, None);
     }
 }
 

@@ -24,7 +24,7 @@ struct Words {
 #[pyfunction]
 pub fn live(py: Python<'_>, words: Vec<String>, name: &str, class: Py<PyType>) -> PyResult<u8> {
     let class = Class::new(name, class, Failure::EndsProcess);
-    let registry = Registry::built_in().kind(Arc::new(class));
+    let registry = Registry::built_in().mind(Arc::new(class));
     let words: Words = parse_words(&registry.vocabulary(), &words).map_err(mistake)?;
     prepare_process();
     log_to_stderr();

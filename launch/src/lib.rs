@@ -30,6 +30,7 @@ mod missions_command;
 pub mod observer;
 pub mod page;
 mod parameters;
+mod replay_minds;
 pub mod run;
 mod runtime;
 mod scenarios_command;
@@ -53,6 +54,8 @@ enum Part {
     World(WorldArgs),
     /// Be one robot of a live run by hand
     Agent(AgentArgs),
+    #[command(hide = true)]
+    Mind(run::minds::MindProcess),
     /// Run a logged run again and compare every tick
     Replay(study::replay::ReplayCommand),
     /// Name the first difference between two runs
@@ -132,7 +135,8 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(&known()),
         Part::Agent(agent) => agent.run(Registry::of_this_program().agents()),
-        Part::Replay(command) => command.run(),
+        Part::Mind(mind) => mind.run(),
+        Part::Replay(command) => command.run(replay_minds::ask),
         Part::Diff(command) => command.run(),
         Part::Fault(command) => command.run(),
         Part::Clock(command) => command.run(),

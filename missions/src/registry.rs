@@ -102,6 +102,13 @@ impl Registry {
         self
     }
 
+    /// With a mind that scenarios otherwise take for a program of its own, or another one under that name.
+    #[must_use]
+    pub fn mind(mut self, kind: Arc<dyn Kind>) -> Self {
+        self.agents = self.agents.mind(kind);
+        self
+    }
+
     /// With one more mission, or another one under that name.
     #[must_use]
     pub fn mission(mut self, parts: MissionParts) -> Self {

@@ -56,16 +56,19 @@ impl TeamConfig {
     /// When the registry lacks the mission or an allocator of the run, or its parameters are not such as it takes.
     pub fn of(setup: &Setup, registry: &AgentRegistry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
-        let mut prepared: BTreeMap<&str, Arc<dyn Prepared>> = BTreeMap::new();
+        let mut prepared: BTreeMap<(Option<&str>, &str), Arc<dyn Prepared>> = BTreeMap::new();
         let mut allocators = Vec::with_capacity(scenario.robots.len());
         for robot in &scenario.robots {
-            let name = scenario.allocator_of(robot);
-            let one = match prepared.get(name) {
-                Some(known) => Arc::clone(known),
-                None => registry.prepare(name, setup)?,
+            // A mind that this program does not have is another program's: nobody asks for it here.
+            let mind = robot.mind.as_deref().filter(|it| registry.has_mind(it));
+            let allocator = scenario.allocator_beside_mind(robot);
+            let one = match (prepared.get(&(mind, allocator)), mind) {
+                (Some(known), _) => Arc::clone(known),
+                (None, Some(mind)) => registry.prepare_mind(mind, setup)?,
+                (None, None) => registry.prepare(allocator, setup)?,
             };
             allocators.push(Arc::clone(&one));
-            prepared.insert(name, one);
+            prepared.insert((mind, allocator), one);
         }
         let mission = registry.shared(setup)?;
         // The work of an assignment grows with the cube of the team, so it is made only for those who look at it.
@@ -127,7 +130,9 @@ impl Agent {
     /// A new incarnation of a robot: it remembers nothing, and has heard nothing.
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
-        let mind = team.allocators[robot.index()].mind(team.me(robot, incarnation, setup), setup);
+        let prepared = &team.allocators[robot.index()];
+        let mind = prepared.mind(team.me(robot, incarnation, setup), setup);
+        let mission = prepared.mission(robot, setup);
         Self {
             robot,
             incarnation,
@@ -135,7 +140,7 @@ impl Agent {
             weighs_costs: mind.weighs_costs(),
             uses_radio: mind.uses_radio(),
             mind,
-            mission: team.mission.mind(robot, setup),
+            mission: mission.unwrap_or_else(|| team.mission.mind(robot, setup)),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,

@@ -14,6 +14,11 @@ use tokio::time::{Instant, sleep};
 
 use crate::process::{End, live};
 
+/// Environment variables that tell a mind which robot of which run it is to be.
+pub const ROBOT: &str = "ALLIANCE_ROBOT";
+/// See [`ROBOT`].
+pub const RUN: &str = "ALLIANCE_RUN";
+
 /// How long an agent waits for the run that was named to appear.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -23,10 +28,11 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(10);
 /// Be one robot of a live run.
 #[derive(Args, Clone, Debug)]
 pub struct AgentArgs {
-    /// Robot to be, one of the scenario's
+    /// Robot to be, one of the scenario's [default: ALLIANCE_ROBOT of the environment]
     #[arg(long, value_name = "NAME", value_parser = robot_name)]
-    pub robot: String,
-    /// Run to join, by its id; default: the newest live run of this user
+    pub robot: Option<String>,
+    /// Run to join, by its id [default: ALLIANCE_RUN of the environment, if that names the robot too; else the newest live run of this
+    /// user]
     #[arg(long, value_name = "ID")]
     pub run: Option<String>,
 }
@@ -40,22 +46,43 @@ impl AgentArgs {
         ExitCode::from(self.run_as(registry, None))
     }
 
-    /// The same with the allocator of that name, whichever the scenario gives to the robot; returns the exit status.
+    /// The same with the registry's mind of that name, whatever the scenario gives to the robot; returns the exit status.
     #[must_use]
-    pub fn run_as(&self, registry: &AgentRegistry, allocator: Option<&str>) -> u8 {
-        match self.live(registry, allocator) {
+    pub fn run_as(&self, registry: &AgentRegistry, mind: Option<&str>) -> u8 {
+        let Some(robot) = self.robot() else {
+            tell!("robot-agent: which robot? State --robot NAME, or {ROBOT} in the environment");
+            return 2;
+        };
+        match self.live(&robot, registry, mind) {
             Ok(End::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
                 0
             }
             Ok(End::Asked) => 0,
-            Ok(End::Superseded) => self.fail("a newer agent has the robot"),
-            Ok(End::WorldGone) => self.fail("the world is gone"),
-            Err(error) => self.fail(&format!("{error:#}")),
+            Ok(End::Superseded) => fail(&robot, "a newer agent has the robot"),
+            Ok(End::WorldGone) => fail(&robot, "the world is gone"),
+            Err(error) => fail(&robot, &format!("{error:#}")),
         }
     }
 
-    fn live(&self, registry: &AgentRegistry, allocator: Option<&str>) -> anyhow::Result<End> {
+    /// The robot that is stated, or the one that whoever started this process has named.
+    fn robot(&self) -> Option<String> {
+        let named = || std::env::var(ROBOT).ok().filter(|name| is_name(name));
+        self.robot.clone().or_else(named)
+    }
+
+    /// The same of the run; where the robot is stated, so is the run, or it is the newest.
+    fn run_id(&self) -> Option<String> {
+        let named = || std::env::var(RUN).ok().filter(|_| self.robot.is_none());
+        self.run.clone().or_else(named)
+    }
+
+    fn live(
+        &self,
+        robot: &str,
+        registry: &AgentRegistry,
+        mind: Option<&str>,
+    ) -> anyhow::Result<End> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
             .worker_threads(1)
@@ -63,23 +90,24 @@ impl AgentArgs {
             .build()?;
         runtime.block_on(async {
             let run = self.find_run().await?;
-            Ok(live(&self.robot, &run, registry, allocator).await?)
+            Ok(live(robot, &run, registry, mind).await?)
         })
     }
 
     /// Robots and world may be started in any order: an agent waits for a run for as long as there is none. One that was
     /// named is about to begin or will never do so.
     async fn find_run(&self) -> Result<Rendezvous, RendezvousError> {
+        let asked = self.run_id();
         let patience = Instant::now() + PATIENCE;
         let mut waiting = false;
         loop {
-            match Rendezvous::find(self.run.as_deref()) {
+            match Rendezvous::find(asked.as_deref()) {
                 Err(RendezvousError::None) => {}
                 Err(RendezvousError::Unknown { .. }) if Instant::now() < patience => {}
                 found => return found,
             }
             if !std::mem::replace(&mut waiting, true) {
-                match &self.run {
+                match &asked {
                     None => tracing::info!("no run is live yet; waiting for one"),
                     Some(run) => tracing::info!(run, "it is not live yet; waiting for it"),
                 }
@@ -87,11 +115,11 @@ impl AgentArgs {
             sleep(LOOK_INTERVAL).await;
         }
     }
+}
 
-    fn fail(&self, why: &str) -> u8 {
-        tell!("robot-agent {}: {why}", self.robot);
-        3
-    }
+fn fail(robot: &str, why: &str) -> u8 {
+    tell!("robot-agent {robot}: {why}");
+    3
 }
 
 /// Sends the log to stderr: warnings, or what `RUST_LOG` says.

@@ -80,7 +80,8 @@ pub enum AgentError {
     System(#[from] std::io::Error),
 }
 
-/// Lives as that robot until the run, the world or this agent ends, with the allocator of that name, or else the scenario's.
+/// Lives as that robot until the run, the world or this agent ends, with the registry's mind of that name, or else the scenario's
+/// allocator.
 ///
 /// # Errors
 /// Any [`AgentError`]; refused agents end here.
@@ -88,7 +89,7 @@ pub async fn live(
     robot: &str,
     run: &Rendezvous,
     registry: &AgentRegistry,
-    allocator: Option<&str>,
+    mind: Option<&str>,
 ) -> Result<End, AgentError> {
     let bus = |error| AgentError::Bus {
         endpoint: run.team.endpoint.clone(),
@@ -112,9 +113,7 @@ pub async fn live(
     let publishers = declare_publishers(&session, &keys, robot, &setup)
         .await
         .map_err(bus)?;
-    if let Some(name) = allocator {
-        setup.scenario.robots[welcome.robot.index()].allocator = Some(name.to_owned());
-    }
+    setup.scenario.robots[welcome.robot.index()].mind = mind.map(ToOwned::to_owned);
     let team = TeamConfig::of(&setup, registry)?;
     let own = &setup.scenario.robots[welcome.robot.index()];
     panics::this_is(format!(

@@ -12,7 +12,7 @@ use clap::Args;
 use world_server::simulation::Simulation;
 
 use crate::diff::{Comparison, compare};
-use crate::in_process::Team;
+use crate::in_process::{Foreign, ForeignError, Kept, Team, TickError};
 
 /// Run a logged run again and compare every tick.
 #[derive(Args, Clone, Debug)]
@@ -22,25 +22,35 @@ pub struct ReplayCommand {
     /// Write the log of the replay into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Run that mind, a program of its own, again as well, and compare what it answers with what it did
+    #[arg(long = "mind", value_name = "NAME=COMMAND")]
+    minds: Vec<String>,
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
 }
 
+/// Asks the minds themselves that are programs of their own, beside the answers that the log has kept; by the words of `--mind`.
+pub type AskMinds = fn(&RunLog, &[String], Kept) -> anyhow::Result<Box<dyn Foreign>>;
+
 impl ReplayCommand {
     /// Exit status 0 when the replay is identical, 1 when it differs, 2 when the folder holds no run that can be replayed.
     #[must_use]
-    pub fn run(&self) -> ExitCode {
-        match self.replay() {
+    pub fn run(&self, ask_minds: AskMinds) -> ExitCode {
+        match self.replay(ask_minds) {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
+                if let Some(TickError::Foreign(ForeignError::Differs(found))) = error.downcast_ref()
+                {
+                    return Comparison::Differs((**found).clone()).show(self.json);
+                }
                 tell!("alliance replay: {error:#}");
                 ExitCode::from(2)
             }
         }
     }
 
-    fn replay(&self) -> anyhow::Result<Comparison> {
+    fn replay(&self, ask_minds: AskMinds) -> anyhow::Result<Comparison> {
         if let Some(out) = &self.out
             && out.join("run.json").exists()
         {
@@ -57,7 +67,16 @@ impl ReplayCommand {
                 logged.run.version
             );
         }
-        let (memory, again) = replay(&logged, logged.run.log, |_| {})?;
+        let foreign: Option<Box<dyn Foreign>> = match Kept::of(&logged)? {
+            Some(kept) if !self.minds.is_empty() => Some(ask_minds(&logged, &self.minds, kept)?),
+            Some(kept) => Some(Box::new(kept)),
+            None if !self.minds.is_empty() => {
+                bail!("--mind: all minds of this run are the simulator's own; leave it out")
+            }
+            None => None,
+        };
+        let (team, outcome) = team_to_end(&logged, logged.run.log, foreign, |_| {})?;
+        let (memory, again) = log_of(team, outcome)?;
         if let Some(out) = &self.out {
             write(&memory, out)?;
         }
@@ -76,6 +95,10 @@ pub fn replay(
     see: impl FnMut(&mut Simulation),
 ) -> anyhow::Result<(Memory, RunLog)> {
     let (team, outcome) = team_at_end(logged, level, see)?;
+    log_of(team, outcome)
+}
+
+fn log_of(team: Team<Memory>, outcome: Outcome) -> anyhow::Result<(Memory, RunLog)> {
     let (_, recorder) = team.end(outcome)?;
     let memory = recorder.into_sink();
     let vocabulary = Registry::of_this_program().vocabulary();
@@ -92,6 +115,16 @@ pub(crate) fn team_at_end(
     level: LogLevel,
     see: impl FnMut(&mut Simulation),
 ) -> anyhow::Result<(Team<Memory>, Outcome)> {
+    let kept = Kept::of(logged)?.map(|kept| Box::new(kept) as Box<dyn Foreign>);
+    team_to_end(logged, level, kept, see)
+}
+
+fn team_to_end(
+    logged: &RunLog,
+    level: LogLevel,
+    foreign: Option<Box<dyn Foreign>>,
+    see: impl FnMut(&mut Simulation),
+) -> anyhow::Result<(Team<Memory>, Outcome)> {
     let (ticks, outcome) = match (logged.run.outcome, logged.last) {
         (RunOutcome::Ended(outcome), _) => (logged.run.result.ticks, outcome),
         (RunOutcome::Running, Some(last)) => (last.tick + 1, Outcome::Interrupted),
@@ -106,7 +139,8 @@ pub(crate) fn team_at_end(
     if let Err(error) = registry.worlds().of(scenario)?.start_poses(scenario) {
         bail!("run.json: scenario.{}", error.of(scenario));
     }
-    let mut team = Team::with_inputs(setup, logged.inputs()?, level, Memory::default())?;
+    let inputs = logged.inputs()?;
+    let mut team = Team::with_foreign(setup, inputs, level, Memory::default(), foreign)?;
     let outcome = team.go_on_for(ticks, outcome, see)?;
     Ok((team, outcome))
 }

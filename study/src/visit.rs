@@ -80,6 +80,7 @@ pub fn run_file() -> RunFile {
         outcome: alliance_proto::log::RunOutcome::Running,
         unscripted: false,
         faults: Vec::new(),
+        minds: std::collections::BTreeMap::new(),
         result: alliance_proto::log::Figures::default(),
         setup,
     }

@@ -36,6 +36,7 @@ mod negotiation;
 mod observe;
 mod on_time;
 mod other_version;
+mod own_minds;
 mod page;
 mod parity;
 mod parker;

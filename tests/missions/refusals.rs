@@ -14,7 +14,9 @@ fn assert_refused(lab: &Lab, arguments: &[&str], texts: &[&str]) {
     let name = &finished.name;
     assert_eq!(said.lines().count(), 1, "not one line for {name}:\n{said}");
     assert!(
-        said.starts_with("alliance") || said.starts_with("world: "),
+        ["alliance", "world: ", "robot-agent: "]
+            .iter()
+            .any(|part| said.starts_with(part)),
         "{name}: {said}"
     );
     for text in texts {
@@ -86,7 +88,7 @@ fn arguments() {
             &["world", "--run", "a/b"],
             &["'a/b'", "--run", "letters, digits"],
         ),
-        (&["agent"], &["--robot <NAME>"]),
+        (&["agent"], &["which robot?", "--robot NAME"]),
         (
             &["agent", "--robot", "blue#"],
             &["'blue#'", "letters, digits"],

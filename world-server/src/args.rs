@@ -1,5 +1,6 @@
 //! Command line of a world, the same for `world-server`, `alliance world` and, but for the run's id, `alliance run`.
 
+use std::collections::BTreeMap;
 use std::fs::{create_dir, create_dir_all};
 use std::io::{ErrorKind, IsTerminal};
 use std::iter::once;
@@ -97,6 +98,9 @@ pub struct WorldArgs {
     /// A launcher started this world
     #[arg(long, hide = true)]
     launched: bool,
+    /// Version of a mind that is a program of its own
+    #[arg(long, hide = true, value_name = "NAME=VERSION", value_parser = mind_version)]
+    mind_version: Vec<(String, String)>,
     /// Be the gateway of a world, which tells the rest
     #[arg(long, hide = true, exclusive = true)]
     gateway: bool,
@@ -228,6 +232,7 @@ impl RunArgs {
             folder,
             launched: false,
             told_truth: Vec::new(),
+            minds: BTreeMap::new(),
             speed: self.pace(self.paused),
             paused: self.paused,
             log: self.log(setup),
@@ -302,6 +307,7 @@ impl WorldArgs {
         let options = Options {
             told_truth,
             launched: self.launched,
+            minds: self.mind_version.iter().cloned().collect(),
             ..self.run.options(&setup, id, folder)
         };
         let seed = setup.seed;
@@ -322,6 +328,12 @@ impl WorldArgs {
         );
         Ok(finished.outcome)
     }
+}
+
+/// As the launcher has checked it.
+fn mind_version(text: &str) -> Result<(String, String), String> {
+    let (name, version) = text.split_once('=').ok_or("use NAME=VERSION")?;
+    Ok((name.to_owned(), version.to_owned()))
 }
 
 /// Makes a folder that nobody else has, by that name, or with -2, -3, … behind it.

@@ -31,7 +31,7 @@ pub use place::Presence;
 use place::{Listing, Place};
 
 /// Most broadcasts that one robot may send in one tick; a report that claims more is malformed.
-const MAX_BROADCASTS: u16 = 256;
+pub(crate) const MAX_BROADCASTS: u16 = 256;
 
 /// What became of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! The thin shell around a run: a zenoh session, a folder, signals, timers.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -61,6 +62,8 @@ pub struct Options {
     pub launched: bool,
     /// The robots whose allocators are told the truth.
     pub told_truth: Vec<RobotId>,
+    /// The versions of minds that are programs of their own, by name, where they are known.
+    pub minds: BTreeMap<String, String>,
     /// Wall-clock time after which an agent that does not answer is out of the barrier.
     pub stall_after: Duration,
 }
@@ -90,7 +93,7 @@ pub async fn serve(
     let started = Instant::now();
     panics::this_is(format!("world (mission {})", mission.data.name()));
     let folder = Folder::create(&options.folder)?;
-    let recorder = Recorder::new(&setup, options.log, folder)?;
+    let recorder = Recorder::telling(&setup, options.log, &options.minds, folder)?;
     // A convenience: where it cannot be made, it is missing.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = Keys::new(&options.run);
@@ -202,17 +205,19 @@ async fn subscribe(
     secret: &Secret,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
-    let (shared, secret) = (Arc::clone(server), secret.clone());
+    let (shared, opener) = (Arc::clone(server), secret.clone());
     session
         .declare_subscriber(keys.reports())
         .callback(move |sample| {
             let key = sample.key_expr();
             // Before the lock: who has to wait for it sleeps.
-            let report = secret.open(key, &sample.payload().to_bytes());
+            let report = opener.open(key, &sample.payload().to_bytes());
             lock(&shared).report(key, report);
         })
         .background()
         .await?;
+
+    overhear(session, keys, secret, server).await?;
 
     let shared = Arc::clone(server);
     session
@@ -291,6 +296,34 @@ async fn subscribe(
         })
         .background()
         .await
+}
+
+/// Listens to the robots whose minds are programs of their own: what they say is kept. They publish it before the report that lists
+/// it, by one connection.
+async fn overhear(
+    session: &Session,
+    keys: &Keys,
+    secret: &Secret,
+    server: &Arc<Mutex<Server>>,
+) -> zenoh::Result<()> {
+    let foreign: Vec<String> = {
+        let server = lock(server);
+        let robots = server.simulation().setup().scenario.robots.iter();
+        let foreign = robots.filter(|robot| robot.mind.is_some());
+        foreign.map(|robot| robot.name.clone()).collect()
+    };
+    for robot in foreign {
+        let (shared, opener) = (Arc::clone(server), secret.clone());
+        session
+            .declare_subscriber(keys.team(&robot, "*"))
+            .callback(move |sample| {
+                let broadcast = opener.open(sample.key_expr(), &sample.payload().to_bytes());
+                lock(&shared).overhear(&robot, broadcast);
+            })
+            .background()
+            .await?;
+    }
+    Ok(())
 }
 
 /// Waits for the end of the run, with an eye on signals, pace and deadlines.
@@ -373,8 +406,8 @@ fn host(
         "ticks_per_s": seconds.filter(|seconds| *seconds > 0.0).map(|seconds| ticks as f64 / seconds),
         "pids": {
             "world": std::process::id(),
-            "robots": server.pids().collect::<std::collections::BTreeMap<_, _>>(),
+            "robots": server.pids().collect::<BTreeMap<_, _>>(),
         },
-        "refused": server.refused().collect::<std::collections::BTreeMap<_, _>>(),
+        "refused": server.refused().collect::<BTreeMap<_, _>>(),
     })
 }

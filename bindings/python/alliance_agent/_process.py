@@ -12,16 +12,16 @@ from ._minds import Allocator
 from ._run import name_of
 
 USAGE = """\
-usage: {program} --robot NAME [--run ID]
+usage: {program} [--robot NAME] [--run ID]
 
 Be one robot of a live run, with the mind '{mind}'.
 
-  --robot NAME  robot to be, one of the scenario's
-  --run ID      run to join, by its id; default: the newest live run of this user"""
+  --robot NAME  robot to be, one of the scenario's; default: ALLIANCE_ROBOT of the environment, as `alliance run --mind` sets it
+  --run ID      run to join, by its id; default: ALLIANCE_RUN, if that named the robot too; else the newest live run of this user"""
 
 
 def main(mind: type[Allocator]) -> NoReturn:
-    """The process of one robot with that mind: `--robot NAME [--run ID]`, as `alliance agent`.
+    """The process of one robot with that mind: `--robot NAME [--run ID]`, as `alliance agent`, or as `alliance run --mind` starts it.
 
     It joins the run, lives until that ends, and exits: with status 0 when the run is over or SIGTERM has come, 2 for a mistake in
     the arguments, 3 when it was refused or the world is gone, 101 when the mind fails. To the team and the world it is a robot like

@@ -4,13 +4,14 @@ use std::process::ExitCode;
 
 use alliance_proto::log::RunLog;
 use alliance_proto::tell;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
 use study::export::export_mcap;
 use study::learned;
 use world_server::args::{MissionArgs, RunArgs};
 
+use super::minds::{self, MindCommand};
 use super::one_process;
 use super::plan::Plan;
 use super::supervise::supervise;
@@ -25,6 +26,9 @@ pub struct RunCommand {
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
+    /// How the mind of that name is started, a program of its own, by a command line for a shell; once for each that the scenario names
+    #[arg(long = "mind", value_name = "NAME[@VERSION]=COMMAND", value_parser = MindCommand::parse)]
+    minds: Vec<MindCommand>,
     /// All robots and the world in this process: no page, no signals to robots, no pace, and the same bytes
     #[arg(long, conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
     in_process: bool,
@@ -56,13 +60,19 @@ impl RunCommand {
             if !self.in_process {
                 limits::allow_a_run(setup.scenario.robots.len())?;
             }
+            let minds = minds::commands(&setup.scenario, &self.minds)?;
+            if self.in_process && let Some((robot, _)) = minds.first_key_value() {
+                bail!(
+                    "--in-process: the mind of {robot} is a program of its own; leave --in-process out"
+                );
+            }
             if let Some(profile) = &self.mission.profile {
                 learned::check_place(profile).context("--profile")?;
             }
             let link = self.link()?;
-            Ok((self.run.folder(&setup)?, setup, link))
+            Ok((self.run.folder(&setup)?, setup, minds, link))
         });
-        let (folder, setup, link) = match prepared {
+        let (folder, setup, minds, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
                 tell!("alliance run: {error:#}");
@@ -82,6 +92,7 @@ impl RunCommand {
             run: world_server::args::run_id_for(&setup),
             world_arguments: self.world_arguments(),
             setup,
+            minds,
             folder,
             paused: self.is_paused(),
             open: self.page.open,
@@ -163,6 +174,11 @@ impl RunCommand {
         }
         if let Some(limit) = mission.limit {
             push("limit", limit.to_string());
+        }
+        for mind in &self.minds {
+            if let Some(version) = &mind.version {
+                push("mind-version", format!("{}={version}", mind.name));
+            }
         }
         arguments
     }

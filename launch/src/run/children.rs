@@ -10,9 +10,11 @@ use alliance_proto::os_process::LAUNCHER;
 use alliance_proto::panics::PANICKED;
 use anyhow::{Context, bail};
 use nix::sys::prctl;
-use nix::sys::signal::{Signal, kill};
+use nix::sys::signal::{Signal, kill, killpg};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::{Pid, getppid};
+
+use super::minds;
 
 /// How many of the last lines of a log are shown when its process fails.
 const LAST_LINES: usize = 12;
@@ -42,6 +44,8 @@ pub struct Process {
     name: String,
     pid: Pid,
     log: PathBuf,
+    /// Signals go to all of its group: what runs there is not this program, and may have children.
+    has_group: bool,
     stopped: bool,
     ending: Option<Ending>,
 }
@@ -53,10 +57,19 @@ impl Process {
     /// # Errors
     /// When the program cannot be started or its log not be written.
     pub fn start(name: &str, log: &Path, arguments: &[String]) -> anyhow::Result<Self> {
-        Self::start_with(name, log, arguments, Stdio::null(), None)
+        Self::start_with(name, log, arguments, Stdio::null(), &[], false)
     }
 
-    /// The same, with another standard input and one more environment variable.
+    /// The same of a robot's mind that is a program of its own.
+    ///
+    /// # Errors
+    /// As of [`Process::start`].
+    pub fn start_mind(robot: &str, log: &Path, command: &str, run: &str) -> anyhow::Result<Self> {
+        let (arguments, variables) = minds::invocation(command, robot, run);
+        Self::start_with(robot, log, &arguments, Stdio::null(), &variables, true)
+    }
+
+    /// The same, with another standard input and more environment variables.
     ///
     /// # Errors
     /// As of [`Process::start`].
@@ -65,7 +78,8 @@ impl Process {
         log: &Path,
         arguments: &[String],
         input: Stdio,
-        variable: Option<(&str, String)>,
+        variables: &[(&str, String)],
+        has_group: bool,
     ) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("finding this program")?;
         // A robot's later lives write below its earlier ones.
@@ -77,7 +91,7 @@ impl Process {
         let child = Command::new(&program)
             .args(arguments)
             .env(LAUNCHER, std::process::id().to_string())
-            .envs(variable)
+            .envs(variables.iter().map(|(name, value)| (name, value)))
             .stdin(input)
             .stdout(output.try_clone().context("log file")?)
             .stderr(output)
@@ -88,6 +102,7 @@ impl Process {
             name: name.to_owned(),
             pid: Pid::from_raw(child.id() as i32),
             log: log.to_owned(),
+            has_group,
             stopped: false,
             ending: None,
         })
@@ -145,7 +160,11 @@ impl Process {
     pub fn signal(&self, signal: Signal) {
         if self.ending.is_none() {
             // It may have ended just now; then there is nobody to tell.
-            let _ = kill(self.pid, signal);
+            let _ = if self.has_group {
+                killpg(self.pid, signal)
+            } else {
+                kill(self.pid, signal)
+            };
         }
     }
 

@@ -3,6 +3,7 @@
 pub mod args;
 mod bus;
 pub mod children;
+pub mod minds;
 mod one_process;
 mod orders;
 mod plan;

@@ -1,5 +1,6 @@
 //! What the ways to run a mission are given, and its summary.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use alliance_proto::scenario::Setup;
@@ -12,6 +13,8 @@ pub struct Plan {
     pub setup: Setup,
     /// The world's command line, but for folder and id.
     pub world_arguments: Vec<String>,
+    /// The command of each robot's mind that is a program of its own, by robot.
+    pub minds: BTreeMap<String, String>,
     /// Folder of the log.
     pub folder: PathBuf,
     /// Whether the clock is held at first.

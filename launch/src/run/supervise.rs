@@ -1,5 +1,6 @@
 //! Starts the processes of a run, watches them until the world ends, and leaves none behind.
 
+use std::collections::BTreeMap;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -69,6 +70,8 @@ pub(super) struct Team {
     /// Serves the page. The run does without it.
     page: Option<Process>,
     pub(super) run: String,
+    /// Commands of minds that are programs of their own, by robot.
+    minds: BTreeMap<String, String>,
     logs: PathBuf,
     pub(super) progress: Progress,
 }
@@ -90,6 +93,7 @@ impl Team {
             former: Vec::new(),
             page: None,
             run: plan.run.clone(),
+            minds: plan.minds.clone(),
             logs,
             progress: Progress::new(&plan.setup),
         };
@@ -132,7 +136,8 @@ impl Team {
             &self.logs.join("page.log"),
             &arguments,
             OwnedFd::from(socket).into(),
-            Some(token),
+            &[token],
+            false,
         );
         match page {
             Ok(page) => {
@@ -156,8 +161,12 @@ impl Team {
 
     /// A process for that robot.
     pub(super) fn start_agent(&self, robot: &str) -> anyhow::Result<Process> {
+        let log = self.logs.join(format!("{robot}.log"));
+        if let Some(command) = self.minds.get(robot) {
+            return Process::start_mind(robot, &log, command, &self.run);
+        }
         let arguments = ["agent", "--robot", robot, "--run", &self.run].map(ToOwned::to_owned);
-        Process::start(robot, &self.logs.join(format!("{robot}.log")), &arguments)
+        Process::start(robot, &log, &arguments)
     }
 
     /// Until the world has ended.

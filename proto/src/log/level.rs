@@ -12,7 +12,7 @@ pub enum LogLevel {
     Full,
     /// Events, mission and inputs; ticks.csv with one seal per second of simulated time instead of all hashes.
     Summary,
-    /// Inputs only.
+    /// Inputs only, and the answers of foreign minds.
     Off,
 }
 
@@ -51,9 +51,10 @@ impl LogLevel {
             Self::Full => true,
             Self::Summary => matches!(
                 table,
-                Table::Events | Table::Mission | Table::Inputs | Table::Ticks
+                Table::Events | Table::Mission | Table::Inputs | Table::Foreign | Table::Ticks
             ),
-            Self::Off => table == Table::Inputs,
+            // From these the run can be made again.
+            Self::Off => matches!(table, Table::Inputs | Table::Foreign),
         }
     }
 }

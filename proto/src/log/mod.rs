@@ -2,9 +2,11 @@
 //!
 //! - [`Table`]: the files that grow, with their header lines, at each [`LogLevel`]; a type for the rows of each, [`InputLine`] for
 //!   the lines of inputs.jsonl; [`Section`]: what ticks.csv has hashes of.
+//! - [`foreign`]: the answers of robots whose minds are programs of their own, in foreign.bin.
 //! - [`Document`]: the files that are written as a whole; [`RunFile`]: run.json.
 //! - [`RunLog`] reads a folder, or a log in [`Memory`], as far as it is whole.
 
+pub mod foreign;
 mod input;
 mod level;
 mod memory;
@@ -14,6 +16,7 @@ mod run_file;
 mod section;
 mod table;
 
+pub use foreign::ForeignAnswer;
 pub use input::{Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, Memory};
@@ -22,6 +25,6 @@ pub use rows::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
     TickRow,
 };
-pub use run_file::{Figures, RobotFigures, RunFile, RunOutcome};
+pub use run_file::{Figures, MindFile, RobotFigures, RunFile, RunOutcome};
 pub use section::{RUN_SECTION, Section, WORLD};
 pub use table::Table;

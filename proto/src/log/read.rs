@@ -10,11 +10,12 @@ use crate::scenario::Vocabulary;
 use crate::time::SimTime;
 use xxhash_rust::xxh3::Xxh3;
 
+use super::foreign::{self, ForeignAnswer};
 use super::input::InputLine;
 use super::level::LogLevel;
 use super::memory::{Document, Memory};
 use super::rows::{TableRow, parse_hash};
-use super::run_file::RunFile;
+use super::run_file::{RunFile, RunOutcome};
 use super::section::{RUN_SECTION, WORLD};
 use super::table::Table;
 
@@ -59,6 +60,8 @@ pub struct RunLog {
     pub run: RunFile,
     /// Last whole tick; `None` when there is none, and at [`LogLevel::Off`], which seals nothing.
     pub last: Option<Seal>,
+    /// The table that is whole for fewer ticks than ticks.csv tells of, and so ends the log; where there are several, the one that ends first.
+    pub torn: Option<Table>,
     folder: PathBuf,
     /// What is whole of each table; an entry for every one.
     tables: BTreeMap<Table, Vec<u8>>,
@@ -113,17 +116,18 @@ impl RunLog {
         for table in Table::ALL {
             tables.entry(table).or_default();
         }
-        let last = if run.log == LogLevel::Off {
-            for bytes in tables.values_mut() {
-                bytes.truncate(whole_lines(bytes).map(<[u8]>::len).sum());
+        let (last, torn) = if run.log == LogLevel::Off {
+            for (table, bytes) in &mut tables {
+                bytes.truncate(whole_rows(*table, bytes).map(<[u8]>::len).sum());
             }
-            None
+            (None, None)
         } else {
             cut(&mut tables)
         };
         Self {
             run,
             last,
+            torn,
             folder: folder.to_owned(),
             tables,
         }
@@ -161,6 +165,25 @@ impl RunLog {
             .map_err(|error| self.malformed(Table::Inputs, &error))
     }
 
+    /// The answers of robots whose minds are programs of their own, by tick and robot.
+    ///
+    /// # Errors
+    /// [`ReadError::Malformed`] for what is no answer.
+    pub fn foreign(&self) -> Result<Vec<ForeignAnswer>, ReadError> {
+        if self.torn == Some(Table::Foreign) && self.run.outcome != RunOutcome::Running {
+            let whole = self.last.map_or(0, |seal| seal.tick + 1);
+            let ticks = self.run.result.ticks;
+            return Err(ReadError::Malformed {
+                path: self.folder.join(Table::Foreign.file_name()),
+                reason: format!(
+                    "it is missing, cut or damaged: its answers are whole for {whole} of {ticks} ticks"
+                ),
+            });
+        }
+        foreign::read(&self.tables[&Table::Foreign])
+            .map_err(|error| self.malformed(Table::Foreign, &error))
+    }
+
     fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
         ReadError::Malformed {
             path: self.folder.join(table.file_name()),
@@ -179,8 +202,9 @@ struct SealRows {
     tables: BTreeMap<String, u64>,
 }
 
-/// Cuts every table where the last tick ends that is whole in all of them, and returns that tick's seal.
-fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> Option<Seal> {
+/// Cuts every table where the last tick ends that is whole in all of them, and returns that tick's seal, and the table that ends it
+/// before ticks.csv does.
+fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> (Option<Seal>, Option<Table>) {
     let seals = seals(&tables[&Table::Ticks]);
     let ends: BTreeMap<Table, Vec<usize>> = tables
         .iter()
@@ -189,7 +213,9 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> Option<Seal> {
             _ => (table, table_ends(table, bytes, &seals)),
         })
         .collect();
-    let whole = ends.values().map(Vec::len).min().unwrap_or(0);
+    let first = ends.iter().min_by_key(|(_, ends)| ends.len());
+    let (first, whole) = first.map_or((None, 0), |(table, ends)| (Some(*table), ends.len()));
+    let torn = first.filter(|_| whole < seals.len());
     for (table, bytes) in tables {
         let end = match whole.checked_sub(1) {
             Some(last) => ends[table][last],
@@ -197,7 +223,8 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> Option<Seal> {
         };
         bytes.truncate(end);
     }
-    Some(seals.get(whole.checked_sub(1)?)?.seal)
+    let last = whole.checked_sub(1).and_then(|last| seals.get(last));
+    (last.map(|last| last.seal), torn)
 }
 
 /// Length of a table's header line, if it has a whole one.
@@ -248,18 +275,18 @@ fn tick_row(line: &[u8]) -> Option<(Seal, &str, &str)> {
 
 /// Where each seal ends in a table, for as many seals as the table is whole.
 fn table_ends(table: Table, bytes: &[u8], seals: &[SealRows]) -> Vec<usize> {
-    let mut lines = whole_lines(bytes);
+    let mut rows = whole_rows(table, bytes);
     let mut hash = Xxh3::new();
     let mut end = 0;
     let mut ends = Vec::new();
     for seal in seals {
         if let Some(&wanted) = seal.tables.get(table.file_name()) {
             loop {
-                let Some(line) = lines.next() else {
+                let Some(row) = rows.next() else {
                     return ends;
                 };
-                hash.update(line);
-                end += line.len();
+                hash.update(row);
+                end += row.len();
                 if hash.digest() == wanted {
                     break;
                 }
@@ -268,6 +295,15 @@ fn table_ends(table: Table, bytes: &[u8], seals: &[SealRows]) -> Vec<usize> {
         ends.push(end);
     }
     ends
+}
+
+/// What a table consists of, its header line first, without a torn last one.
+fn whole_rows(table: Table, bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let (lines, frames) = match table {
+        Table::Foreign => (&[][..], bytes),
+        _ => (bytes, &[][..]),
+    };
+    whole_lines(lines).chain(foreign::whole_frames(frames))
 }
 
 /// The lines of a file with their line ends, without a torn last one.

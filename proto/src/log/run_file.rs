@@ -27,6 +27,9 @@ pub struct RunFile<S = Setup> {
     /// The run's faults at its end, with how often each has hit, in the order in which they were armed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<FaultStatus>,
+    /// The minds that are programs of their own, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub minds: BTreeMap<String, MindFile>,
     /// Figures.
     pub result: Figures,
     /// `seed`, `scenario` as resolved, and `alliance`: every value that was in force.
@@ -47,6 +50,7 @@ impl RunFile {
             outcome,
             unscripted,
             faults,
+            minds,
             result,
             setup,
         } = serde_json::from_slice::<RunFile<SetupFile>>(text)
@@ -59,6 +63,7 @@ impl RunFile {
             outcome,
             unscripted,
             faults,
+            minds,
             result,
             setup,
         };
@@ -74,6 +79,14 @@ impl RunFile {
         }
         Ok(run)
     }
+}
+
+/// What is known of a mind that is a program of its own.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MindFile {
+    /// What whoever gave its command calls its version.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub version: Option<String>,
 }
 
 /// How a run ended, if it did.

@@ -19,13 +19,15 @@ pub enum Table {
     Targets,
     /// What came from outside; JSON lines.
     Inputs,
+    /// The answers of robots whose minds are programs of their own ([`super::foreign`]); there only if a robot of the run has one.
+    Foreign,
     /// Hashes. The last to be written: what is not sealed there does not count.
     Ticks,
 }
 
 impl Table {
     /// All, in the order in which a flush writes them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Motivations,
         Self::Allocation,
         Self::Messages,
@@ -34,6 +36,7 @@ impl Table {
         Self::Mission,
         Self::Targets,
         Self::Inputs,
+        Self::Foreign,
         Self::Ticks,
     ];
 
@@ -49,6 +52,7 @@ impl Table {
             Self::Mission => "mission.csv",
             Self::Targets => "targets.csv",
             Self::Inputs => "inputs.jsonl",
+            Self::Foreign => "foreign.bin",
             Self::Ticks => "ticks.csv",
         }
     }
@@ -56,7 +60,7 @@ impl Table {
     /// Whether the file is there only if it has rows.
     #[must_use]
     pub fn is_optional(self) -> bool {
-        matches!(self, Self::Allocation | Self::Targets)
+        matches!(self, Self::Allocation | Self::Targets | Self::Foreign)
     }
 
     /// First line with its line end; empty for JSON lines (DESIGN §8). `None` of mission.csv: the mission has
@@ -79,6 +83,7 @@ impl Table {
             Self::Mission => return None,
             Self::Targets => "t_ms,target,x_m,y_m,observers\n",
             Self::Inputs => "",
+            Self::Foreign => super::foreign::HEADER,
             Self::Ticks => "t_ms,tick,robot,section,hash\n",
         })
     }
@@ -86,6 +91,7 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
+    use super::super::foreign::HEADER;
     use super::*;
 
     #[test]
@@ -123,6 +129,7 @@ mod tests {
                 ("mission.csv", None),
                 ("targets.csv", Some("t_ms,target,x_m,y_m,observers\n")),
                 ("inputs.jsonl", Some("")),
+                ("foreign.bin", Some(HEADER)),
                 ("ticks.csv", Some("t_ms,tick,robot,section,hash\n")),
             ]
         );

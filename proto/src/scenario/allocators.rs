@@ -46,11 +46,25 @@ impl Scenario {
     /// The allocator of a scenario that chooses none.
     pub const DEFAULT_ALLOCATOR: &str = "alliance";
 
-    /// The allocator of a robot: its own choice, else the team's.
+    /// What decides for a robot: its mind if that is a program of its own, else its allocator.
     #[must_use]
     pub fn allocator_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
+        let mind = robot.mind.as_deref();
+        mind.unwrap_or_else(|| self.allocator_beside_mind(robot))
+    }
+
+    /// The allocator of a robot, whatever its mind is: its own choice, else the team's.
+    #[must_use]
+    pub fn allocator_beside_mind<'s>(&'s self, robot: &'s Robot) -> &'s str {
         let stated = robot.allocator.as_deref().or(self.allocator.as_deref());
         stated.unwrap_or(Self::DEFAULT_ALLOCATOR)
+    }
+
+    /// The names of the minds that are programs of their own, each once.
+    #[must_use]
+    pub fn minds(&self) -> BTreeSet<&str> {
+        let minds = self.robots.iter().map(|robot| robot.mind.as_deref());
+        minds.flatten().collect()
     }
 
     /// The names of all allocators of the team, each once.
@@ -86,6 +100,14 @@ impl Scenario {
             if let Some(name) = &robot.allocator {
                 let at = Path::of(["robots"]).index(index).key("allocator");
                 find(name, known, &at)?;
+            }
+            if let Some(mind) = &robot.mind
+                && known.iter().any(|spec| spec.name == mind)
+            {
+                let at = Path::of(["robots"]).index(index).key("mind");
+                let what = format!("'{mind}' is an allocator, and no program of its own");
+                let remedy = format!("state allocator = \"{mind}\", or give the mind another name");
+                return Err(Problem::at(at, what, remedy));
             }
         }
         for (name, stated) in &self.allocators {

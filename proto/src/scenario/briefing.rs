@@ -21,4 +21,14 @@ impl Setup {
             ..self.clone()
         }
     }
+
+    /// The same as one robot's agent is told it: without parameters and profiles of its teammates, which would grow with the square of the
+    /// team.
+    #[must_use]
+    pub fn briefing_of(&self, robot: &str) -> Self {
+        let mut briefing = self.briefing();
+        briefing.alliance.robots.retain(|name, _| name == robot);
+        briefing.profile.robots.retain(|name, _| name == robot);
+        briefing
+    }
 }

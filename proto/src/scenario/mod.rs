@@ -349,6 +349,10 @@ pub struct Robot {
     /// Its own allocator; absent: the team's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,
+    /// Its mind, if that is a program of its own: a name, for which whoever starts the run has a command. It decides all, and the
+    /// allocator nothing. A scenario has no commands, for one from elsewhere must not run programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mind: Option<String>,
 }
 
 impl Robot {

@@ -123,6 +123,9 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
             }
         }
         let at = robots.index(index);
+        if let Some(mind) = &robot.mind {
+            name(at.key("mind"), mind)?;
+        }
         if let Some(speed_m_s) = robot.speed_m_s {
             SPEED.check(at.key("speed_m_s"), speed_m_s)?;
         }

@@ -4,10 +4,12 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use alliance_proto::ids::RobotId;
 use alliance_proto::scenario::{AllocatorSpec, Setup};
 use serde::de::DeserializeOwned;
 
 use super::{Allocator, Framed, Me, Mind};
+use crate::mission::AgentMission;
 
 /// An allocator that scenarios can name.
 pub trait Kind: Debug + Send + Sync {
@@ -30,6 +32,12 @@ pub trait Prepared: Debug + Send + Sync {
 
     /// A robot's allocator at the start of an incarnation.
     fn mind(&self, me: Me, setup: &Setup) -> Box<dyn Mind>;
+
+    /// What perceives and acts for the robot in the place of the mission's own mind, if it is more than an allocator.
+    fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
+        let _ = (robot, setup);
+        None
+    }
 }
 
 /// What a program cannot make of a run: an allocator or a mission that it does not know, or not with these parameters.

@@ -24,6 +24,7 @@ use crate::mission::{MissionMind, SharedMission};
 #[derive(Clone, Debug)]
 pub struct AgentRegistry {
     kinds: Vec<Arc<dyn Kind>>,
+    minds: Vec<Arc<dyn Kind>>,
     missions: Vec<MissionMind>,
 }
 
@@ -33,6 +34,7 @@ impl AgentRegistry {
     pub fn built_in() -> Self {
         Self {
             kinds: vec![Arc::new(Alliance), Arc::new(LAlliance)],
+            minds: Vec::new(),
             missions: Vec::new(),
         }
         .allocator::<Nearest>(
@@ -104,6 +106,22 @@ impl AgentRegistry {
         self
     }
 
+    /// With a mind that scenarios otherwise take for a [program of its own](alliance_proto::scenario::Robot::mind), or another one under
+    /// that name. It is no allocator that a scenario could choose.
+    #[must_use]
+    pub fn mind(mut self, kind: Arc<dyn Kind>) -> Self {
+        let name = kind.spec().name;
+        self.minds.retain(|known| known.spec().name != name);
+        self.minds.push(kind);
+        self
+    }
+
+    /// Whether it has the mind of that name.
+    #[must_use]
+    pub fn has_mind(&self, name: &str) -> bool {
+        self.minds.iter().any(|known| known.spec().name == name)
+    }
+
     /// With one more mission, or another one under that name.
     #[must_use]
     pub fn mission(mut self, mind: MissionMind) -> Self {
@@ -119,6 +137,23 @@ impl AgentRegistry {
             missions: self.missions.iter().map(|mind| mind.data).collect(),
             allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
         }
+    }
+
+    /// The mind of that name, for a run.
+    ///
+    /// # Errors
+    /// When there is none, or it does not fit to the run.
+    pub fn prepare_mind(
+        &self,
+        name: &str,
+        setup: &Setup,
+    ) -> Result<Arc<dyn Prepared>, ConfigError> {
+        let kind = self.minds.iter().find(|kind| kind.spec().name == name);
+        let unknown = || ConfigError {
+            subject: format!("mind '{name}'"),
+            why: "this program does not have it".to_owned(),
+        };
+        kind.ok_or_else(unknown)?.prepare(setup)
     }
 
     /// The allocator of that name, with the parameters of a run.

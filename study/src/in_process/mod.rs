@@ -2,6 +2,7 @@
 //! bytes as the result. What faults ask of processes is done to agents.
 
 mod air;
+mod foreign;
 mod traffic;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -23,6 +24,7 @@ use world_server::recorder::{RecordError, Recorder, Sink};
 use world_server::simulation::Simulation;
 
 use air::Air;
+pub use foreign::{Foreign, ForeignError, Kept, TickError};
 pub use traffic::{Said, Traffic};
 
 /// What comes from outside, by the tick that it changes.
@@ -44,6 +46,25 @@ pub enum StartError {
     /// This program does not know the mission of the run.
     #[error(transparent)]
     Mission(#[from] UnknownMission),
+    /// This program does not have the mind of a robot, and nobody answers for it.
+    #[error(
+        "the mind '{mind}' of {robot} is a program of its own, which runs by processes alone: \
+         `alliance run SCENARIO --mind {mind}=COMMAND`"
+    )]
+    Mind {
+        /// Whose.
+        robot: String,
+        /// Its name.
+        mind: String,
+    },
+}
+
+/// Whoever lives in a robot.
+enum Seat {
+    Empty,
+    Agent(Agent),
+    /// Somebody else answers for it.
+    Foreign,
 }
 
 /// What somebody else makes of a robot's body in the place of its agent.
@@ -75,8 +96,13 @@ pub struct Team<S> {
     briefing: Setup,
     /// What they make of it.
     common: TeamConfig,
-    /// By rank; `None` where no agent lives.
-    agents: Vec<Option<Agent>>,
+    /// By rank.
+    seats: Vec<Seat>,
+    /// By rank: whose minds this program does not have, and who answers for them.
+    is_foreign: Vec<bool>,
+    foreign: Option<Box<dyn Foreign>>,
+    /// Why a foreign mind has not answered in this tick.
+    unanswered: Option<ForeignError>,
     air: Air,
     /// Those who are asked at the moment, and the workspace of each.
     asked: Vec<RobotId>,
@@ -115,6 +141,27 @@ impl<S: Sink> Team<S> {
         Self::with_registry(Registry::of_this_program(), setup, inputs, log, sink)
     }
 
+    /// The same where somebody answers for the robots whose minds this program does not have.
+    ///
+    /// # Errors
+    /// [`StartError`].
+    pub fn with_foreign(
+        setup: Setup,
+        inputs: Vec<InputLine>,
+        log: LogLevel,
+        sink: S,
+        foreign: Option<Box<dyn Foreign>>,
+    ) -> Result<Self, StartError> {
+        Self::with_all(
+            Registry::of_this_program(),
+            setup,
+            inputs,
+            log,
+            sink,
+            foreign,
+        )
+    }
+
     /// The same with missions and allocators that need not be those of the program.
     ///
     /// # Errors
@@ -126,6 +173,30 @@ impl<S: Sink> Team<S> {
         log: LogLevel,
         sink: S,
     ) -> Result<Self, StartError> {
+        Self::with_all(registry, setup, inputs, log, sink, None)
+    }
+
+    fn with_all(
+        registry: &Registry,
+        setup: Setup,
+        inputs: Vec<InputLine>,
+        log: LogLevel,
+        sink: S,
+        foreign: Option<Box<dyn Foreign>>,
+    ) -> Result<Self, StartError> {
+        let mut is_foreign = vec![false; setup.scenario.robots.len()];
+        for (robot, is_foreign) in setup.scenario.robots.iter().zip(&mut is_foreign) {
+            let mind = robot.mind.as_deref();
+            if let Some(mind) = mind.filter(|mind| !registry.agents().has_mind(mind)) {
+                *is_foreign = true;
+                if foreign.is_none() {
+                    return Err(StartError::Mind {
+                        robot: robot.name.clone(),
+                        mind: mind.to_owned(),
+                    });
+                }
+            }
+        }
         let mission = registry.worlds().of(&setup.scenario)?;
         let briefing = setup.briefing();
         let vocabulary = registry.vocabulary();
@@ -151,7 +222,10 @@ impl<S: Sink> Team<S> {
         let mut team = Self {
             common: TeamConfig::of(&briefing, registry.agents())?,
             briefing,
-            agents: setup.scenario.robots.iter().map(|_| None).collect(),
+            seats: is_foreign.iter().map(|_| Seat::Empty).collect(),
+            is_foreign,
+            foreign,
+            unanswered: None,
             air: Air::new(setup.scenario.robots.len()),
             asked: Vec::new(),
             spaces: Vec::new(),
@@ -181,13 +255,13 @@ impl<S: Sink> Team<S> {
     pub fn learned(&self) -> Profile {
         let setup = self.simulation.setup();
         let vocabulary = &self.vocabulary;
-        let robots = setup.scenario.robots.iter().zip(&self.agents);
+        let robots = setup.scenario.robots.iter().zip(&self.seats);
         let robots = robots
             .filter(|(robot, _)| vocabulary.learns(setup.scenario.allocator_of(robot)))
-            .filter_map(|(robot, agent)| {
-                let known = match agent {
-                    Some(agent) => agent.learned(setup),
-                    None => setup.profile.robots.get(&robot.name)?.clone(),
+            .filter_map(|(robot, seat)| {
+                let known = match seat {
+                    Seat::Agent(agent) => agent.learned(setup),
+                    Seat::Empty | Seat::Foreign => setup.profile.robots.get(&robot.name)?.clone(),
                 };
                 Some((robot.name.clone(), known))
             });
@@ -200,7 +274,7 @@ impl<S: Sink> Team<S> {
     /// agent drives again. A run that is driven from outside is not repeated by its inputs.
     pub fn drive(&mut self, robot: RobotId, command: Option<Command>) {
         if self.driven.is_empty() {
-            self.driven = vec![None; self.agents.len()];
+            self.driven = vec![None; self.seats.len()];
         }
         self.driven[robot.index()] = command;
     }
@@ -223,8 +297,8 @@ impl<S: Sink> Team<S> {
     /// One tick. Says how the run ended, once it has.
     ///
     /// # Errors
-    /// When the log cannot be written.
-    pub fn tick(&mut self) -> Result<Option<Outcome>, RecordError> {
+    /// When the log cannot be written, or a foreign mind does not answer.
+    pub fn tick(&mut self) -> Result<Option<Outcome>, TickError> {
         let tick = self.simulation.tick();
         let (mut timed, outside) = match self.outside.remove(&tick) {
             Some(outside) => in_order(outside),
@@ -257,6 +331,9 @@ impl<S: Sink> Team<S> {
             while self.ask_some(&outside) {
                 idle = false;
             }
+            if let Some(why) = self.unanswered.take() {
+                return Err(why.into());
+            }
             if idle && !self.simulation.is_complete() {
                 // Nobody takes part, and nobody will.
                 self.simulation.abandon();
@@ -275,11 +352,11 @@ impl<S: Sink> Team<S> {
     /// Runs to the end.
     ///
     /// # Errors
-    /// When the log cannot be written.
-    pub fn run(mut self) -> Result<(Outcome, Recorder<S>), RecordError> {
+    /// Those of [`Team::tick`].
+    pub fn run(mut self) -> Result<(Outcome, Recorder<S>), TickError> {
         loop {
             if let Some(outcome) = self.tick()? {
-                return self.finish(outcome);
+                return Ok(self.finish(outcome)?);
             }
         }
     }
@@ -288,27 +365,27 @@ impl<S: Sink> Team<S> {
     /// first tick and after each.
     ///
     /// # Errors
-    /// When the log cannot be written.
+    /// Those of [`Team::tick`].
     pub fn run_for(
         mut self,
         ticks: u64,
         then: Outcome,
         see: impl FnMut(&mut Simulation),
-    ) -> Result<(Outcome, Recorder<S>), RecordError> {
+    ) -> Result<(Outcome, Recorder<S>), TickError> {
         let outcome = self.go_on_for(ticks, then, see)?;
-        self.finish(outcome)
+        Ok(self.finish(outcome)?)
     }
 
     /// The same without the end of the log: says how the run ends.
     ///
     /// # Errors
-    /// When the log cannot be written.
+    /// Those of [`Team::tick`].
     pub fn go_on_for(
         &mut self,
         ticks: u64,
         then: Outcome,
         mut see: impl FnMut(&mut Simulation),
-    ) -> Result<Outcome, RecordError> {
+    ) -> Result<Outcome, TickError> {
         see(&mut self.simulation);
         while self.simulation.tick() < ticks {
             let outcome = self.tick()?;
@@ -413,8 +490,13 @@ impl<S: Sink> Team<S> {
     }
 
     fn spawn_agent(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let agent = Agent::new(robot, incarnation, &self.briefing, &self.common);
-        self.agents[robot.index()] = Some(agent);
+        self.seats[robot.index()] = match &mut self.foreign {
+            Some(foreign) if self.is_foreign[robot.index()] => {
+                foreign.spawn(robot, incarnation);
+                Seat::Foreign
+            }
+            _ => Seat::Agent(Agent::new(robot, incarnation, &self.briefing, &self.common)),
+        };
     }
 
     /// If that is what an operator ordered.
@@ -471,7 +553,12 @@ impl<S: Sink> Team<S> {
 
     fn die(&mut self, robot: RobotId) {
         if let Some(incarnation) = self.simulation.barrier().incarnation(robot) {
-            self.agents[robot.index()] = None;
+            let seat = &mut self.seats[robot.index()];
+            if matches!(std::mem::replace(seat, Seat::Empty), Seat::Foreign)
+                && let Some(foreign) = &mut self.foreign
+            {
+                foreign.die(robot);
+            }
             self.simulation.gone(robot, incarnation);
         }
     }
@@ -591,25 +678,41 @@ impl<S: Sink> Team<S> {
             };
             self.air
                 .collect(&message.manifest, is_lost, &mut space.arrived);
-            if let Some(agent) = &mut self.agents[robot.index()] {
-                agent.perceive(message, space);
+            match &mut self.seats[robot.index()] {
+                Seat::Agent(agent) => agent.perceive(message, space),
+                Seat::Foreign => {
+                    if let Some(foreign) = &mut self.foreign {
+                        let (report, said) = (&mut space.report, &mut space.broadcasts);
+                        let answered = foreign.answer(robot, message, &space.arrived, report, said);
+                        self.unanswered = self.unanswered.take().or(answered.err());
+                    }
+                }
+                Seat::Empty => {}
             }
+        }
+        if self.unanswered.is_some() {
+            return;
         }
         for part in [Agent::think, Agent::act] {
             for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
-                if let Some(agent) = &mut self.agents[robot.index()] {
+                if let Seat::Agent(agent) = &mut self.seats[robot.index()] {
                     part(agent, self.simulation.message(robot), space);
                 }
             }
         }
         let tick = self.simulation.tick();
         for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
-            if self.agents[robot.index()].is_some() {
+            if !matches!(self.seats[robot.index()], Seat::Empty) {
                 if let Some(traffic) = &mut self.traffic {
                     traffic.add(&space.broadcasts);
                 }
                 if let Some(Some(command)) = self.driven.get(robot.index()) {
                     command.take_over(&mut space.report.actuation);
+                }
+                if self.simulation.is_foreign(robot) {
+                    for broadcast in &space.broadcasts {
+                        self.simulation.overhear(broadcast.clone());
+                    }
                 }
                 self.air
                     .send(tick, robot, &mut space.broadcasts, &mut space.spent);

@@ -164,6 +164,7 @@ impl Made {
             outcome: self.outcome,
             unscripted: false,
             faults: Vec::new(),
+            minds: std::collections::BTreeMap::new(),
             result: self.figures.clone(),
             setup: self.history.setup.clone(),
         };

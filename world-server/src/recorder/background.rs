@@ -12,6 +12,7 @@ use std::thread::{self, JoinHandle};
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::Tick;
 use alliance_proto::log::{Input, LogLevel};
+use alliance_proto::team::Broadcast;
 use alliance_proto::time::SimTime;
 
 use super::encode;
@@ -173,6 +174,8 @@ struct Kept {
     inputs: Vec<Input>,
     bodies: Vec<BodyRecord>,
     answers: Vec<Answer>,
+    foreign: Vec<bool>,
+    said: Vec<Broadcast>,
     events: Vec<Event>,
     mission: Vec<Value>,
     targets: Vec<Target>,
@@ -187,6 +190,8 @@ impl Kept {
             inputs: record.inputs.to_vec(),
             bodies: record.bodies.to_vec(),
             answers: record.answers.to_vec(),
+            foreign: record.foreign.to_vec(),
+            said: record.said.to_vec(),
             events: record.events.to_vec(),
             mission: record.mission.to_vec(),
             targets: record.targets.to_vec(),
@@ -201,6 +206,8 @@ impl Kept {
             inputs: &self.inputs,
             bodies: &self.bodies,
             answers: &self.answers,
+            foreign: &self.foreign,
+            said: &self.said,
             events: &self.events,
             mission: &self.mission,
             targets: &self.targets,

@@ -27,11 +27,13 @@ mod tally;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::log::{Document, LogLevel, RunFile, RunOutcome, Section, Table};
+use alliance_proto::log::foreign::ForeignWriter;
+use alliance_proto::log::{Document, LogLevel, MindFile, RunFile, RunOutcome, Section, Table};
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
@@ -108,6 +110,10 @@ pub struct Recorder<S> {
     hash: RunHash,
     section: SectionHash,
     tally: Tally,
+    /// Of foreign.bin; there once somebody has a mind of its own.
+    foreign: Option<Box<ForeignWriter>>,
+    /// What is told of the minds that are programs of their own, by name.
+    minds: BTreeMap<String, MindFile>,
     /// Messages whose rows are still to come.
     on_their_way: OnTheirWay,
     /// What the last row of mission.csv says.
@@ -125,6 +131,19 @@ impl<S: Sink> Recorder<S> {
     /// # Errors
     /// Those of the sink.
     pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
+        Self::telling(setup, level, &BTreeMap::new(), sink)
+    }
+
+    /// The same, with the versions of minds that are programs of their own, by name, where they are known.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn telling(
+        setup: &Setup,
+        level: LogLevel,
+        versions: &BTreeMap<String, String>,
+        sink: S,
+    ) -> Result<Self, RecordError> {
         let names = Names::of(setup);
         let mut recorder = Self {
             setup: setup.clone(),
@@ -136,6 +155,13 @@ impl<S: Sink> Recorder<S> {
             hash: RunHash::default(),
             section: SectionHash::default(),
             tally: Tally::new(setup),
+            foreign: None,
+            minds: (setup.scenario.minds().into_iter())
+                .map(|name| {
+                    let version = versions.get(name).cloned();
+                    (name.to_owned(), MindFile { version })
+                })
+                .collect(),
             on_their_way: OnTheirWay::default(),
             mission: None,
             latest: None,
@@ -220,6 +246,7 @@ impl<S: Sink> Recorder<S> {
             outcome,
             unscripted,
             faults,
+            minds: self.minds.clone(),
             result: self.tally.figures(figures),
             setup: self.setup.clone(),
         };
@@ -259,6 +286,20 @@ impl<S: Sink> Recorder<S> {
             let robot = robot.map_or(&repeated.world, |robot| repeated.robot(robot));
             self.pages
                 .add_hash(&repeated.tick, robot, section.as_str(), hash);
+        }
+    }
+
+    /// The answers of foreign minds: nothing else gives them again.
+    #[inline(never)]
+    fn keep_foreign(&mut self, record: &TickRecord<'_>) {
+        let is_foreign = |answer: &&Answer| record.foreign[answer.report.robot.index()];
+        for answer in record.counted().filter(is_foreign) {
+            let report = &answer.report;
+            let own = record.said.iter().filter(|it| it.sender == report.robot);
+            let writer = self.foreign.get_or_insert_default();
+            self.pages.add_optional(Table::Foreign, |bytes| {
+                writer.add(report, own, bytes);
+            });
         }
     }
 
@@ -312,17 +353,21 @@ impl<S: Sink> Record for Recorder<S> {
         pages.add(Table::Poses, |rows| {
             encode::poses(names, repeated, record, rows)
         });
+        if !record.targets.is_empty() {
+            pages.add_optional(Table::Targets, |rows| {
+                encode::targets(repeated, record, rows)
+            });
+        }
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
+        if !record.foreign.is_empty() {
+            self.keep_foreign(record);
+        }
+        let pages = &mut self.pages;
         if self.level.keeps(Table::Mission) && self.mission.as_deref() != Some(record.mission) {
             let written = self.mission.get_or_insert_default();
             written.clear();
             written.extend_from_slice(record.mission);
             pages.add(Table::Mission, |rows| encode::mission(record, rows));
-        }
-        if !record.targets.is_empty() {
-            pages.add_optional(Table::Targets, |rows| {
-                encode::targets(repeated, record, rows)
-            });
         }
         if self.seal_is_due(record.now) {
             self.seal();

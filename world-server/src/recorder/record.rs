@@ -5,6 +5,7 @@ use std::fmt;
 use alliance_proto::ids::{BehaviorId, RobotId, Tick};
 use alliance_proto::log::Input;
 use alliance_proto::readings::Pose;
+use alliance_proto::team::Broadcast;
 use alliance_proto::telemetry::BehaviorState;
 use alliance_proto::time::SimTime;
 use serde::{Serialize, Serializer};
@@ -25,6 +26,10 @@ pub struct TickRecord<'a> {
     pub bodies: &'a [BodyRecord],
     /// What each agent did, by rank.
     pub answers: &'a [Answer],
+    /// Whose minds are programs of their own, by rank: their answers are kept in full. Empty where nobody's is.
+    pub foreign: &'a [bool],
+    /// What these have said: the broadcasts that came, in any order.
+    pub said: &'a [Broadcast],
     /// What the world did in this tick's step, in order. Inputs, state changes and notes need no entry here: their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.
     pub events: &'a [Event],

@@ -21,6 +21,7 @@ use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, We
 use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::secret::{OpenError, Secret};
+use alliance_proto::team::Broadcast;
 use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
@@ -269,7 +270,8 @@ impl Server {
         if request.version != PROTOCOL_VERSION {
             return JoinReply::Refused(version_refusal(request.version));
         }
-        let setup = match self.briefing_for(&request.robot) {
+        let briefing = self.simulation.setup().briefing_of(&request.robot);
+        let setup = match serde_json::to_string(&briefing) {
             Ok(setup) => setup,
             Err(error) => {
                 self.refuse("join", &error);
@@ -346,6 +348,16 @@ impl Server {
             Verdict::Malformed => return self.refuse("report", &"impossible contents"),
         }
         self.pump();
+    }
+
+    /// A robot whose mind is a program of its own has said something, or somebody has on its key.
+    pub fn overhear(&mut self, name: &str, broadcast: Result<Broadcast, OpenError>) {
+        // What is no broadcast its hearers count.
+        if let Ok(broadcast) = broadcast
+            && self.robot_named(name) == Some(broadcast.sender)
+        {
+            self.simulation.overhear(broadcast);
+        }
     }
 
     /// The launcher reports the state of an agent's process.
@@ -548,15 +560,6 @@ impl Server {
             }
         }
         Ok(())
-    }
-
-    /// What an agent is told of the run: the briefing without parameters and profiles of its teammates, which would grow with the square
-    /// of the team.
-    fn briefing_for(&self, robot: &str) -> serde_json::Result<String> {
-        let mut briefing = self.simulation.setup().briefing();
-        briefing.alliance.robots.retain(|name, _| name == robot);
-        briefing.profile.robots.retain(|name, _| name == robot);
-        serde_json::to_string(&briefing)
     }
 
     fn stall(&mut self, robot: RobotId) {

@@ -29,11 +29,12 @@ use alliance_proto::mission::columns::{ColumnKind, ColumnValue};
 use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
+use alliance_proto::team::Broadcast;
 use alliance_proto::telemetry::{Delivery, Motivation};
 use alliance_proto::tick::{Outcome, Report, TickMessage};
 use alliance_proto::time::SimTime;
 
-use crate::barrier::{Barrier, Gathered, Presence, Verdict};
+use crate::barrier::{Barrier, Gathered, MAX_BROADCASTS, Presence, Verdict};
 use crate::faults::actuators::Actuators;
 use crate::faults::campaign;
 use crate::faults::links::Links;
@@ -62,6 +63,9 @@ pub struct Simulation {
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<BehaviorId>>,
     answers: Answers,
+    /// Whose minds are programs of their own, by rank; empty where nobody's is. And what these have said since the current tick began.
+    foreign: Vec<bool>,
+    said: Vec<Broadcast>,
     schedule: Schedule,
     links: Links,
     sensors: Sensors,
@@ -108,6 +112,8 @@ struct Ended {
     bodies: Vec<BodyRecord>,
     commands: Vec<Option<Actuation>>,
     events: Vec<Event>,
+    /// Broadcasts of foreign minds that count, by sender and index.
+    said: Vec<Broadcast>,
     mission: Vec<Value>,
     targets: Vec<Target>,
     mission_state: u64,
@@ -129,6 +135,13 @@ impl Simulation {
             messages: vec![TickMessage::default(); robots],
             active: vec![None; robots],
             answers: Answers::new(robots),
+            foreign: if setup.scenario.minds().is_empty() {
+                Vec::new()
+            } else {
+                let robots = setup.scenario.robots.iter();
+                robots.map(|robot| robot.mind.is_some()).collect()
+            },
+            said: Vec::new(),
             schedule: Schedule::default(),
             links: Links::new(&setup),
             sensors: Sensors::new(&setup),
@@ -425,6 +438,22 @@ impl Simulation {
         verdict
     }
 
+    /// Whether the robot's mind is a program of its own.
+    #[must_use]
+    pub fn is_foreign(&self, robot: RobotId) -> bool {
+        self.foreign.get(robot.index()).is_some_and(|is| *is)
+    }
+
+    /// A broadcast of a robot whose mind is a program of its own, before the report that lists it: it is kept for the log. Nothing
+    /// else becomes of it here.
+    pub fn overhear(&mut self, broadcast: Broadcast) {
+        let robots = self.foreign.iter().filter(|is| **is).count();
+        let has_room = self.said.len() < robots * usize::from(MAX_BROADCASTS);
+        if has_room && self.is_foreign(broadcast.sender) && broadcast.tick == self.tick() {
+            self.said.push(broadcast);
+        }
+    }
+
     fn steps_in_order(&self) -> bool {
         self.setup.step_order == StepOrder::InOrder
     }
@@ -504,6 +533,13 @@ impl Simulation {
         ended.events.append(&mut self.events);
         ended.events.append(&mut happened);
 
+        ended.said.clear();
+        let all = answers.all();
+        let counts = |it: &Broadcast| {
+            let answer = &all[it.sender.index()];
+            answer.counts && answer.report.incarnation == it.incarnation
+        };
+        ended.said.extend(self.said.drain(..).filter(counts));
         ended.at = Some((tick, now));
         ended.mission.clear();
         self.world.mission().row(&mut ended.mission);
@@ -547,6 +583,8 @@ impl Simulation {
             inputs: &ended.inputs,
             bodies: &ended.bodies,
             answers: self.answers.all(),
+            foreign: &self.foreign,
+            said: &ended.said,
             events: &ended.events,
             mission: &ended.mission,
             targets: &ended.targets,

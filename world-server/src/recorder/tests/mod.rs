@@ -15,7 +15,7 @@ use alliance_proto::log::{
 };
 use alliance_proto::mission::{Bytes, Sensed, Target};
 use alliance_proto::readings::{Actuation, Pose, Readings};
-use alliance_proto::team::{BroadcastKind, TaskState};
+use alliance_proto::team::{Broadcast, BroadcastKind, TaskState};
 use alliance_proto::telemetry::{
     BehaviorState, Delivery, Motivation, Note, NoteKind, Reason, Reception, Said, StateChange,
 };
@@ -36,6 +36,8 @@ struct OwnedTick {
     now: SimTime,
     inputs: Vec<Input>,
     robots: Vec<(BodyRecord, Option<(Readings, Report)>)>,
+    foreign: Vec<bool>,
+    said: Vec<Broadcast>,
     events: Vec<Event>,
     mission: Vec<Value>,
     targets: Vec<Target>,
@@ -58,6 +60,8 @@ impl OwnedTick {
             inputs: &self.inputs,
             bodies: &bodies,
             answers: answers.all(),
+            foreign: &self.foreign,
+            said: &self.said,
             events: &self.events,
             mission: &self.mission,
             targets: &self.targets,
@@ -153,6 +157,8 @@ fn sample() -> Vec<OwnedTick> {
             ),
             (body(0.3, 3.5), None),
         ],
+        foreign: Vec::new(),
+        said: Vec::new(),
         events: Vec::new(),
         mission: row([23, 1, 0, 0], None),
         targets: Vec::new(),

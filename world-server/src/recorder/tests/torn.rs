@@ -3,7 +3,9 @@
 use alliance_proto::testkit::default_setup;
 use std::collections::BTreeMap;
 
-use alliance_proto::log::{AllocationRow, InputLine, TableRow};
+use alliance_proto::log::{AllocationRow, ForeignAnswer, InputLine, TableRow};
+use alliance_proto::mission::Payload;
+use alliance_proto::team::{Bulletin, BulletinKind, Content};
 use alliance_proto::telemetry;
 use proptest::prelude::*;
 use serde::Deserialize;
@@ -34,6 +36,7 @@ type Rows = (
     Vec<DrillRow>,
     Vec<TickRow>,
     Vec<InputLine>,
+    Vec<ForeignAnswer>,
 );
 
 fn everything(log: &RunLog) -> Rows {
@@ -46,13 +49,33 @@ fn everything(log: &RunLog) -> Rows {
         log.rows().unwrap(),
         log.rows().unwrap(),
         log.inputs().unwrap(),
+        log.foreign().unwrap(),
     )
 }
 
-/// A run whose tables have grown at some ticks and not at others, over more than a second. Gold has no motivations.
+/// A run whose tables have grown at some ticks and not at others, over more than a second. Gold has no motivations, and a mind of its
+/// own; of its two broadcasts the second came first, and then once more.
 pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
     let mut kinds = sample();
+    for kind in &mut kinds {
+        kind.foreign = vec![false, true];
+    }
+    let said = |index, byte| Broadcast {
+        sender: GOLD,
+        incarnation: 1,
+        tick: 1,
+        index,
+        seq: u64::from(index),
+        sent: SimTime(50),
+        body: Content::Bulletin(Bulletin {
+            kind: BulletinKind::First,
+            about: None,
+            payload: Payload::Open(vec![byte; 30]),
+        }),
+    };
+    kinds[1].said = vec![said(1, 1), said(0, 0), said(1, 2)];
     let (_, gold) = kinds[1].robots[1].1.as_mut().unwrap();
+    gold.broadcasts = 2;
     gold.allocation = vec![telemetry::AllocationRow {
         task: TaskId(1),
         behavior: BehaviorId(2),
@@ -77,7 +100,7 @@ fn prefixes(ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Rows)> {
             let (run, memory) = log(LogLevel::Full, &ticks[..end]);
             let mut tables = memory.tables;
             // They are not there before their first row.
-            for table in [Table::Inputs, Table::Allocation] {
+            for table in [Table::Inputs, Table::Allocation, Table::Foreign] {
                 tables.entry(table).or_default();
             }
             let rows = everything(&RunLog::from_tables(Path::new(""), run, tables.clone()));
@@ -113,6 +136,9 @@ fn any_file_cut_or_damaged_at_any_byte() {
                 .iter()
                 .rposition(|(tables, _)| tables[&table].len() <= byte);
             assert_ticks(&log, ticks.unwrap_or(0), &prefixes);
+            if table != Table::Ticks {
+                assert_eq!(log.torn, (ticks != Some(4)).then_some(table));
+            }
         }
     }
 }
@@ -255,6 +281,21 @@ fn a_folder_reads_like_memory() {
             "ticks.csv",
         ]
     );
+}
+
+#[test]
+fn answers_of_a_foreign_mind_are_kept_at_any_level_with_the_broadcasts_that_they_list() {
+    let ticks = run_of(3);
+    for level in [LogLevel::Full, LogLevel::Summary, LogLevel::Off] {
+        let (run, memory) = log(level, &ticks);
+        let answers = RunLog::from_tables(Path::new(""), run, memory.tables).foreign();
+        let answers = answers.unwrap();
+        let (tick_1, _) = (&ticks[2], assert_eq!(answers.len(), 3));
+        let (_, report) = tick_1.robots[1].1.as_ref().unwrap();
+        assert_eq!(&answers[2].report, report);
+        let said: Vec<_> = answers[2].broadcasts.iter().flatten().collect();
+        assert_eq!(said, [&tick_1.said[1], &tick_1.said[0]]);
+    }
 }
 
 #[test]

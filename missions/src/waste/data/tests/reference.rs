@@ -230,6 +230,7 @@ fn populated() -> Scenario {
             // The waste clean-up knows none.
             skills: None,
             allocator: Some("x".to_owned()),
+            mind: Some("x".to_owned()),
             absent: true,
             start: Some(Start {
                 x_m: 1.0,

@@ -1,0 +1,337 @@
+//! Minds that are programs of their own, named in the scenario and started by `--mind`: here the command's own agent, which to launcher,
+//! log and replay is a program like any other.
+
+use std::fs;
+
+use alliance_proto::log::{EventRow, RunLog, Table};
+use nix::sys::signal::Signal;
+
+use crate::harness::{Finished, Lab, command_line, wait_until};
+use crate::team::Team;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_alliance-under-test");
+
+/// A scenario of the usual team in which gold and green have minds of their own.
+const MINDS: &str = "
+name = 'minds'
+[[robots]]
+name = 'blue'
+[[robots]]
+name = 'gold'
+mind = 'agent'
+[[robots]]
+name = 'green'
+side_sensor = true
+mind = 'other'
+";
+
+fn write(lab: &Lab, file: &str, text: &str) {
+    fs::write(lab.path(file), text).unwrap();
+}
+
+fn mind(name: &str) -> String {
+    format!("--mind={name}={PROGRAM} agent")
+}
+
+/// Runs it with the command's own agents as the minds.
+#[track_caller]
+fn run(lab: &Lab, out: &str, arguments: &[&str]) -> Finished {
+    let minds = [mind("agent@7"), mind("other")];
+    let mut all = vec!["minds.toml", &minds[0], &minds[1]];
+    all.extend(arguments);
+    lab.mission(out, &all)
+}
+
+fn hash(lab: &Lab, out: &str) -> Option<String> {
+    lab.log(out).run.hash
+}
+
+#[track_caller]
+fn identical(finished: &Finished) {
+    assert!(
+        finished.stderr.starts_with("identical"),
+        "{}",
+        finished.stderr
+    );
+}
+
+fn kinds(log: &RunLog, robot: &str) -> Vec<String> {
+    let wanted = ["joined", "gone", "stalled", "back"];
+    let rows = log.rows::<EventRow>().unwrap().into_iter();
+    let rows = rows.filter(|row| row.robot == robot && wanted.contains(&row.kind.as_str()));
+    rows.map(|row| row.kind).collect()
+}
+
+#[test]
+fn the_hash_is_that_of_the_simulators_own_minds_and_replay_needs_no_mind() {
+    let lab = Lab::new();
+    write(&lab, "minds.toml", MINDS);
+    let own = MINDS
+        .replace("mind = 'agent'", "")
+        .replace("mind = 'other'", "");
+    write(&lab, "own.toml", &own.replace("minds", "own"));
+    for level in ["full", "summary", "off"] {
+        let arguments = ["--limit=20", "--log", level];
+        run(&lab, &format!("minds-{level}"), &arguments).expect(1);
+        lab.mission(
+            &format!("own-{level}"),
+            &[&["own.toml"], &arguments[..]].concat(),
+        )
+        .expect(1);
+        let (minds, own) = (format!("minds-{level}"), format!("own-{level}"));
+        assert!(hash(&lab, &minds).is_some());
+        assert_eq!(hash(&lab, &minds), hash(&lab, &own));
+        assert!(!lab.path(&own).join("foreign.bin").exists());
+        identical(&lab.run(&["replay", &minds]).expect(0));
+    }
+    let log = lab.log("minds-full");
+    let version = |name: &str| log.run.minds[name].version.clone();
+    assert_eq!(
+        (version("agent"), version("other")),
+        (Some("7".to_owned()), None)
+    );
+    assert_eq!(
+        log.foreign().unwrap().len(),
+        2 * 400,
+        "two robots, 400 ticks"
+    );
+
+    // What is made of the log of a replay is the same to the byte.
+    lab.run(&["replay", "minds-full", "--out", "again"])
+        .expect(0);
+    lab.assert_same_bytes("minds-full", "again");
+    let bytes = |out: &str| fs::read(lab.path(out).join("foreign.bin")).unwrap();
+    assert_eq!(bytes("minds-full"), bytes("again"));
+}
+
+#[test]
+fn faults_of_processes_reach_them_and_the_log_repeats_by_itself_and_with_them() {
+    let lab = Lab::new();
+    let faults = r#"
+        [[faults.timeline]]
+        fault.kill = "gold"
+        at_s = 4.0
+        for_s = 4.0
+        [[faults.timeline]]
+        fault.pause = "gold"
+        at_s = 10.0
+        for_s = 2.0
+        [[faults.timeline]]
+        fault.restart = "green"
+        at_s = 13.0
+        [[faults.timeline]]
+        fault.terminate = "green"
+        at_s = 16.0
+        for_s = 2.0
+        [[faults.timeline]]
+        fault.drop.p = 0.4
+        at_s = 2.0
+    "#;
+    write(&lab, "minds.toml", &format!("{MINDS}{faults}"));
+    run(&lab, "run", &["--limit=20"]).expect(1);
+    let log = lab.log("run");
+    assert!(
+        log.run.faults.iter().all(|fault| fault.hits > 0),
+        "{:?}",
+        log.run.faults
+    );
+    assert!(!log.run.unscripted);
+    assert_eq!(
+        kinds(&log, "gold"),
+        ["joined", "gone", "joined", "stalled", "back"]
+    );
+    assert_eq!(
+        kinds(&log, "green"),
+        ["joined", "gone", "joined", "gone", "joined"]
+    );
+    let said = fs::read_to_string(lab.path("run/logs/gold.log")).unwrap();
+    assert_eq!(said.matches("joined").count(), 2, "{said}");
+
+    identical(&lab.run(&["replay", "run"]).expect(0));
+    identical(
+        &lab.run(&["replay", "run", &mind("agent"), &mind("other")])
+            .expect(0),
+    );
+    // One of the two.
+    identical(&lab.run(&["replay", "run", &mind("other")]).expect(0));
+}
+
+#[test]
+fn a_program_that_answers_otherwise_is_named_with_its_first_tick_and_field() {
+    let lab = Lab::new();
+    write(&lab, "minds.toml", MINDS);
+    run(&lab, "run", &["--limit=10"]).expect(1);
+    // As far as this world tells it, its robot has another allocator.
+    let path = lab.path("run/run.json");
+    let mut run: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    run["scenario"]["robots"][1]["allocator"] = "nearest".into();
+    fs::write(&path, run.to_string()).unwrap();
+    identical(&lab.run(&["replay", "run"]).expect(0));
+    let differs = lab
+        .run(&["replay", "run", "--json", &mind("agent")])
+        .expect(1);
+    let found = differs.json();
+    assert_eq!(
+        (
+            &found["result"],
+            &found["tick"],
+            &found["robot"],
+            &found["section"]
+        ),
+        (&"differs".into(), &0.into(), &"gold".into(), &"mind".into())
+    );
+    assert!(found["field"].is_string(), "{found}");
+    // One that does not answer at all.
+    let silent = lab
+        .run(&["replay", "run", "--mind=agent=sh -c 'exit 7'"])
+        .expect(2);
+    assert!(
+        silent
+            .stderr
+            .contains("gold: its mind ended with exit status 7"),
+        "{}",
+        silent.stderr
+    );
+    let unknown = lab.run(&["replay", "run", &mind("agnt")]).expect(2);
+    assert!(
+        unknown.stderr.contains("there are agent, other"),
+        "{}",
+        unknown.stderr
+    );
+}
+
+#[test]
+fn a_cut_or_damaged_file_of_answers_is_refused_in_one_line() {
+    let lab = Lab::new();
+    write(&lab, "minds.toml", MINDS);
+    for level in ["full", "off"] {
+        run(&lab, level, &["--limit=5", "--log", level]).expect(1);
+        let path = lab.path(level).join("foreign.bin");
+        let whole = fs::read(&path).unwrap();
+        for bytes in [
+            &whole[..0],
+            &whole[..20],
+            &whole[..whole.len() / 2],
+            &whole[..whole.len() - 1],
+            b"PK\x03\x04",
+        ] {
+            fs::write(&path, bytes).unwrap();
+            let refused = lab.run(&["replay", level]).expect(2);
+            let said = &refused.stderr;
+            assert_eq!(said.lines().count(), 1, "{said}");
+            assert!(said.contains("foreign.bin"), "{said}");
+        }
+        fs::remove_file(&path).unwrap();
+        let refused = lab.run(&["replay", level]).expect(2);
+        assert!(refused.stderr.contains("foreign.bin"), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn a_killed_world_leaves_the_answers_of_every_finished_tick() {
+    let lab = Lab::new();
+    write(&lab, "minds.toml", MINDS);
+    let minds = [mind("agent"), mind("other")];
+    let mut team = Team::start(&lab, &["minds.toml", "--speed=8x", &minds[0], &minds[1]]);
+    team.wait_for_row("ticks.csv", &[",run,"]);
+    wait_until("a second of the run", || {
+        fs::metadata(lab.path("run/foreign.bin")).is_ok_and(|file| file.len() > 5000)
+    });
+    let gold = team.pid("gold");
+    team.signal("world", Signal::SIGKILL);
+    team.wait().expect(3);
+    wait_until("the end of gold's mind", || command_line(gold).is_none());
+    let log = lab.log("run");
+    let ticks = log.last.unwrap().tick + 1;
+    assert_eq!(log.foreign().unwrap().len() as u64, 2 * ticks);
+    assert!(!log.table(Table::Foreign).is_empty());
+    identical(&lab.run(&["replay", "run"]).expect(0));
+}
+
+#[test]
+fn a_mind_dies_with_its_launcher_and_its_children_with_it() {
+    let lab = Lab::new();
+    write(&lab, "minds.toml", MINDS);
+    // A shell that waits for its child, as a wrapper does; the robot is the child's process.
+    let wrapped = format!("--mind=agent=sh -c '{PROGRAM} agent & wait'");
+    let mut team = Team::start(
+        &lab,
+        &["minds.toml", "--speed=4x", &wrapped, &mind("other")],
+    );
+    team.wait_for_row("ticks.csv", &[",run,"]);
+    let mut pids = ["world", "gold", "green"]
+        .map(|name| team.pid(name))
+        .to_vec();
+    let gold = team.pid("gold");
+    let children = fs::read_to_string(format!("/proc/{gold}/task/{gold}/children")).unwrap();
+    pids.extend(
+        children
+            .split_whitespace()
+            .map(|pid| pid.parse::<u32>().unwrap()),
+    );
+    assert_eq!(pids.len(), 4, "{children}");
+    team.launcher().signal(Signal::SIGKILL);
+    for pid in pids {
+        wait_until("the end of what the launcher started", || {
+            command_line(pid).is_none()
+        });
+    }
+}
+
+#[test]
+fn mistakes_have_one_line() {
+    let lab = Lab::new();
+    write(&lab, "minds.toml", MINDS);
+    write(&lab, "clash.toml", &MINDS.replace("'agent'", "'nearest'"));
+    write(&lab, "word.toml", &MINDS.replace("'agent'", "'my mind'"));
+    let (agent, other) = (mind("agent"), mind("other"));
+    let cases: [(&[&str], &str); 8] = [
+        (
+            &["minds.toml"],
+            "the mind 'agent' of gold is a program of its own",
+        ),
+        (&["minds.toml", &agent], "--mind other=COMMAND"),
+        (
+            &["janitorial", &agent],
+            "no robot of 'janitorial' has a mind of its own",
+        ),
+        (
+            &["minds.toml", &agent, &other, "--mind=agnt=x"],
+            "did you mean 'agent'?",
+        ),
+        (&["minds.toml", &agent, &agent], "it is stated twice"),
+        (
+            &["minds.toml", &agent, &other, "--in-process"],
+            "leave --in-process out",
+        ),
+        (
+            &["clash.toml"],
+            "clash.toml:7: robots[1].mind: 'nearest' is an allocator",
+        ),
+        (
+            &["word.toml"],
+            "word.toml:7: robots[1].mind: 'my mind' is not a name",
+        ),
+    ];
+    for (arguments, text) in cases {
+        let refused = lab.mission("out", arguments).expect(2);
+        assert_eq!(refused.stderr.lines().count(), 1, "{}", refused.stderr);
+        assert!(
+            refused.stderr.contains(text),
+            "no '{text}': {}",
+            refused.stderr
+        );
+        assert!(!lab.path("out").exists());
+    }
+    // One that cannot be started is a robot that is not there, and its last words are shown.
+    let minds = [
+        "minds.toml",
+        "--limit=2",
+        "--mind=agent=no-such-program",
+        &other,
+    ];
+    let failed = lab.mission("out", &minds).expect(1);
+    let said = &failed.stderr;
+    assert!(said.contains("gold ended with exit status 127"), "{said}");
+    assert!(said.contains("no-such-program"), "{said}");
+}
