@@ -9,7 +9,7 @@ use alliance_proto::scenario::{Scenario, Setup};
 use serde_json::{Value, json};
 use study::in_process::Team;
 use study::replay::replay;
-use study::report::command::report;
+use study::report::command::{Look, report};
 use tempfile::TempDir;
 use world_server::recorder::Folder;
 
@@ -91,7 +91,7 @@ fn use_it(folder: &Path) -> anyhow::Result<()> {
     replay(&log, log.run.log, |_| {})?;
     // Pages show figures as they are, and what a replay makes of the setup.
     Logged::open(folder)?;
-    report(folder, &folder.join("report"))?;
+    report(folder, &folder.join("report"), &Look::default())?;
     Ok(())
 }
 

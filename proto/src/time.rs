@@ -66,3 +66,17 @@ impl fmt::Display for SimTime {
         write!(f, "{:.3} s", self.as_secs_f64())
     }
 }
+/// A span of time in seconds, from `60s`, `60`, `1.5s`, `500ms` or `2min`, as people write it.
+///
+/// # Errors
+/// What would be right.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let units = [("ms", 0.001), ("min", 60.0), ("s", 1.0), ("", 1.0)];
+    let spans = units.iter().filter_map(|(unit, unit_s)| {
+        let number: f64 = text.strip_suffix(unit)?.trim_end().parse().ok()?;
+        Some(number * unit_s)
+    });
+    let mut fitting = spans.filter(|span_s| span_s.is_finite() && !span_s.is_sign_negative());
+    let wrong = || "use a time such as 60s, 1.5s, 500ms or 2min".to_owned();
+    fitting.next().ok_or_else(wrong)
+}

@@ -34,6 +34,33 @@ const OTHERS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
+/// Robots that are drawn together.
+pub const CROWD: RGBColor = OTHERS[0];
+
+/// A task by its place in the catalog: six colors, each full, pale and dark in turn. Gray and black mean something else where tasks are drawn.
+#[must_use]
+pub fn of_task(task: usize) -> RGBColor {
+    let colors = OTHERS.len() - 1;
+    let RGBColor(red, green, blue) = OTHERS[task % colors];
+    let toned = |part: u8| match task / colors % 3 {
+        0 => part,
+        1 => part + (255 - part) / 2,
+        _ => part / 2 + part / 10,
+    };
+    RGBColor(toned(red), toned(green), toned(blue))
+}
+
+/// Lettering that can be read on that color.
+#[must_use]
+pub fn on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
+    let light = 299 * u32::from(red) + 587 * u32::from(green) + 114 * u32::from(blue);
+    if light > 140_000 {
+        RGBColor(0, 0, 0)
+    } else {
+        RGBColor(255, 255, 255)
+    }
+}
+
 /// An item.
 pub const ITEM: RGBColor = RGBColor(196, 60, 40);
 

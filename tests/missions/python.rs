@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use alliance_tests::needs::cannot_run;
+
 use crate::harness::Lab;
 
-/// A Python that has these modules: the one that `.ci/run` makes beside the programs under test, or the system's. `None` lets
-/// a test be skipped, which must not happen unseen where everything is checked.
+/// A Python that has these modules: the one that `.ci/run` makes beside the programs under test, or the system's. `None` where
+/// there is none and a test may be skipped.
 pub fn python(modules: &[&str]) -> Option<PathBuf> {
     let program = Path::new(env!("CARGO_BIN_EXE_alliance-under-test"));
     let made = program
@@ -25,8 +27,7 @@ pub fn python(modules: &[&str]) -> Option<PathBuf> {
             "no Python with {}: run `.ci/run`, or `pip install -r tests/python/requirements.txt`",
             modules.join(", ")
         );
-        assert!(std::env::var_os("CI").is_none(), "{how}");
-        println!("skipped: {how}");
+        cannot_run(&how);
     }
     found
 }

@@ -2,6 +2,7 @@
 
 pub mod closed_loop;
 pub mod mishaps;
+pub mod needs;
 pub mod recompute;
 pub mod rooms;
 pub mod storm;

@@ -22,6 +22,7 @@ pub mod error;
 pub mod faults;
 pub mod gateway;
 pub mod interruption;
+pub mod invocation;
 pub mod latest;
 pub mod mission;
 pub mod pace;

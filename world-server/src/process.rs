@@ -28,6 +28,7 @@ use zenoh::{Session, Wait};
 use crate::error::WorldError;
 use crate::gateway::keeper::{Gateway, Waiting};
 use crate::interruption::InterruptionHandler;
+use crate::invocation;
 use crate::latest::link_latest;
 use crate::mission::MissionWorld;
 use crate::pace::{Pace, Speed};
@@ -397,6 +398,7 @@ fn host(
     let ticks = server.simulation().tick();
     json!({
         "run": options.run,
+        "command": invocation::command(),
         "speed": options.speed.to_string(),
         "endpoint": endpoint,
         "started_unix_ms": wall(time.start),

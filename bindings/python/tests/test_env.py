@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from alliance_agent import Allocator, ScenarioError, load, run
 from alliance_agent.env import VecEnv, parallel_env
+from conftest import needed
 
-pytest.importorskip("pettingzoo")
+needed("pettingzoo")
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 from pettingzoo.utils.conversions import parallel_to_aec

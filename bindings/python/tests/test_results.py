@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 from alliance_agent import load, run
+from conftest import needed
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +25,7 @@ def test_the_tables_of_a_run(folder):
 
 
 def test_data_frames_are_those_of_the_library_that_is_there(folder):
-    pandas = pytest.importorskip("pandas")
+    pandas = needed("pandas")
     for results in load(folder), load(folder, "pandas"):
         assert isinstance(results["events"], pandas.DataFrame)
     numbers = load(folder, "numpy")
@@ -34,7 +35,7 @@ def test_data_frames_are_those_of_the_library_that_is_there(folder):
         for key, values in numbers[name].items():
             if values.dtype.kind == "f":
                 assert np.array_equal(frame[name][key].to_numpy(float), values, equal_nan=True)
-    polars = pytest.importorskip("polars")
+    polars = needed("polars")
     assert isinstance(load(folder, "polars")["poses"], polars.DataFrame)
 
 

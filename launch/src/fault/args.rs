@@ -7,13 +7,14 @@ use alliance_proto::fault::{
     RadioQuality, RangeFault, SensorFault, SkillFault, Who,
 };
 use alliance_proto::scenario::Obstacle;
+use alliance_proto::time::seconds;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use missions::Registry;
 
 use super::modes::{ACTUATOR_MODES, SENSOR_MODES, actuator_mode, sensor_mode};
 use super::own::OwnFault;
-use super::timing::{Timing, seconds};
+use super::timing::Timing;
 
 /// A fault with its trigger and duration.
 #[derive(Subcommand, Clone, Debug)]

@@ -1,6 +1,7 @@
 //! When a fault happens and how long it lasts, as options of its command.
 
 use alliance_proto::fault::{Fault, Order, When};
+use alliance_proto::time::seconds;
 use clap::Args;
 
 /// When a fault happens and how long it lasts. Without any of it: at once, until it is cleared.
@@ -34,16 +35,4 @@ impl Timing {
             for_s: self.for_s,
         }
     }
-}
-
-/// A span of time in seconds, from `60s`, `60`, `1.5s`, `500ms` or `2min`.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    let units = [("ms", 0.001), ("min", 60.0), ("s", 1.0), ("", 1.0)];
-    let spans = units.iter().filter_map(|(unit, unit_s)| {
-        let number: f64 = text.strip_suffix(unit)?.trim_end().parse().ok()?;
-        Some(number * unit_s)
-    });
-    let mut fitting = spans.filter(|span_s| span_s.is_finite() && !span_s.is_sign_negative());
-    let wrong = || "use a time such as 60s, 1.5s, 500ms or 2min".to_owned();
-    fitting.next().ok_or_else(wrong)
 }

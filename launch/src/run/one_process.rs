@@ -13,6 +13,7 @@ use study::in_process::Team;
 use study::interrupted::Interrupted;
 use study::invariants::{Invariants, replayed};
 use tokio::time::Instant;
+use world_server::invocation;
 use world_server::latest::link_latest;
 use world_server::recorder::Folder;
 
@@ -74,6 +75,7 @@ pub fn run(plan: &Plan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     let (run, mut recorder) = team.end(outcome)?;
     recorder.write_host(&json!({
         "run": plan.run,
+        "command": invocation::command(),
         "in_process": true,
         "started_unix_ms": wall,
         "ended_unix_ms": unix_ms(),

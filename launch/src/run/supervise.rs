@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 use std::time::Duration;
 
 use alliance_proto::control::AgentState;
@@ -16,6 +17,7 @@ use nix::sys::signal::Signal;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
+use world_server::invocation;
 
 use super::bus::{Bus, Call};
 use super::children::{Change, Ending, Process};
@@ -86,7 +88,9 @@ impl Team {
         arguments.push(format!("--out={}", plan.folder.display()));
         arguments.push(format!("--run={}", plan.run));
         arguments.push("--launched".to_owned());
-        let world = Process::start("world", &logs.join("world.log"), &arguments)?;
+        let command = Some((invocation::COMMAND, invocation::command()));
+        let log = logs.join("world.log");
+        let world = Process::start_with("world", &log, &arguments, Stdio::null(), command)?;
         let mut team = Self {
             world,
             agents: Vec::new(),

@@ -17,6 +17,18 @@ pub enum Preset {
     Team,
 }
 
+impl Preset {
+    /// As scenario files have it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Thesis => "thesis",
+            Self::Par98 => "par98",
+            Self::Team => "team",
+        }
+    }
+}
+
 /// The origin that `0` stands for in comm_received(…, 0, …).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -7,13 +7,21 @@ use std::process::ExitCode;
 
 use alliance_proto::log::{LogLevel, RunLog};
 use alliance_proto::tell;
+use alliance_proto::time::{SimTime, seconds};
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
 
-use super::figures::figures;
+use super::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
+use super::figures::{Figure, Room, Wanted, figures};
 use super::history::History;
+use super::made::Made;
 use super::metrics::Metrics;
 use super::page::page;
+use super::pdf;
+use crate::retrace::retrace;
+
+/// A figure is so many times as wide as its letters are high, at least: with less room names and axes would leave none for the rest.
+const LEAST_LETTERS: f64 = 33.0;
 
 /// Show what happened in a run: a page with figures and metrics, for any browser, and the figures as SVG files.
 #[derive(Args, Clone, Debug)]
@@ -21,25 +29,68 @@ pub struct ReportCommand {
     /// Folder of the run
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Where to write report.html and the SVG files [default: DIR/report]
+    /// Where to write report.html and the figures [default: DIR/report]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    look: Look,
+}
+
+/// What of a run is shown, and how large.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Look {
+    /// Figures begin at this simulated time, such as 60s, 1.5s or 2min [default: the start]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
+    pub from: Option<f64>,
+    /// Figures end at this simulated time [default: the end]
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
+    pub to: Option<f64>,
+    /// Width of the figures, px [default: 960]
+    #[arg(long, value_name = "PX")]
+    pub width: Option<f64>,
+    /// Size of the lettering, px; lines and marks go with it [default: 12]
+    #[arg(long, value_name = "PX")]
+    pub font_size: Option<f64>,
+    /// Only these figures, by the names of their files without ending
+    #[arg(long, value_name = "FIGURE,…", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// The room at these simulated times, a figure for each
+    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = seconds)]
+    pub snapshot: Vec<f64>,
+    /// Each figure as PDF, too, beside its SVG
+    #[arg(long)]
+    pub pdf: bool,
+}
+
+impl Look {
+    /// # Errors
+    /// One line, when there would be no room for the figure in it.
+    fn sheet(&self) -> anyhow::Result<Sheet> {
+        let width = self.width.unwrap_or(WIDTH_PX);
+        let font = self.font_size.unwrap_or(TEXT_PX);
+        if !(4.0..=72.0).contains(&font) {
+            bail!("--font-size {font}: must be from 4 to 72");
+        }
+        let least = (font * LEAST_LETTERS).ceil();
+        if !(least..=10_000.0).contains(&width) {
+            bail!("--width {width}: must be from {least}, with lettering of {font} px, to 10000");
+        }
+        Ok(Sheet::new(width, font))
+    }
 }
 
 impl ReportCommand {
-    /// Exit status 0, or 2 for a folder of which no report can be made.
+    /// Exit status 0, or 2 for a folder of which no report can be made, or options that ask for what is not there.
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let out = self
             .out
             .clone()
             .unwrap_or_else(|| self.folder.join("report"));
-        match report(&self.folder, &out) {
-            Ok(left_out) => {
-                if left_out > 0 {
-                    tell!(
-                        "note: {left_out} figures are in their own files only, for the page would be too large"
-                    );
+        match report(&self.folder, &out, &self.look) {
+            Ok(notes) => {
+                for note in notes {
+                    tell!("note: {note}");
                 }
                 tell!("report  {}", out.join("report.html").display());
                 ExitCode::SUCCESS
@@ -52,36 +103,92 @@ impl ReportCommand {
     }
 }
 
-/// Makes the report, and says how many figures had no room in its page.
+/// Makes the report, and says what whoever reads it should know.
 ///
 /// # Errors
-/// When there is no run, or no full log of one, or the page cannot be written.
-pub fn report(folder: &Path, out: &Path) -> anyhow::Result<usize> {
-    // The error says why by itself: its source would say it twice.
-    let log = RunLog::open(folder, &Registry::of_this_program().vocabulary())
-        .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;
-    if log.run.log != LogLevel::Full {
-        let level = log.run.log.as_str();
-        bail!(
-            "{} was logged with --log {level}; a report needs motivations and poses: run it again with --log full",
-            folder.display()
-        );
+/// When there is no run, or none that could be shown, or not what was asked for, or the files cannot be written.
+pub fn report(folder: &Path, out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
+    let sheet = look.sheet()?;
+    if look.pdf {
+        pdf::is_there()?;
     }
+    // The error says why by itself: its source would say it twice.
+    let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())
+        .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;
+    let mut notes = Vec::new();
+    let (log, rooms) = see(logged, &look.snapshot, &mut notes)?;
     let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;
     let metrics = Metrics::of(&history, &log.run);
-    let figures = figures(&history, &metrics)?;
-    let (text, left_out) = page(&log.run, &history, &metrics, &figures);
-
-    fs::create_dir_all(out).with_context(|| format!("cannot make {}", out.display()))?;
-    let write = |file: String, text: &str| {
-        let path = out.join(file);
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    let wanted = Wanted {
+        sheet,
+        from_s: look.from,
+        to_s: look.to,
+        only: look.only.clone(),
+        rooms,
     };
-    for figure in &figures {
-        write(format!("{}.svg", figure.name), &figure.svg)?;
+    let figures = figures(&history, &metrics, &wanted)?;
+    let made = Made::of(folder, &wanted);
+    let (text, left_out) = page(&log.run, &history, &metrics, &figures, &made);
+    if left_out > 0 {
+        notes.push(format!(
+            "{left_out} figures are in their own files only, for the page would be too large"
+        ));
     }
-    write("report.html".to_owned(), &text)?;
-    Ok(left_out)
+    write(out, &text, &figures, look.pdf)?;
+    Ok(notes)
+}
+
+/// The full log of a run, and the room at those times, s. Where either is not in the log, the run is run again.
+fn see(
+    logged: RunLog,
+    times: &[f64],
+    notes: &mut Vec<String>,
+) -> anyhow::Result<(RunLog, Vec<Room>)> {
+    let level = logged.run.log;
+    if level == LogLevel::Full && times.is_empty() {
+        return Ok((logged, Vec::new()));
+    }
+    let step = SimTime(logged.run.setup.scenario.step_ms);
+    let wanted: Vec<SimTime> = times
+        .iter()
+        .map(|at| SimTime(SimTime::from_secs_f64(*at).0 / step.0 * step.0))
+        .collect();
+    let mut rooms = Vec::new();
+    let mut end = SimTime::ZERO;
+    let again = retrace(&logged, LogLevel::Full, |view| {
+        end = view.now;
+        if wanted.contains(&view.now) {
+            rooms.push(Room { view });
+        }
+    })?;
+    if let Some(at) = wanted.iter().find(|at| **at > end) {
+        bail!("--snapshot {}: the run was over at {end}", at.as_secs_f64());
+    }
+    notes.extend(again.differs);
+    if level == LogLevel::Full {
+        return Ok((logged, rooms));
+    }
+    notes.push(format!(
+        "logged with --log {}, so the run was run again for this",
+        level.as_str()
+    ));
+    Ok((again.log, rooms))
+}
+
+fn write(out: &Path, page: &str, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
+    fs::create_dir_all(out).with_context(|| format!("cannot make {}", out.display()))?;
+    let write = |file: String, bytes: &[u8]| {
+        let path = out.join(file);
+        fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))
+    };
+    for figure in figures {
+        write(format!("{}.svg", figure.name), figure.svg.as_bytes())?;
+        if with_pdf {
+            let bytes = pdf::of(&figure.svg).with_context(|| figure.name.clone())?;
+            write(format!("{}.pdf", figure.name), &bytes)?;
+        }
+    }
+    write("report.html".to_owned(), page.as_bytes())
 }
 
 #[cfg(test)]
@@ -145,12 +252,15 @@ mod tests {
     fn a_page_that_needs_no_other_file() {
         let folder = run(LogLevel::Full);
         let out = folder.path().join("elsewhere/report");
-        assert_eq!(report(folder.path(), &out).unwrap(), 0);
+        assert_eq!(
+            report(folder.path(), &out, &Look::default()).unwrap(),
+            [""; 0]
+        );
         assert_eq!(files(&out), FILES);
         let page = fs::read_to_string(out.join("report.html")).unwrap();
         assert_eq!(page.matches("<svg ").count(), FILES.len() - 1);
         let place = |text: &str| page.find(text).unwrap();
-        assert!(place("id=\"gantt\"") < place("<h2>Robots"));
+        assert!(place("id=\"gantt\"") < place(">outcome<"));
         assert!(place("<h2>Figures") < place("id=\"map\""));
         let page = page.replace("http://www.w3.org/2000/svg", "");
         for reference in ["http", "src=", "href=", "url(", "@import"] {
@@ -172,7 +282,12 @@ mod tests {
             let end = History::read(&log).unwrap().end;
             assert_eq!(end.0, log.last.unwrap().now.0 + 50);
             assert!((10_000..70_000).contains(&end.0), "{allocator}: {end}");
-            report(folder.path(), &folder.path().join("report")).unwrap();
+            report(
+                folder.path(),
+                &folder.path().join("report"),
+                &Look::default(),
+            )
+            .unwrap();
         }
     }
 
@@ -194,7 +309,7 @@ mod tests {
     #[test]
     fn what_is_no_run_or_no_full_log_is_refused_in_one_line() {
         let refusal = |folder: &Path| {
-            let error = report(folder, &folder.join("report")).unwrap_err();
+            let error = report(folder, &folder.join("report"), &Look::default()).unwrap_err();
             assert!(!folder.join("report").exists());
             format!("{error:#}")
         };
@@ -206,16 +321,109 @@ mod tests {
                 "{name} is not the folder of a run: cannot read {name}/run.json: No such file or directory (os error 2)"
             )
         );
-        for level in [LogLevel::Summary, LogLevel::Off] {
+    }
+
+    #[test]
+    fn what_was_not_logged_is_run_again() {
+        let [full, off] = [LogLevel::Full, LogLevel::Off].map(|level| {
             let folder = run(level);
+            let out = folder.path().join("report");
+            let notes = report(folder.path(), &out, &Look::default()).unwrap();
+            let gantt = fs::read_to_string(out.join("gantt.svg")).unwrap();
+            assert_eq!(files(&out), FILES);
+            (notes, gantt)
+        });
+        assert_eq!(full.0, [""; 0]);
+        let note = "logged with --log off, so the run was run again for this";
+        assert_eq!(off.0, [note]);
+        assert_eq!(full.1, off.1);
+    }
+
+    fn seen(folder: &TempDir, look: &Look) -> Result<Vec<String>, String> {
+        let out = TempDir::new().unwrap();
+        match report(folder.path(), out.path(), look) {
+            Ok(_) => Ok(files(out.path())),
+            Err(error) => Err(format!("{error:#}")),
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_run_and_only_some_figures() {
+        let folder = run(LogLevel::Full);
+        let look = Look {
+            only: vec!["gantt".to_owned(), "room-at-50s".to_owned()],
+            from: Some(40.0),
+            to: Some(60.0),
+            snapshot: vec![50.02],
+            width: Some(500.0),
+            font_size: Some(9.0),
+            ..Look::default()
+        };
+        let out = folder.path().join("report");
+        report(folder.path(), &out, &look).unwrap();
+        let names = ["gantt.svg", "report.html", "room-at-50s.svg"];
+        assert_eq!(files(&out), names);
+        for name in ["gantt.svg", "room-at-50s.svg"] {
+            let svg = fs::read_to_string(out.join(name)).unwrap();
+            assert!(svg.starts_with("<svg width=\"500\""), "{name}: {svg}");
+        }
+        let gantt = fs::read_to_string(out.join("gantt.svg")).unwrap();
+        for (number, is_there) in [("40", true), ("60", true), ("70", false), ("30", false)] {
             assert_eq!(
-                refusal(folder.path()),
-                format!(
-                    "{} was logged with --log {}; a report needs motivations and poses: run it again with --log full",
-                    folder.path().display(),
-                    level.as_str()
-                )
+                gantt.contains(&format!(">\n{number}\n</text>")),
+                is_there,
+                "{number}"
             );
+        }
+        let room = fs::read_to_string(out.join("room-at-50s.svg")).unwrap();
+        for robot in ["blue", "gold", "green", ": "] {
+            assert!(room.contains(robot), "{robot}");
+        }
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        assert_eq!(page.matches("<svg ").count(), 2);
+        assert!(page.contains("from 40 s to 60 s"));
+    }
+
+    #[test]
+    fn what_is_not_there_is_told_in_one_line() {
+        let folder = run(LogLevel::Full);
+        let asked = |change: &dyn Fn(&mut Look)| {
+            let mut look = Look::default();
+            change(&mut look);
+            seen(&folder, &look).unwrap_err()
+        };
+        let none = asked(&|look| look.only = vec!["gant".to_owned()]);
+        let start =
+            "--only: there is no figure 'gant'; did you mean 'gantt'? (there are gantt, map, ";
+        assert!(none.starts_with(start), "{none}");
+        let cases = [
+            (
+                asked(&|look| look.from = Some(80.0)),
+                "--from 80: the run was over at 80 s",
+            ),
+            (
+                asked(&|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
+                "--to 40: must be later than --from, 50 s",
+            ),
+            (
+                asked(&|look| look.snapshot = vec![80.05]),
+                "--snapshot 80.05: the run was over at 80.000 s",
+            ),
+            (
+                asked(&|look| look.width = Some(300.0)),
+                "--width 300: must be from 396, with lettering of 12 px, to 10000",
+            ),
+            (
+                asked(&|look| look.width = Some(f64::NAN)),
+                "--width NaN: must be from 396, with lettering of 12 px, to 10000",
+            ),
+            (
+                asked(&|look| look.font_size = Some(2.0)),
+                "--font-size 2: must be from 4 to 72",
+            ),
+        ];
+        for (told, expected) in cases {
+            assert_eq!(told, expected);
         }
     }
 }

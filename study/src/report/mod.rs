@@ -31,8 +31,10 @@ pub(crate) mod failures;
 mod faults;
 pub(crate) mod figures;
 pub(crate) mod history;
+mod made;
 pub(crate) mod metrics;
 pub(crate) mod page;
+mod pdf;
 mod spans;
 mod stints;
 #[cfg(test)]

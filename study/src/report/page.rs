@@ -10,8 +10,12 @@ use super::failures::{Aftermath, Cause, Loss, Sign};
 use super::faults::{Fault, Phase, faults};
 use super::figures::Figure;
 use super::history::History;
+use super::made::Made;
 use super::metrics::{Metrics, Recurring};
 use crate::page_head::head;
+
+/// Of this program.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Figures that would make the page larger than this are left to their own files.
 const INLINE_BYTES: usize = 6 * 1024 * 1024;
@@ -87,6 +91,7 @@ pub fn page(
     history: &History,
     metrics: &Metrics,
     figures: &[Figure],
+    made: &Made,
 ) -> (String, usize) {
     let mut room = INLINE_BYTES;
     let mut left_out = 0;
@@ -122,8 +127,9 @@ pub fn page(
             body {
                 h1 { (title) }
                 p { (scenario.description) }
-                (overview(run, history, metrics))
+                @if let Some(window) = &made.window { p.note { "Figures show the run " (window) ", tables all of it." } }
                 @for figure in first { (figure) }
+                (overview(run, history, metrics, made))
                 h2 { "Robots" }
                 (robots(history, metrics))
                 h2 { "Tasks" }
@@ -155,7 +161,7 @@ pub fn page(
     (text.into_string(), left_out)
 }
 
-fn overview(run: &RunFile, history: &History, metrics: &Metrics) -> Markup {
+fn overview(run: &RunFile, history: &History, metrics: &Metrics, made: &Made) -> Markup {
     let outcome = match run.outcome {
         RunOutcome::Ended(outcome) => outcome.as_str().to_owned(),
         RunOutcome::Running => format!(
@@ -202,6 +208,13 @@ fn overview(run: &RunFile, history: &History, metrics: &Metrics) -> Markup {
                     @if run.unscripted { "yes" } @else { "none" }
                 } }
                 tr { td { "hash" } td.text { (run.hash.as_deref().unwrap_or("none")) } }
+                tr { td { "scenario" } td.text {
+                    (run.setup.scenario.name) ", seed " (run.setup.seed) ", " (run.setup.scenario.allocators_in_words())
+                    ", preset " (run.setup.scenario.alliance.preset.name())
+                } }
+                @if let Some(command) = &made.command { tr { td { "command" } td.text { code { (command) } } } }
+                @if let Some(date) = &made.date { tr { td { "started" } td.text { (date) } } }
+                tr { td { "version" } td.text { "alliance " (run.version) @if run.version != VERSION { "; this page: " (VERSION) } } }
             }
         }
     }

@@ -16,8 +16,9 @@ use missions::Registry;
 use missions::waste::data::default_scenario;
 
 use super::failures::{Aftermath, Cause, Detection, Failure, Loss, Orphan, Sign, Takeover};
-use super::figures::figures;
+use super::figures::{Wanted, figures};
 use super::history::History;
+use super::made::Made as MadeHow;
 use super::metrics::{Metrics, Moment, Sent};
 use super::page::page;
 use super::spans::{Span, Spans};
@@ -686,7 +687,7 @@ fn the_report_of_a_foreign_mission_shows_its_marks_columns_and_events() {
     // After 15 s the next one is due.
     assert_eq!(visits.overdue, at(25.0));
 
-    let figures = figures(&made.history, &metrics).unwrap();
+    let figures = figures(&made.history, &metrics, &Wanted::default()).unwrap();
     let svg = |name: &str| &figures.iter().find(|it| it.name == name).expect(name).svg;
     for label in ["place", "home", "box", "rope"] {
         assert!(svg("map").contains(&format!("{label}\n")), "{label}");
@@ -696,7 +697,13 @@ fn the_report_of_a_foreign_mission_shows_its_marks_columns_and_events() {
     }
     assert!(svg("mission-way-m").contains("way m"));
     assert!(svg("every-visited").contains("gold: in time"));
-    let (page, _) = page(&log.run, &made.history, &metrics, &figures);
+    let (page, _) = page(
+        &log.run,
+        &made.history,
+        &metrics,
+        &figures,
+        &MadeHow::default(),
+    );
     for text in [
         "3 of 5 places visited",
         "Events: visited",
@@ -751,7 +758,7 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
         assert!(begins, "{event:?}");
     }
     let metrics = Metrics::of(&history, &run);
-    let figures = figures(&history, &metrics).unwrap();
+    let figures = figures(&history, &metrics, &Wanted::default()).unwrap();
     let blue = figures.iter().find(|it| it.name == "robot-blue").unwrap();
     assert!(blue.caption.starts_with("Utility of"), "{}", blue.caption);
     assert!(blue.svg.contains("utility u") && !blue.svg.contains("threshold"));

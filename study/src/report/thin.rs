@@ -1,5 +1,7 @@
 //! Fewer points for the same line.
 
+use std::ops::Range;
+
 /// Leaves out points of a line through `points` that nobody could see at that resolution; x must not decrease. Spikes
 /// stay: of all points within one `width` of x, the first, the last, the lowest and the highest are kept, and of these only
 /// those go that lie less than `height` off the straight line between their neighbors that stay.
@@ -12,6 +14,26 @@ pub fn thin(points: &[(f64, f64)], width: f64, height: f64) -> Vec<(f64, f64)> {
 #[must_use]
 pub fn thin_way(points: &[(f64, f64)], distance: f64) -> Vec<(f64, f64)> {
     straighten(points, distance, beside)
+}
+
+/// The part of a line whose x lies in a window; x must not decrease. Where the line crosses an edge, there is a point.
+#[must_use]
+pub fn within(points: &[(f64, f64)], window: &Range<f64>) -> Vec<(f64, f64)> {
+    let mut part = Vec::new();
+    for (place, &(x, y)) in points.iter().enumerate() {
+        if let Some(&(before, from)) = place.checked_sub(1).and_then(|it| points.get(it)) {
+            let crossed = [window.start, window.end].into_iter();
+            part.extend(
+                crossed
+                    .filter(|edge| before < *edge && *edge < x)
+                    .map(|edge| (edge, from + (y - from) * (edge - before) / (x - before))),
+            );
+        }
+        if (window.start..=window.end).contains(&x) {
+            part.push((x, y));
+        }
+    }
+    part
 }
 
 fn columns(points: &[(f64, f64)], width: f64) -> Vec<(f64, f64)> {
@@ -126,6 +148,17 @@ mod tests {
         assert_eq!(thin_way(&way, 0.01), corners);
         // A robot that stands still.
         assert_eq!(thin_way(&[(1.0, 1.0); 100], 0.01), [(1.0, 1.0); 2]);
+    }
+
+    #[test]
+    fn a_part_of_a_line_ends_where_it_crosses_the_edges() {
+        let line = [(0.0, 0.0), (10.0, 10.0), (10.0, 0.0), (20.0, 20.0)];
+        assert_eq!(within(&line, &(0.0..20.0)), line);
+        let part = [(5.0, 5.0), (10.0, 10.0), (10.0, 0.0), (15.0, 10.0)];
+        assert_eq!(within(&line, &(5.0..15.0)), part);
+        assert_eq!(within(&line, &(2.0..4.0)), [(2.0, 2.0), (4.0, 4.0)]);
+        assert_eq!(within(&line, &(21.0..30.0)), []);
+        assert_eq!(within(&line, &(10.0..10.0)), [(10.0, 10.0), (10.0, 0.0)]);
     }
 
     #[test]

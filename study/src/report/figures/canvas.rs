@@ -23,16 +23,19 @@ const FONT_FACTOR: f64 = 1.24;
 const LETTER: f64 = 0.56;
 
 /// Bold letters are so much wider.
-pub const BOLD: f64 = 1.13;
+const BOLD: f64 = 1.13;
 
 /// Free space at the left edge of a panel, px.
-const EDGE_PX: f64 = 6.0;
+pub const EDGE_PX: f64 = 6.0;
 
-/// Width of every figure, px.
+/// Width of a figure of which nothing else is asked, px.
 pub const WIDTH_PX: f64 = 960.0;
 
 /// Size of most lettering, px.
 pub const TEXT_PX: f64 = 12.0;
+
+/// Figures are no higher than this, px: more fits on no screen and no sheet of paper.
+const HIGHEST_PX: f64 = 1_980.0;
 
 /// Lettering and axes.
 pub const INK: RGBColor = RGBColor(34, 34, 34);
@@ -55,6 +58,72 @@ pub fn px(length: f64) -> i32 {
     (length * UNITS_PER_PX).round() as i32
 }
 
+/// How wide a figure is laid out, and how large that is shown. All is laid out for lettering of [`TEXT_PX`]: where that shall be larger,
+/// everything is, and there is room for less.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheet {
+    /// Width of the layout, px.
+    pub width_px: f64,
+    scale: f64,
+}
+
+impl Default for Sheet {
+    fn default() -> Self {
+        Self::new(WIDTH_PX, TEXT_PX)
+    }
+}
+
+impl Sheet {
+    /// A figure that is shown that wide, with lettering of that size.
+    #[must_use]
+    pub fn new(width_px: f64, font_px: f64) -> Self {
+        let scale = font_px / TEXT_PX;
+        Self {
+            width_px: width_px / scale,
+            scale,
+        }
+    }
+
+    /// The greatest height of a layout, px.
+    #[must_use]
+    pub fn most_px(&self) -> f64 {
+        HIGHEST_PX / self.scale.max(1.0)
+    }
+
+    /// Draws an SVG.
+    ///
+    /// # Errors
+    /// Those of `draw`.
+    pub fn svg(
+        &self,
+        title: &str,
+        height_px: f64,
+        draw: impl FnOnce(&Area<'_>) -> Drawn,
+    ) -> anyhow::Result<String> {
+        let size = (px(self.width_px) as u32, px(height_px) as u32);
+        let mut text = String::new();
+        {
+            let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+            let drawn = area.fill(&plotters::style::WHITE);
+            let drawn = drawn
+                .and_then(|()| draw(&area))
+                .and_then(|()| area.present());
+            drawn.map_err(|error| anyhow::anyhow!("{title}: {error}"))?;
+        }
+        // The drawing is `UNITS_PER_PX` times as large as its layout.
+        let large = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
+        let shown =
+            [self.width_px, height_px].map(|length| (length * self.scale * 100.0).round() / 100.0);
+        let shown = format!(
+            "width=\"{}\" height=\"{}\" role=\"img\"",
+            shown[0], shown[1]
+        );
+        let text = text.replacen(&large, &shown, 1);
+        let title = maud::html! { title { (title) } }.into_string();
+        Ok(text.replacen(">\n", &format!(">\n{title}\n"), 1))
+    }
+}
+
 /// Draws an SVG of the common width.
 ///
 /// # Errors
@@ -64,22 +133,7 @@ pub fn svg(
     height_px: f64,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> anyhow::Result<String> {
-    let size = (px(WIDTH_PX) as u32, px(height_px) as u32);
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        let drawn = area.fill(&plotters::style::WHITE);
-        let drawn = drawn
-            .and_then(|()| draw(&area))
-            .and_then(|()| area.present());
-        drawn.map_err(|error| anyhow::anyhow!("{title}: {error}"))?;
-    }
-    // The drawing is `UNITS_PER_PX` times as large as it shall be shown.
-    let large = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
-    let shown = format!("width=\"{WIDTH_PX}\" height=\"{height_px}\" role=\"img\"");
-    let text = text.replacen(&large, &shown, 1);
-    let title = maud::html! { title { (title) } }.into_string();
-    Ok(text.replacen(">\n", &format!(">\n{title}\n"), 1))
+    Sheet::default().svg(title, height_px, draw)
 }
 
 /// A part of the area, all in px from its upper left corner.
@@ -145,7 +199,19 @@ impl Lettering {
     /// About how wide a text will be, px.
     #[must_use]
     pub fn width_px(&self, text: &str) -> f64 {
-        self.size_px * LETTER * text.chars().count() as f64
+        let face = if self.bold { BOLD } else { 1.0 };
+        self.size_px * LETTER * face * text.chars().count() as f64
+    }
+
+    /// As much of a text as fits into that width, px.
+    #[must_use]
+    pub fn cut(&self, text: &str, width_px: f64) -> String {
+        let letters = (width_px / self.width_px("x")).max(0.0) as usize;
+        if text.chars().count() <= letters {
+            return text.to_owned();
+        }
+        let kept = text.chars().take(letters.saturating_sub(1));
+        kept.chain(['…']).collect()
     }
 }
 
@@ -190,7 +256,12 @@ pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<
         .y_label_area_size(px(frame.left - EDGE_PX))
         .build_cartesian_2d(axes.x.0.clone(), axes.y.0.clone())?;
     let letters = Lettering::default().style();
-    let x_labels = if frame.bottom > 0.0 { 12 } else { 0 };
+    let (width, _) = area.dim_in_pixel();
+    let plot_px = f64::from(width) / UNITS_PER_PX - frame.left - frame.right;
+    let x_labels = match frame.bottom > 0.0 {
+        true => (plot_px / 45.0).clamp(2.0, 12.0) as usize,
+        false => 0,
+    };
     let number = |value: &f64| format!("{}", (value * 1000.0).round() / 1000.0);
     chart
         .configure_mesh()
@@ -274,7 +345,21 @@ impl Mark {
     /// # Errors
     /// When it cannot be drawn.
     pub fn draw(self, area: &Area<'_>, at: (i32, i32), color: RGBColor) -> Drawn {
-        let r = px(4.5);
+        self.draw_sized(area, at, color, 4.5)
+    }
+
+    /// The same, of that radius in px.
+    ///
+    /// # Errors
+    /// When it cannot be drawn.
+    pub fn draw_sized(
+        self,
+        area: &Area<'_>,
+        at: (i32, i32),
+        color: RGBColor,
+        radius_px: f64,
+    ) -> Drawn {
+        let r = px(radius_px);
         let corners: &[(i32, i32)] = match self {
             Self::Triangle => &[(-r, -r), (r, -r), (0, r)],
             Self::Diamond => &[(0, -r), (r, 0), (0, r), (-r, 0)],

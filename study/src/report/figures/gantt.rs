@@ -1,115 +1,386 @@
-//! Who did what: a lane for each robot and task, and below them the tasks that nobody was productive on.
+//! Who did what: a lane for each robot and task, or for each robot, or for some robots together; and below them the tasks that nobody
+//! was productive on.
 
 use std::ops::Range;
 
 use plotters::element::PathElement;
+use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{
-    Area, Axes, Chart, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, fill,
-    hatch, line, part, px, svg,
+    Area, Axes, Chart, Drawn, FAINT, Frame, INK, Lettering, Mark, chart, curve, fill, hatch, line,
+    part, px,
 };
+use super::rows::{CELL_PX, Rows, heat, shares};
 use super::timeline::{Sample, Timeline};
 use super::{ABSENT, RunFigures};
+use crate::palette;
+use crate::report::failures::Loss;
 use crate::report::spans::Spans;
+use crate::report::stints::Stint;
 
+/// Room for names at the left, px, and at most this share of the width.
 const LEFT_PX: f64 = 210.0;
-const LANE_PX: f64 = 17.0;
+const LEFT_SHARE: f64 = 0.3;
 const X_AXIS_PX: f64 = 40.0;
+
+/// Height of a lane for a robot and a task, px.
+const LANE_PX: f64 = 17.0;
+
+/// Between the robots and what nobody did where robots have one lane, px.
+const GAP_PX: f64 = 10.0;
 
 /// Ticks of a bar are at least so far apart, px.
 const TICK_APART_PX: f64 = 4.0;
 
+/// A lane with ticks is at least so high, px.
+const TICKED_PX: f64 = 11.0;
+
 /// Height of a bar, as shares of its lane.
 const BAR: Range<f64> = 0.12..0.88;
+
+/// Of several robots together: how many are active, and below how many are not there.
+const BUSY: Range<f64> = 0.05..0.68;
+const AWAY: Range<f64> = 0.68..0.95;
+
+/// Tasks that a legend names at most.
+const NAMED_TASKS: usize = 18;
+
+/// Where the lanes are, px below the upper edge of the plot.
+struct Lanes {
+    /// A robot has a lane for each task; where there is no room for that it has one, and the task is told by its color.
+    by_task: bool,
+    tasks: usize,
+    /// Lanes of robots.
+    robots: Rows,
+    /// A lane for each task, or for some together.
+    nobody: Rows,
+}
+
+impl Lanes {
+    /// Lanes that are together no higher than that, px.
+    fn fit(robots: usize, tasks: usize, most_px: f64) -> Self {
+        let lanes = robots * tasks;
+        let by_task = (lanes + tasks) as f64 * LANE_PX <= most_px;
+        let rows = match by_task {
+            true => Rows::fit(lanes, most_px),
+            // Few robots leave room for many tasks.
+            false => Rows::fit(robots, most_px * 0.7),
+        };
+        let mut fitted = Self {
+            by_task,
+            tasks,
+            robots: rows,
+            nobody: Rows::fit(tasks, f64::INFINITY),
+        };
+        fitted.nobody = Rows::fit(tasks, most_px - fitted.nobody_px());
+        fitted
+    }
+
+    /// The lane for a robot and a task.
+    fn of(&self, rank: usize, task: usize) -> Range<f64> {
+        match self.by_task {
+            true => self.robots.of(rank * self.tasks + task),
+            false => self.robots.of(rank),
+        }
+    }
+
+    /// All lanes of a robot.
+    fn of_robot(&self, rank: usize) -> Range<f64> {
+        match self.by_task {
+            true => {
+                let lanes = self.tasks as f64 * self.robots.row_px;
+                rank as f64 * lanes..(rank + 1) as f64 * lanes
+            }
+            false => self.robots.of(rank),
+        }
+    }
+
+    /// Upper edge of what nobody did.
+    fn nobody_px(&self) -> f64 {
+        self.robots.height_px() + if self.by_task { 0.0 } else { GAP_PX }
+    }
+
+    /// The lane of a task below the robots.
+    fn of_task(&self, task: usize) -> Range<f64> {
+        let (lane, top) = (self.nobody.of(task), self.nobody_px());
+        top + lane.start..top + lane.end
+    }
+
+    fn height_px(&self) -> f64 {
+        self.nobody_px() + self.nobody.height_px()
+    }
+
+    /// Whether several robots have a lane together.
+    fn is_crowd(&self) -> bool {
+        self.robots.each > 1
+    }
+}
+
+fn within(lane: &Range<f64>, shares: &Range<f64>) -> Range<f64> {
+    let height = lane.end - lane.start;
+    lane.start + shares.start * height..lane.start + shares.end * height
+}
+
+/// What is drawn of a run, and where.
+struct Gantt<'r> {
+    run: &'r RunFigures<'r>,
+    lanes: Lanes,
+    timeline: Timeline<'r>,
+}
 
 /// Draws it.
 ///
 /// # Errors
 /// When it cannot be drawn.
 pub fn draw(run: &RunFigures<'_>) -> anyhow::Result<String> {
-    let legend = vec![
-        (Sample::Fill(INK, 1.0), "active"),
-        (Sample::Hatch(INK, 4.0), "waiting"),
+    let left_px = LEFT_PX.min(run.sheet.width_px * LEFT_SHARE);
+    let (robots, tasks) = (run.history.robots.len(), run.history.catalog.tasks.len());
+    let head = |lanes: &Lanes| Timeline::new(run, run.window.clone(), left_px, legend(run, lanes));
+    // What the legend says depends on the lanes, and how much room it leaves them on what it says.
+    let mut lanes = Lanes::fit(robots, tasks, run.sheet.most_px());
+    for _ in 0..2 {
+        let above_px = head(&lanes).head_px() + X_AXIS_PX + 4.0;
+        lanes = Lanes::fit(robots, tasks, run.sheet.most_px() - above_px);
+    }
+    let timeline = head(&lanes);
+    Gantt {
+        run,
+        lanes,
+        timeline,
+    }
+    .draw()
+}
+
+fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
+    let mut legend = vec![
         (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
-        (Sample::Ticked(INK), "effect on the world"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
         (Sample::Hatch(INK, 2.5), "applicable, nobody productive"),
     ];
-    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend);
-    let head_px = timeline.head_px();
-    let lanes = lane(run, run.history.robots.len() + 1, 0);
-    let bottom_px = head_px + lanes * LANE_PX;
-    svg("Who did what", bottom_px + X_AXIS_PX + 4.0, |area| {
-        timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
-        let size = (WIDTH_PX, bottom_px - head_px + X_AXIS_PX);
-        let panel = part(area, (0.0, head_px), size);
-        let frame = Frame {
-            left: LEFT_PX,
-            right: WIDTH_PX - timeline.edges.end,
-            bottom: X_AXIS_PX,
-        };
-        let axes = Axes {
-            x: (timeline.window.clone(), "time t in s"),
-            y: (lanes..0.0, ""),
-            y_labels: 0,
-        };
-        let chart = chart(&panel, frame, &axes)?;
-        bars(run, &timeline, area, &chart)?;
-        marks(run, area, &chart)?;
-        names(run, &timeline, area, &chart)
-    })
-}
-
-/// Upper edge of the lane for a task of a robot; the lanes after those of the last one are nobody's.
-fn lane(run: &RunFigures<'_>, rank: usize, task: usize) -> f64 {
-    (rank * run.history.catalog.tasks.len() + task) as f64
-}
-
-/// When who was active, waiting, or not there; and below, when nobody was productive.
-fn bars(
-    run: &RunFigures<'_>,
-    timeline: &Timeline<'_>,
-    area: &Area<'_>,
-    chart: &Chart<'_>,
-) -> Drawn {
-    let shown = |spans: &Spans| -> Vec<Range<f64>> {
-        spans.iter().filter_map(|span| timeline.cut(span)).collect()
-    };
-    let bar = |top: f64| top + BAR.start..top + BAR.end;
-    let robots = &run.history.robots;
-    for (rank, robot) in robots.iter().enumerate() {
-        let color = run.colors[rank];
-        for span in shown(&run.history.absent(rank)) {
-            let group = lane(run, rank, 0)..lane(run, rank + 1, 0);
-            fill(chart, span, group, FAINT, ABSENT)?;
-        }
-        for set in &robot.sets {
-            let top = lane(run, rank, set.task.index());
-            for span in shown(&set.active) {
-                fill(chart, span, bar(top), color, 1.0)?;
-            }
-            for span in shown(&set.waiting) {
-                hatch(area, chart, span, bar(top), (color, 4.0))?;
-            }
-        }
+    if lanes.by_task {
+        let of_bars = [
+            (Sample::Fill(INK, 1.0), "active"),
+            (Sample::Hatch(INK, 4.0), "waiting"),
+        ];
+        legend.splice(0..0, of_bars);
+        legend.insert(3, (Sample::Ticked(INK), "effect on the world"));
+        return legend;
     }
-    for (task, figures) in run.metrics.tasks.iter().enumerate() {
-        let top = lane(run, robots.len(), task);
-        for span in shown(&figures.orphan) {
-            hatch(area, chart, span, bar(top), (INK, 2.5))?;
-        }
+    if !lanes.is_crowd() {
+        legend.push((Sample::Hatch(INK, 4.0), "waiting"));
     }
-    Ok(())
+    legend.push((Sample::Mark(Mark::Cross, INK), "died"));
+    legend.push((Sample::Mark(Mark::Square, super::WHITE), "stopped"));
+    if lanes.is_crowd() {
+        let shares = [
+            (
+                Sample::Fill(palette::CROWD, 0.3),
+                "some of the robots active",
+            ),
+            (Sample::Fill(palette::CROWD, 1.0), "all active"),
+        ];
+        legend.splice(0..0, shares);
+        return legend;
+    }
+    let tasks = &run.history.catalog.tasks;
+    if tasks.len() <= NAMED_TASKS {
+        let names = tasks.iter().enumerate();
+        let names =
+            names.map(|(task, spec)| (Sample::Fill(palette::of_task(task), 1.0), &*spec.name));
+        legend.extend(names);
+    } else {
+        let text = "active, in the task's color (colors come again)";
+        legend.insert(0, (Sample::Fill(palette::of_task(0), 1.0), text));
+    }
+    legend
 }
 
-/// Effects and takeovers.
-fn marks(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
-    let plot = chart.plotting_area();
-    for stint in &run.metrics.stints {
-        let top = lane(run, stint.robot, stint.task.index()) + BAR.start;
+impl Gantt<'_> {
+    fn draw(&self) -> anyhow::Result<String> {
+        let (run, timeline) = (self.run, &self.timeline);
+        let head_px = timeline.head_px();
+        let height = self.lanes.height_px();
+        let bottom_px = head_px + height;
+        let height_px = bottom_px + X_AXIS_PX + 4.0;
+        run.sheet.svg("Who did what", height_px, |area| {
+            timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
+            let size = (run.sheet.width_px, height + X_AXIS_PX);
+            let panel = part(area, (0.0, head_px), size);
+            let frame = Frame {
+                left: timeline.edges.start,
+                right: run.sheet.width_px - timeline.edges.end,
+                bottom: X_AXIS_PX,
+            };
+            let axes = Axes {
+                x: (timeline.window.clone(), "time t in s"),
+                y: (height..0.0, ""),
+                y_labels: 0,
+            };
+            let chart = chart(&panel, frame, &axes)?;
+            if self.lanes.is_crowd() {
+                self.crowds(&chart)?;
+            } else {
+                self.bars(area, &chart)?;
+            }
+            self.orphans(area, &chart)?;
+            self.marks(area, &chart)?;
+            match self.lanes.by_task {
+                true => self.names_by_task(area, &chart),
+                false => self.names(area, &chart),
+            }
+        })
+    }
+
+    /// The parts of spans that are shown.
+    fn shown(&self, spans: &Spans) -> Vec<Range<f64>> {
+        let cut = |span| self.timeline.cut(span);
+        spans.iter().filter_map(cut).collect()
+    }
+
+    /// When who was active, waiting, or not there.
+    fn bars(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+        for (rank, robot) in self.run.history.robots.iter().enumerate() {
+            for span in self.shown(&self.run.history.absent(rank)) {
+                fill(chart, span, self.lanes.of_robot(rank), FAINT, ABSENT)?;
+            }
+            for set in &robot.sets {
+                let task = set.task.index();
+                let color = match self.lanes.by_task {
+                    true => self.run.colors[rank],
+                    false => palette::of_task(task),
+                };
+                let bar = within(&self.lanes.of(rank, task), &BAR);
+                for span in self.shown(&set.active) {
+                    self.bar(area, chart, (span, bar.clone()), (task, color))?;
+                }
+                for span in self.shown(&set.waiting) {
+                    hatch(area, chart, span, bar.clone(), (color, 4.0))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A bar; with the name of the task, where nothing else tells it and there is room.
+    fn bar(
+        &self,
+        area: &Area<'_>,
+        chart: &Chart<'_>,
+        (span, bar): (Range<f64>, Range<f64>),
+        (task, color): (usize, RGBColor),
+    ) -> Drawn {
+        let (from, to) = (span.start, span.end);
+        let middle = (bar.start + bar.end) / 2.0;
+        fill(chart, span, bar, color, 1.0)?;
+        if self.lanes.by_task || self.lanes.robots.row_px < LANE_PX {
+            return Ok(());
+        }
+        let letters = Lettering {
+            size_px: 10.0,
+            color: palette::on(color),
+            ..Lettering::default()
+        };
+        let name = &self.run.history.catalog.tasks[task].name;
+        let plot = chart.plotting_area();
+        let (left, y) = plot.map_coordinate(&(from, middle));
+        let (right, _) = plot.map_coordinate(&(to, middle));
+        if right - left > px(letters.width_px(name) + 10.0) {
+            area.draw_text(name, &letters.style(), (left + px(5.0), y))?;
+        }
+        Ok(())
+    }
+
+    /// How many of the robots of a lane were active, and how many not there.
+    fn crowds(&self, chart: &Chart<'_>) -> Drawn {
+        let (history, window) = (self.run.history, &self.timeline.window);
+        let parts = self.parts();
+        for row in 0..self.lanes.robots.len() {
+            let ranks = self.lanes.robots.things(row);
+            let lane = self.lanes.of_robot(ranks.start);
+            let active: Vec<Spans> = ranks
+                .clone()
+                .map(|rank| history.robots[rank].active())
+                .collect();
+            let absent: Vec<Spans> = ranks.map(|rank| history.absent(rank)).collect();
+            let busy = within(&lane, &BUSY);
+            let values = shares(window, parts, &active);
+            heat(chart, window, busy, palette::CROWD, &values)?;
+            let values = shares(window, parts, &absent);
+            heat(chart, window, within(&lane, &AWAY), INK, &values)?;
+        }
+        Ok(())
+    }
+
+    fn parts(&self) -> usize {
+        let edges = &self.timeline.edges;
+        ((edges.end - edges.start) / CELL_PX) as usize
+    }
+
+    /// When nobody was productive.
+    fn orphans(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+        let tasks = &self.run.metrics.tasks;
+        let window = &self.timeline.window;
+        for row in 0..self.lanes.nobody.len() {
+            let members = self.lanes.nobody.things(row);
+            let bar = within(&self.lanes.of_task(members.start), &BAR);
+            if let [task] = &tasks[members.clone()] {
+                for span in self.shown(&task.orphan) {
+                    hatch(area, chart, span, bar.clone(), (INK, 2.5))?;
+                }
+            } else {
+                let orphans = tasks[members].iter().map(|task| &task.orphan);
+                let values = shares(window, self.parts(), orphans);
+                heat(chart, window, bar, INK, &values)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Effects, takeovers, and where robots have one lane also their losses.
+    fn marks(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+        let plot = chart.plotting_area();
+        if self.lanes.robots.row_px >= TICKED_PX {
+            for stint in &self.run.metrics.stints {
+                self.ticks(area, chart, stint)?;
+            }
+        }
+        let middle = |lane: Range<f64>| (lane.start + lane.end) / 2.0;
+        let radius_px = (self.lanes.robots.row_px * 0.5).clamp(2.5, 4.5);
+        for takeover in &self.run.metrics.takeovers {
+            if self.timeline.shows(takeover.at) {
+                let y = middle(self.lanes.of(takeover.by, takeover.task.index()));
+                let at = plot.map_coordinate(&(takeover.at.as_secs_f64(), y));
+                Mark::Diamond.draw_sized(area, at, INK, radius_px)?;
+            }
+        }
+        if self.lanes.by_task {
+            return Ok(());
+        }
+        for failure in &self.run.metrics.failures {
+            if self.timeline.shows(failure.at) {
+                let y = middle(self.lanes.of_robot(failure.robot));
+                let at = plot.map_coordinate(&(failure.at.as_secs_f64(), y));
+                let (mark, color) = match failure.loss {
+                    Loss::Died => (Mark::Cross, INK),
+                    Loss::Stopped => (Mark::Square, super::WHITE),
+                };
+                mark.draw_sized(area, at, color, radius_px + 1.0)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The effects of a stint.
+    fn ticks(&self, area: &Area<'_>, chart: &Chart<'_>, stint: &Stint) -> Drawn {
+        let lane = self.lanes.of(stint.robot, stint.task.index());
+        let top = within(&lane, &BAR).start;
         let mut last = i32::MIN;
         for effect in &stint.effects {
+            if !self.timeline.shows(*effect) {
+                continue;
+            }
+            let plot = chart.plotting_area();
             let (x, y) = plot.map_coordinate(&(effect.as_secs_f64(), top));
             // Ticks that ran into each other would hide the bar and tell no number.
             if x < last.saturating_add(px(TICK_APART_PX)) {
@@ -119,48 +390,73 @@ fn marks(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
             let ends = [(x, y - px(2.0)), (x, y + px(2.5))];
             area.draw(&PathElement::new(ends, line(INK, 1.0)))?;
         }
+        Ok(())
     }
-    for takeover in &run.metrics.takeovers {
-        let middle = lane(run, takeover.by, takeover.task.index()) + 0.5;
-        let at = plot.map_coordinate(&(takeover.at.as_secs_f64(), middle));
-        Mark::Diamond.draw(area, at, INK)?;
-    }
-    Ok(())
-}
 
-/// Robots and tasks beside their lanes, and lines between the robots.
-fn names(
-    run: &RunFigures<'_>,
-    timeline: &Timeline<'_>,
-    area: &Area<'_>,
-    chart: &Chart<'_>,
-) -> Drawn {
-    let plot = chart.plotting_area();
-    let (from, to) = (timeline.window.start, timeline.window.end);
-    let robots = run.history.robots.iter();
-    let robots = robots
-        .map(|robot| robot.name.as_str())
-        .zip(run.colors.iter().copied());
-    for (rank, (name, color)) in robots.chain([("nobody", INK)]).enumerate() {
-        let edge = lane(run, rank, 0);
-        curve(chart, vec![(from, edge), (to, edge)], line(FAINT, 0.75))?;
-        let robot = Lettering {
+    /// Robots beside their lanes, and tasks below them.
+    fn names(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+        let (history, window) = (self.run.history, &self.timeline.window);
+        let title = Lettering {
             bold: true,
-            color,
             ..Lettering::default()
         };
-        let task = Lettering {
-            anchor: (HPos::Right, VPos::Center),
-            ..Lettering::default()
-        };
-        let (left, first) = plot.map_coordinate(&(from, edge + 0.5));
-        area.draw_text(name, &robot.style(), (px(6.0), first))?;
-        for (place, spec) in run.history.catalog.tasks.iter().enumerate() {
-            let (_, y) = plot.map_coordinate(&(from, lane(run, rank, place) + 0.5));
-            area.draw_text(&spec.name, &task.style(), (left - px(10.0), y))?;
+        let top_px = self.lanes.nobody_px();
+        for (text, top) in [("robots", 0.0), ("nobody", top_px)] {
+            let at = chart.plotting_area().map_coordinate(&(0.0, top + 8.0));
+            area.draw_text(text, &title.style(), (px(6.0), at.1))?;
         }
+        let room = title.width_px("nobody") + 14.0..self.timeline.edges.start - 10.0;
+        let lost = |rank| self.run.metrics.failures.iter().any(|it| it.robot == rank);
+        let robot = |rank: usize| (history.robots[rank].name.as_str(), INK);
+        let (robots, nobody) = (&self.lanes.robots, &self.lanes.nobody);
+        robots.write_names(area, chart, (room.clone(), 0.0), robot, lost)?;
+        let task = |task: usize| (history.catalog.tasks[task].name.as_str(), INK);
+        nobody.write_names(area, chart, (room, top_px), task, |_| false)?;
+        let edge = top_px - GAP_PX / 2.0;
+        let ends = vec![(window.start, edge), (window.end, edge)];
+        curve(chart, ends, line(FAINT, 0.75))
     }
-    Ok(())
+
+    /// Robots and tasks beside their lanes, and lines between the robots.
+    fn names_by_task(&self, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+        let (history, window) = (self.run.history, &self.timeline.window);
+        let left_px = self.timeline.edges.start;
+        let robots = history.robots.iter().map(|robot| robot.name.as_str());
+        let robots = robots.zip(self.run.colors.iter().copied());
+        for (rank, (name, color)) in robots.chain([("nobody", INK)]).enumerate() {
+            let lanes = self.lanes.of_robot(rank);
+            let ends = vec![(window.start, lanes.start), (window.end, lanes.start)];
+            curve(chart, ends, line(FAINT, 0.75))?;
+            let robot = Lettering {
+                bold: true,
+                color,
+                ..Lettering::default()
+            };
+            let task = Lettering {
+                anchor: (HPos::Right, VPos::Center),
+                ..Lettering::default()
+            };
+            let y = |place: usize| {
+                let middle = lanes.start + (place as f64 + 0.5) * self.lanes.robots.row_px;
+                chart
+                    .plotting_area()
+                    .map_coordinate(&(window.start, middle))
+                    .1
+            };
+            area.draw_text(name, &robot.style(), (px(6.0), y(0)))?;
+            for (place, spec) in history.catalog.tasks.iter().enumerate() {
+                // The first stands beside the robot's name.
+                let beside_px = if place == 0 {
+                    robot.width_px(name) + 12.0
+                } else {
+                    6.0
+                };
+                let text = task.cut(&spec.name, left_px - 10.0 - beside_px);
+                area.draw_text(&text, &task.style(), (px(left_px - 10.0), y(place)))?;
+            }
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -169,7 +465,7 @@ mod tests {
     use missions::Registry;
 
     use crate::palette;
-    use crate::report::figures::figures;
+    use crate::report::figures::{Wanted, figures};
     use crate::report::metrics::Metrics;
     use crate::report::tests::run_of;
 
@@ -235,7 +531,7 @@ mod tests {
         .unwrap();
         let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
         let metrics = Metrics::of(&history, &run);
-        let figures = figures(&history, &metrics).unwrap();
+        let figures = figures(&history, &metrics, &Wanted::default()).unwrap();
         let all = painted(
             &figures
                 .iter()

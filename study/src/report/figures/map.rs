@@ -3,15 +3,16 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use alliance_proto::view::{MarkOutline, MarkRole};
+use alliance_proto::scenario::Obstacle;
+use alliance_proto::view::{ItemView, Mark as ViewMark, MarkOutline, MarkRole};
 use glam::Vec2;
 use plotters::element::{PathElement, Polygon, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
 use super::canvas::{
-    Area, Axes, BOLD, Chart, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve,
-    line, part, px, svg,
+    Area, Axes, Chart, Drawn, EDGE_PX, FAINT, Frame, INK, Lettering, Mark, TEXT_PX, chart, curve,
+    line, part, px,
 };
 use super::{RunFigures, WHITE};
 use crate::palette;
@@ -32,51 +33,133 @@ const EMPTY_PX: f64 = 0.9;
 /// Up to this penetrability a component is solid (thesis §3.2.2.1).
 const SOLID: f32 = 0.1;
 
+/// Of more robots than that each has a small map without axes.
+const LARGE_MAPS: usize = 12;
+
+/// Width of a small map, px: wide enough for a name.
+const SMALL_PX: f64 = 52.0;
+
+/// How much a map says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Say {
+    /// What is in the room, and names of places and robots.
+    All,
+    /// What is in the room.
+    Things,
+    /// Walls and ways.
+    Ways,
+}
+
 /// The ways of all robots on one map.
 ///
 /// # Errors
 /// When it cannot be drawn.
 pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let all: Vec<usize> = (0..run.history.robots.len()).collect();
-    let height = map_height_px(run, WIDTH_PX, 720.0);
-    svg("Ways of all robots", height + LEGEND_PX, |area| {
-        legend(run, area)?;
-        let panel = part(area, (0.0, LEGEND_PX), (WIDTH_PX, height));
-        map(run, area, &panel, (WIDTH_PX, height), &all, true)
-    })
+    let width = run.sheet.width_px;
+    let height = map_height_px(run, width, width * 0.75);
+    run.sheet
+        .svg("Ways of all robots", height + LEGEND_PX, |area| {
+            legend(run, area)?;
+            let panel = part(area, (0.0, LEGEND_PX), (width, height));
+            map(run, area, &panel, (width, height), &all, Say::All)
+        })
 }
 
-/// The way of each robot on a map of its own.
+/// The way of each robot on a map of its own, or of some together, where they are too many.
 ///
 /// # Errors
 /// When it cannot be drawn.
 pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let robots = run.history.robots.len();
-    let columns = robots.clamp(1, 3);
-    let width = WIDTH_PX / columns as f64;
-    let height = map_height_px(run, width, 480.0);
-    let rows = robots.div_ceil(columns);
-    let full = LEGEND_PX + rows as f64 * (height + TITLE_PX);
-    svg("Way of each robot", full, |area| {
+    let grid = Grid::fit(run, robots);
+    let (width, height) = (grid.width_px, grid.height_px);
+    let full =
+        LEGEND_PX + robots.div_ceil(grid.each).div_ceil(grid.columns) as f64 * (height + TITLE_PX);
+    run.sheet.svg("Way of each robot", full, |area| {
         legend(run, area)?;
-        for (rank, robot) in run.history.robots.iter().enumerate() {
-            let left = (rank % columns) as f64 * width;
-            let top = LEGEND_PX + (rank / columns) as f64 * (height + TITLE_PX);
-            let name = Lettering {
+        let ranks: Vec<usize> = (0..robots).collect();
+        for (place, ranks) in ranks.chunks(grid.each).enumerate() {
+            let left = (place % grid.columns) as f64 * width;
+            let top = LEGEND_PX + (place / grid.columns) as f64 * (height + TITLE_PX);
+            let (first, last) = (ranks[0], ranks[ranks.len() - 1]);
+            let name = |rank: usize| &run.history.robots[rank].name;
+            let (title, color) = match first == last {
+                true => (name(first).clone(), run.colors[first]),
+                false => (format!("{} … {}", name(first), name(last)), INK),
+            };
+            let letters = Lettering {
+                size_px: if grid.say == Say::Ways { 10.0 } else { TEXT_PX },
                 bold: true,
-                color: run.colors[rank],
+                color,
                 ..Lettering::default()
             };
-            name.write(area, &robot.name, (left + LEFT_PX, top + TITLE_PX / 2.0))?;
+            let indent = if grid.say == Say::Ways {
+                EDGE_PX
+            } else {
+                LEFT_PX
+            };
+            let title = letters.cut(&title, width - indent);
+            letters.write(area, &title, (left + indent, top + TITLE_PX / 2.0))?;
             let panel = part(area, (left, top + TITLE_PX), (width, height));
-            map(run, area, &panel, (width, height), &[rank], false)?;
+            map(run, area, &panel, (width, height), ranks, grid.say)?;
         }
         Ok(())
     })
 }
 
+/// Maps beside and below each other.
+struct Grid {
+    columns: usize,
+    /// How many robots are on a map together.
+    each: usize,
+    /// Width and height of a map, px.
+    width_px: f64,
+    height_px: f64,
+    say: Say,
+}
+
+impl Grid {
+    fn fit(run: &RunFigures<'_>, robots: usize) -> Self {
+        let of = |columns: usize, each: usize, say: Say| {
+            let width_px = run.sheet.width_px / columns as f64;
+            let height_px = match say {
+                Say::Ways => {
+                    (width_px - 2.0 * EDGE_PX) * (room(run).1 / room(run).0).min(1.5)
+                        + 2.0 * EDGE_PX
+                }
+                _ => map_height_px(run, width_px, 480.0),
+            };
+            Self {
+                columns,
+                each,
+                width_px,
+                height_px,
+                say,
+            }
+        };
+        let fits = |grid: &Self| {
+            let rows = robots.div_ceil(grid.each).div_ceil(grid.columns);
+            LEGEND_PX + rows as f64 * (grid.height_px + TITLE_PX) <= run.sheet.most_px()
+        };
+        let large = of(robots.clamp(1, 3), 1, Say::Things);
+        if robots <= LARGE_MAPS && fits(&large) {
+            return large;
+        }
+        let most_columns = ((run.sheet.width_px / SMALL_PX) as usize).max(1);
+        // Columns are many before robots share a map.
+        let own = (4.min(most_columns)..=most_columns).map(|columns| (columns, 1));
+        let shared = (2..=robots.max(2)).map(|each| (most_columns, each));
+        let mut grids = own
+            .chain(shared)
+            .map(|(columns, each)| of(columns, each, Say::Ways));
+        // All robots on one map fit in any case.
+        grids.find(fits).unwrap_or(large)
+    }
+}
+
 /// Height of a map of that width with its axes, px: a meter is as long in y as in x, unless the map became too high.
-fn map_height_px(run: &RunFigures<'_>, width_px: f64, highest_px: f64) -> f64 {
+pub(super) fn map_height_px(run: &RunFigures<'_>, width_px: f64, highest_px: f64) -> f64 {
     let (width, height) = room(run);
     ((width_px - LEFT_PX - RIGHT_PX) * height / width).min(highest_px) + X_AXIS_PX + 2.0
 }
@@ -120,37 +203,74 @@ fn map(
     panel: &Area<'_>,
     (width_px, height_px): (f64, f64),
     robots: &[usize],
-    named: bool,
+    say: Say,
 ) -> Drawn {
-    let (width, height) = room(run);
-    // A map that would be too high is narrower instead.
-    let plot_width = (height_px - X_AXIS_PX - 2.0) * width / height;
-    let frame = Frame {
-        left: LEFT_PX,
-        right: (width_px - LEFT_PX - plot_width).max(RIGHT_PX),
-        bottom: X_AXIS_PX,
-    };
-    let axes = Axes {
-        x: (0.0..width, "x in m"),
-        y: (0.0..height, "y in m"),
-        y_labels: 10,
-    };
-    let chart = chart(panel, frame, &axes)?;
-    furniture(run, area, &chart, named)?;
+    let chart = floor(run, panel, (width_px, height_px), say)?;
+    furniture(run, area, &chart, say)?;
     for &rank in robots {
         way(run, &chart, rank)?;
     }
     for &rank in robots {
-        ends(run, area, &chart, rank)?;
+        ends(run, area, &chart, rank, say)?;
     }
-    if named {
+    if say == Say::All {
         names(run, area, &chart)?;
     }
     Ok(())
 }
 
+/// The axes of a map in a panel of that size.
+pub(super) fn floor<'a>(
+    run: &RunFigures<'_>,
+    panel: &Area<'a>,
+    (width_px, height_px): (f64, f64),
+    say: Say,
+) -> Drawn<Chart<'a>> {
+    let (width, height) = room(run);
+    let (left, right, bottom, labels) = match say {
+        Say::Ways => (EDGE_PX, EDGE_PX, 0.0, 0),
+        _ => (LEFT_PX, RIGHT_PX, X_AXIS_PX, 10),
+    };
+    // A map that would be too high is narrower instead.
+    let plot_width = (height_px - bottom - 2.0) * width / height;
+    let frame = Frame {
+        left,
+        right: (width_px - left - plot_width).max(right),
+        bottom,
+    };
+    let axes = Axes {
+        x: (0.0..width, "x in m"),
+        y: (0.0..height, if labels > 0 { "y in m" } else { "" }),
+        y_labels: labels,
+    };
+    chart(panel, frame, &axes)
+}
+
 /// What is in the room before the robots are.
-fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bool) -> Drawn {
+fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, say: Say) -> Drawn {
+    let scene = Scene {
+        marks: &run.history.marks,
+        items: &run.history.items,
+        obstacles: &run.history.obstacles,
+    };
+    furnish(run, area, chart, &scene, say)
+}
+
+/// What is in a room beside robots.
+pub(super) struct Scene<'s> {
+    pub marks: &'s [ViewMark],
+    pub items: &'s [ItemView],
+    pub obstacles: &'s [Obstacle],
+}
+
+/// Draws what is in the room beside robots.
+pub(super) fn furnish(
+    run: &RunFigures<'_>,
+    area: &Area<'_>,
+    chart: &Chart<'_>,
+    scene: &Scene<'_>,
+    say: Say,
+) -> Drawn {
     let (width, height) = room(run);
     let plot = chart.plotting_area();
     let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
@@ -166,7 +286,7 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
             anchor: (HPos::Center, VPos::Center),
             ..Lettering::default()
         };
-        match named {
+        match say == Say::All {
             true => area.draw_text(text, &letters.style(), plot.map_coordinate(&at)),
             false => Ok(()),
         }
@@ -194,7 +314,11 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
     };
 
     let below = height * 0.03;
-    for mark in &run.history.marks {
+    let (marks, items) = match say {
+        Say::Ways => (&[][..], &[][..]),
+        _ => (scene.marks, scene.items),
+    };
+    for mark in marks {
         let color = palette::of_mark(mark);
         let top = match mark.outline {
             MarkOutline::Disc { center, radius_m } => {
@@ -224,7 +348,7 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
                 (from + to) / 2.0
             }
         };
-        if !mark.is_labelled(run.history.marks.len()) {
+        if !mark.is_labelled(marks.len()) {
             continue;
         }
         // Beside a wall there is room inside only.
@@ -234,10 +358,10 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
             (x, (f64::from(top.y) + below).min(height - below)),
         )?;
     }
-    for item in &run.history.items {
+    for item in items {
         disc(item.position, item.radius_m, palette::ITEM)?;
     }
-    for obstacle in &run.history.obstacles {
+    for obstacle in scene.obstacles {
         let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
         let x = x..x + f64::from(obstacle.width_m);
         let y = y..y + f64::from(obstacle.height_m);
@@ -260,10 +384,28 @@ fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, named: bo
 
 /// A robot's way: thick where it carried something.
 fn way(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
+    trail(run, chart, rank, track(run, rank, &run.window))
+}
+
+/// Where a robot was in a window of time, s.
+pub(super) fn track<'h>(run: &RunFigures<'h>, rank: usize, window: &Range<f64>) -> &'h [Place] {
+    let all = &run.history.robots[rank].track;
+    let tick = |at: f64| ((at / run.history.step.as_secs_f64()).ceil() as usize).min(all.len());
+    let (from, to) = (tick(window.start), tick(window.end));
+    &all[from.min(to)..to]
+}
+
+/// Draws a robot's way.
+pub(super) fn trail(
+    run: &RunFigures<'_>,
+    chart: &Chart<'_>,
+    rank: usize,
+    track: &[Place],
+) -> Drawn {
     let (width, _) = room(run);
     // Half a pixel.
-    let distance = width / WIDTH_PX / 2.0;
-    let track = &run.history.robots[rank].track;
+    let (across, _) = chart.plotting_area().dim_in_pixel();
+    let distance = width * f64::from(px(0.5)) / f64::from(across.max(1));
     let mut before: Option<&Place> = None;
     for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
         let points: Vec<(f64, f64)> = before
@@ -280,57 +422,70 @@ fn way(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
 }
 
 /// Where it started, where it died, and where it was at the end.
-fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize) -> Drawn {
-    let robot = &run.history.robots[rank];
-    let [first, .., last] = robot.track.as_slice() else {
+fn ends(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, rank: usize, say: Say) -> Drawn {
+    let [first, .., last] = track(run, rank, &run.window) else {
         return Ok(());
     };
     let plot = chart.plotting_area();
-    Mark::Triangle.draw(area, plot.map_coordinate(&first.position), WHITE)?;
-    let end = plot.map_coordinate(&last.position);
-    Mark::Square.draw(area, end, run.colors[rank])?;
+    let radius_px = if say == Say::Ways { 2.5 } else { 4.5 };
+    let mark = |mark: Mark, place: &Place, color| {
+        mark.draw_sized(area, plot.map_coordinate(&place.position), color, radius_px)
+    };
+    mark(Mark::Triangle, first, WHITE)?;
+    mark(Mark::Square, last, run.colors[rank])?;
     let deaths = run.metrics.failures.iter();
     for death in deaths.filter(|loss| loss.robot == rank && loss.loss == Loss::Died) {
         let tick = (death.at.0 / run.history.step.0) as usize;
-        if let Some(place) = robot.track.get(tick) {
-            Mark::Cross.draw(area, plot.map_coordinate(&place.position), INK)?;
+        let shown = run.window.contains(&death.at.as_secs_f64());
+        if let Some(place) = run.history.robots[rank].track.get(tick).filter(|_| shown) {
+            mark(Mark::Cross, place, INK)?;
         }
     }
     Ok(())
 }
 
-/// Writes the robots' names beside their ends, in one of four places; a name that has room in none is left out.
+/// Writes the robots' names beside their ends.
 fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> Drawn {
+    let ends = run
+        .history
+        .robots
+        .iter()
+        .enumerate()
+        .filter_map(|(rank, robot)| {
+            let last = track(run, rank, &run.window).last()?;
+            let at = chart.plotting_area().map_coordinate(&last.position);
+            Some((vec![robot.name.clone()], at))
+        });
+    beside(area, &ends.collect::<Vec<_>>(), px(6.0))
+}
+
+/// Writes beside things that reach so far around places of the drawing, in one of four corners, the first of their names for which there is room.
+pub(super) fn beside(area: &Area<'_>, ends: &[(Vec<String>, (i32, i32))], reach: i32) -> Drawn {
     let letters = Lettering {
         bold: true,
         ..Lettering::default()
     };
     let half = px(6.0);
-    let ends: Vec<(&str, (i32, i32))> = run
-        .history
-        .robots
-        .iter()
-        .filter_map(|robot| {
-            let last = robot.track.last()?;
-            let at = chart.plotting_area().map_coordinate(&last.position);
-            Some((robot.name.as_str(), at))
-        })
-        .collect();
+    let (across, _) = area.dim_in_pixel();
+    let across = across as i32;
     let mut taken: Vec<(Range<i32>, Range<i32>)> = ends
         .iter()
-        .map(|(_, (x, y))| (x - half..x + half, y - half..y + half))
+        .map(|(_, (x, y))| (x - reach..x + reach, y - reach..y + reach))
         .collect();
-    for (name, (x, y)) in ends {
-        let width = px(letters.width_px(name) * BOLD);
-        let free = [x + px(8.0), x - px(8.0) - width]
-            .into_iter()
-            .flat_map(|left| [y - px(9.0), y + px(9.0)].map(|middle| (left, middle)))
-            .map(|(left, middle)| (left..left + width, middle - half..middle + half))
-            .find(|(columns, rows)| {
-                let mut others = taken.iter();
-                !others.any(|(x, y)| overlap(x, columns) && overlap(y, rows))
-            });
-        if let Some((columns, rows)) = free {
+    for (names, (x, y)) in ends {
+        let corners = names.iter().flat_map(|name| {
+            let width = px(letters.width_px(name));
+            [x + reach + px(2.0), x - reach - px(2.0) - width]
+                .into_iter()
+                .filter(move |left| *left >= 0 && left + width <= across)
+                .flat_map(|left| [y - px(9.0), y + px(9.0)].map(|middle| (left, middle)))
+                .map(move |(left, middle)| (name, left..left + width, middle - half..middle + half))
+        });
+        let mut free = corners.filter(|(_, columns, rows)| {
+            let mut others = taken.iter();
+            !others.any(|(x, y)| overlap(x, columns) && overlap(y, rows))
+        });
+        if let Some((name, columns, rows)) = free.next() {
             let at = (columns.start, rows.start + half);
             area.draw_text(name, &letters.style(), at)?;
             taken.push((columns, rows));

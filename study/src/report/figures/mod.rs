@@ -4,7 +4,12 @@ pub(crate) mod canvas;
 mod gantt;
 mod map;
 mod motivation;
+mod motivation_rows;
 mod progress;
+mod room;
+mod rows;
+#[cfg(test)]
+mod tests;
 mod timeline;
 
 use std::ops::Range;
@@ -14,6 +19,8 @@ use alliance_proto::mission::columns::{ColumnKind, label};
 use alliance_proto::view::Measure;
 use plotters::style::RGBColor;
 
+use self::canvas::Sheet;
+pub use self::room::Room;
 use super::faults::{FaultSpan, fault_spans};
 use super::history::History;
 use super::metrics::Metrics;
@@ -36,6 +43,21 @@ pub struct Figure {
     pub svg: String,
 }
 
+/// Which figures are wanted, and of what.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// How large they are.
+    pub sheet: Sheet,
+    /// From when, s; without it from the start.
+    pub from_s: Option<f64>,
+    /// Until when, s; without it to the end.
+    pub to_s: Option<f64>,
+    /// Names of figures; without any all.
+    pub only: Vec<String>,
+    /// The room at some moments.
+    pub rooms: Vec<Room>,
+}
+
 /// Everything that the figures of a run have in common.
 pub(super) struct RunFigures<'h> {
     history: &'h History,
@@ -43,45 +65,133 @@ pub(super) struct RunFigures<'h> {
     faults: Vec<FaultSpan>,
     /// By rank.
     colors: Vec<RGBColor>,
-    /// The whole run, s.
+    /// What is shown of the run, s.
     window: Range<f64>,
+    sheet: Sheet,
+    /// The highest utility of anybody at any time; 1 without any, for an axis needs a length.
+    highest_utility: f64,
 }
 
-/// All figures, in the order of the page.
+/// A figure that can be drawn.
+struct Planned<'p> {
+    name: String,
+    caption: String,
+    draw: Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>,
+}
+
+/// What was wanted is not there.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NotThere(String);
+
+/// The figures that are wanted, in the order of the page.
 ///
 /// # Errors
-/// When one cannot be drawn.
-pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figure>> {
+/// [`NotThere`], or when one cannot be drawn.
+pub fn figures(
+    history: &History,
+    metrics: &Metrics,
+    wanted: &Wanted,
+) -> anyhow::Result<Vec<Figure>> {
     let names = history.robots.iter().map(|robot| robot.name.as_str());
+    let utilities = history.robots.iter();
+    let utilities = utilities.filter(|robot| robot.measure == Measure::Utility);
+    let sets = utilities.flat_map(|robot| &robot.sets);
+    let highest = sets.flat_map(|set| set.levels.iter().map(|(_, level)| *level));
+    let highest = highest.fold(0.0, f64::max);
     let run = RunFigures {
         history,
         metrics,
         faults: fault_spans(&history.events, history.end),
         colors: crate::palette::colors(names),
-        // An axis needs a length, even that of a run that was over at once.
-        window: 0.0..history.end.max(history.step).as_secs_f64(),
+        window: window(history, wanted)?,
+        sheet: wanted.sheet,
+        highest_utility: if highest > 0.0 { highest } else { 1.0 },
     };
-    let mut figures = Vec::new();
-    let mut add = |name: String, caption: String, svg: String| {
-        figures.push(Figure { name, caption, svg });
-    };
+    let planned = planned(&run, &wanted.rooms);
+    for name in &wanted.only {
+        if !planned.iter().any(|figure| figure.name == *name) {
+            let known = planned.iter().map(|figure| figure.name.as_str());
+            let instead = alliance_proto::scenario::instead(name, known);
+            return Err(NotThere(format!("--only: there is no figure '{name}'; {instead}")).into());
+        }
+    }
+    let chosen = planned.into_iter();
+    let chosen =
+        chosen.filter(|figure| wanted.only.is_empty() || wanted.only.contains(&figure.name));
+    let drawn = chosen.map(
+        |Planned {
+             name,
+             caption,
+             draw,
+         }| {
+            let svg = draw(&run)?;
+            Ok(Figure { name, caption, svg })
+        },
+    );
+    drawn.collect()
+}
+
+/// What is shown of the run, s.
+fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
+    // An axis needs a length, even that of a run that was over at once.
+    let end = history.end.max(history.step).as_secs_f64();
+    let from = wanted.from_s.unwrap_or(0.0);
+    let to = wanted.to_s.unwrap_or(end).min(end);
+    if from >= end {
+        let text = format!("--from {from}: the run was over at {end} s");
+        return Err(NotThere(text));
+    }
+    if from >= to {
+        let text = format!("--to {to}: must be later than --from, {from} s");
+        return Err(NotThere(text));
+    }
+    Ok(from..to)
+}
+
+/// All figures that there are of a run.
+fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
+    let history = run.history;
+    let mut figures: Vec<Planned<'p>> = Vec::new();
+    let mut add =
+        |name: String,
+         caption: String,
+         draw: Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>| {
+            figures.push(Planned {
+                name,
+                caption,
+                draw,
+            });
+        };
     add(
         "gantt".to_owned(),
         "Who did what. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the world, as far \
          as there is room. Below, in black: the task was applicable to somebody, and nobody was productive on it."
             .to_owned(),
-        gantt::draw(&run)?,
+        Box::new(gantt::draw),
     );
+    for room in rooms {
+        add(
+            room.name(),
+            format!(
+                "The room at {} s, and the ways of the {} s before.",
+                room.at_s(),
+                room::TRAIL_S
+            ),
+            Box::new(move |run| room::draw(run, room)),
+        );
+    }
     add(
         "map".to_owned(),
         "Ways of all robots.".to_owned(),
-        map::together(&run)?,
+        Box::new(map::together),
     );
     if history.robots.len() > 1 {
         add(
             "map-by-robot".to_owned(),
-            "The way of each robot by itself.".to_owned(),
-            map::apart(&run)?,
+            "The way of each robot by itself; of robots together, where they are too many."
+                .to_owned(),
+            Box::new(map::apart),
         );
     }
     for columns in progress::axes(history.columns()) {
@@ -93,9 +203,13 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
             _ => ("mission".to_owned(), "counts".to_owned()),
         };
         let caption = format!("The mission over time: {title}.");
-        add(name, caption, progress::columns(&run, &title, &columns)?);
+        add(
+            name,
+            caption,
+            Box::new(move |run| progress::columns(run, &title, &columns)),
+        );
     }
-    for recurring in &metrics.recurring {
+    for recurring in &run.metrics.recurring {
         let event = recurring.event;
         let against = recurring
             .period
@@ -103,7 +217,7 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
         add(
             format!("every-{event}"),
             format!("From one event '{event}' to the next{against}."),
-            progress::recurring(&run, recurring)?,
+            Box::new(move |run| progress::recurring(run, recurring)),
         );
     }
     for task in history.tasks() {
@@ -114,17 +228,23 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
             what(task_measures(history, task)),
             spec.name
         );
-        let svg = motivation::for_task(&run, task, run.window.clone())?;
-        add(name.clone(), caption, svg);
-        if let Some(window) = applicable(&run, task.index())
+        add(
+            name.clone(),
+            caption,
+            Box::new(move |run| motivation::for_task(run, task, run.window.clone())),
+        );
+        if let Some(window) = applicable(run, task.index())
             && window.end < run.window.end * OVER
         {
             let caption = format!(
                 "The same while {} was applicable, as in the thesis' figure 4.11.",
                 spec.name
             );
-            let svg = motivation::for_task(&run, task, window)?;
-            add(format!("{name}-applicable"), caption, svg);
+            add(
+                format!("{name}-applicable"),
+                caption,
+                Box::new(move |run| motivation::for_task(run, task, window.clone())),
+            );
         }
     }
     for (rank, robot) in history.robots.iter().enumerate() {
@@ -133,10 +253,13 @@ pub fn figures(history: &History, metrics: &Metrics) -> anyhow::Result<Vec<Figur
             what([robot.measure]),
             robot.name
         );
-        let svg = motivation::of_robot(&run, rank)?;
-        add(format!("robot-{}", robot.name), caption, svg);
+        add(
+            format!("robot-{}", robot.name),
+            caption,
+            Box::new(move |run| motivation::of_robot(run, rank)),
+        );
     }
-    Ok(figures)
+    figures
 }
 
 /// What is drawn as curves, as a word.
@@ -156,13 +279,15 @@ fn task_measures(history: &History, task: TaskId) -> impl Iterator<Item = Measur
     sets.map(|(rank, _)| history.robots[rank].measure)
 }
 
-/// From the first to the last moment in which a task was applicable, if ever, and a little more, s.
+/// From the first to the last moment in which a task was applicable, if ever, and a little more, as far as it is shown, s.
 fn applicable(run: &RunFigures<'_>, task: usize) -> Option<Range<f64>> {
     let spans = &run.metrics.tasks[task].applicable;
     let from = spans.iter().next()?.from.as_secs_f64();
     let to = spans.iter().next_back()?.to.as_secs_f64();
     let margin = (to - from) * 0.03;
-    Some((from - margin).max(0.0)..(to + margin).min(run.window.end))
+    let (from, to) = (from - margin, to + margin);
+    let shown = from.max(run.window.start)..to.min(run.window.end);
+    (shown.start < shown.end).then_some(shown)
 }
 
 /// A task's name as a part of a file's name.

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::canvas::{
-    Axes, BOLD, Drawn, FAINT, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, fill, hatch,
-    level, line, part, px, rows_for, svg,
+    Axes, Drawn, FAINT, Frame, INK, Lettering, Mark, chart, curve, fill, hatch, level, line, part,
+    px, rows_for,
 };
+use super::motivation_rows;
 use super::timeline::{Sample, Timeline, y_title};
 use super::{ABSENT, RunFigures, WHITE, task_measures, what};
 use crate::report::history::{Reset, SetHistory};
@@ -19,7 +20,7 @@ const TITLE_PX: f64 = 25.0;
 const X_AXIS_PX: f64 = 40.0;
 
 /// One behavior set of one robot.
-type Row<'s> = (usize, &'s SetHistory);
+pub(super) type Row<'s> = (usize, &'s SetHistory);
 
 /// All behavior sets of one robot.
 ///
@@ -64,22 +65,22 @@ fn draw(
         (false, true) => "utility u",
         (true, true) => "motivation m, utility u",
     };
-    let timeline = Timeline::new(
-        window,
-        LEFT_PX,
-        &run.faults,
-        legend(motivations || !utilities),
-    );
+    let legend = legend(motivations || !utilities);
+    let timeline = Timeline::new(run, window, LEFT_PX, legend);
     let plot_px = if rows.len() <= 6 { 84.0 } else { 58.0 };
     let head_px = timeline.head_px();
     let panel_px = TITLE_PX + plot_px;
     let bottom_px = head_px + rows.len() as f64 * panel_px;
+    let height_px = bottom_px + X_AXIS_PX + 4.0;
+    if height_px > run.sheet.most_px() {
+        return motivation_rows::draw(run, (title, what), rows, timeline.window);
+    }
     let plot_at = |place: usize| {
         let top = head_px + place as f64 * panel_px + TITLE_PX;
         top..top + plot_px
     };
     let plots: Vec<Range<f64>> = (0..rows.len()).map(plot_at).collect();
-    svg(title, bottom_px + X_AXIS_PX + 4.0, |area| {
+    run.sheet.svg(title, height_px, |area| {
         timeline.draw_head(area, &plots)?;
         for (place, row) in rows.iter().enumerate() {
             let is_last = place + 1 == rows.len();
@@ -97,7 +98,7 @@ fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
         "utility"
     };
     let only_of_motivations = [
-        (Sample::Broken(INK), "threshold θ"),
+        (Sample::Broken(INK, (4.0, 4.0)), "threshold θ"),
         (Sample::Hatch(INK, 4.0), "waiting"),
         (
             Sample::Mark(Mark::Triangle, WHITE),
@@ -117,19 +118,10 @@ fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
 }
 
 /// The upper end of the curves of a robot: the threshold, or the highest utility of anybody.
-fn ceiling(run: &RunFigures<'_>, rank: usize) -> f64 {
+pub(super) fn ceiling(run: &RunFigures<'_>, rank: usize) -> f64 {
     match run.history.robots[rank].measure {
         Measure::Motivation => run.history.setup.alliance.threshold,
-        Measure::Utility => {
-            let robots = run.history.robots.iter();
-            let robots = robots.filter(|robot| robot.measure == Measure::Utility);
-            let sets = robots.flat_map(|robot| &robot.sets);
-            let levels = sets.flat_map(|set| set.levels.iter().map(|(_, level)| *level));
-            // An axis needs a length.
-            Some(levels.fold(0.0, f64::max))
-                .filter(|most| *most > 0.0)
-                .unwrap_or(1.0)
-        }
+        Measure::Utility => run.highest_utility,
     }
 }
 
@@ -151,14 +143,18 @@ fn panel(
     };
     let y = top + TITLE_PX - 9.0;
     name.write(area, &robot.name, (LEFT_PX, y))?;
-    let after = LEFT_PX + name.width_px(&robot.name) * BOLD + 8.0;
+    let after = LEFT_PX + name.width_px(&robot.name) + 8.0;
     Lettering::default().write(area, &set.name, (after, y))?;
 
     let bottom = if is_last { X_AXIS_PX } else { 0.0 };
-    let panel = part(area, (0.0, top + TITLE_PX), (WIDTH_PX, plot_px + bottom));
+    let panel = part(
+        area,
+        (0.0, top + TITLE_PX),
+        (run.sheet.width_px, plot_px + bottom),
+    );
     let frame = Frame {
         left: LEFT_PX,
-        right: WIDTH_PX - timeline.edges.end,
+        right: run.sheet.width_px - timeline.edges.end,
         bottom,
     };
     let axes = Axes {
@@ -181,7 +177,8 @@ fn panel(
     if robot.measure == Measure::Motivation {
         level(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
     }
-    for points in lines(set, run.history.step, &timeline.window, threshold) {
+    let width = run.sheet.width_px;
+    for points in lines(set, run.history.step, (&timeline.window, width), threshold) {
         curve(&chart, points, line(color, 1.75))?;
     }
 
@@ -225,11 +222,11 @@ fn panel(
 fn lines(
     set: &SetHistory,
     step: SimTime,
-    window: &Range<f64>,
+    (window, width_px): (&Range<f64>, f64),
     threshold: f64,
 ) -> Vec<Vec<(f64, f64)>> {
     // Half a pixel in time, a quarter in motivation.
-    let width = (window.end - window.start) / WIDTH_PX / 2.0;
+    let width = (window.end - window.start) / width_px / 2.0;
     let height = threshold / 300.0;
     set.levels
         .chunk_by(|a, b| b.0.since(a.0) <= step)
@@ -259,6 +256,7 @@ mod tests {
     use missions::waste::data::default_scenario;
 
     use super::*;
+    use crate::report::figures::canvas::WIDTH_PX;
     use crate::report::tests::history_of;
 
     /// What is drawn, against the log: every activation at the threshold, every reset from its height, and upright, in any window.
@@ -282,7 +280,7 @@ mod tests {
             let width = (window.end - window.start) / WIDTH_PX / 2.0;
             let threshold = history.setup.alliance.threshold;
             for set in history.robots.iter().flat_map(|robot| &robot.sets) {
-                let drawn = lines(set, history.step, &window, threshold).concat();
+                let drawn = lines(set, history.step, (&window, WIDTH_PX), threshold).concat();
                 let highest = |at: f64| {
                     let near = drawn.iter().filter(|(x, _)| (x - at).abs() <= width);
                     near.map(|(_, level)| *level).fold(f64::MIN, f64::max)

@@ -10,11 +10,12 @@ use plotters::style::{Color, RGBColor};
 
 use super::RunFigures;
 use super::canvas::{
-    Area, Axes, Chart, Drawn, Frame, INK, Lettering, Mark, WIDTH_PX, chart, curve, level, line,
-    part, px, rows_for, svg,
+    Area, Axes, Chart, Drawn, Frame, INK, Lettering, Mark, chart, curve, level, line, part, px,
+    rows_for,
 };
 use super::timeline::{Sample, Timeline};
-use crate::report::metrics::Recurring;
+use crate::report::metrics::{Moment, Recurring};
+use crate::report::thin::within;
 
 const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;
@@ -43,7 +44,7 @@ impl Line {
     fn sample(&self) -> Sample {
         match self.dashes {
             None => Sample::Line(self.color, self.width_px),
-            Some(_) => Sample::Broken(self.color),
+            Some(dashes) => Sample::Broken(self.color, dashes),
         }
     }
 }
@@ -93,7 +94,7 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
     let names: Vec<String> = columns.iter().map(|column| label(column.name)).collect();
     let legend = lines.iter().zip(&names);
     let legend = legend.map(|(line, name)| (line.sample(), name.as_str()));
-    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend.collect());
+    let timeline = Timeline::new(run, run.window.clone(), LEFT_PX, legend.collect());
     let head_px = timeline.head_px();
     let rows = &run.history.mission;
     let values = columns
@@ -105,16 +106,20 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
     // An axis needs a length.
     let most = if most > least { most } else { least + 1.0 };
     let bottom_px = head_px + PLOT_PX;
-    svg(title, bottom_px + X_AXIS_PX, |area| {
+    run.sheet.svg(title, bottom_px + X_AXIS_PX, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
-        let panel = part(area, (0.0, head_px), (WIDTH_PX, PLOT_PX + X_AXIS_PX));
+        let panel = part(
+            area,
+            (0.0, head_px),
+            (run.sheet.width_px, PLOT_PX + X_AXIS_PX),
+        );
         let margin = (most - least) * 0.05;
         let axes = Axes {
             x: (timeline.window.clone(), "time t in s"),
             y: (least * 1.05..most + margin, title),
             y_labels: 8,
         };
-        let chart = chart(&panel, frame(&timeline), &axes)?;
+        let chart = chart(&panel, frame(run, &timeline), &axes)?;
         for Line {
             column,
             color,
@@ -124,6 +129,7 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
         {
             let style = line(*color, *width_px);
             for points in steps(rows, run.history.end, column.name) {
+                let points = within(&points, &timeline.window);
                 match dashes {
                     None => curve(&chart, points, style)?,
                     Some((dash, gap)) => {
@@ -139,10 +145,10 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
     })
 }
 
-fn frame(timeline: &Timeline<'_>) -> Frame {
+fn frame(run: &RunFigures<'_>, timeline: &Timeline<'_>) -> Frame {
     Frame {
         left: LEFT_PX,
-        right: WIDTH_PX - timeline.edges.end,
+        right: run.sheet.width_px - timeline.edges.end,
         bottom: X_AXIS_PX,
     }
 }
@@ -193,10 +199,10 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
         ),
     ];
     if period.is_some() {
-        legend.push((Sample::Broken(INK), "wanted period"));
+        legend.push((Sample::Broken(INK, (4.0, 4.0)), "wanted period"));
         legend.push((Sample::Fill(LATE, 0.75), "late"));
     }
-    let timeline = Timeline::new(run.window.clone(), LEFT_PX, &run.faults, legend);
+    let timeline = Timeline::new(run, run.window.clone(), LEFT_PX, legend);
     let head_px = timeline.head_px();
     let bottom_px = head_px + PLOT_PX;
 
@@ -213,24 +219,35 @@ pub fn recurring(run: &RunFigures<'_>, recurring: &Recurring) -> anyhow::Result<
     let longest = longest.fold(period.unwrap_or(run.history.step.as_secs_f64()), f64::max);
 
     let title = format!("Time from one '{}' to the next", recurring.event);
-    svg(&title, bottom_px + X_AXIS_PX, |area| {
+    run.sheet.svg(&title, bottom_px + X_AXIS_PX, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
-        let panel = part(area, (0.0, head_px), (WIDTH_PX, PLOT_PX + X_AXIS_PX));
+        let panel = part(
+            area,
+            (0.0, head_px),
+            (run.sheet.width_px, PLOT_PX + X_AXIS_PX),
+        );
         let axes = Axes {
             x: (timeline.window.clone(), "time t in s"),
             y: (0.0..longest * 1.2, "time since then in s"),
             y_labels: 6,
         };
-        let chart = chart(&panel, frame(&timeline), &axes)?;
+        let chart = chart(&panel, frame(run, &timeline), &axes)?;
         for (from, to) in rises() {
-            if let Some(period) = period
-                && to - from > period
-            {
-                let late = vec![(from + period, period), (to, to - from), (to, period)];
-                let late = Polygon::new(late, LATE.mix(0.75).filled());
-                chart.plotting_area().draw(&late)?;
+            let line_within = within(&[(from, 0.0), (to, to - from)], &timeline.window);
+            if let Some(period) = period {
+                let late = within(
+                    &[(from + period, period), (to, to - from)],
+                    &timeline.window,
+                );
+                if let [first, last] = late[..]
+                    && first.0 < last.0
+                {
+                    let late = vec![first, last, (last.0, period), (first.0, period)];
+                    let late = Polygon::new(late, LATE.mix(0.75).filled());
+                    chart.plotting_area().draw(&late)?;
+                }
             }
-            curve(&chart, vec![(from, 0.0), (to, to - from)], line(INK, 1.5))?;
+            curve(&chart, line_within, line(INK, 1.5))?;
         }
         if let Some(period) = period {
             level(&chart, timeline.window.clone(), period, line(INK, 1.0))?;
@@ -251,7 +268,8 @@ fn moment_marks(
         anchor: (HPos::Center, VPos::Bottom),
         ..Lettering::default()
     };
-    let moments = &recurring.moments;
+    let moments = recurring.moments.iter();
+    let moments: Vec<&Moment> = moments.filter(|it| timeline.shows(it.at)).collect();
     let texts: Vec<String> = moments
         .iter()
         .map(|moment| {
@@ -270,7 +288,7 @@ fn moment_marks(
         .map(|(moment, text)| {
             let width = letters.width_px(text) + 6.0;
             let left = timeline.x_px(moment.at) - width / 2.0;
-            (left.min(WIDTH_PX - width), width)
+            (left.min(run.sheet.width_px - width), width)
         })
         .collect();
     let rows = rows_for(&places, 1);

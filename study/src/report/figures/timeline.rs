@@ -7,7 +7,8 @@ use plotters::element::{PathElement, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBColor};
 
-use super::canvas::{Area, Drawn, INK, Lettering, Mark, WIDTH_PX, line, px, rows_for, upright};
+use super::RunFigures;
+use super::canvas::{Area, Drawn, INK, Lettering, Mark, line, px, rows_for, upright};
 use crate::report::faults::FaultSpan;
 use crate::report::spans::Span;
 
@@ -33,6 +34,8 @@ pub struct Timeline<'f> {
     pub faults: Vec<&'f FaultSpan>,
     /// What the signs mean.
     pub legend: Vec<(Sample, &'f str)>,
+    /// Width of the figure, px.
+    width_px: f64,
 }
 
 /// How a sign looks.
@@ -40,8 +43,8 @@ pub struct Timeline<'f> {
 pub enum Sample {
     /// A line.
     Line(RGBColor, f64),
-    /// A broken line.
-    Broken(RGBColor),
+    /// A broken line, with the lengths of dashes and gaps in px.
+    Broken(RGBColor, (f64, f64)),
     /// A filled band.
     Fill(RGBColor, f64),
     /// A band hatched with lines so many px apart.
@@ -56,9 +59,9 @@ impl<'f> Timeline<'f> {
     /// A timeline whose plot ends a little before the right edge of the figure.
     #[must_use]
     pub fn new(
+        run: &'f RunFigures<'_>,
         window: Range<f64>,
         left_px: f64,
-        faults: &'f [FaultSpan],
         legend: Vec<(Sample, &'f str)>,
     ) -> Self {
         let inside = |fault: &&FaultSpan| {
@@ -66,9 +69,10 @@ impl<'f> Timeline<'f> {
             span.from.as_secs_f64() < window.end && span.to.as_secs_f64() >= window.start
         };
         Self {
-            faults: faults.iter().filter(inside).collect(),
-            edges: left_px..WIDTH_PX - 22.0,
+            faults: run.faults.iter().filter(inside).collect(),
+            edges: left_px..run.sheet.width_px - 22.0,
             legend,
+            width_px: run.sheet.width_px,
             window,
         }
     }
@@ -151,7 +155,7 @@ impl<'f> Timeline<'f> {
         let mut places = Vec::new();
         for (_, text) in &self.legend {
             let width = SAMPLE_PX + letters.width_px(text) + 16.0;
-            if x + width > WIDTH_PX && x > self.edges.start {
+            if x + width > self.width_px && x > self.edges.start {
                 row += 1;
                 x = self.edges.start;
             }
@@ -178,7 +182,8 @@ impl<'f> Timeline<'f> {
                 let edge = |at| self.x_px(at).clamp(self.edges.start, self.edges.end);
                 let x = edge(fault.span.from)..edge(fault.span.to);
                 // What would leave the figure at the right ends there.
-                let text_px = (x.start + 4.0).min(WIDTH_PX - letters.width_px(&fault.label) - 2.0);
+                let text_px =
+                    (x.start + 4.0).min(self.width_px - letters.width_px(&fault.label) - 2.0);
                 Label {
                     text: &fault.label,
                     text_px,
@@ -224,9 +229,9 @@ impl Sample {
                 let ends = [(left, middle), (right, middle)];
                 area.draw(&PathElement::new(ends, line(color, width_px)))
             }
-            Self::Broken(color) => {
-                for from in (left..right).step_by(px(6.0) as usize) {
-                    let ends = [(from, middle), (from + px(3.5), middle)];
+            Self::Broken(color, (dash_px, gap_px)) => {
+                for from in (left..right).step_by(px(dash_px + gap_px) as usize) {
+                    let ends = [(from, middle), (from + px(dash_px), middle)];
                     area.draw(&PathElement::new(ends, line(color, 1.25)))?;
                 }
                 Ok(())

@@ -1,0 +1,15 @@
+//! Tests that need a program which is not everywhere.
+
+/// With this variable set to 1, what cannot be tried here is left out. Without it, it fails: nobody shall take for tried what was not.
+pub const SKIP: &str = "ALLIANCE_SKIP_TESTS";
+
+/// Fails, or says that a test is skipped; `how` tells what is missing and how to get it.
+#[track_caller]
+pub fn cannot_run(how: &str) {
+    let may_skip = std::env::var_os(SKIP).is_some_and(|value| value == "1");
+    assert!(
+        may_skip,
+        "{how}; or set {SKIP}=1 to leave out what cannot be tried here"
+    );
+    println!("skipped: {how}");
+}
