@@ -36,6 +36,8 @@ pub struct Asked {
     faults: Option<String>,
     /// By robot, or for [`ALL`] others: the name of an allocator, and its class if it is one of Python.
     minds: Vec<(String, String, Option<Py<PyType>>)>,
+    /// Whether each of these makes each step twice.
+    twice: bool,
 }
 
 /// A run that is ready to begin.
@@ -63,7 +65,12 @@ impl Asked {
                     )));
                 }
                 let class = Python::attach(|py| class.clone_ref(py));
-                registry = registry.mind(Arc::new(Class::new(name, class, failure.clone())));
+                registry = registry.mind(Arc::new(Class::new(
+                    name,
+                    class,
+                    failure.clone(),
+                    self.twice,
+                )));
             }
         }
         let known = Known {

@@ -1,7 +1,8 @@
 //! The engine of the Python package `alliance-agent`, imported as `alliance_agent._engine`.
 //!
-//! - [`asked`]: what is to be run, in the words of the command line. [`mind`]: an allocator that is written in Python.
-//! - [`values`]: what such a one is given in a step.
+//! - [`asked`]: what is to be run, in the words of the command line.
+//! - [`mind`]: a mind that is written in Python: an [`allocator`], or all of it, an [`agent`].
+//! - [`values`], [`readings`]: what such a one is given in a step.
 //! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a process.
 //!
 //! Python's side checks its callers' types and has the documentation for people; errors of a mission have the one line that the
@@ -9,11 +10,14 @@
 
 use pyo3::prelude::*;
 
+mod agent;
+mod allocator;
 mod asked;
 mod env;
 mod errors;
 mod mind;
 mod process;
+mod readings;
 mod rows;
 mod run;
 mod values;

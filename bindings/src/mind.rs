@@ -1,25 +1,22 @@
-//! An allocator that is written in Python: a class derived from `alliance_agent.Allocator`.
-//!
-//! To the engine it is a rule like any other: heartbeats, changes of state and the step that goes back are made for it.
+//! A mind that is written in Python: a class derived from `alliance_agent.Allocator` or `alliance_agent.Agent`, and one robot's object
+//! of it. What it decides is `allocator`'s and `agent`'s.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use alliance_proto::allocation::{AllocationMessage, OpenMessage};
-use alliance_proto::ids::{BehaviorId, RobotId};
+use alliance_proto::ids::RobotId;
 use alliance_proto::scenario::{AllocatorSpec, Setup};
-use alliance_proto::time::SimTime;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use alliance_proto::team::Broadcast;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList, PyType};
-use robot_agent::allocator::{
-    Allocator, ConfigError, Decision, Framed, Input, Kind, Me, Mind, Prepared,
-};
+use pyo3::types::{PyBytes, PyList, PyType};
+use robot_agent::allocator::{ConfigError, Draws, Kind, OwnBehavior, Prepared};
 
+use crate::agent::Agents;
+use crate::allocator::Allocators;
 use crate::errors::MindError;
-use crate::rows::rows;
-use crate::values::{Heard, OwnSet, Set, Stream, loads};
+use crate::values::{Heard, OwnSet, Stream, loads};
 
 /// What is done about a mind that fails.
 #[derive(Clone)]
@@ -68,14 +65,17 @@ pub struct Class {
     name: &'static str,
     class: Py<PyType>,
     failure: Failure,
+    twice: bool,
 }
 
 impl Class {
-    pub fn new(name: &str, class: Py<PyType>, failure: Failure) -> Self {
+    /// `twice`: each step is made twice, from a copy, and the mind fails where the two differ.
+    pub fn new(name: &str, class: Py<PyType>, failure: Failure, twice: bool) -> Self {
         Self {
             name: kept(name),
             class,
             failure,
+            twice,
         }
     }
 }
@@ -116,25 +116,34 @@ impl Kind for Class {
             why,
         };
         let text = serde_json::to_string(setup).map_err(|error| refused(error.to_string()))?;
-        Python::attach(|py| {
-            let told = loads(py, &text).map_err(|error| refused(error.to_string()))?;
-            Ok(Arc::new(OfRun(Arc::new(Common {
+        let prepared = Python::attach(|py| {
+            let is_whole = self.class.getattr(py, intern!(py, "_is_whole"))?;
+            let common = Arc::new(Common {
                 name: self.name,
                 class: self.class.clone_ref(py),
                 failure: self.failure.clone(),
+                twice: self.twice,
                 setup: setup.clone(),
-                told: told.unbind(),
-            }))) as Arc<dyn Prepared>)
-        })
+                told: loads(py, &text)?.unbind(),
+            });
+            let prepared: Arc<dyn Prepared> = if is_whole.extract(py)? {
+                Arc::new(Agents::new(common))
+            } else {
+                Arc::new(Allocators(common))
+            };
+            Ok(prepared)
+        });
+        prepared.map_err(|error: PyErr| refused(error.to_string()))
     }
 }
 
 /// What all minds of a class have in common in a run.
-struct Common {
-    name: &'static str,
+pub struct Common {
+    pub name: &'static str,
     class: Py<PyType>,
-    failure: Failure,
-    setup: Setup,
+    pub failure: Failure,
+    twice: bool,
+    pub setup: Setup,
     /// The same as Python has it.
     told: Py<PyAny>,
 }
@@ -145,40 +154,30 @@ impl fmt::Debug for Common {
     }
 }
 
-#[derive(Debug)]
-struct OfRun(Arc<Common>);
-
-impl Prepared for OfRun {
-    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
-        Box::new(Framed::<Rule>::new(me, &self.0))
-    }
-}
-
-/// One robot's mind.
-#[derive(Debug)]
-struct Rule {
-    common: Arc<Common>,
-    me: RobotId,
-    /// `None` if it could not be made.
-    mind: Option<Py<PyAny>>,
-    stream: Py<Stream>,
-    own: Arc<[Arc<OwnSet>]>,
-    /// Since when each set is active, or not; empty before the first step.
-    since: Vec<SimTime>,
-}
-
 impl fmt::Debug for Stream {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Stream")
     }
 }
 
-impl Clone for Rule {
+/// One robot's object of a class.
+#[derive(Debug)]
+pub struct Object {
+    pub common: Arc<Common>,
+    pub me: RobotId,
+    pub own: Arc<[Arc<OwnSet>]>,
+    /// `None` if it could not be made.
+    mind: Option<Py<PyAny>>,
+    stream: Py<Stream>,
+}
+
+impl Clone for Object {
     /// A checkpoint: `copy.deepcopy`, but for what the class calls frozen.
     fn clone(&self) -> Self {
         Python::attach(|py| Self {
             common: Arc::clone(&self.common),
             me: self.me,
+            own: Arc::clone(&self.own),
             mind: self.mind.as_ref().and_then(|mind| {
                 let copied = py
                     .import("copy")
@@ -186,93 +185,37 @@ impl Clone for Rule {
                 self.or_note(py, 0, copied.map(Bound::unbind))
             }),
             stream: self.stream.clone_ref(py),
-            own: Arc::clone(&self.own),
-            since: self.since.clone(),
         })
     }
 }
 
-impl Allocator for Rule {
-    type Config = Arc<Common>;
-
-    fn new(me: &Me, common: &Arc<Common>) -> Self {
+impl Object {
+    /// That of a robot at the start of a life.
+    pub fn new(me: RobotId, behaviors: &[OwnBehavior], common: &Arc<Common>) -> Self {
         Python::attach(|py| {
             let stream = Py::new(py, Stream::new());
             let stream = stream.unwrap_or_else(|error| panic!("{error}"));
-            let mut rule = Self {
+            let mut object = Self {
                 common: Arc::clone(common),
-                me: me.robot,
+                me,
+                own: [].into(),
                 mind: None,
                 stream,
-                own: [].into(),
-                since: Vec::new(),
             };
-            let made = rule.make(py, me);
-            rule.mind = rule.or_note(py, 0, made);
-            rule
+            let made = object.make(py, behaviors);
+            object.mind = object.or_note(py, 0, made);
+            object
         })
     }
 
-    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        if self.common.failure.is_there() {
-            decision.active = None;
-            return;
-        }
-        if self.since.is_empty() {
-            self.since = vec![input.now; self.own.len()];
-        }
-        let before = decision.active;
-        Python::attach(|py| {
-            let stepped = self.try_step(py, input, decision);
-            let tick = input.now.0 / self.common.setup.scenario.step_ms;
-            if self.or_note(py, tick, stepped).is_none() {
-                decision.active = None;
-                decision.say.clear();
-                decision.rows.clear();
-            }
-        });
-        if decision.active != before {
-            for (own, since) in self.own.iter().zip(&mut self.since) {
-                if Some(own.id) == before || Some(own.id) == decision.active {
-                    *since = input.now;
-                }
-            }
-        }
-    }
-}
-
-impl Rule {
-    fn name(&self) -> &str {
-        self.common.setup.roster.name(self.me)
-    }
-
-    /// An error is told in one line that says whose mind failed, when and where.
-    fn or_note<T>(&self, py: Python<'_>, tick: u64, done: PyResult<T>) -> Option<T> {
-        let error = match done {
-            Ok(done) => return Some(done),
-            Err(error) => error,
-        };
-        // An error that Rust has caught knows where it came from, and its value does not.
-        let value = error.value(py);
-        let told = value
-            .setattr("__traceback__", error.traceback(py))
-            .and_then(|()| py.import("alliance_agent._minds"))
-            .and_then(|it| it.call_method1("line_of", (self.name(), tick, value)))
-            .and_then(|line| line.extract::<String>());
-        let failed = MindError::new_err(told.unwrap_or_else(|_| error.to_string()));
-        failed.set_cause(py, Some(error));
-        self.common.failure.note(py, failed);
-        None
-    }
-
-    fn make(&mut self, py: Python<'_>, me: &Me) -> PyResult<Py<PyAny>> {
+    fn make(&mut self, py: Python<'_>, behaviors: &[OwnBehavior]) -> PyResult<Py<PyAny>> {
         let Common {
             setup, told, class, ..
         } = &*self.common;
         let told = told.bind(py);
-        let (catalog, name) = (&setup.catalog, setup.roster.name(me.robot));
+        let (catalog, name) = (&setup.catalog, setup.roster.name(self.me));
         let values = told.get_item("alliance")?.get_item("robots")?;
-        let own = me.behaviors.iter().map(|behavior| {
+        let own = behaviors.iter().map(|behavior| {
             let set = catalog.behavior_name(behavior.id).to_owned();
             let values = values.get_item(name)?.get_item("sets")?.get_item(&set)?;
             Ok(Arc::new(OwnSet {
@@ -285,94 +228,80 @@ impl Rule {
             }))
         });
         self.own = own.collect::<PyResult<Vec<_>>>()?.into();
+        let sets = self.own.iter().map(|own| own.name.as_str());
+        let sets = PyList::new(py, sets.collect::<Vec<_>>())?;
         let mind = class.bind(py).call0()?;
         let begin = intern!(py, "_begin");
-        mind.call_method1(begin, (name, me.robot.0, told, &self.stream))?;
+        mind.call_method1(begin, (name, self.me.0, told, &self.stream, sets))?;
         Ok(mind.unbind())
     }
 
-    fn try_step(&self, py: Python<'_>, input: &Input<'_>, decision: &mut Decision) -> PyResult<()> {
+    /// Whether some mind of the run has failed: then all stand still.
+    pub fn has_failed(&self) -> bool {
+        self.common.failure.is_there()
+    }
+
+    /// An error is told in one line that says whose mind failed, when and where.
+    pub fn or_note<T>(&self, py: Python<'_>, tick: u64, done: PyResult<T>) -> Option<T> {
+        let error = match done {
+            Ok(done) => return Some(done),
+            Err(error) => error,
+        };
+        let name = self.common.setup.roster.name(self.me);
+        // An error that Rust has caught knows where it came from, and its value does not.
+        let value = error.value(py);
+        let told = value
+            .setattr("__traceback__", error.traceback(py))
+            .and_then(|()| py.import("alliance_agent._minds"))
+            .and_then(|it| it.call_method1("line_of", (name, tick, value)))
+            .and_then(|line| line.extract::<String>());
+        let failed = MindError::new_err(told.unwrap_or_else(|_| error.to_string()));
+        failed.set_cause(py, Some(error));
+        self.common.failure.note(py, failed);
+        None
+    }
+
+    /// Calls its `step`, with what is given and what it hears of teammates; `None`: there is no such mind.
+    pub fn step<'py>(
+        &self,
+        py: Python<'py>,
+        draws: Draws,
+        given: impl FnOnce(Bound<'py, PyList>) -> PyResult<Bound<'py, pyo3::types::PyTuple>>,
+        heard: &[Arc<Broadcast>],
+    ) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
         let Some(mind) = &self.mind else {
-            return Ok(());
-        };
-        let mind = mind.bind(py);
-        self.stream.get().begin(input.draws);
-        let name = self.common.name;
-        let heard = input.heard.iter().filter_map(|it| Heard::of(it, name));
-        let heard = heard.map(|it| Bound::new(py, it));
-        let heard = PyList::new(py, heard.collect::<PyResult<Vec<_>>>()?)?;
-        let sets = self.own.iter().zip(&self.since).zip(input.choices);
-        let sets = sets.map(|((own, since), choice)| {
-            let active = decision.active == Some(own.id);
-            Bound::new(py, Set::new(Arc::clone(own), *choice, active, *since))
-        });
-        let sets = PyList::new(py, sets.collect::<PyResult<Vec<_>>>()?)?;
-        let now = input.now.as_secs_f64();
-        let chosen = mind.call_method1(intern!(py, "step"), (now, heard, sets))?;
-        decision.active = self.chosen(&chosen, input)?;
-        self.take_words(mind, decision)?;
-        self.take_bids(mind, input, decision)
-    }
-
-    fn chosen(&self, chosen: &Bound<'_, PyAny>, input: &Input<'_>) -> PyResult<Option<BehaviorId>> {
-        if chosen.is_none() {
             return Ok(None);
-        }
-        let Ok(set) = chosen.cast::<Set>() else {
-            let what = chosen.get_type().name()?;
-            return Err(PyTypeError::new_err(format!(
-                "step returned {what}; it must return one of its sets or None"
-            )));
         };
-        let behavior = set.get().behavior();
-        let mut choices = input.choices.iter();
-        match choices.find(|choice| choice.behavior == behavior) {
-            Some(choice) if choice.applicable => Ok(Some(behavior)),
-            Some(_) => Err(PyValueError::new_err(format!(
-                "step returned {}, which is not applicable; it must return one that is, or None",
-                set.repr()?
-            ))),
-            None => Err(PyValueError::new_err(format!(
-                "step returned {}, which is none of its own",
-                set.repr()?
-            ))),
-        }
+        let mind = mind.bind(py).clone();
+        self.stream.get().begin(draws);
+        let heard = heard
+            .iter()
+            .filter_map(|it| Heard::of(it, self.common.name))
+            .map(|it| Bound::new(py, it));
+        let heard = PyList::new(py, heard.collect::<PyResult<Vec<_>>>()?)?;
+        let given = given(heard)?;
+        let done = if self.common.twice {
+            let minds = py.import(intern!(py, "alliance_agent._minds"))?;
+            minds.call_method1(intern!(py, "step_twice"), (&mind, given))?
+        } else {
+            mind.call_method1(intern!(py, "step"), given)?
+        };
+        Ok(Some((mind, done)))
     }
 
-    /// What it says to teammates.
-    fn take_words(&self, mind: &Bound<'_, PyAny>, decision: &mut Decision) -> PyResult<()> {
+    /// What it says to teammates, from its list of words.
+    pub fn take_words(&self, mind: &Bound<'_, PyAny>) -> PyResult<Vec<AllocationMessage>> {
         let said = mind.getattr(intern!(mind.py(), "_said"))?;
         let said = said.cast::<PyList>()?;
-        if said.is_empty() {
-            return Ok(());
-        }
-        for words in said.iter() {
+        let words = said.iter().map(|words| {
             let bytes = words.cast::<PyBytes>()?.as_bytes().to_vec();
             let schema = self.common.name.to_owned();
-            let message = OpenMessage { schema, bytes };
-            decision.say.push(AllocationMessage::Open(message));
-        }
-        said.del_slice(0, said.len())
-    }
-
-    /// What the log shows of its reasoning.
-    fn take_bids(
-        &self,
-        mind: &Bound<'_, PyAny>,
-        input: &Input<'_>,
-        decision: &mut Decision,
-    ) -> PyResult<()> {
-        let bids = mind.getattr(intern!(mind.py(), "_bids"))?;
-        let bids = bids.cast::<PyDict>()?;
-        let mut known: Vec<(BehaviorId, f64)> = Vec::new();
-        for (set, bid) in bids.iter() {
-            known.push((BehaviorId(set.extract()?), bid.extract()?));
-        }
-        bids.clear();
-        rows(self.me, input, decision, |set| {
-            let mut known = known.iter();
-            known.find(|(it, _)| *it == set).map(|(_, bid)| *bid)
+            Ok(AllocationMessage::Open(OpenMessage { schema, bytes }))
         });
-        Ok(())
+        let words = words.collect::<PyResult<Vec<_>>>()?;
+        if !said.is_empty() {
+            said.del_slice(0, said.len())?;
+        }
+        Ok(words)
     }
 }

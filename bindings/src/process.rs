@@ -22,8 +22,14 @@ struct Words {
 /// Joins the run that the words of a command line name, and lives until it ends; returns the exit status. A mind that fails ends
 /// the process.
 #[pyfunction]
-pub fn live(py: Python<'_>, words: Vec<String>, name: &str, class: Py<PyType>) -> PyResult<u8> {
-    let class = Class::new(name, class, Failure::EndsProcess);
+pub fn live(
+    py: Python<'_>,
+    words: Vec<String>,
+    name: &str,
+    class: Py<PyType>,
+    twice: bool,
+) -> PyResult<u8> {
+    let class = Class::new(name, class, Failure::EndsProcess, twice);
     let registry = Registry::built_in().mind(Arc::new(class));
     let words: Words = parse_words(&registry.vocabulary(), &words).map_err(mistake)?;
     prepare_process();

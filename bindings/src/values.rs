@@ -285,6 +285,12 @@ impl Stream {
 
 #[pymethods]
 impl Stream {
+    /// The step under way begins anew, with the same numbers.
+    fn begin_again(&self) {
+        let mut of_step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (of_step.stream, of_step.drawn) = (None, 0);
+    }
+
     fn next_u64(&self) -> PyResult<u64> {
         let mut of_step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(draws) = of_step.draws else {

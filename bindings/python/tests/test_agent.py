@@ -1,0 +1,273 @@
+"""A whole mind in Python: in one process and as processes that `alliance run` starts, and what is said of those that fail."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from alliance_agent import Agent, Allocator, Deed, MindError, load, run
+from conftest import EXAMPLES, program
+from greedy import Greedy
+from watcher import Watcher
+
+STILL = json.loads(Path(__file__).with_name("still.json").read_text())
+MAIN = "from alliance_agent import Agent, Deed, main\n"
+
+
+class Still(Agent):
+    def step(self, now, readings, heard):
+        return Deed()
+
+
+def still_run(tmp_path, minds=None, seed=1, **options):
+    scenario = tmp_path / "still.toml"
+    scenario.write_text(STILL["scenario"])
+    return run(scenario, minds or {"gold": Still}, seed, faults=STILL["faults"], limit=STILL["limit_s"], **options)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_still_is_still_in_rust(tmp_path, seed):
+    assert still_run(tmp_path, seed=seed).hash == STILL["hashes"][str(seed)]
+    assert still_run(tmp_path, seed=seed, twice=True).hash == STILL["hashes"][str(seed)]
+
+
+class Lab:
+    """`alliance run` in a runtime folder of its own, with a scenario in which gold and green have minds by name."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
+
+    def mind(self, name, code):
+        (self.folder / f"{name}.py").write_text(code)
+        return f"--mind={name}={sys.executable} {name}.py"
+
+    def start(self, *words):
+        return subprocess.Popen(
+            [program(), *words], cwd=self.folder, env=self.environment, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+        )
+
+    def alliance(self, *words, status=(0,)):
+        process = self.start(*words)
+        _, said = process.communicate(timeout=240)
+        assert process.returncode in status, said
+        return said
+
+    def mission(self, *words, status=(1,)):
+        return self.alliance("run", "mine.toml", "--no-page", "--out=run", *words, status=status)
+
+    def scenario(self, mind, more=""):
+        text = f"name = 'mine'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nmind = '{mind}'\n[[robots]]\nname = 'green'\n{more}"
+        (self.folder / "mine.toml").write_text(text)
+        return self.folder / "mine.toml"
+
+    def log(self, robot):
+        return (self.folder / f"run/logs/{robot}.log").read_text()
+
+    def kinds(self, robot, wanted=("joined", "gone", "stalled", "back")):
+        events = load(self.folder / "run", "numpy").events
+        return [kind for kind in events["kind"][events["robot"] == robot] if kind in wanted]
+
+
+@pytest.fixture
+def lab(tmp_path):
+    return Lab(tmp_path)
+
+
+def test_as_a_process_it_has_the_same_hash_and_is_replayed_without_python(lab):
+    mind = lab.mind("still", f"{MAIN}class Still(Agent):\n    def step(self, now, readings, heard):\n        return Deed()\nmain(Still)\n")
+    (lab.folder / "mine.toml").write_text(STILL["scenario"])
+    faults = "".join(f"[[faults.timeline]]\n{line}\n" for line in ("fault.kill = 'gold'\nat_s = 10.0\nfor_s = 5.0", "fault.mute = 'blue'\nat_s = 20.0\nfor_s = 5.0"))
+    with (lab.folder / "mine.toml").open("a") as file:
+        file.write(faults)
+    lab.mission("--limit=40", mind)
+    assert load(lab.folder / "run", "numpy").run["hash"] == STILL["hashes"]["1"]
+    assert lab.kinds("gold") == ["joined", "gone", "joined"]
+    assert "identical" in lab.alliance("replay", "run")
+    assert "identical" in lab.alliance("replay", "run", mind)
+
+
+def test_an_allocator_by_name_and_a_changed_one(lab):
+    scenario = lab.scenario("greedy")
+    text = (EXAMPLES / "greedy.py").read_text()
+    mind = lab.mind("greedy", text)
+    lab.mission("--limit=100", "--mind=greedy@7=" + mind.split("=", 2)[2])
+    results = load(lab.folder / "run", "numpy").run
+    assert results["minds"] == {"greedy": {"version": "7"}}
+    assert results["hash"] == run(scenario, {"gold": Greedy}, limit=100).hash
+    assert "identical" in lab.alliance("replay", "run")
+    assert "identical" in lab.alliance("replay", "run", mind)
+    changed = lab.mind("greedy", text.replace("it.cost", "-it.cost"))
+    said = lab.alliance("replay", "run", changed, status=(1,))
+    assert said.startswith("differs first in tick ") and ": gold mind, " in said
+
+
+def test_a_log_of_a_run_in_this_process_is_replayed_without_python(lab):
+    done = run(lab.scenario("greedy"), {"gold": Greedy, "green": Still}, limit=60, log=lab.folder / "run")
+    assert set(done.file["minds"]) == {"greedy", "still"}
+    said = lab.alliance("replay", "run")
+    assert said == f"identical: 1200 ticks, hash {done.hash}\n"
+
+
+def test_steps_that_did_not_count_never_happened(lab):
+    # It counts its steps and remembers what it heard: what a step leaves behind that did not count shows ever after.
+    code = MAIN + (
+        "class Counter(Agent):\n    def reset(self):\n        self.steps, self.words = 0, []\n"
+        "    def step(self, now, readings, heard):\n        self.steps += 1\n        self.words += [word.sender for word in heard]\n"
+        "        return Deed(turn=self.steps % 97 / 97, speed=sum(self.words) % 7 / 70, say=[bytes([self.steps % 251])])\nmain(Counter)\n"
+    )
+    mind = lab.mind("counter", code)
+    lab.scenario("counter")
+    launcher = lab.start("run", "mine.toml", "--no-page", "--out=run", "--limit=60", "--speed=8x", "--stall-after=0.3", mind)
+    gold = None
+    for stop in range(6):
+        time.sleep(0.7)
+        children = Path(f"/proc/{launcher.pid}/task/{launcher.pid}/children").read_text().split()
+        gold = next(pid for pid in children if "counter.py" in Path(f"/proc/{pid}/cmdline").read_text())
+        os.kill(int(gold), signal.SIGSTOP)
+        time.sleep(0.5)
+        os.kill(int(gold), signal.SIGCONT)
+    _, said = launcher.communicate(timeout=240)
+    assert launcher.returncode == 1, said
+    assert lab.kinds("gold").count("back") >= 3, "it has been away"
+    assert "identical" in lab.alliance("replay", "run")
+    assert "identical" in lab.alliance("replay", "run", mind)
+    assert not Path(f"/proc/{gold}").exists(), "no process is left"
+
+
+def test_what_it_senses_is_what_the_log_has(tmp_path):
+    by_robot = {}
+
+    class Looker(Agent):
+        def step(self, now, readings, heard):
+            by_robot.setdefault(self.name, []).append(readings)
+            return Deed(speed=0.2, turn=0.3, doing="search")
+
+    done = run("cmommt", {"*": Looker}, limit=20, log=tmp_path / "run")
+    seen = by_robot["gold"]
+    poses = load(done.folder, "numpy")["poses"]
+    own = poses["robot"] == "gold"
+    at = np.stack([poses["x_m"][own], poses["y_m"][own]], 1)
+    assert len(seen) == len(at) == 400
+    assert np.allclose([readings.position for readings in seen], at, atol=1e-6)
+    assert np.allclose([readings.heading for readings in seen], poses["heading_rad"][own], atol=1e-6)
+    targets = [target for all in by_robot.values() for readings in all for target in readings.mission["targets"]]
+    assert targets and all(np.hypot(*target["offset"]) <= 2.6 for target in targets)
+    assert len(at) > 1 and not np.allclose(at[0], at[-1]), "it drives"
+    sets = poses["behavior_set"][own]
+    assert sets[-1] == "search"
+
+
+def test_it_does_what_its_mission_is_about():
+    def share(mind):
+        return sum(run("cmommt", mind and {"*": mind}, seed=seed).result["a"] for seed in (1, 2, 3)) / 3
+
+    class Blind(Agent):
+        def step(self, now, readings, heard):
+            return Deed(watch=False)
+
+    assert share(Blind) == 0
+    assert 0 < share(Still) < share(Watcher)
+
+
+def test_its_words_reach_its_own_kind():
+    heard_by = {}
+
+    class Talker(Agent):
+        def step(self, now, readings, heard):
+            heard_by.setdefault(self.name, []).extend(word.said for word in heard if word.said)
+            return Deed(say=[self.name.encode()] if now == 0 else ())
+
+    run("janitorial", {"blue": Talker, "gold": Talker, "green": Still}, limit=2)
+    assert heard_by == {"blue": [b"gold"], "gold": [b"blue"]}
+
+
+def step_of(step):
+    return type("Bad", (Agent,), {"step": step})
+
+
+BAD = [
+    (step_of(lambda self, now, readings, heard: Deed(speed=float("nan"))), "ValueError: Deed: speed is nan, which is no number"),
+    (step_of(lambda self, now, readings, heard: Deed(turn=1e39)), "ValueError: Deed: turn is inf, which is no number"),
+    (step_of(lambda self, now, readings, heard: Deed(speed="fast")), "TypeError: Deed: speed is 'fast', which is no number"),
+    (step_of(lambda self, now, readings, heard: 3), "TypeError: step returned int; it must return a Deed"),
+    (step_of(lambda self, now, readings, heard: Deed(doing="dance")), "ValueError: Deed: doing 'dance', which is none of its sets; these are "),
+    (step_of(lambda self, now, readings, heard: Deed(progress=True)), "ValueError: Deed: progress with what?"),
+    (step_of(lambda self, now, readings, heard: Deed(gripper="open")), "ValueError: Deed: gripper is 'open'; use 'keep', 'pick' or 'drop'"),
+    (step_of(lambda self, now, readings, heard: Deed(say=[b"?"] * 300)), "ValueError: say: a robot with "),
+    (step_of(lambda self, now, readings, heard: Deed(say=["text"])), "TypeError: say: str is not bytes"),
+    (step_of(lambda self, now, readings, heard: 1 / 0), "ZeroDivisionError: division by zero"),
+    (Agent, "NotImplementedError: Agent has no step"),
+]
+
+
+@pytest.mark.parametrize(("mind", "told"), BAD)
+def test_a_mind_that_fails_is_named_in_one_line(mind, told):
+    with pytest.raises(MindError) as error:
+        run("waste-cleanup", {"gold": mind}, limit=5)
+    said = str(error.value)
+    assert said.startswith("gold: tick 0: ") and told in said and "\n" not in said
+
+
+def test_a_bad_mind_is_a_dead_robot_and_the_run_goes_on(lab):
+    mind = lab.mind("bad", f"{MAIN}class Bad(Agent):\n    def step(self, now, readings, heard):\n        return Deed(speed=float('nan') if now > 2 else 0.1)\nmain(Bad)\n")
+    lab.scenario("bad")
+    said = lab.mission("--limit=10", mind)
+    assert "gold crashed" in said
+    assert lab.kinds("gold") == ["joined", "gone"]
+    *_, last = lab.log("gold").splitlines()
+    assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Deed: speed is nan, which is no number"
+    assert load(lab.folder / "run", "numpy").run["result"]["ticks"] == 200
+    assert "identical" in lab.alliance("replay", "run")
+
+
+class Chance(Agent):
+    def step(self, now, readings, heard):
+        return Deed(turn=random.random())
+
+
+class Hidden(Agent):
+    def step(self, now, readings, heard):
+        self.mood = random.random()
+        return Deed()
+
+
+class Order(Agent):
+    def reset(self):
+        self.todo = {7, 15}  # both want the same place in the table
+
+    def step(self, now, readings, heard):
+        return Deed(turn=float(next(iter(self.todo))))
+
+
+class Choosy(Allocator):
+    def step(self, now, heard, sets):
+        return random.choice([*sets, None])
+
+
+@pytest.mark.parametrize(("mind", "field"), [(Chance, "Deed.turn"), (Hidden, "self.mood"), (Order, "Deed.turn")])
+def test_a_step_made_twice_finds_what_else_decides(mind, field):
+    run("waste-cleanup", {"gold": mind}, limit=1)
+    with pytest.raises(MindError, match=rf"a step made twice differs: {field} is .* and "):
+        run("waste-cleanup", {"gold": mind}, limit=1, twice=True)
+
+
+def test_made_twice_a_mind_that_goes_by_its_inputs_is_what_it_was(lab):
+    for scenario, mind in (("janitorial", Greedy), ("cmommt", Watcher)):
+        once, twice = (run(scenario, {"*": mind}, limit=30, twice=twice) for twice in (False, True))
+        assert once.hash == twice.hash
+    # As a process, too: there it ends the process.
+    lab.scenario("chance")
+    mind = lab.mind("chance", f"import random\n{MAIN}class Chance(Agent):\n    def step(self, now, readings, heard):\n        return Deed(turn=random.random())\nmain(Chance)\n")
+    lab.mission("--limit=2", mind)
+    assert lab.kinds("gold") == ["joined"]
+    (lab.folder / "run").rename(lab.folder / "once")
+    lab.mission("--limit=2", f"{mind} --twice")
+    assert "a step made twice differs: Deed.turn" in lab.log("gold")
+    assert lab.kinds("gold") == ["joined", "gone"]

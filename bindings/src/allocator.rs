@@ -1,0 +1,144 @@
+//! An allocator that is written in Python.
+//!
+//! To the engine it is a rule like any other: heartbeats, changes of state and the step that goes back are made for it.
+
+use std::sync::Arc;
+
+use alliance_proto::ids::BehaviorId;
+use alliance_proto::scenario::Setup;
+use alliance_proto::time::SimTime;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use robot_agent::allocator::{Allocator, Decision, Framed, Input, Me, Mind, Prepared};
+
+use crate::mind::{Common, Object};
+use crate::rows::rows;
+use crate::values::Set;
+
+/// Those of a class in a run.
+#[derive(Debug)]
+pub struct Allocators(pub Arc<Common>);
+
+impl Prepared for Allocators {
+    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
+        Box::new(Framed::<Rule>::new(me, &self.0))
+    }
+}
+
+/// One robot's.
+#[derive(Clone, Debug)]
+struct Rule {
+    object: Object,
+    /// Since when each set is active, or not; empty before the first step.
+    since: Vec<SimTime>,
+}
+
+impl Allocator for Rule {
+    type Config = Arc<Common>;
+
+    fn new(me: &Me, common: &Arc<Common>) -> Self {
+        Self {
+            object: Object::new(me.robot, &me.behaviors, common),
+            since: Vec::new(),
+        }
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        let object = &self.object;
+        if object.has_failed() {
+            decision.active = None;
+            return;
+        }
+        if self.since.is_empty() {
+            self.since = vec![input.now; object.own.len()];
+        }
+        let before = decision.active;
+        Python::attach(|py| {
+            let stepped = self.try_step(py, input, decision);
+            let tick = input.now.0 / object.common.setup.scenario.step_ms;
+            if object.or_note(py, tick, stepped).is_none() {
+                decision.active = None;
+                decision.say.clear();
+                decision.rows.clear();
+            }
+        });
+        if decision.active != before {
+            for (own, since) in self.object.own.iter().zip(&mut self.since) {
+                if Some(own.id) == before || Some(own.id) == decision.active {
+                    *since = input.now;
+                }
+            }
+        }
+    }
+}
+
+impl Rule {
+    fn try_step(&self, py: Python<'_>, input: &Input<'_>, decision: &mut Decision) -> PyResult<()> {
+        let active = decision.active;
+        let given = |heard| {
+            let sets = self.object.own.iter().zip(&self.since).zip(input.choices);
+            let sets = sets.map(|((own, since), choice)| {
+                let is_active = active == Some(own.id);
+                Bound::new(py, Set::new(Arc::clone(own), *choice, is_active, *since))
+            });
+            let sets = PyList::new(py, sets.collect::<PyResult<Vec<_>>>()?)?;
+            (input.now.as_secs_f64(), heard, sets).into_pyobject(py)
+        };
+        let stepped = self.object.step(py, input.draws, given, input.heard)?;
+        let Some((mind, chosen)) = stepped else {
+            return Ok(());
+        };
+        decision.active = chosen_set(&chosen, input)?;
+        decision.say = self.object.take_words(&mind)?;
+        self.take_bids(&mind, input, decision)
+    }
+
+    /// What the log shows of its reasoning.
+    fn take_bids(
+        &self,
+        mind: &Bound<'_, PyAny>,
+        input: &Input<'_>,
+        decision: &mut Decision,
+    ) -> PyResult<()> {
+        let bids = mind.getattr(intern!(mind.py(), "_bids"))?;
+        let bids = bids.cast::<PyDict>()?;
+        let mut known: Vec<(BehaviorId, f64)> = Vec::new();
+        for (set, bid) in bids.iter() {
+            known.push((BehaviorId(set.extract()?), bid.extract()?));
+        }
+        bids.clear();
+        rows(self.object.me, input, decision, |set| {
+            let mut known = known.iter();
+            known.find(|(it, _)| *it == set).map(|(_, bid)| *bid)
+        });
+        Ok(())
+    }
+}
+
+/// Which of its sets a step has returned.
+fn chosen_set(chosen: &Bound<'_, PyAny>, input: &Input<'_>) -> PyResult<Option<BehaviorId>> {
+    if chosen.is_none() {
+        return Ok(None);
+    }
+    let Ok(set) = chosen.cast::<Set>() else {
+        let what = chosen.get_type().name()?;
+        return Err(PyTypeError::new_err(format!(
+            "step returned {what}; it must return one of its sets or None"
+        )));
+    };
+    let behavior = set.get().behavior();
+    let mut choices = input.choices.iter();
+    match choices.find(|choice| choice.behavior == behavior) {
+        Some(choice) if choice.applicable => Ok(Some(behavior)),
+        Some(_) => Err(PyValueError::new_err(format!(
+            "step returned {}, which is not applicable; it must return one that is, or None",
+            set.repr()?
+        ))),
+        None => Err(PyValueError::new_err(format!(
+            "step returned {}, which is none of its own",
+            set.repr()?
+        ))),
+    }
+}

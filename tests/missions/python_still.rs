@@ -1,0 +1,394 @@
+//! `Still` stands and says that it is idle: as a whole mind in Rust here, as one in Python by the package alliance-agent (whose tests
+//! have these hashes, too), and in Python alone, tests/python/agent.py. All have the same hash.
+//!
+//! And that program speaks the language of the bus as it is: it reads and writes every message of the fuzzers' corpus, and the fields
+//! that it lists are those of serde.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+
+use alliance_proto::codec::encode;
+use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
+use alliance_proto::join::{JoinReply, JoinRequest};
+use alliance_proto::log::{LogLevel, Memory};
+use alliance_proto::mission::Lore;
+use alliance_proto::mission::items::{Fact, Gripper, ItemsDeed, Knowledge, LooseItem};
+use alliance_proto::readings::Actuation;
+use alliance_proto::scenario::{AllocatorSpec, Setup};
+use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
+use alliance_proto::telemetry::{
+    AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange,
+};
+use alliance_proto::tick::{Offer, Report, ToAgent};
+use alliance_proto::time::SimTime;
+use glam::Vec2;
+use missions::Registry;
+use robot_agent::allocator::{
+    Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, NoParameters,
+    OwnBehavior, Prepared, RouteCost,
+};
+use robot_agent::mission::{Action, AgentMission, Moment, Perception};
+use serde::Deserialize;
+use study::in_process::{Team, joins_of};
+
+use crate::harness::Lab;
+use crate::python::python;
+use crate::shapes::Shapes;
+
+/// What a Python needs for the program.
+const MODULES: [&str; 2] = ["zenoh", "xxhash"];
+
+#[derive(Clone, Debug)]
+struct Still {
+    own: Vec<OwnBehavior>,
+    position: Option<Vec2>,
+    is_laden: bool,
+}
+
+impl RouteCost for Still {
+    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
+        None
+    }
+}
+
+impl AgentMission for Still {
+    fn perceive(&mut self, moment: &Moment<'_>, _: &[Arc<Broadcast>], perception: &mut Perception) {
+        self.position = moment.readings.pose.map(|pose| pose.position);
+        self.is_laden = moment.readings.mission.items().holding == Some(true);
+        perception.applicable.resize(self.own.len(), false);
+    }
+
+    fn choices(&self, _: &Moment<'_>, _: &[bool], choices: &mut Vec<Choice>) {
+        choices.extend(self.own.iter().map(|own| Choice {
+            behavior: own.id,
+            task: own.task,
+            round: SimTime::ZERO,
+            applicable: false,
+            cost_s: None,
+            reward: 1.0,
+            priority: own.priority,
+            max_robots: own.max_robots,
+        }));
+    }
+
+    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, _: &mut Action) {}
+
+    fn lore(&self, lore: &mut Lore) {
+        *lore = Lore::Nothing;
+    }
+
+    fn position(&self) -> Option<Vec2> {
+        self.position
+    }
+
+    fn is_laden(&self) -> bool {
+        self.is_laden
+    }
+
+    fn checkpoint(&self) -> Box<dyn AgentMission> {
+        Box::new(self.clone())
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Idle;
+
+impl Allocator for Idle {
+    type Config = NoParameters;
+
+    fn new(_: &Me, _: &NoParameters) -> Self {
+        Self
+    }
+
+    fn step(&mut self, _: &Input<'_>, _: &mut Decision) {}
+}
+
+/// The mind by its name.
+#[derive(Debug)]
+struct Stills;
+
+impl Kind for Stills {
+    fn spec(&self) -> AllocatorSpec {
+        AllocatorSpec {
+            name: "still",
+            about: "stands",
+            ..AllocatorSpec::alliance()
+        }
+    }
+
+    fn prepare(&self, _: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
+        Ok(Arc::new(Self))
+    }
+}
+
+impl Prepared for Stills {
+    fn mind(&self, me: Me, _: &Setup) -> Box<dyn Mind> {
+        Box::new(Framed::<Idle>::new(me, &NoParameters {}))
+    }
+
+    fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
+        Some(Box::new(Still {
+            own: OwnBehavior::all_of(robot, setup),
+            position: None,
+            is_laden: false,
+        }))
+    }
+}
+
+/// What they are run in, and the hashes by seed.
+#[derive(Deserialize)]
+struct Expected {
+    scenario: String,
+    limit_s: f64,
+    faults: Vec<serde_json::Value>,
+    hashes: BTreeMap<u64, String>,
+}
+
+fn expected() -> Expected {
+    serde_json::from_str(include_str!("../../bindings/python/tests/still.json")).unwrap()
+}
+
+#[test]
+fn still_in_rust_has_the_hashes_of_still_in_python() {
+    let expected = expected();
+    let registry = Registry::built_in().mind(Arc::new(Stills));
+    assert_eq!(expected.hashes.len(), 3);
+    for (seed, hash) in &expected.hashes {
+        let mut table: toml::Table = toml::from_str(&expected.scenario).unwrap();
+        let timeline = serde_json::json!({ "timeline": expected.faults });
+        table.insert(
+            "faults".to_owned(),
+            toml::Value::try_from(timeline).unwrap(),
+        );
+        table.insert("limit_s".to_owned(), expected.limit_s.into());
+        let scenario =
+            alliance_proto::scenario::Scenario::from_table(&table, &registry.vocabulary());
+        let setup = Setup::resolve(scenario.unwrap(), *seed, None)
+            .unwrap()
+            .setup;
+        let joins = joins_of(&setup);
+        let team = Team::with_registry(&registry, setup, joins, LogLevel::Off, Memory::default());
+        let (_, recorder) = team.unwrap().run().unwrap();
+        assert_eq!(&recorder.hash(), hash, "seed {seed}");
+    }
+}
+
+#[test]
+fn still_without_any_of_our_code_has_the_same_hash() {
+    let Some(python) = python(&MODULES) else {
+        return;
+    };
+    let expected = expected();
+    let lab = Lab::new();
+    let faults: Vec<_> = expected.faults.iter().collect();
+    let text = format!(
+        "limit_s = {:?}\n{}\n[faults]\ntimeline = {}\n",
+        expected.limit_s,
+        expected.scenario,
+        toml::Value::try_from(&faults).unwrap()
+    );
+    std::fs::write(lab.path("still.toml"), text).unwrap();
+    let command = format!("--mind=still={} {}", python.display(), script().display());
+    for (seed, hash) in &expected.hashes {
+        let out = format!("run-{seed}");
+        let seed = seed.to_string();
+        lab.mission(&out, &["still.toml", "--seed", &seed, &command])
+            .expect(1);
+        let said = std::fs::read_to_string(lab.path(&out).join("logs/gold.log")).unwrap();
+        assert_eq!(
+            lab.log(&out).run.hash.as_ref(),
+            Some(hash),
+            "seed {seed}: {said}"
+        );
+    }
+    // Killed, it is dead; asked again by the log, it answers the same.
+    lab.run(&["replay", "run-1", &command]).expect(0);
+}
+
+fn informed() -> ToAgent {
+    let offer = Offer {
+        robot: RobotId(1),
+        behavior: BehaviorId(2),
+        task: TaskId(3),
+        utility: 0.5,
+    };
+    ToAgent::Informed(Box::default(), vec![offer])
+}
+
+/// A report of a robot at which everything happens at once.
+fn busy() -> Report {
+    let deed = ItemsDeed {
+        gripper: Gripper::Pick,
+        report: true,
+    };
+    Report {
+        actuation: Actuation {
+            deed: deed.into(),
+            ..Actuation::default()
+        },
+        allocation: vec![AllocationRow {
+            task: TaskId(0),
+            behavior: BehaviorId(0),
+            utility: 1.0,
+            holder: None,
+            state: BehaviorState::Active,
+        }],
+        changes: vec![StateChange {
+            set: BehaviorId(0),
+            from: BehaviorState::Hibernating,
+            to: BehaviorState::Active,
+            reason: Reason::ResetBy(RobotId(2)),
+        }],
+        notes: vec![Note {
+            kind: NoteKind::Detour,
+            detail: "left".to_owned(),
+        }],
+        ..Report::default()
+    }
+}
+
+/// A heartbeat that tells of an item somewhere on the floor.
+fn knowing() -> Broadcast {
+    let item = LooseItem {
+        at: Vec2::ONE,
+        present: true,
+    };
+    let fact = Fact {
+        value: item,
+        seen_by: RobotId(0),
+        seen: SimTime(50),
+    };
+    let knowledge = Knowledge {
+        loose: vec![fact],
+        ..Knowledge::default()
+    };
+    Broadcast {
+        sender: RobotId(0),
+        incarnation: 1,
+        tick: 1,
+        index: 0,
+        seq: 0,
+        sent: SimTime(50),
+        body: Content::Heartbeat(Heartbeat {
+            state: TaskState::Idle,
+            since: SimTime::ZERO,
+            set: None,
+            task: None,
+            progress: 0,
+            position: None,
+            carrying: false,
+            lore: Lore::Items(knowledge),
+        }),
+    }
+}
+
+fn script() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("python/agent.py")
+}
+
+/// Every message of the corpus, by its type in the program's words.
+fn corpus() -> BTreeMap<&'static str, Vec<std::path::PathBuf>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
+    let types = [
+        ("tick-", "ToAgent"),
+        ("report-", "Report"),
+        ("broadcast-", "Broadcast"),
+        ("join_request-", "JoinRequest"),
+        ("join_reply-", "JoinReply"),
+    ];
+    let mut found: BTreeMap<_, Vec<_>> = BTreeMap::new();
+    for part in ["decode", "heard"] {
+        for entry in std::fs::read_dir(folder.join(part)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap();
+            let mut types = types.iter();
+            let of = match part {
+                "heard" => Some("Broadcast"),
+                _ => types
+                    .find(|(start, _)| name.starts_with(start))
+                    .map(|(_, of)| *of),
+            };
+            if let Some(of) = of {
+                found.entry(of).or_default().push(path);
+            }
+        }
+    }
+    assert_eq!(found.len(), types.len());
+    found
+}
+
+#[test]
+fn it_reads_and_writes_every_message_of_the_corpus() {
+    let Some(python) = python(&MODULES) else {
+        return;
+    };
+    for (of, files) in corpus() {
+        let checked = Command::new(&python)
+            .arg(script())
+            .args(["--check", of])
+            .args(files)
+            .output();
+        let checked = checked.unwrap();
+        let said = String::from_utf8_lossy(&checked.stderr);
+        assert!(checked.status.success(), "{of}: {said}");
+    }
+}
+
+#[test]
+fn its_lists_of_fields_are_those_of_serde() {
+    let Some(python) = python(&MODULES) else {
+        return;
+    };
+    let output = Command::new(&python)
+        .arg(script())
+        .arg("--types")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let listed: BTreeMap<String, Vec<String>> = serde_json::from_slice(&output.stdout).unwrap();
+
+    let mut shapes = Shapes::default();
+    for (of, files) in corpus() {
+        for file in files {
+            let bytes = std::fs::read(file).unwrap();
+            match of {
+                "ToAgent" => shapes.see::<ToAgent>(&bytes),
+                "Report" => shapes.see::<Report>(&bytes),
+                "Broadcast" => shapes.see::<Broadcast>(&bytes),
+                "JoinRequest" => shapes.see::<JoinRequest>(&bytes),
+                _ => shapes.see::<JoinReply>(&bytes),
+            }
+        }
+    }
+    // What no mission of the corpus had.
+    shapes.see::<ToAgent>(&encode(&informed()).unwrap());
+    shapes.see::<Report>(&encode(&busy()).unwrap());
+    shapes.see::<Broadcast>(&encode(&knowing()).unwrap());
+    let seen = shapes.lists();
+    for (name, parts) in &seen {
+        // A fact is generic, and the program has one for each value.
+        let of_program: Vec<_> = match name.as_str() {
+            "Fact" => listed
+                .iter()
+                .filter(|(name, _)| name.starts_with("Fact"))
+                .map(|it| it.1)
+                .collect(),
+            _ => listed.get(name).into_iter().collect(),
+        };
+        assert!(!of_program.is_empty(), "the program does not know {name}");
+        for listed in of_program {
+            assert_eq!(listed, parts, "{name}");
+        }
+    }
+    let unseen = listed
+        .keys()
+        .filter(|name| !seen.contains_key(*name) && !name.starts_with("Fact"));
+    assert_eq!(
+        unseen.collect::<Vec<_>>(),
+        Vec::<&String>::new(),
+        "no such type crosses the bus"
+    );
+}

@@ -1,0 +1,526 @@
+"""One robot's mind in Python alone, without the package alliance-agent: what docs/WIRE.md says, as a program. It stands still and says
+that it is idle.
+
+    agent.py [--robot NAME] [--run ID]       be that robot; or as `alliance run --mind still='python3 agent.py'` starts it
+    agent.py --types                         print every type that crosses the bus between world and agents, as JSON
+    agent.py --check TYPE FILE…              decode messages and encode them again
+
+Needs the packages eclipse-zenoh and xxhash. What a link's faults do to messages, beyond cutting them off, is not in it.
+"""
+
+import copy
+import json
+import os
+import pathlib
+import queue
+import secrets
+import signal
+import struct
+import sys
+import tempfile
+import time
+
+import xxhash
+import zenoh
+
+VERSION = 9
+
+# Every struct: its fields in order, "NAME TYPE". TYPE is a number, bool, str, bytes, another type, [T] a list of it, ?T one or none.
+STRUCTS = {
+    "JoinRequest": "version u32, robot str, pid u32, nonce u128",
+    "Welcome": "robot u16, incarnation u32, first_tick u64, setup str",
+    "TickMessage": "incarnation u32, tick u64, now u64, last_counted ?u64, manifest [ManifestEntry], held [u16], readings Readings",
+    "ManifestEntry": "sender u16, tick u64, incarnation u32, count u16, link ?LinkState",
+    "LinkState": "cut bool, hold bool, drop u64, delay u64, jitter u64, duplicate u64, reorder u64",
+    "Offer": "robot u16, behavior u16, task u16, utility f64",
+    "Readings": "pose ?Pose, front_border ??f32, side_border ??f32, proximity ?Proximity, ground ?Ground, energy_j ?f32, mission Sensed",
+    "Pose": "position Vec2, heading_rad f32",
+    "Hit": "distance_m f32, normal_rad f32",
+    "Proximity": "ahead 3Hit, left 3Hit, right 3Hit",
+    "Ground": "here f32, ahead f32",
+    "ItemsSensed": "items ?[Vec2], zone ?Zone, at_site ?bool, holding ?bool",
+    "Actuation": "speed_m_s f32, turn_rad_s f32, deed Deed",
+    "ItemsDeed": "gripper Gripper, report bool",
+    "Report": "robot u16, incarnation u32, tick u64, actuation Actuation, broadcasts u16, broadcast_bytes u32, active ?u16,"
+    " motivations [Motivation], allocation [AllocationRow], changes [StateChange], notes [Note], receptions [Reception]",
+    "Motivation": "set u16, motivation f64, impatience f64, sensory_feedback bool, activity_suppression bool, impatience_reset bool,"
+    " acquiescence bool, state BehaviorState",
+    "AllocationRow": "task u16, behavior u16, utility f64, holder ?u16, state BehaviorState",
+    "StateChange": "set u16, from BehaviorState, to BehaviorState, reason Reason",
+    "Note": "kind u32, detail str",
+    "Reception": "at u64, sender u16, incarnation u32, sent u64, delivery Delivery, said ?Said",
+    "Said": "seq u64, kind BroadcastKind, state ?TaskState, since ?u64, set ?u16, task ?u16, progress ?u32",
+    "Broadcast": "sender u16, incarnation u32, tick u64, index u16, seq u64, sent u64, body Content",
+    "Heartbeat": "state TaskState, since u64, set ?u16, task ?u16, progress u32, position ?Vec2, carrying bool, lore Lore",
+    "Bulletin": "kind BulletinKind, about ?About, payload Payload",
+    "About": "task u16, set u16, progress u32",
+    "Knowledge": "locations ?FactLocations, withdrawn [Withdrawal], empty [Empty], loose [FactLooseItem], last_report ?FactNothing",
+    "Locations": "min Vec2, max Vec2",
+    "Withdrawal": "finder u16, seen u64",
+    "LooseItem": "at Vec2, present bool",
+    "OpenMessage": "schema str, bytes bytes",
+    "Eligibility": "entries [Eligible]",
+    "Eligible": "task u16, round u64, utility f32",
+    "Negotiation": "task u16, round u64, auction AuctionId, word Word",
+    "AuctionId": "auctioneer u16, incarnation u32, number u32",
+    "Table": "block u16, slot u16, beliefs [Belief], news [News]",
+    "Belief": "task u16, round u64, claim ?Claim",
+    "Claim": "robot u16, value f32",
+    "News": "robot u16, age_ms u32",
+    "Deltas": "entries [Delta]",
+    "Delta": "belief Belief, slot u16, made u64",
+    "Partition": "evolution u64, stamp f64, part u16, parts u16, members [Member]",
+    "Member": "robot u16, task u16, seen u64",
+}
+# A fact is a value, who saw it and when; these have no name of their own.
+FACTS = {"FactLocations": "Locations", "FactLooseItem": "LooseItem", "FactFlag": "bool", "FactNothing": "nothing"}
+STRUCTS |= {name: f"value {of}, seen_by u16, seen u64" for name, of in FACTS.items()}
+TUPLES = {"Vec2": "x f32, y f32", "Empty": "source u16, fact FactFlag"}
+
+# Every enum: its variants in order, each with what it has, a type or fields in brackets.
+ENUMS = {
+    "JoinReply": "Welcome Welcome, Refused Refusal",
+    "Refusal": "UnknownRobot (robot str; known [str]), Taken (robot str; incarnation u32), Version (agent u32; world u32),"
+    " Absent (robot str), Malformed, Over",
+    "ToAgent": "Tick TickMessage, End Outcome, Dismissed u32, Informed (0 TickMessage; 1 [Offer])",
+    "Outcome": "complete, time-limit, interrupted, no-robot-left",
+    "Sensed": "nothing, items ItemsSensed, open bytes",
+    "Zone": "None, Source, Target",
+    "Deed": "nothing, items ItemsDeed, open bytes",
+    "Gripper": "Keep, Pick, Drop",
+    "BehaviorState": "Hibernating, Waiting, Active",
+    "Reason": "Threshold, NotApplicable, Suppressed, ResetBy u16, AcquiescedPsi, GaveUpLambda, Arbitration, WaitOver, WaitBound, Chosen,"
+    " Reassigned, Claimed, Outbid, Awarded, LeaseEnded, NoProgress, Drawn",
+    "Delivery": "Heard, Lost, Delayed, Duplicate, Dropped, Cut, Pending",
+    "BroadcastKind": "Heartbeat, FirstBulletin, SecondBulletin, Allocation",
+    "TaskState": "Executing, Waiting, Idle, Released",
+    "Content": "Heartbeat Heartbeat, Bulletin Bulletin, Allocation AllocationMessage",
+    "BulletinKind": "First, Second",
+    "Lore": "nothing, items Knowledge, open bytes",
+    "Payload": "items ItemsBulletin, open bytes",
+    "ItemsBulletin": "PositionUpdate FactLocations, Withdrawal Withdrawal",
+    "AllocationMessage": "Open OpenMessage, Ble Eligibility, Murdoch Negotiation, Table Table, Deltas Deltas, Partition Partition",
+    "Word": "Announce (closes u64), Bid (utility f32), Renew (winner u16), Ack (status Status; progress u32)",
+    "Status": "Ongoing, Done, Abort",
+}
+
+
+def parsed(lists):
+    return {name: pairs(text, ", ") for name, text in lists.items()}
+
+
+def pairs(text, separator):
+    """Names with their types, the latter "" where there is none."""
+    each = (part.partition(" ") for part in text.split(separator))
+    return [(name, of) for name, _, of in each]
+
+
+STRUCTS, TUPLES, ENUMS = parsed(STRUCTS), parsed(TUPLES), parsed(ENUMS)
+
+
+class Reader:
+    """Takes a message apart. Lists are lists, structs dicts, variants a pair of name and contents, tuples tuples."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def take(self, length):
+        piece = self.data[self.at : self.at + length]
+        if len(piece) < length:
+            raise ValueError("the message ends too early")
+        self.at += length
+        return piece
+
+    def number(self):
+        first = self.take(1)[0]
+        width = {251: 2, 252: 4, 253: 8, 254: 16}.get(first, 0)
+        return int.from_bytes(self.take(width), "little") if width else first
+
+    def value(self, of):
+        if of in STRUCTS:
+            return {name: self.value(kind) for name, kind in STRUCTS[of]}
+        if of in TUPLES:
+            return tuple(self.value(kind) for _, kind in TUPLES[of])
+        if of in ENUMS:
+            name, kind = ENUMS[of][self.number()]
+            if kind[:1] != "(":
+                return (name, self.value(kind))
+            return (name, {field: self.value(each) for field, each in pairs(kind[1:-1], "; ")})
+        if of in ("", "nothing"):
+            return None
+        if of[0] == "?":
+            return self.some(of[1:]) if self.take(1)[0] else None
+        if of[0] == "[":
+            return [self.value(of[1:-1]) for _ in range(self.number())]
+        if of == "3Hit":
+            return [self.value("?Hit") for _ in range(3)]
+        if of in ("str", "bytes"):
+            data = self.take(self.number())
+            return data.decode() if of == "str" else data
+        if of in ("f32", "f64"):
+            return struct.unpack("<f" if of == "f32" else "<d", self.take(4 if of == "f32" else 8))[0]
+        return bool(self.take(1)[0]) if of == "bool" else self.number()
+
+    def some(self, of):
+        return (self.value(of),) if of[0] == "?" else self.value(of)
+
+
+def number(value):
+    if value <= 250:
+        return bytes([value])
+    marker, width = next((251 + i, 2 << i) for i in range(4) if value < 1 << (16 << i))
+    return bytes([marker]) + value.to_bytes(width, "little")
+
+
+def encode(of, value):
+    """Puts a message together."""
+    if of in STRUCTS:
+        return b"".join(encode(kind, value[name]) for name, kind in STRUCTS[of])
+    if of in TUPLES:
+        return b"".join(encode(kind, each) for (_, kind), each in zip(TUPLES[of], value))
+    if of in ENUMS:
+        name, contents = value
+        index = [variant for variant, _ in ENUMS[of]].index(name)
+        kind = ENUMS[of][index][1]
+        if kind[:1] == "(":
+            return number(index) + b"".join(encode(each, contents[field]) for field, each in pairs(kind[1:-1], "; "))
+        return number(index) + encode(kind, contents)
+    if of in ("", "nothing"):
+        return b""
+    if of[0] == "?":
+        return b"\0" if value is None else b"\1" + encode(of[1:], value[0] if of[1] == "?" else value)
+    if of[0] == "[":
+        return number(len(value)) + b"".join(encode(of[1:-1], each) for each in value)
+    if of == "3Hit":
+        return b"".join(encode("?Hit", each) for each in value)
+    if of in ("str", "bytes"):
+        data = value.encode() if of == "str" else value
+        return number(len(data)) + data
+    if of in ("f32", "f64"):
+        return struct.pack("<f" if of == "f32" else "<d", value)
+    return bytes([value]) if of == "bool" else number(value)
+
+
+def decode(of, data):
+    reader = Reader(data)
+    value = reader.value(of)
+    if reader.at < len(data):
+        raise ValueError(f"{len(data) - reader.at} bytes after the message")
+    return value
+
+
+def siphash(key, data):
+    """SipHash-2-4, 64 bits."""
+    mask, k0, k1 = 2**64 - 1, *struct.unpack("<QQ", key)
+    v = [k0 ^ 0x736F6D6570736575, k1 ^ 0x646F72616E646F6D, k0 ^ 0x6C7967656E657261, k1 ^ 0x7465646279746573]
+
+    def turn(word, bits):
+        return (word << bits | word >> (64 - bits)) & mask
+
+    def rounds(count):
+        for _ in range(count):
+            for a, b, c, d, first, second in ((0, 1, 2, 3, 13, 16), (2, 1, 0, 3, 17, 21)):
+                v[a] = (v[a] + v[b]) & mask
+                v[c] = (v[c] + v[d]) & mask
+                v[b], v[d] = turn(v[b], first) ^ v[a], turn(v[d], second) ^ v[c]
+                v[a] = turn(v[a], 32)
+
+    rest = data + bytes(7 - len(data) % 8) + bytes([len(data) & 255])
+    for (word,) in struct.iter_unpack("<Q", rest):
+        v[3] ^= word
+        rounds(2)
+        v[0] ^= word
+    v[2] ^= 0xFF
+    rounds(4)
+    return v[0] ^ v[1] ^ v[2] ^ v[3]
+
+
+class Bus:
+    """A session as a member of the team, and what it takes to speak there."""
+
+    def __init__(self, run):
+        self.prefix = f"alliance/{run['run']}"
+        self.secret = xxhash.xxh3_128_intdigest(run["token"].encode()).to_bytes(16, "little")
+        config = zenoh.Config()
+        for key, value in {
+            "mode": "client",
+            "connect/endpoints": [run["team"]["endpoint"]],
+            "listen/endpoints": [],
+            "scouting/multicast/enabled": False,
+            "scouting/gossip/enabled": False,
+            "timestamping/enabled": False,
+            "transport/auth/usrpwd/user": "team",
+            "transport/auth/usrpwd/password": run["team"]["password"],
+            # A token that goes means a closed socket, and nothing else.
+            "transport/link/tx/lease": 86_400_000,
+        }.items():
+            config.insert_json5(key, json.dumps(value))
+        self.session = zenoh.open(config)
+
+    def mark(self, key, data=b""):
+        return siphash(self.secret, key.encode() + b"\0" + data)
+
+    def seal(self, key, of, value):
+        data = encode(of, value)
+        return data + self.mark(key, data).to_bytes(8, "little")
+
+    def open(self, key, of, sealed):
+        """The message; `None` for what no member of the run has made for this key."""
+        data, seal = sealed[:-8], sealed[-8:]
+        if self.mark(key, data).to_bytes(8, "little") != seal:
+            return None
+        try:
+            return decode(of, data)
+        except (ValueError, IndexError, UnicodeDecodeError):
+            return None
+
+
+def find_run(wanted, patience_s=10.0):
+    """The announcement of a live run: the one of that id, which may be about to begin, or the newest."""
+    base = os.environ.get("XDG_RUNTIME_DIR", "")
+    folder = pathlib.Path(base, "alliance")
+    if not os.path.isdir(base):
+        folder = pathlib.Path(tempfile.gettempdir(), f"alliance-{os.geteuid()}")
+    until = time.monotonic() + patience_s
+    while time.monotonic() < until:
+        files = sorted(folder.glob("*.json"), key=lambda file: file.stat().st_mtime, reverse=True)
+        for found in (json.loads(file.read_text()) for file in files):
+            if wanted in (None, found["run"]) and os.path.exists(f"/proc/{found['pid']}"):
+                return found
+        time.sleep(0.02)
+    sys.exit("no such run is live")
+
+
+def join(bus, robot):
+    """Asks to be that robot; the world's welcome. A robot whose agent has just died may be taken for a moment."""
+    key = f"{bus.prefix}/join"
+    until = time.monotonic() + 1.0
+    while True:
+        nonce = secrets.randbits(128)
+        request = {"version": VERSION, "robot": robot, "pid": os.getpid(), "nonce": nonce}
+        replies = bus.session.get(
+            key,
+            payload=bus.seal(key, "JoinRequest", request),
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+        )
+        sealed = (reply.ok.payload.to_bytes() for reply in replies if reply.ok)
+        answers = [bus.open(f"{key}/{nonce:032x}", "JoinReply", answer) for answer in sealed]
+        name, contents = next((answer for answer in answers if answer), ("", "no answer"))
+        if name == "Welcome":
+            return contents
+        if contents[0] != "Taken" or time.monotonic() > until:
+            sys.exit(f"refused: {contents}")
+        time.sleep(0.05)
+
+
+class Still:
+    """A mind that does nothing, and says so as often as all robots speak. A copy of it is a checkpoint."""
+
+    def __init__(self, me, setup):
+        sets = setup["alliance"]["robots"][me]["sets"].values()
+        self.period = max(round(1000 / values["broadcast_rate_hz"]) for values in sets)
+        self.since = self.sent = None
+
+    def step(self, now, readings):
+        """What the body does, and what is said."""
+        if self.since is None:
+            self.since = now
+        said = []
+        if self.sent is None or now - self.sent >= self.period:
+            self.sent = now
+            said.append(("Heartbeat", self.heartbeat(readings)))
+        return {"speed_m_s": 0.0, "turn_rad_s": 0.0, "deed": ("nothing", None)}, said
+
+    def heartbeat(self, readings):
+        devices, items = readings["mission"]
+        return {
+            "state": ("Idle", None),
+            "since": self.since,
+            "set": None,
+            "task": None,
+            "progress": 0,
+            "position": readings["pose"] and readings["pose"]["position"],
+            "carrying": devices == "items" and bool(items["holding"]),
+            "lore": ("nothing", None),
+        }
+
+
+class Agent:
+    """One life of a robot: hears, steps, speaks and reports; and goes back where a step did not count."""
+
+    def __init__(self, bus, name, welcome):
+        setup = json.loads(welcome["setup"])
+        self.bus, self.rank, self.incarnation = bus, welcome["robot"], welcome["incarnation"]
+        self.step_ms = setup["scenario"]["step_ms"]
+        self.names = [robot["name"] for robot in setup["scenario"]["robots"]]
+        # What a step changes: the mind, and the number of the next broadcast. Before the latest step, and now.
+        self.before = self.state = (Still(name, setup), 0)
+        self.latest = self.pending = None
+        self.arrived, self.published = {}, []
+        declare = lambda key: bus.session.declare_publisher(key, priority=zenoh.Priority.INTERACTIVE_HIGH)
+        self.report = declare(f"{bus.prefix}/robot/{name}/report")
+        self.heartbeats = declare(f"{bus.prefix}/team/{name}/heartbeat")
+
+    def hear(self, key, broadcast):
+        """A teammate's broadcast, on its own key. Of two of the same number the first one is it."""
+        sender = broadcast["sender"]
+        if sender < len(self.names) and self.names[sender] == key.split("/")[3] and sender != self.rank:
+            place = tuple(broadcast[field] for field in ("sender", "tick", "incarnation", "index"))
+            self.arrived.setdefault(place, broadcast)
+
+    def ask(self, tick):
+        """A tick of the world; one that is asked again has got lost, or its answer has."""
+        if tick["incarnation"] > self.incarnation:
+            sys.exit("a newer agent has the robot")
+        if tick["incarnation"] < self.incarnation or (self.latest is not None and tick["tick"] < self.latest):
+            return
+        if tick["tick"] == self.latest:
+            self.publish() if self.pending is None else None
+            return
+        # Nothing is heard but what the manifest lists, and that is waited for, 2 s at most.
+        self.latest, self.pending, self.until = tick["tick"], (tick, self.latest), time.monotonic() + 2.0
+        self.go_on()
+
+    def go_on(self):
+        if self.pending is None:
+            return
+        tick, last = self.pending
+        listed = [
+            (entry, (entry["sender"], entry["tick"], entry["incarnation"], index))
+            for entry in tick["manifest"]
+            for index in range(entry["count"])
+        ]
+        if all(place in self.arrived for _, place in listed) or time.monotonic() > self.until:
+            self.pending = None
+            self.step(tick, last, listed)
+
+    def step(self, tick, last, listed):
+        if last is not None and (tick["last_counted"] is None or tick["last_counted"] < last):
+            # The step before never happened.
+            self.state = self.before
+        self.before = self.state
+        mind, seq = copy.copy(self.state[0]), self.state[1]
+        receptions = [self.reception(tick["now"], entry, self.arrived.pop(place, None)) for entry, place in listed]
+        actuation, said = mind.step(tick["now"], tick["readings"])
+        broadcasts = [
+            {"sender": self.rank, "incarnation": self.incarnation, "tick": tick["tick"], "index": index, "seq": seq + index}
+            | {"sent": tick["now"], "body": body}
+            for index, body in enumerate(said)
+        ]
+        self.state = (mind, seq + len(said))
+        sealed = [self.bus.seal(str(self.heartbeats.key_expr), "Broadcast", broadcast) for broadcast in broadcasts]
+        report = {
+            "robot": self.rank,
+            "incarnation": self.incarnation,
+            "tick": tick["tick"],
+            "actuation": actuation,
+            "broadcasts": len(sealed),
+            "broadcast_bytes": sum(map(len, sealed)),
+            "active": None,
+            "motivations": [],
+            "allocation": [],
+            "changes": [],
+            "notes": [],
+            "receptions": receptions,
+        }
+        # Broadcasts first: whoever has the report has them.
+        self.published = [(self.heartbeats, each) for each in sealed]
+        self.published.append((self.report, self.bus.seal(str(self.report.key_expr), "Report", report)))
+        self.publish()
+
+    def publish(self):
+        for publisher, sealed in self.published:
+            publisher.put(sealed)
+
+    def reception(self, now, entry, broadcast):
+        cut = entry["link"] is not None and entry["link"]["cut"]
+        return {
+            "at": now,
+            "sender": entry["sender"],
+            "incarnation": entry["incarnation"],
+            "sent": entry["tick"] * self.step_ms,
+            "delivery": ("Lost" if broadcast is None else "Cut" if cut else "Heard", None),
+            "said": broadcast and said_by(broadcast),
+        }
+
+
+def said_by(broadcast):
+    """The part of a broadcast that goes into the log."""
+    kind, body = broadcast["body"]
+    said = dict.fromkeys(("state", "since", "set", "task", "progress")) | {"seq": broadcast["seq"], "kind": (kind, None)}
+    if kind == "Heartbeat":
+        said |= {field: body[field] for field in ("state", "since", "set", "task", "progress")}
+    if kind == "Bulletin":
+        said |= {"kind": (f"{body['kind'][0]}Bulletin", None)} | (body["about"] or {})
+    return said
+
+
+def live(robot, run):
+    """From joining to the end of the run; returns the exit status."""
+    bus = Bus(find_run(run))
+    news = queue.Queue()
+
+    def listen(key, what, **options):
+        def take(sample):
+            news.put((what, str(sample.key_expr), sample.payload.to_bytes()))
+
+        return bus.session.declare_subscriber(key, take, **options)
+
+    # Ears first: whatever is sent after the welcome is heard. A robot does not hear itself.
+    ears = [
+        listen(f"{bus.prefix}/robot/{robot}/tick", "ToAgent"),
+        listen(f"{bus.prefix}/team/*/*", "Broadcast", allowed_origin=zenoh.Locality.REMOTE),
+        bus.session.liveliness().declare_subscriber(
+            f"{bus.prefix}/alive/world",
+            lambda sample: news.put(("gone", "", b"")) if sample.kind == zenoh.SampleKind.DELETE else None,
+            history=True,
+        ),
+    ]
+    welcome = join(bus, robot)
+    agent = Agent(bus, robot, welcome)
+    alive = f"{bus.prefix}/alive/{robot}/{agent.incarnation}"
+    # The world counts on this agent for as long as the token is there, which goes with the socket.
+    token = bus.session.liveliness().declare_token(f"{alive}/{bus.mark(alive):016x}")
+    while True:
+        try:
+            what, key, sealed = news.get(timeout=0.5)
+        except queue.Empty:
+            agent.go_on()
+            continue
+        if what == "gone":
+            sys.exit("the world is gone")
+        message = bus.open(key, what, sealed)
+        if message is None:
+            continue
+        if what == "Broadcast":
+            agent.hear(key, message)
+            agent.go_on()
+            continue
+        name, contents = message
+        if name == "End":
+            return 0
+        if name == "Dismissed" and contents == agent.incarnation:
+            sys.exit("dismissed")
+        if name in ("Tick", "Informed"):
+            agent.ask(contents if name == "Tick" else contents["0"])
+
+
+def main(words):
+    if words[:1] == ["--types"]:
+        print(json.dumps({name: [field for field, _ in parts] for name, parts in (STRUCTS | ENUMS).items()}))
+        return 0
+    if words[:1] == ["--check"]:
+        for file in words[2:]:
+            data = pathlib.Path(file).read_bytes()
+            assert encode(words[1], decode(words[1], data)) == data, file
+        return 0
+    options = dict(zip(words[::2], words[1::2]))
+    robot = options.get("--robot") or os.environ["ALLIANCE_ROBOT"]
+    run = options.get("--run") or (None if "--robot" in options else os.environ.get("ALLIANCE_RUN"))
+    signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
+    return live(robot, run)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
