@@ -246,7 +246,7 @@ mod tests {
                     ..Actuation::default()
                 },
                 broadcasts: count,
-                active: (tick % 3 == 0).then_some(BehaviorId(2)),
+                active: (tick.is_multiple_of(3)).then_some(BehaviorId(2)),
                 motivations: vec![Motivation::default(); 6],
                 ..Report::default()
             },
