@@ -18,6 +18,7 @@ mod differential;
 mod documents;
 mod endless;
 mod ends;
+mod every_allocator;
 mod export;
 mod family;
 mod faults;

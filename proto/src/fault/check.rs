@@ -1,6 +1,6 @@
 //! What is wrong with an order, whatever form it came in.
 
-use super::{ActuatorMode, Device, Fault, Happening, MissionFault, Order, SensorMode, Who};
+use super::{ActuatorMode, Device, Fault, Happening, MissionFault, Order, Role, SensorMode, Who};
 use crate::keys::is_name;
 use crate::obstacle::Obstacle;
 use crate::scenario::{Catalog, Robot, Scenario, instead};
@@ -100,8 +100,8 @@ struct Checker<'s> {
 impl Checker<'_> {
     fn fault(&self, fault: &Fault) -> Checked {
         let name = fault.name();
-        if let Some(task) = fault.role() {
-            self.role(name, task)?;
+        if let Some(role) = fault.role() {
+            self.role(name, role)?;
         } else if let Some(robot) = fault.robot() {
             self.robot(&["fault", name], robot)?;
         }
@@ -243,7 +243,7 @@ impl Checker<'_> {
     }
 
     /// Whoever executes a task has a process, a radio and power, and other devices perhaps.
-    fn role(&self, name: &str, task: &str) -> Checked {
+    fn role(&self, name: &str, role: Role<'_>) -> Checked {
         let field = ["fault", name];
         if !Fault::OF_A_ROLE.contains(&name) {
             let what = format!("'{name}' befalls no role");
@@ -251,7 +251,10 @@ impl Checker<'_> {
             let remedy = format!("name a robot, or take one of {known}");
             return Err(wrong(&field, what, &remedy));
         }
-        self.set(&field, task)
+        match role {
+            Role::Executing(task) => self.set(&field, task),
+            Role::Idle => Ok(()),
+        }
     }
 
     fn absent(&self, field: &[&str], robot: &str) -> Checked {

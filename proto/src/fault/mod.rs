@@ -32,6 +32,7 @@ pub use device::Device;
 pub use mission::{FaultArgument, FaultRange, FaultSpec, MissionFault};
 pub use order::{Faults, Order};
 pub use radio::{LinkTerms, RadioQuality};
+pub use text::Role;
 pub use when::{Happening, When, WhenError};
 
 /// What goes wrong. Robots go by their names.

@@ -61,6 +61,10 @@ fn mistakes_say_where_what_and_what_would_be_right() {
         "fault.restart: 'restart' befalls no role; name a robot, or take one of kill, terminate, pause, remove, mute, deaf, power, babble",
     );
     refused(
+        r#"{"fault":{"move-robot":{"robot":"idle","x_m":1,"y_m":1}}}"#,
+        "fault.move-robot: 'move-robot' befalls no role; name a robot, or take one of kill, terminate, pause, remove, mute, deaf, power, babble",
+    );
+    refused(
         r#"{"fault":{"add":"gold"}}"#,
         "fault.add: 'gold' is in the mission from its start; name a robot that the scenario calls absent: there are none",
     );

@@ -4,11 +4,25 @@ use std::fmt::{self, Display, Formatter};
 
 use super::{ActuatorMode, Chance, Fault, Link, Order, SensorError, SensorMode, Side, Who};
 
-impl Fault {
-    /// In the place of a robot, before the name of a task: whoever executes that task.
-    pub const EXECUTING: &str = "executing:";
+/// What a robot is at, in the place of its name: a fault befalls whoever has that role when it takes effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role<'a> {
+    /// `executing:TASK`: it executes that task.
+    Executing(&'a str),
+    /// `idle`: it executes no task.
+    Idle,
+}
 
-    /// Those that may befall whoever executes a task.
+impl Role<'_> {
+    /// In the place of a robot, before the name of a task.
+    const EXECUTING: &'static str = "executing:";
+
+    /// In the place of a robot, which can therefore not have that name.
+    pub const IDLE: &'static str = "idle";
+}
+
+impl Fault {
+    /// Those that may befall a role.
     pub const OF_A_ROLE: [&str; 8] = [
         "kill",
         "terminate",
@@ -103,10 +117,14 @@ impl Fault {
         }
     }
 
-    /// The task whose executor it befalls, whoever that is: of `executing:TASK` in the place of a robot.
+    /// The role that it befalls, whoever has it.
     #[must_use]
-    pub fn role(&self) -> Option<&str> {
-        self.robot()?.strip_prefix(Self::EXECUTING)
+    pub fn role(&self) -> Option<Role<'_>> {
+        let robot = self.robot()?;
+        if robot == Role::IDLE {
+            return Some(Role::Idle);
+        }
+        robot.strip_prefix(Role::EXECUTING).map(Role::Executing)
     }
 
     /// The same, of that robot.

@@ -10,7 +10,7 @@ use super::limits::{
 };
 use super::path::Path;
 use super::{Robot, Scenario};
-use crate::fault::Campaign;
+use crate::fault::{Campaign, Role};
 use crate::ids::TaskId;
 
 /// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
@@ -98,8 +98,13 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     named(&robots, names(scenario), MAX_ROBOTS)?;
     for (index, name) in names(scenario).enumerate() {
         // In faults.
-        if ["all", "any"].contains(&name) {
-            let what = format!("'{name}' means every robot");
+        let means = match name {
+            "all" | "any" => Some("every robot"),
+            Role::IDLE => Some("a robot that is at nothing"),
+            _ => None,
+        };
+        if let Some(means) = means {
+            let what = format!("'{name}' means {means}");
             return Err(Problem::at(
                 robots.index(index).key("name"),
                 what,

@@ -3,11 +3,13 @@
 //! The mission is owed from the moment on at which nothing more is about to change (every fault that heals has healed, and none
 //! will come at a known time), ψ and λ are longer than a unit of work, and the mission is covered ([`super::coverage`]). It must
 //! then end within a time that is longer where robots have to search ([`super::strewn`]). If the moment passes, as when a fault strikes that has waited for an event, it is owed from the next one on.
+//! Where a robot keeps to tasks that it was given before the start, and cannot work, nothing is owed: nobody takes over.
 
 use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::mission::promises::Promises;
-use alliance_proto::scenario::{BehaviorParams, Body, Scenario, Setup};
+use alliance_proto::scenario::{BehaviorParams, Body, Robot, Scenario, Setup};
 use alliance_proto::time::SimTime;
+use missions::Registry;
 
 use super::coverage::{is_covered, is_sound, is_within_reach};
 use super::strewn::Strewn;
@@ -41,6 +43,8 @@ pub struct Termination {
     far: Option<Far>,
     /// How long one useless teammate, that talks, can keep a task from a robot (docs/BOUNDS.md), s.
     kept_s: f64,
+    /// Robots, by rank, that keep to tasks which they were given before the start: nobody else does those.
+    fixed: Vec<usize>,
     /// Since when the mission is owed, and how long it may take.
     owed: Option<(SimTime, f64)>,
     strewn: Strewn,
@@ -105,7 +109,15 @@ impl Termination {
                     .map(|set| set.before_yielding_s.min(set.before_giving_up_s))
                     .fold(f64::INFINITY, f64::min),
             });
+        let goes_by_assignment = |robot: &Robot| {
+            let allocators = Registry::of_this_program().agents();
+            let prepared = allocators.prepare(scenario.allocator_of(robot), setup);
+            prepared.is_ok_and(|it| it.wants_assignment())
+        };
+        let robots = scenario.robots.iter().enumerate();
+        let fixed = robots.filter(|(_, robot)| goes_by_assignment(robot));
         Self {
+            fixed: fixed.map(|(rank, _)| rank).collect(),
             patience_s: shortest(|set| set.before_yielding_s.min(set.before_giving_up_s)),
             unit_s,
             far,
@@ -134,7 +146,11 @@ impl Termination {
             && is_patient
             && left > 0
             && is_calm(state)
-            && is_covered(scenario, state);
+            && is_covered(scenario, state)
+            && self
+                .fixed
+                .iter()
+                .all(|rank| is_sound(scenario, state, *rank));
         if !is_covered {
             self.owed = None;
             return Ok(());

@@ -528,7 +528,13 @@ fn who_does_not_hear_is_excused_and_the_bound_begins_when_it_does() {
 
 /// After which simulated time a mission that goes nowhere is seen, s.
 fn owed(change: impl Fn(&mut WorldState)) -> Option<u64> {
-    let setup = setup();
+    owed_by(Scenario::DEFAULT_ALLOCATOR, change)
+}
+
+/// The same of a team with that allocator.
+fn owed_by(allocator: &str, change: impl Fn(&mut WorldState)) -> Option<u64> {
+    let mut setup = setup();
+    setup.scenario.allocator = Some(allocator.to_owned());
     let mut termination = Termination::new(&setup);
     let mut state = beginning();
     for s in 0..20_000 {
@@ -581,6 +587,16 @@ fn a_covered_mission_that_does_not_end() {
         state.faults = vec![fault];
     });
     assert_eq!(healed, Some(due_s + 100));
+}
+
+/// What was given to a robot before the start is nobody's after its death; all other rules take over.
+#[test]
+fn where_nobody_takes_over_nothing_is_owed() {
+    let gold_is_dead = |state: &mut WorldState| state.robots[1].takes_part = false;
+    let due_s = owed(|_| ());
+    assert_eq!(owed_by("static", |_| ()), due_s);
+    assert_eq!(owed_by("static", gold_is_dead), None);
+    assert_eq!(owed_by("first-come", gold_is_dead), due_s);
 }
 
 #[test]

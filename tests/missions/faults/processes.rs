@@ -1,7 +1,7 @@
 //! Process faults: real signals at a tick, and processes started again.
 
 use alliance_proto::control::Phase;
-use alliance_proto::log::{EventRow, MessageRow, MotivationRow, RunOutcome};
+use alliance_proto::log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 
@@ -234,6 +234,57 @@ fn whoever_executes_a_task_is_killed_at_that_time_or_when_somebody_does() {
     let before = SimTime(muted.t_ms.0 - 50);
     assert_eq!(active("report-progress", before), Some(muted.robot.clone()));
     assert_eq!(active("report-progress", SimTime(before.0 - 50)), None);
+}
+
+/// Whoever is at nothing, by the reports of the tick before, of several the first; whoever is dead is not idle.
+#[test]
+fn whoever_is_idle_is_killed_at_that_time_or_when_somebody_is() {
+    let lab = Lab::new();
+    let scenario = r#"
+        limit_s = 60.0
+        [[faults.timeline]]
+        id = "gold"
+        fault.kill = "idle"
+        at_s = 30.0
+        for_s = 20.0
+        [[faults.timeline]]
+        id = "green"
+        fault.mute = "idle"
+        at_s = 35.0
+        for_s = 2.0
+    "#;
+    let log = mission(&lab, "alliance", scenario, &[], 1);
+    let victim = |log: &RunLog, id: &str| {
+        let mut all = events(log, "applied", None).into_iter();
+        let row = all.find(|row| row.subject == id)?;
+        Some((row.t_ms, row.robot, row.detail))
+    };
+    // Blue follows the walls, as the only one.
+    let killed = (at(30.0), "gold".to_owned(), "kill gold".to_owned());
+    assert_eq!(victim(&log, "gold"), Some(killed));
+    assert_eq!(events(&log, "gone", Some("gold"))[0].t_ms, at(30.0));
+    let muted = (at(35.0), "green".to_owned(), "mute green".to_owned());
+    assert_eq!(victim(&log, "green"), Some(muted));
+    assert!(hit(&log, "gold").hits == 1 && hit(&log, "green").hits > 0);
+
+    // All begin to search at once, until they hear of each other; whoever is the nearest to something always has something to do.
+    let waits =
+        "limit_s = 10.0\n[[faults.timeline]]\nid = \"waits\"\nfault.kill = \"idle\"\nat_s = 0.05\n";
+    let first_come = mission(&lab, "first-come", waits, &["--allocator", "first-come"], 1);
+    let poses = first_come.rows::<PoseRow>().unwrap();
+    let is_idle = |row: &&PoseRow| row.behavior_set.is_empty();
+    let (applied, robot, _) = victim(&first_come, "waits").unwrap();
+    let first = poses.iter().find(is_idle).unwrap();
+    assert!(first.t_ms > SimTime(0), "nobody is idle at first");
+    assert_eq!(
+        (&first.robot, SimTime(first.t_ms.0 + 50)),
+        (&robot, applied)
+    );
+
+    let nearest = mission(&lab, "nearest", waits, &["--allocator", "nearest"], 1);
+    assert_eq!(victim(&nearest, "waits"), None);
+    let status = &nearest.run.faults[0];
+    assert_eq!((status.phase, status.hits), (Phase::Armed, 0));
 }
 
 #[test]

@@ -21,7 +21,7 @@ use crate::hostile::announced;
 use crate::team::Team;
 
 /// Of some robot where it is `{}`. Who is killed for a while, or restarted, has another process afterwards.
-const ORDERS: [&str; 15] = [
+const ORDERS: [&str; 16] = [
     r#"{"fault":{"restart":"{}"}}"#,
     r#"{"fault":{"restart":"{}"}}"#,
     r#"{"fault":{"restart":"{}"}}"#,
@@ -35,6 +35,7 @@ const ORDERS: [&str; 15] = [
     r#"{"fault":{"mute":"{}"},"every_s":4,"for_s":0.5}"#,
     r#"{"fault":{"kill":"executing:report-progress"},"for_s":1}"#,
     r#"{"fault":{"pause":"executing:report-progress"},"every_s":5,"for_s":0.5}"#,
+    r#"{"fault":{"kill":"idle"},"for_s":1}"#,
     r#"{"fault":{"waste":{"x_m":2,"y_m":2}}}"#,
     r#"{"fault":{"drop":{"from":"{}","to":"all","p":0.5}},"for_s":3}"#,
 ];

@@ -1,7 +1,7 @@
 //! When faults begin and end: triggers, durations, phases and hits. Knows nothing of what a fault does.
 
 use alliance_proto::control::{FaultStatus, Phase};
-use alliance_proto::fault::{Fault, Order, When};
+use alliance_proto::fault::{Fault, Order, Role, When};
 use alliance_proto::time::SimTime;
 
 /// A fault of the run, by its place in the order in which they were armed.
@@ -43,11 +43,11 @@ struct Entry {
 
 impl Entry {
     /// Whether there is a robot that it befalls. Of a fault that befalls a role, the status then names that robot.
-    fn finds_victim<'n>(&mut self, executes: impl Fn(&str) -> Option<&'n str>) -> bool {
+    fn finds_victim<'n>(&mut self, with_role: impl Fn(Role<'_>) -> Option<&'n str>) -> bool {
         let Some(asked) = &self.of_role else {
             return true;
         };
-        let victim = asked.role().and_then(executes);
+        let victim = asked.role().and_then(with_role);
         if let Some(robot) = victim {
             self.status.order.fault = asked.of_robot(robot);
         }
@@ -138,12 +138,12 @@ impl Schedule {
     }
 
     /// What is due at `now`: first all that heals, then all that takes effect, each in the order of arming. Ask again until
-    /// nothing is due: something armed meanwhile may be. What befalls whoever executes a task waits until somebody does;
-    /// `executes` names the robot.
+    /// nothing is due: something armed meanwhile may be. What befalls a role waits until somebody has it; `with_role`
+    /// names the robot.
     pub fn next<'n>(
         &mut self,
         now: SimTime,
-        executes: impl Fn(&str) -> Option<&'n str>,
+        with_role: impl Fn(Role<'_>) -> Option<&'n str>,
     ) -> Option<Turn> {
         let is_due = |time: Option<SimTime>| time.is_some_and(|time| time <= now);
         if let Some(index) = self.entries.iter().position(|entry| is_due(entry.until)) {
@@ -153,7 +153,7 @@ impl Schedule {
         let index = self
             .entries
             .iter_mut()
-            .position(|entry| is_due(entry.due) && entry.finds_victim(&executes))?;
+            .position(|entry| is_due(entry.due) && entry.finds_victim(&with_role))?;
         self.apply(FaultIndex(index), now);
         Some(Turn::Apply(FaultIndex(index)))
     }
@@ -343,8 +343,10 @@ mod tests {
         schedule
             .arm(order(r#"{"fault":{"deaf":"blue"},"at_s":1}"#), SimTime(0))
             .unwrap();
-        let by = |robot: &'static str| move |task: &str| (task == "lift").then_some(robot);
-        let nobody = |_: &str| None;
+        let by = |robot: &'static str| {
+            move |role: Role<'_>| (role == Role::Executing("lift")).then_some(robot)
+        };
+        let nobody = |_: Role<'_>| None;
         // Nobody does it: the next one has its turn.
         assert_eq!(schedule.next(SimTime(1000), nobody), Some(Turn::Apply(B)));
         assert_eq!(schedule.next(SimTime(1000), nobody), None);
@@ -363,6 +365,13 @@ mod tests {
             Some(Turn::Apply(A))
         );
         assert_eq!(victim(&schedule).as_deref(), Some("green"));
+        // Whoever is at nothing is asked for likewise.
+        let idle = order(r#"{"fault":{"deaf":"idle"}}"#);
+        let idle = schedule.arm(idle, SimTime(3100)).unwrap();
+        assert_eq!(schedule.next(SimTime(3100), by("green")), None);
+        let rests = |role: Role<'_>| (role == Role::Idle).then_some("blue");
+        assert_eq!(schedule.next(SimTime(3150), rests), Some(Turn::Apply(idle)));
+        assert_eq!(schedule.status(idle).order.fault.robot(), Some("blue"));
     }
 
     #[test]

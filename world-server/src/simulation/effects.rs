@@ -1,6 +1,6 @@
 //! What a fault does when it takes effect, and when it heals.
 
-use alliance_proto::fault::Fault;
+use alliance_proto::fault::{Fault, Role};
 use alliance_proto::ids::RobotId;
 use alliance_proto::process::ProcessAct;
 
@@ -28,13 +28,17 @@ impl Simulation {
     fn bring_about(&mut self) {
         let now = self.world.now();
         while self.acts.is_empty() {
-            // By the last reports, in the order of rank: who has died since executes nothing.
-            let executes = |task: &str| {
-                let set = self.setup.catalog.behavior_named(task)?;
-                let rank = self.active.iter().position(|active| *active == Some(set))?;
+            // In the order of rank.
+            let with_role = |role: Role<'_>| {
+                let active = match role {
+                    Role::Executing(task) => Some(self.setup.catalog.behavior_named(task)?),
+                    Role::Idle => None,
+                };
+                let mut reported = self.reported.iter();
+                let rank = reported.position(|reported| *reported == Some(active))?;
                 Some(self.setup.scenario.robots[rank].name.as_str())
             };
-            if let Some(turn) = self.schedule.next(now, executes) {
+            if let Some(turn) = self.schedule.next(now, with_role) {
                 self.moment += 1;
                 match turn {
                     Turn::Apply(fault) => self.apply(fault),

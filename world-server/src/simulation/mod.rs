@@ -62,6 +62,9 @@ pub struct Simulation {
     messages: Vec<TickMessage>,
     /// Behavior set that each robot last reported as active, by rank.
     active: Vec<Option<BehaviorId>>,
+    /// What each robot reported as active in the tick before, by rank; `None`: it has not, or died in that tick. It does not change in
+    /// the midst of a tick, at whatever moment somebody comes or goes.
+    reported: Vec<Option<Option<BehaviorId>>>,
     answers: Answers,
     /// Whose minds are programs of their own, by rank; empty where nobody's is. And what these have said since the current tick began.
     foreign: Vec<bool>,
@@ -134,6 +137,7 @@ impl Simulation {
             barrier,
             messages: vec![TickMessage::default(); robots],
             active: vec![None; robots],
+            reported: vec![None; robots],
             answers: Answers::new(robots),
             foreign: if setup.scenario.minds().is_empty() {
                 Vec::new()
@@ -510,6 +514,7 @@ impl Simulation {
         for robot in &gathered.dead {
             self.active[robot.index()] = None;
         }
+        self.note_reported(answers.all(), &ended.inputs);
         ended.bodies.clear();
         ended.bodies.extend(self.bodies());
 
@@ -625,6 +630,24 @@ impl Simulation {
             energy_j: self.world.energy_j(robot),
             active: self.active[robot.index()],
         })
+    }
+
+    /// What robots are at, for faults of the next tick that befall a role. It follows from what is logged of this tick alone.
+    fn note_reported(&mut self, answers: &[Answer], inputs: &[Input]) {
+        self.reported.fill(None);
+        for answer in answers.iter().filter(|answer| answer.counts) {
+            let report = &answer.report;
+            let has_died = inputs.iter().any(|input| match input {
+                Input::Gone {
+                    robot, incarnation, ..
+                } => {
+                    *incarnation == report.incarnation
+                        && self.robot_named(robot) == Some(report.robot)
+                }
+                _ => false,
+            });
+            self.reported[report.robot.index()] = (!has_died).then_some(report.active);
+        }
     }
 
     /// What the run remembers of the answers that count.
