@@ -50,6 +50,14 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
             replay(&inputs, LogLevel::Off, |_| {}).map_err(|error| one_line(format!("{error:#}")));
         return Some("inputs");
     }
+    let foreign = log(Table::Foreign);
+    if foreign
+        .foreign()
+        .map_err(one_line)
+        .is_ok_and(|all| !all.is_empty())
+    {
+        return Some("foreign");
+    }
     fn is_of<R: TableRow>(log: RunLog) -> bool {
         let rows = log.rows::<R>().map_err(one_line);
         rows.is_ok_and(|rows| !rows.is_empty())

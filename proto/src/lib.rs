@@ -6,7 +6,7 @@
 //! - [`mission`]: what only one mission senses and does. [`team`]: what robots tell each other; [`allocation`]: what their
 //!   allocators do.
 //! - [`process`]: the agents' processes, which the launcher owns; [`os_process`]: what the system says of one; [`view`], [`event`]: what observers see.
-//! - [`fault`]: what can go wrong, in one vocabulary; [`link`]: what it does to messages; [`control`]: commands to a run.
+//! - [`fault`]: what can go wrong, in one vocabulary; [`link`], [`links`]: what it does to messages; [`control`]: commands to a run.
 //! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
 //! - [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
@@ -24,6 +24,7 @@ pub mod ignored;
 pub mod join;
 pub mod keys;
 pub mod link;
+pub mod links;
 pub mod log;
 pub mod mission;
 mod obstacle;

@@ -16,8 +16,8 @@ use crate::allocator::{
     AgentRegistry, Announcement, Choice, ConfigError, Draws, Input, Me, Mind, Outcome, OwnBehavior,
     Prepared, TaskBrief, assignment,
 };
-use crate::links::{Heard, Links};
 use crate::mission::{Action, AgentMission, Moment, Perception, SharedMission};
+use alliance_proto::links::{Heard, Links};
 
 /// A robot-agent without its process.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! The robot-agent: one robot's mind, and the process it lives in.
 //!
 //! Pure, from the outside in:
-//! - [`agent`]: one step of the mind. What has arrived in [`radio`] it hears through [`links`]; it perceives and acts through its mission, and weighs its
+//! - [`agent`]: one step of the mind. What has arrived in [`radio`] it hears through [`links`](alliance_proto::links); it perceives and acts through its mission, and weighs its
 //!   choices with its allocator.
 //! - [`allocator`]: the seam to the rule that chooses; [`allocators`]: the rules, ALLIANCE among them.
 //! - [`mission`]: the seam to what robots are there for.
@@ -20,7 +20,6 @@ pub mod allocators;
 pub mod args;
 pub mod body;
 pub mod by_rank;
-pub mod links;
 pub mod mission;
 pub mod process;
 pub mod radio;

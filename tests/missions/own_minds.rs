@@ -7,6 +7,7 @@ use alliance_proto::log::{EventRow, RunLog, Table};
 use nix::sys::signal::Signal;
 
 use crate::harness::{Finished, Lab, command_line, wait_until};
+use crate::python::python;
 use crate::team::Team;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_alliance-under-test");
@@ -276,6 +277,103 @@ fn a_mind_dies_with_its_launcher_and_its_children_with_it() {
             command_line(pid).is_none()
         });
     }
+}
+
+/// Runs the reference agent in Python as gold's mind, with a change, among teammates in Rust.
+#[track_caller]
+fn run_changed(lab: &Lab, change: (&str, &str), faults: &str) -> Option<RunLog> {
+    let python = python(&["zenoh", "xxhash"])?;
+    let program = include_str!("../python/agent.py");
+    let changed = program.replace(change.0, change.1);
+    assert_ne!(changed, program);
+    write(lab, "changed.py", &changed);
+    let own = MINDS.replace("mind = 'other'", "");
+    write(lab, "changed.toml", &format!("{own}{faults}"));
+    let command = format!("--mind=agent={} changed.py", python.display());
+    lab.mission("run", &["changed.toml", "--limit=10", &command])
+        .expect(1);
+    identical(&lab.run(&["replay", "run"]).expect(0));
+    Some(lab.log("run"))
+}
+
+#[test]
+fn a_mind_that_leaves_link_faults_out_is_dismissed_and_the_run_goes_on() {
+    // As if the message had been heard that the link has cut off.
+    let lab = Lab::new();
+    let (from, to) = ("\"Cut\" if cut else \"Heard\"", "\"Heard\"");
+    let mute = "[[faults.timeline]]\nfault.mute = 'blue'\nat_s = 4.0\n";
+    let Some(log) = run_changed(&lab, (from, to), mute) else {
+        return;
+    };
+    assert_eq!(kinds(&log, "gold"), ["joined", "gone"]);
+    assert_eq!(log.run.result.ticks, 200);
+    assert!(!log.run.unscripted);
+    let said = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
+    assert!(said.contains("its mind is dismissed"), "{said}");
+    assert!(
+        said.contains("of blue: 'heard', and the link says 'cut'"),
+        "{said}"
+    );
+    let at = log.rows::<EventRow>().unwrap();
+    let gone = at.iter().find(|row| row.kind == "gone").unwrap();
+    assert!(
+        (4000..5200).contains(&gone.t_ms.0),
+        "at the first heartbeat: {gone:?}"
+    );
+}
+
+#[test]
+fn a_mind_whose_reports_are_impossible_is_dismissed_and_the_run_goes_on() {
+    for (from, to) in [
+        (
+            "\"active\": None",
+            "\"active\": 999 if tick[\"tick\"] > 100 else None",
+        ),
+        (
+            "\"broadcasts\": len(sealed)",
+            "\"broadcasts\": 300 if tick[\"tick\"] > 100 else len(sealed)",
+        ),
+    ] {
+        let lab = Lab::new();
+        let Some(log) = run_changed(&lab, (from, to), "") else {
+            return;
+        };
+        assert_eq!(kinds(&log, "gold"), ["joined", "gone"], "{to}");
+        assert_eq!((log.run.result.ticks, log.run.unscripted), (200, false));
+        let said = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
+        assert!(said.contains("impossible contents"), "{said}");
+    }
+}
+
+#[test]
+fn whatever_befalls_its_messages_a_mind_that_tells_it_stays() {
+    let lab = Lab::new();
+    let mut faults = String::new();
+    for fault in [
+        "drop.p = 0.3",
+        "delay = { delay_s = 0.2, jitter_s = 0.3 }",
+        "reorder.p = 0.5",
+        "duplicate.p = 0.5",
+        "hold = {}",
+        "partition = { groups = [['blue'], ['gold', 'green']] }",
+    ] {
+        let at_s = faults.lines().count() as f64;
+        faults += &format!("[[faults.timeline]]\nfault.{fault}\nat_s = {at_s:?}\nfor_s = 6.0\n");
+    }
+    faults += "[[faults.timeline]]\nfault.restart = 'gold'\nat_s = 9.0\n";
+    write(&lab, "minds.toml", &format!("{MINDS}{faults}"));
+    run(&lab, "run", &["--limit=40"]).expect(1);
+    let log = lab.log("run");
+    let said = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
+    assert!(!said.contains("dismissed"), "{said}");
+    assert!(
+        log.run.faults.iter().all(|fault| fault.hits > 0),
+        "{:?}",
+        log.run.faults
+    );
+    assert_eq!(kinds(&log, "green"), ["joined"]);
+    assert_eq!(kinds(&log, "gold"), ["joined", "gone", "joined"]);
+    identical(&lab.run(&["replay", "run"]).expect(0));
 }
 
 #[test]

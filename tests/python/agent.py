@@ -242,18 +242,12 @@ class Bus:
         self.prefix = f"alliance/{run['run']}"
         self.secret = xxhash.xxh3_128_intdigest(run["token"].encode()).to_bytes(16, "little")
         config = zenoh.Config()
-        for key, value in {
-            "mode": "client",
-            "connect/endpoints": [run["team"]["endpoint"]],
-            "listen/endpoints": [],
-            "scouting/multicast/enabled": False,
-            "scouting/gossip/enabled": False,
-            "timestamping/enabled": False,
-            "transport/auth/usrpwd/user": "team",
-            "transport/auth/usrpwd/password": run["team"]["password"],
-            # A token that goes means a closed socket, and nothing else.
-            "transport/link/tx/lease": 86_400_000,
-        }.items():
+        settings = {"mode": "client", "connect/endpoints": [run["team"]["endpoint"]], "listen/endpoints": []}
+        settings |= {"transport/auth/usrpwd/user": "team", "transport/auth/usrpwd/password": run["team"]["password"]}
+        settings |= dict.fromkeys(("scouting/multicast/enabled", "scouting/gossip/enabled", "timestamping/enabled"), False)
+        # A token that goes means a closed socket, and nothing else.
+        settings |= {"transport/link/tx/lease": 86_400_000}
+        for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
         self.session = zenoh.open(config)
 
@@ -298,12 +292,8 @@ def join(bus, robot):
     while True:
         nonce = secrets.randbits(128)
         request = {"version": VERSION, "robot": robot, "pid": os.getpid(), "nonce": nonce}
-        replies = bus.session.get(
-            key,
-            payload=bus.seal(key, "JoinRequest", request),
-            target=zenoh.QueryTarget.ALL,
-            consolidation=zenoh.ConsolidationMode.NONE,
-        )
+        all_of_them = {"target": zenoh.QueryTarget.ALL, "consolidation": zenoh.ConsolidationMode.NONE}
+        replies = bus.session.get(key, payload=bus.seal(key, "JoinRequest", request), **all_of_them)
         sealed = (reply.ok.payload.to_bytes() for reply in replies if reply.ok)
         answers = [bus.open(f"{key}/{nonce:032x}", "JoinReply", answer) for answer in sealed]
         name, contents = next((answer for answer in answers if answer), ("", "no answer"))
@@ -334,16 +324,9 @@ class Still:
 
     def heartbeat(self, readings):
         devices, items = readings["mission"]
-        return {
-            "state": ("Idle", None),
-            "since": self.since,
-            "set": None,
-            "task": None,
-            "progress": 0,
-            "position": readings["pose"] and readings["pose"]["position"],
-            "carrying": devices == "items" and bool(items["holding"]),
-            "lore": ("nothing", None),
-        }
+        position = readings["pose"] and readings["pose"]["position"]
+        idle = {"state": ("Idle", None), "since": self.since, "set": None, "task": None, "progress": 0}
+        return idle | {"position": position, "carrying": devices == "items" and bool(items["holding"]), "lore": ("nothing", None)}
 
 
 class Agent:
@@ -386,11 +369,10 @@ class Agent:
         if self.pending is None:
             return
         tick, last = self.pending
-        listed = [
-            (entry, (entry["sender"], entry["tick"], entry["incarnation"], index))
-            for entry in tick["manifest"]
-            for index in range(entry["count"])
-        ]
+        listed = []
+        for entry in tick["manifest"]:
+            place = (entry["sender"], entry["tick"], entry["incarnation"])
+            listed += [(entry, (*place, index)) for index in range(entry["count"])]
         if all(place in self.arrived for _, place in listed) or time.monotonic() > self.until:
             self.pending = None
             self.step(tick, last, listed)
@@ -403,30 +385,16 @@ class Agent:
         mind, seq = copy.copy(self.state[0]), self.state[1]
         receptions = [self.reception(tick["now"], entry, self.arrived.pop(place, None)) for entry, place in listed]
         actuation, said = mind.step(tick["now"], tick["readings"])
-        broadcasts = [
-            {"sender": self.rank, "incarnation": self.incarnation, "tick": tick["tick"], "index": index, "seq": seq + index}
-            | {"sent": tick["now"], "body": body}
-            for index, body in enumerate(said)
-        ]
         self.state = (mind, seq + len(said))
+        sender = {"sender": self.rank, "incarnation": self.incarnation, "tick": tick["tick"], "sent": tick["now"]}
+        broadcasts = [sender | {"index": index, "seq": seq + index, "body": body} for index, body in enumerate(said)]
         sealed = [self.bus.seal(str(self.heartbeats.key_expr), "Broadcast", broadcast) for broadcast in broadcasts]
-        report = {
-            "robot": self.rank,
-            "incarnation": self.incarnation,
-            "tick": tick["tick"],
-            "actuation": actuation,
-            "broadcasts": len(sealed),
-            "broadcast_bytes": sum(map(len, sealed)),
-            "active": None,
-            "motivations": [],
-            "allocation": [],
-            "changes": [],
-            "notes": [],
-            "receptions": receptions,
-        }
+        me = {"robot": self.rank, "incarnation": self.incarnation, "tick": tick["tick"]}
+        did = {"actuation": actuation, "broadcasts": len(sealed), "broadcast_bytes": sum(map(len, sealed))}
+        log = {"active": None, "motivations": [], "allocation": [], "changes": [], "notes": [], "receptions": receptions}
         # Broadcasts first: whoever has the report has them.
         self.published = [(self.heartbeats, each) for each in sealed]
-        self.published.append((self.report, self.bus.seal(str(self.report.key_expr), "Report", report)))
+        self.published.append((self.report, self.bus.seal(str(self.report.key_expr), "Report", me | did | log)))
         self.publish()
 
     def publish(self):
@@ -435,14 +403,9 @@ class Agent:
 
     def reception(self, now, entry, broadcast):
         cut = entry["link"] is not None and entry["link"]["cut"]
-        return {
-            "at": now,
-            "sender": entry["sender"],
-            "incarnation": entry["incarnation"],
-            "sent": entry["tick"] * self.step_ms,
-            "delivery": ("Lost" if broadcast is None else "Cut" if cut else "Heard", None),
-            "said": broadcast and said_by(broadcast),
-        }
+        delivery = "Lost" if broadcast is None else "Cut" if cut else "Heard"
+        of = {"at": now, "sender": entry["sender"], "incarnation": entry["incarnation"], "sent": entry["tick"] * self.step_ms}
+        return of | {"delivery": (delivery, None), "said": broadcast and said_by(broadcast)}
 
 
 def said_by(broadcast):
@@ -467,15 +430,15 @@ def live(robot, run):
 
         return bus.session.declare_subscriber(key, take, **options)
 
+    def watch(sample):
+        if sample.kind == zenoh.SampleKind.DELETE:
+            news.put(("gone", "", b""))
+
     # Ears first: whatever is sent after the welcome is heard. A robot does not hear itself.
     ears = [
         listen(f"{bus.prefix}/robot/{robot}/tick", "ToAgent"),
         listen(f"{bus.prefix}/team/*/*", "Broadcast", allowed_origin=zenoh.Locality.REMOTE),
-        bus.session.liveliness().declare_subscriber(
-            f"{bus.prefix}/alive/world",
-            lambda sample: news.put(("gone", "", b"")) if sample.kind == zenoh.SampleKind.DELETE else None,
-            history=True,
-        ),
+        bus.session.liveliness().declare_subscriber(f"{bus.prefix}/alive/world", watch, history=True),
     ]
     welcome = join(bus, robot)
     agent = Agent(bus, robot, welcome)

@@ -299,32 +299,28 @@ async fn subscribe(
         .await
 }
 
-/// Listens to the robots whose minds are programs of their own: what they say is kept. They publish it before the report that lists
-/// it, by one connection.
+/// Listens to a team in which minds are programs of their own: what these say is kept, and what they report to have heard is compared
+/// with what was said. Robots publish it before the report that lists it, by one connection.
 async fn overhear(
     session: &Session,
     keys: &Keys,
     secret: &Secret,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
-    let foreign: Vec<String> = {
-        let server = lock(server);
-        let robots = server.simulation().setup().scenario.robots.iter();
-        let foreign = robots.filter(|robot| robot.mind.is_some());
-        foreign.map(|robot| robot.name.clone()).collect()
-    };
-    for robot in foreign {
-        let (shared, opener) = (Arc::clone(server), secret.clone());
-        session
-            .declare_subscriber(keys.team(&robot, "*"))
-            .callback(move |sample| {
-                let broadcast = opener.open(sample.key_expr(), &sample.payload().to_bytes());
-                lock(&shared).overhear(&robot, broadcast);
-            })
-            .background()
-            .await?;
+    let scenario = lock(server).simulation().setup().scenario.clone();
+    if scenario.minds().is_empty() {
+        return Ok(());
     }
-    Ok(())
+    let (shared, opener) = (Arc::clone(server), secret.clone());
+    session
+        .declare_subscriber(keys.team_all())
+        .callback(move |sample| {
+            let key = sample.key_expr().as_str();
+            let broadcast = opener.open(key, &sample.payload().to_bytes());
+            lock(&shared).overhear(key, broadcast);
+        })
+        .background()
+        .await
 }
 
 /// Waits for the end of the run, with an eye on signals, pace and deadlines.

@@ -6,6 +6,7 @@
 mod acts;
 mod again;
 mod control;
+mod fates;
 mod standstill;
 
 use std::collections::BTreeSet;
@@ -34,6 +35,7 @@ use crate::recorder::{Background, Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
 use acts::UnderWay;
 use again::Question;
+use fates::Fates;
 use standstill::Standstill;
 
 /// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
@@ -69,6 +71,8 @@ struct Peer {
 pub struct Server {
     simulation: Simulation,
     recorder: Background<Folder>,
+    /// Of minds that are programs of their own.
+    fates: Fates,
     peers: Vec<Peer>,
     run: String,
     /// Of the log.
@@ -160,6 +164,7 @@ impl Server {
             peers,
             folder: recorder.sink().path().to_owned(),
             recorder: Background::new(recorder)?,
+            fates: Fates::default(),
             run: bus.run,
             keys: bus.keys,
             secret: bus.secret,
@@ -333,8 +338,23 @@ impl Server {
             return self.refuse("report", &"on another robot's key");
         }
         let (robot, incarnation) = (report.robot, report.incarnation);
+        let is_foreign = self.simulation.is_foreign(robot);
+        let mut checked = None;
+        // Only what answers the tick at hand can count.
+        if is_foreign && self.simulation.barrier().is_awaited(robot) {
+            let (told, setup) = (self.simulation.message(robot), self.simulation.setup());
+            match self.fates.check(told, &report, setup) {
+                Ok(fates) => checked = Some(fates),
+                Err(why) => return self.dismiss(robot, &report, &why),
+            }
+        }
         match self.simulation.report(&report) {
-            Verdict::Counted => self.peers[robot.index()].asked = None,
+            Verdict::Counted => {
+                self.peers[robot.index()].asked = None;
+                if let Some(checked) = checked {
+                    self.fates.settle(&report, checked);
+                }
+            }
             Verdict::BackAgain => {
                 tracing::info!(robot = name, "back again");
                 self.peers[robot.index()].stopped = false;
@@ -345,19 +365,35 @@ impl Server {
             }
             Verdict::Stale if self.asked_again(robot, report.tick) => return,
             Verdict::Stale => return self.refuse("report", &"stale"),
+            Verdict::Malformed if is_foreign => {
+                return self.dismiss(robot, &report, &"a report with impossible contents");
+            }
             Verdict::Malformed => return self.refuse("report", &"impossible contents"),
         }
         self.pump();
     }
 
-    /// A robot whose mind is a program of its own has said something, or somebody has on its key.
-    pub fn overhear(&mut self, name: &str, broadcast: Result<Broadcast, OpenError>) {
+    /// Something was said in a team in which some minds are programs of their own, on that key: what these say is kept, and what the
+    /// others say is what they must have heard.
+    pub fn overhear(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
+        let name = self.keys.parse_robot(key).unwrap_or_default();
         // What is no broadcast its hearers count.
         if let Ok(broadcast) = broadcast
             && self.robot_named(name) == Some(broadcast.sender)
         {
-            self.simulation.overhear(broadcast);
+            if self.simulation.is_foreign(broadcast.sender) {
+                self.simulation.overhear(broadcast.clone());
+            }
+            self.fates.hear(broadcast);
         }
+    }
+
+    /// Ends a mind that does what none would: the run goes on without it.
+    fn dismiss(&mut self, robot: RobotId, report: &Report, why: &dyn std::fmt::Display) {
+        let peer = &self.peers[robot.index()];
+        tracing::warn!(robot = peer.name, tick = report.tick, %why, "its mind is dismissed");
+        self.send(robot, &ToAgent::Dismissed(report.incarnation));
+        self.refuse("report", why);
     }
 
     /// The launcher reports the state of an agent's process.

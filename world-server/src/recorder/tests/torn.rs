@@ -118,7 +118,8 @@ fn assert_ticks(log: &RunLog, ticks: usize, prefixes: &[(BTreeMap<Table, Vec<u8>
 
 #[test]
 fn any_file_cut_or_damaged_at_any_byte() {
-    let (run, _) = log(LogLevel::Full, &[]);
+    let (mut run, _) = log(LogLevel::Full, &[]);
+    run.outcome = RunOutcome::Running;
     let prefixes = prefixes(4);
     let whole = &prefixes[4].0;
     for &table in whole.keys() {
@@ -173,7 +174,8 @@ proptest! {
         let total: usize = log(level, &ticks).1.tables.values().map(Vec::len).sum();
         let bytes = (fraction * total as f64) as usize;
         let mut recorder = Recorder::new(&default_setup(7), level, Memory::default()).unwrap();
-        let run = recorder.finish(Outcome::Interrupted, Ending::default()).unwrap();
+        let mut run = recorder.finish(Outcome::Interrupted, Ending::default()).unwrap();
+        run.outcome = RunOutcome::Running;
 
         let sink = Dying { memory: Memory::default(), bytes_left: bytes };
         let mut flushed = 0;

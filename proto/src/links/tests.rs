@@ -1,13 +1,13 @@
 //! Deliveries of messages, one link state at a time and in any mixture.
 
-use alliance_proto::testkit::default_setup;
+use crate::testkit::default_setup;
 use std::collections::{BTreeMap, BTreeSet};
 
-use alliance_proto::link::Probability;
-use alliance_proto::mission::Payload;
-use alliance_proto::readings::Readings;
-use alliance_proto::team::{Bulletin, BulletinKind};
-use alliance_proto::tick::ManifestEntry;
+use crate::link::Probability;
+use crate::mission::Payload;
+use crate::readings::Readings;
+use crate::team::{Bulletin, BulletinKind};
+use crate::tick::ManifestEntry;
 use proptest::prelude::*;
 
 use super::*;

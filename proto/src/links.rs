@@ -22,13 +22,13 @@ mod tests;
 
 use std::sync::Arc;
 
-use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::link::LinkState;
-use alliance_proto::scenario::Setup;
-use alliance_proto::team::{Broadcast, BroadcastKind, Bulletin, Content};
-use alliance_proto::telemetry::{Delivery, Reception, Said};
-use alliance_proto::tick::TickMessage;
-use alliance_proto::time::SimTime;
+use crate::ids::{RobotId, Tick};
+use crate::link::LinkState;
+use crate::scenario::Setup;
+use crate::team::{Broadcast, BroadcastKind, Bulletin, Content};
+use crate::telemetry::{Delivery, Reception, Said};
+use crate::tick::TickMessage;
+use crate::time::SimTime;
 
 use draws::Draws;
 
@@ -46,7 +46,8 @@ pub struct Heard {
 }
 
 impl Heard {
-    pub(crate) fn clear(&mut self) {
+    /// Nothing is heard.
+    pub fn clear(&mut self) {
         self.inbox.clear();
         self.receptions.clear();
     }

@@ -9,10 +9,10 @@
 //! of which the first four are used: loss, jitter, second copy, overtaking. So a draw depends on nothing but the message and
 //! its purpose: not on other faults, other messages or the order of arrival (DESIGN §5).
 
-use alliance_proto::ids::RobotId;
-use alliance_proto::rng::{Purpose, link_stream};
-use alliance_proto::team::Broadcast;
-use alliance_proto::time::SimTime;
+use crate::ids::RobotId;
+use crate::rng::{Purpose, link_stream};
+use crate::team::Broadcast;
+use crate::time::SimTime;
 use rand_chacha::rand_core::Rng;
 
 /// Words of a message's block.
