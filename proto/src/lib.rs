@@ -44,3 +44,5 @@ pub mod testkit;
 pub mod tick;
 pub mod time;
 pub mod view;
+#[cfg(test)]
+mod view_types;

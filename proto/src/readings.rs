@@ -4,21 +4,23 @@
 //! ahead and y is to the left.
 
 use glam::Vec2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::mission::{Deed, Sensed};
 
 /// Where a body is and where it faces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pose {
     /// Centre, m.
+    #[schemars(with = "[f32; 2]")]
     pub position: Vec2,
     /// Heading in (-π, π], rad counter-clockwise from x.
     pub heading_rad: f32,
 }
 
 /// A solid within range of one beam.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Hit {
     /// Free way along the beam, counted from the robot's edge, m; 0 is contact.
     pub distance_m: f32,
@@ -28,7 +30,7 @@ pub struct Hit {
 
 /// The collision-avoidance sensor (thesis Fig. 4.5 and 4.6): what is solid ahead and beside the robot, the border included.
 /// `None` is a free beam.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Proximity {
     /// Ahead: left, center, right. The outer beams run parallel to the heading at the sides of the body; the center one is as
     /// wide as the body, so that it is free exactly when the robot can move ahead by its length.
@@ -40,7 +42,7 @@ pub struct Proximity {
 }
 
 /// Penetrability of the ground (DESIGN §7): 1 is neutral, less slows down, more speeds up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ground {
     /// Under the robot's center.
     pub here: f32,
@@ -49,7 +51,7 @@ pub struct Ground {
 }
 
 /// One step's sensor values. Each device is `None` when the robot lacks it or when it is dead.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Readings {
     /// Position sensor.
     pub pose: Option<Pose>,
@@ -64,6 +66,7 @@ pub struct Readings {
     /// Energy left, J; `None` where energy is not simulated.
     pub energy_j: Option<f32>,
     /// What the mission's own devices tell.
+    #[schemars(with = "serde_json::Value")]
     pub mission: Sensed,
 }
 

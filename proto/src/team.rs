@@ -1,6 +1,7 @@
 //! What robots tell each other: ALLIANCE broadcasts (ALLIANCE.md §3 "Messages", thesis §3.3.4 and §4.2.3).
 
 use glam::Vec2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::allocation::AllocationMessage;
@@ -40,7 +41,9 @@ pub enum Content {
 }
 
 /// The kinds of broadcast; each has its own key below `team/<robot>/`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 pub enum BroadcastKind {
     /// [`Content::Heartbeat`].
     Heartbeat,
@@ -135,7 +138,7 @@ pub struct About {
 }
 
 /// What a robot does about a task, as its heartbeats say it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum TaskState {
     /// Its behavior set for the task is active.
     Executing,

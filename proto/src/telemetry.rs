@@ -1,6 +1,7 @@
 //! What an agent tells the world for the log: its motivations with their factors, why its states changed, and the delivery of
 //! every message.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId};
@@ -8,7 +9,7 @@ use crate::team::{BroadcastKind, TaskState};
 use crate::time::SimTime;
 
 /// State of a behavior set (thesis §3.3.1).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BehaviorState {
     /// Below the threshold, or suppressed.
     #[default]
@@ -32,7 +33,7 @@ impl BehaviorState {
 }
 
 /// One row of motivations.csv: a motivational behavior at the end of a step, with the factors of eq. 2.7.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Motivation {
     /// The behavior set.
     pub set: BehaviorId,
@@ -131,7 +132,7 @@ pub struct StateChange {
 }
 
 /// What became of a broadcast at one receiver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Delivery {
     /// Heard in the step after it was sent.
     Heard,
@@ -166,7 +167,7 @@ impl Delivery {
 }
 
 /// One row of messages.csv: a broadcast at one receiver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Reception {
     /// When it was, or would have been, audible.
     pub at: SimTime,
@@ -183,7 +184,7 @@ pub struct Reception {
 }
 
 /// The logged part of a broadcast's contents.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Said {
     /// Running number within the incarnation.
     pub seq: u64,

@@ -5,6 +5,7 @@
 //! [`crate::scenario::Setup`].
 
 use glam::Vec2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::control::{AgentState, ClockStatus, FaultStatus};
@@ -22,7 +23,7 @@ pub const MESSAGES_MAX: usize = 256;
 pub const MARKS_MAX: usize = 600;
 
 /// What an observer sees.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct View {
     /// The tick under way: those before it are finished.
     pub tick: Tick,
@@ -62,7 +63,7 @@ impl View {
 }
 
 /// Something of a mission that can be seen, for eyes that do not know the mission.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mark {
     /// What tells it from the others; the same in every view. Marks of several kinds begin with the number of their kind, which has a
     /// color of its own: `2/p7`.
@@ -109,12 +110,13 @@ impl Mark {
 }
 
 /// The outline of a mark, m.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MarkOutline {
     /// A disc.
     Disc {
         /// Its center.
+        #[schemars(with = "[f32; 2]")]
         center: Vec2,
         /// Its radius.
         radius_m: f32,
@@ -122,15 +124,19 @@ pub enum MarkOutline {
     /// A rectangle parallel to the axes.
     Rectangle {
         /// Lower left corner.
+        #[schemars(with = "[f32; 2]")]
         min: Vec2,
         /// Upper right corner.
+        #[schemars(with = "[f32; 2]")]
         max: Vec2,
     },
     /// A bar with round ends.
     Bar {
         /// One end.
+        #[schemars(with = "[f32; 2]")]
         from: Vec2,
         /// The other end.
+        #[schemars(with = "[f32; 2]")]
         to: Vec2,
         /// Half of its thickness.
         half_width_m: f32,
@@ -138,14 +144,16 @@ pub enum MarkOutline {
     /// A line.
     Line {
         /// One end.
+        #[schemars(with = "[f32; 2]")]
         from: Vec2,
         /// The other end.
+        #[schemars(with = "[f32; 2]")]
         to: Vec2,
     },
 }
 
 /// What a mark is there for: eyes have a color for each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MarkRole {
     /// Something that robots take.
@@ -163,9 +171,10 @@ pub enum MarkRole {
 }
 
 /// An item.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ItemView {
     /// Where it lies, m; while it is carried, where it was picked up.
+    #[schemars(with = "[f32; 2]")]
     pub position: Vec2,
     /// Who carries it.
     pub carrier: Option<RobotId>,
@@ -174,7 +183,7 @@ pub struct ItemView {
 }
 
 /// One robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RobotView {
     /// What its agent is up to.
     pub state: AgentState,
@@ -193,6 +202,7 @@ pub struct RobotView {
     /// What its sensors told it last, broken ones as they are.
     pub readings: Readings,
     /// Where devices of the mission's own tell that something is, in the robot's frame, m.
+    #[schemars(with = "Vec<[f32; 2]>")]
     pub sensed: Vec<Vec2>,
     /// Active behavior set.
     pub active: Option<BehaviorId>,
@@ -203,7 +213,7 @@ pub struct RobotView {
 }
 
 /// What an allocator computes for each behavior set, and what is drawn as its curve.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// Motivations, which become active at the threshold.
@@ -214,7 +224,7 @@ pub enum Measure {
 }
 
 /// A behavior set of a robot.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BehaviorView {
     /// Its motivation, with its factors and its state; the utility of its task in its place where there are no motivations, 0
     /// while that is not applicable.
@@ -224,7 +234,7 @@ pub struct BehaviorView {
 }
 
 /// What became of a message at a receiver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct MessageView {
     /// At whom.
     pub receiver: RobotId,
@@ -233,7 +243,7 @@ pub struct MessageView {
 }
 
 /// A corner of the curve of a motivation or a utility. Between two corners the curve is a straight line, but for a reset, which is a step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Bend {
     /// Whose.
     pub robot: RobotId,

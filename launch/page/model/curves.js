@@ -10,7 +10,10 @@ export const ACTIVE = "Active";
 const MOST = 20_000;
 
 export class Curves {
-  // rank · sets + set → corners by time: {at, level, state, last}; `last`: the curve ends there.
+  /**
+   * rank · sets + set → corners by time; `last`: the curve ends there.
+   * @type {Map<number, import("../../page-tests/types.js").Bend[]>}
+   */
   #cells = new Map();
   #sets;
 
@@ -18,7 +21,10 @@ export class Curves {
     this.#sets = sets;
   }
 
-  /** Takes in corners, by time for each robot: `{robot, set, at, level, state, last}`, times in ms. */
+  /**
+   * Takes in corners, by time for each robot; times in ms.
+   * @param {import("../../page-tests/types.js").Bend[]} bends
+   */
   add(bends) {
     for (const bend of bends) {
       const cell = bend.robot * this.#sets + bend.set;

@@ -9,7 +9,9 @@ export const GROUPS = {
   details: { label: "details", sign: "·", kinds: ["progress", "detour", "lost"] },
 };
 
-const GROUP_OF = new Map(Object.entries(GROUPS).flatMap(([group, { kinds }]) => kinds.map((kind) => [kind, group])));
+/** @type {Map<string, string>} */
+const GROUP_OF = new Map();
+for (const [group, { kinds }] of Object.entries(GROUPS)) for (const kind of kinds) GROUP_OF.set(kind, group);
 
 /** The group of a kind of events; `ofMission`: the kinds that the mission declares. */
 export function groupOf(kind, ofMission) {

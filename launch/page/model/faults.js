@@ -43,6 +43,7 @@ const TELLING = new Set(["armed", "applied", "healed", "disarmed", "failed"]);
 /**
  * All faults up to now, latest first: `{id, words, terms, phase, applied_ms, healed_ms, hits, failed}`. Those that are armed or in force
  * stand in the view; what else the events tell of is over.
+ * @param {import("../../page-tests/types.js").View} view
  */
 export function faultRows(view, events) {
   const rows = new Map();

@@ -29,7 +29,11 @@ export class History {
     return low;
   }
 
-  /** Takes in a view, in any order of time; `now` is the time that is looked at, ms. */
+  /**
+   * Takes in a view, in any order of time; `now` is the time that is looked at, ms.
+   * @param {import("../../page-tests/types.js").View} view
+   * @param {number} now
+   */
   add(view, now) {
     const at = this.indexAt(view.now);
     const known = this.samples[at]?.t === view.now ? 1 : 0;

@@ -19,7 +19,7 @@ export function progress(columns, values) {
 /** What the other columns tell, as texts, times first; `now` in ms. */
 export function details(columns, values, now) {
   const others = columns.map((column, place) => ({ ...column, value: values[place] })).filter(({ kind }) => kind !== "done");
-  others.sort((a, b) => (b.kind === "time") - (a.kind === "time"));
+  others.sort((a, b) => Number(b.kind === "time") - Number(a.kind === "time"));
   return others.map(({ name, kind, value }) => `${label(name)} ${inWords(kind, value, now)}`);
 }
 

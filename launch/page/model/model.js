@@ -23,7 +23,10 @@ export class Model {
   sets;
   /** Tasks by id: `{name, words, max_robots, priority}`. */
   tasks;
-  /** The newest view, or null. */
+  /**
+   * The newest view, or null.
+   * @type {import("../../page-tests/types.js").View | null}
+   */
   view = null;
   /** Events by time, each with its group and a running number `index`. */
   events = [];
@@ -71,7 +74,10 @@ export class Model {
     return this.run.momentary.includes(Object.keys(fault)[0]);
   }
 
-  /** Takes in the next view, or one of the same tick whose clock or faults are others. */
+  /**
+   * Takes in the next view, or one of the same tick whose clock or faults are others.
+   * @param {import("../../page-tests/types.js").View} view
+   */
   absorb(view) {
     this.history.add(view, view.now);
     if (view.tick !== this.view?.tick) this.traffic.absorb(view);
@@ -85,7 +91,11 @@ export class Model {
     return this.isOpen && this.view !== null && performance.now() - this.#heardAt > SILENCE_MS;
   }
 
-  /** Goes to another place in the log: `view`, with the views right before it. */
+  /**
+   * Goes to another place in the log: `view`, with the views right before it.
+   * @param {import("../../page-tests/types.js").View} view
+   * @param {import("../../page-tests/types.js").View[]} before
+   */
   jump(view, before) {
     this.traffic.clear();
     this.view = null;
@@ -161,13 +171,19 @@ export class Model {
     return this.events.slice(0, low);
   }
 
-  /** The behavior set that a robot waits to activate, or null. */
+  /**
+   * The behavior set that a robot waits to activate, or null.
+   * @param {import("../../page-tests/types.js").RobotView} robot
+   */
   waitingFor(robot) {
     const entry = robot.sets.find(({ motivation }) => motivation.state === "Waiting");
     return entry ? this.sets[entry.motivation.set] : null;
   }
 
-  /** What a robot does, in the thesis' words: a behavior set, or that it waits for one, or idle; empty if it takes no part. */
+  /**
+   * What a robot does, in the thesis' words: a behavior set, or that it waits for one, or idle; empty if it takes no part.
+   * @param {import("../../page-tests/types.js").RobotView} robot
+   */
   doingInWords(robot) {
     const doing = this.doing(robot);
     if (doing) return doing.set.words;
@@ -176,7 +192,10 @@ export class Model {
     return wanted ? `waits for ${wanted.words}` : "idle";
   }
 
-  /** The behavior set that a robot executes, with since when: `{set, since}`, or null. Dead robots execute nothing. */
+  /**
+   * The behavior set that a robot executes, with since when: `{set, since}`, or null. Dead robots execute nothing.
+   * @param {import("../../page-tests/types.js").RobotView} robot
+   */
   doing(robot) {
     if (robot.active === null || robot.state === "dead" || robot.state === "absent") return null;
     const entry = robot.sets.find(({ motivation }) => motivation.set === robot.active);

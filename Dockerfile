@@ -1,0 +1,16 @@
+# The command, for docs/examples/kubernetes-job.yaml and for who wants no Rust:
+#   docker build -t alliance-sim . && docker run --rm --init -v "$PWD/runs:/home/alliance/runs" alliance-sim run --in-process
+# The page listens on the container's loopback only: to see it, give the container the host's network (--network host).
+FROM rust:1.95-slim-bookworm AS build
+WORKDIR /src
+COPY . .
+RUN cargo build --release --locked --package launch --bin alliance \
+    && strip target/release/alliance
+
+FROM debian:bookworm-slim
+RUN useradd --create-home --uid 10001 alliance && mkdir /home/alliance/runs && chown alliance /home/alliance/runs
+COPY --from=build /src/target/release/alliance /usr/local/bin/alliance
+USER 10001
+WORKDIR /home/alliance
+ENTRYPOINT ["alliance"]
+CMD ["run"]

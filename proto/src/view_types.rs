@@ -1,0 +1,148 @@
+//! The types of what the page is sent, for those who check its code: `launch/page-tests/types.d.ts`, made from the Rust types.
+
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value};
+
+use crate::view::{Bend, View};
+
+/// What the page reads is written, not read, here: what may be missing when it is read is always there.
+fn definitions() -> Map<String, Value> {
+    let mut generator = SchemaSettings::draft2020_12()
+        .for_serialize()
+        .into_generator();
+    generator.subschema_for::<View>();
+    generator.subschema_for::<Bend>();
+    generator.take_definitions(true)
+}
+
+/// A declaration file of TypeScript.
+fn declarations() -> String {
+    let mut text = String::from(
+        "// Made from the Rust types by the test `the_page_s_types_are_those_of_rust`; not to be changed by hand.\n",
+    );
+    for (name, schema) in &definitions() {
+        text += &format!(
+            "\n{}export type {name} = {};\n",
+            comment(schema, ""),
+            of(schema, "")
+        );
+    }
+    text
+}
+
+/// The first line of what the schema says of itself.
+fn comment(schema: &Value, indent: &str) -> String {
+    let said = schema["description"].as_str();
+    let first = said.and_then(|said| said.split("\n\n").next());
+    let line = first.map(|first| first.replace('\n', " ").replace("*/", "* /"));
+    line.map_or_else(String::new, |line| {
+        format!("{indent}/** {line} */\n{indent}")
+    })
+}
+
+/// A schema as a type.
+fn of(schema: &Value, indent: &str) -> String {
+    if let Some(path) = schema["$ref"].as_str() {
+        return path.rsplit('/').next().unwrap_or_default().to_owned();
+    }
+    if let Some(only) = schema.get("const") {
+        return only.to_string();
+    }
+    let several = |values: &Vec<Value>, of: &dyn Fn(&Value) -> String| {
+        let mut all: Vec<String> = values.iter().map(of).collect();
+        all.dedup();
+        all.join(" | ")
+    };
+    for key in ["oneOf", "anyOf"] {
+        if let Some(choices) = schema[key].as_array() {
+            return several(choices, &|choice| of(choice, indent));
+        }
+    }
+    if let Some(values) = schema["enum"].as_array() {
+        return several(values, &Value::to_string);
+    }
+    if let Some(kinds) = schema["type"].as_array() {
+        return several(kinds, &|kind| {
+            let mut one = schema.clone();
+            one["type"] = kind.clone();
+            of(&one, indent)
+        });
+    }
+    match schema["type"].as_str() {
+        Some("integer" | "number") => "number".to_owned(),
+        Some(plain @ ("string" | "boolean" | "null")) => plain.to_owned(),
+        Some("array") => array(schema, indent),
+        Some("object") => object(schema, indent),
+        _ => "unknown".to_owned(),
+    }
+}
+
+fn array(schema: &Value, indent: &str) -> String {
+    let items = of(&schema["items"], indent);
+    match (
+        schema["prefixItems"].as_array(),
+        schema["minItems"].as_u64(),
+        schema["maxItems"].as_u64(),
+    ) {
+        (Some(places), ..) => {
+            let places: Vec<String> = places.iter().map(|place| of(place, indent)).collect();
+            format!("[{}]", places.join(", "))
+        }
+        (None, Some(least), Some(most)) if least == most => {
+            format!("[{}]", vec![items; least as usize].join(", "))
+        }
+        _ => format!("({items})[]"),
+    }
+}
+
+fn object(schema: &Value, indent: &str) -> String {
+    let Some(fields) = schema["properties"].as_object() else {
+        return format!(
+            "Record<string, {}>",
+            of(&schema["additionalProperties"], indent)
+        );
+    };
+    let required = schema["required"].as_array();
+    let inner = format!("{indent}  ");
+    let lines = fields.iter().map(|(name, field)| {
+        let is_required = required.is_some_and(|names| names.iter().any(|it| it == name));
+        let mark = if is_required { "" } else { "?" };
+        let key = match name
+            .chars()
+            .all(|it| it.is_ascii_alphanumeric() || it == '_')
+        {
+            true => name.clone(),
+            false => format!("\"{name}\""),
+        };
+        let said = comment(field, &inner);
+        let lead = if said.is_empty() { inner.clone() } else { said };
+        format!("{lead}{key}{mark}: {};\n", of(field, &inner))
+    });
+    format!("{{\n{}{indent}}}", lines.collect::<String>())
+}
+
+/// With ALLIANCE_WRITE_TYPES=1 it writes them instead.
+#[test]
+fn the_page_s_types_are_those_of_rust() {
+    let file =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../launch/page-tests/types.d.ts");
+    let made = declarations();
+    if std::env::var_os("ALLIANCE_WRITE_TYPES").is_some_and(|value| value == "1") {
+        std::fs::write(&file, &made).unwrap();
+    }
+    let there = std::fs::read_to_string(&file).unwrap();
+    assert!(
+        there == made,
+        "{} is out of date: run this test with ALLIANCE_WRITE_TYPES=1",
+        file.display()
+    );
+    // What the page depends on.
+    for line in [
+        "now: SimTime;",
+        "export type SimTime = number;",
+        "carrier: RobotId | null;",
+        "position: [number, number];",
+    ] {
+        assert!(made.contains(line), "{line} in:\n{made}");
+    }
+}
