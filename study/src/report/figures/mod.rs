@@ -72,11 +72,14 @@ pub(super) struct RunFigures<'h> {
     highest_utility: f64,
 }
 
+/// Draws a figure, as SVG.
+type Draw<'p> = Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>;
+
 /// A figure that can be drawn.
 struct Planned<'p> {
     name: String,
     caption: String,
-    draw: Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>,
+    draw: Draw<'p>,
 }
 
 /// What was wanted is not there.
@@ -153,16 +156,13 @@ fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
 fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     let history = run.history;
     let mut figures: Vec<Planned<'p>> = Vec::new();
-    let mut add =
-        |name: String,
-         caption: String,
-         draw: Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>| {
-            figures.push(Planned {
-                name,
-                caption,
-                draw,
-            });
-        };
+    let mut add = |name: String, caption: String, draw: Draw<'p>| {
+        figures.push(Planned {
+            name,
+            caption,
+            draw,
+        });
+    };
     add(
         "gantt".to_owned(),
         "Who did what. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the world, as far \

@@ -79,13 +79,16 @@ pub fn draw(run: &RunFigures<'_>, room: &Room) -> anyhow::Result<String> {
     })
 }
 
+/// Lines of text, and the point of the figure that they belong to.
+type Label = (Vec<String>, (i32, i32));
+
 /// Draws a robot as large as it is, with its heading and what it carries; its name and its task, and where these belong.
 fn robot(
     run: &RunFigures<'_>,
     area: &Area<'_>,
     chart: &Chart<'_>,
     (view, rank): (&View, usize),
-) -> Drawn<Option<(Vec<String>, (i32, i32))>> {
+) -> Drawn<Option<Label>> {
     let robot = &view.robots[rank];
     if robot.state == AgentState::Absent {
         return Ok(None);

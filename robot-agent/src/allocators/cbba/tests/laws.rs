@@ -55,8 +55,11 @@ fn assignment<A: Open>(team: &Team<A>) -> Assignment {
     (0..team.members.len()).map(of).collect()
 }
 
-/// What everybody believes: who has each place of each task, by which bid.
-fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<(TaskId, u16, SimTime, Option<Claim>)>> {
+/// Who has a place of a task, by which bid.
+type Believed = (TaskId, u16, SimTime, Option<Claim>);
+
+/// What everybody believes.
+fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {
     let entry = |entry: &Entry| (entry.task, entry.slot, entry.round, entry.claim);
     let members = team.members.iter();
     let entries = members.map(|member| member.allocator.parts().0.entries());
