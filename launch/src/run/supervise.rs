@@ -88,9 +88,9 @@ impl Team {
         arguments.push(format!("--out={}", plan.folder.display()));
         arguments.push(format!("--run={}", plan.run));
         arguments.push("--launched".to_owned());
-        let command = Some((invocation::COMMAND, invocation::command()));
+        let command = [(invocation::COMMAND, invocation::command())];
         let log = logs.join("world.log");
-        let world = Process::start_with("world", &log, &arguments, Stdio::null(), command)?;
+        let world = Process::start_with("world", &log, &arguments, Stdio::null(), &command, false)?;
         let mut team = Self {
             world,
             agents: Vec::new(),
