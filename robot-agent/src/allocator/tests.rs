@@ -375,6 +375,21 @@ fn random_draws_evenly() {
     assert!(chi_squared < 13.8, "{counts:?}");
 }
 
+/// What others say changes no draw.
+#[test]
+fn random_draws_the_same_whatever_is_heard() {
+    let draws = |says: &dyn Fn(u64) -> Vec<Arc<Broadcast>>| -> Vec<_> {
+        let config = random::Config { redraw_s: 0.05 };
+        let mut random = Framed::<Random>::new(me(0, 3), &config);
+        let three = choices(&[1.0, 2.0, 3.0]);
+        let active = |tick| step(&mut random, tick, &three, &says(tick), &[]).active;
+        (0..1_000).map(active).collect()
+    };
+    let alone = draws(&|_| Vec::new());
+    let executing = |tick| vec![executes(2, tick + 1, tick, Some((tick % 3) as u16))];
+    assert_eq!(draws(&executing), alone);
+}
+
 proptest! {
     /// The first round of the assignment is the cheapest of all: against every permutation.
     #[test]
