@@ -156,6 +156,37 @@ fn first_come_takes_over_after_tau() {
     assert_eq!(why, "claimed");
 }
 
+/// Gold dies at 100 s and comes back at 160 s: its task is taken over after τ, and the new life takes what is free, from nobody.
+#[test]
+fn first_come_gives_a_new_life_what_is_free() {
+    const RESTART: &str =
+        "[[faults.timeline]]\nat_s = 100.0\nfor_s = 60.0\nfault.kill = \"gold\"\n";
+    let (outcome, log, violation) = checked(scenario("first-come", RESTART));
+    assert_eq!((outcome, violation), (Outcome::Complete, None));
+    let rows = log.rows::<EventRow>().unwrap();
+    let of_gold = |row: &&EventRow| row.robot == "gold" && row.kind == "activated";
+    let last = rows
+        .iter()
+        .filter(of_gold)
+        .rfind(|row| row.t_ms.0 <= 100_000);
+    let taken = activations(&log, &last.unwrap().subject, 100_001);
+    let (at, by, _) = &taken[0];
+    assert!(
+        by != "gold" && (104_000..=106_000).contains(at),
+        "{taken:?}"
+    );
+    let first = rows.iter().filter(of_gold).find(|row| row.t_ms.0 > 100_000);
+    let first = first.expect("gold works in its new life");
+    assert!((160_000..200_000).contains(&first.t_ms.0), "{first:?}");
+    let outbid = rows
+        .iter()
+        .filter(|row| row.kind != "activated" && row.reason == "outbid");
+    let lost: Vec<_> = outbid
+        .filter(|row| row.robot != "gold" && row.t_ms.0 > 160_000)
+        .collect();
+    assert!(lost.is_empty(), "{lost:?}");
+}
+
 /// Whatever is lost, dead, cut off or said without being done: all is carried to the deposit, and what must hold in every run holds.
 /// Nobody says a word of what it does but in heartbeats.
 #[test]
