@@ -10,6 +10,7 @@ use nix::unistd::Uid;
 use serde::{Deserialize, Serialize};
 
 use crate::os_process::OsProcess;
+use crate::secret;
 
 /// How to reach the world of a live run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -136,6 +137,26 @@ const SOCKET: &str = "unixsock-stream/";
 const LONGEST_SOCKET: usize = 107;
 
 impl Rendezvous {
+    /// Of a run whose world is this process, with secrets of its own; nobody can reach it yet.
+    ///
+    /// # Errors
+    /// When the system has no random bits.
+    pub fn new(run: String) -> io::Result<Self> {
+        let random = || secret::random().map(|number| format!("{number:032x}"));
+        let pid = std::process::id();
+        Ok(Self {
+            run,
+            endpoint: String::new(),
+            pid,
+            token: random()?,
+            team: Entrance {
+                endpoint: String::new(),
+                password: random()?,
+            },
+            started: OsProcess::of(pid).map_or(0, |me| me.started),
+        })
+    }
+
     /// Leaves this run where others find it, until the guard goes.
     ///
     /// # Errors

@@ -66,6 +66,7 @@ impl fmt::Display for SimTime {
         write!(f, "{:.3} s", self.as_secs_f64())
     }
 }
+
 /// A span of time in seconds, from `60s`, `60`, `1.5s`, `500ms` or `2min`, as people write it.
 ///
 /// # Errors

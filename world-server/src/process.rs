@@ -10,11 +10,10 @@ use alliance_proto::control::wire::Form;
 use alliance_proto::ids::RobotId;
 use alliance_proto::keys::Keys;
 use alliance_proto::log::LogLevel;
-use alliance_proto::os_process::OsProcess;
 use alliance_proto::panics;
-use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
+use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::scenario::Setup;
-use alliance_proto::secret::{self, Secret};
+use alliance_proto::secret::Secret;
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
@@ -163,19 +162,7 @@ pub async fn serve(
 /// Opens the team's router, and the gateway beside it.
 async fn open(run: &str) -> Result<(Session, Rendezvous, Gateway), WorldError> {
     let gateway = Waiting::start()?;
-    let pid = std::process::id();
-    let random = || secret::random().map(|number| format!("{number:032x}"));
-    let mut rendezvous = Rendezvous {
-        run: run.to_owned(),
-        endpoint: String::new(),
-        pid,
-        token: random()?,
-        team: Entrance {
-            endpoint: String::new(),
-            password: random()?,
-        },
-        started: OsProcess::of(pid).map_or(0, |me| me.started),
-    };
+    let mut rendezvous = Rendezvous::new(run.to_owned())?;
     let session = router::open(&mut rendezvous, User::Team).await?;
     let gateway = gateway.open(&mut rendezvous).await?;
     Ok((session, rendezvous, gateway))

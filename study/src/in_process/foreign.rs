@@ -15,14 +15,10 @@ use crate::diff::Difference;
 /// Answers for robots whose minds this program does not have.
 pub trait Foreign: Send {
     /// A life of the robot begins.
-    fn spawn(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let _ = (robot, incarnation);
-    }
+    fn spawn(&mut self, _robot: RobotId, _incarnation: Incarnation) {}
 
     /// Its life has ended.
-    fn die(&mut self, robot: RobotId) {
-        let _ = robot;
-    }
+    fn die(&mut self, _robot: RobotId) {}
 
     /// What the robot does in that tick, for which it hears what has arrived of the tick's manifest: a place for each broadcast. Both are
     /// written to `report` and `broadcasts`, whatever is there.

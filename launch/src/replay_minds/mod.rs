@@ -2,48 +2,33 @@
 //! run, tick by tick. What they answer must be what they answered then.
 //!
 //! The run itself is made again in this process, from the answers that the log has kept: so the minds are asked as they were, whatever
-//! stalled, died or got lost then. To them this process is the world.
+//! stalled, died or got lost then. To them this process is the world (`stage`).
+
+mod stage;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use alliance_proto::codec::encode;
 use alliance_proto::ids::{Incarnation, RobotId};
-use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
-use alliance_proto::keys::Keys;
+use alliance_proto::join::Welcome;
 use alliance_proto::log::RunLog;
-use alliance_proto::os_process::OsProcess;
-use alliance_proto::rendezvous::{Announcement, Entrance, Rendezvous, User};
 use alliance_proto::scenario::Setup;
-use alliance_proto::secret::{self, Secret};
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::{Report, TickMessage, ToAgent};
-use anyhow::{Context, bail};
+use anyhow::bail;
 use nix::sys::signal::Signal;
-use serde::Serialize;
 use serde_json::Value;
 use study::diff::Difference;
 use study::in_process::{Foreign, ForeignError, Kept};
 use tokio::runtime::Runtime;
-use tokio::sync::Notify;
-use tokio::time::{Instant, timeout};
-use world_server::router;
-use zenoh::liveliness::LivelinessToken;
-use zenoh::qos::Priority;
-use zenoh::sample::SampleKind;
-use zenoh::{Session, Wait};
+use tokio::time::timeout;
 
 use crate::run::children::Process;
 use crate::run::minds::MindCommand;
 use crate::runtime;
-
-/// How long a mind may take to join, or for a step.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// How often it is looked whether its process still lives.
-const GLANCE: Duration = Duration::from_millis(50);
+use stage::{Stage, State};
 
 /// Starts the minds that `words`, those of `--mind`, have commands for, and asks them beside the log.
 ///
@@ -90,216 +75,6 @@ struct Asked {
     stage: Stage,
     setup: Setup,
     runtime: Runtime,
-}
-
-/// The world as the minds see it.
-struct Stage {
-    run: String,
-    session: Session,
-    keys: Keys,
-    secret: Secret,
-    /// Logs of the minds.
-    logs: PathBuf,
-    heard: Arc<Heard>,
-    _token: LivelinessToken,
-    _announcement: Announcement,
-}
-
-/// What has come from minds.
-#[derive(Default)]
-struct Heard {
-    state: Mutex<State>,
-    news: Notify,
-}
-
-#[derive(Default)]
-struct State {
-    /// Who may join, by name, and what it is welcomed with.
-    invited: BTreeMap<String, Welcome>,
-    /// Who has shown its token, by name.
-    present: BTreeMap<String, Incarnation>,
-    /// The latest report of each, and the broadcasts of its tick.
-    reports: BTreeMap<RobotId, Report>,
-    broadcasts: BTreeMap<RobotId, Vec<Broadcast>>,
-}
-
-impl Heard {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn note(&self, change: impl FnOnce(&mut State)) {
-        change(&mut self.lock());
-        self.news.notify_one();
-    }
-}
-
-impl Stage {
-    async fn open(setup: &Setup) -> anyhow::Result<Self> {
-        let pid = std::process::id();
-        let run = format!("replay-{pid}");
-        let random = || secret::random().map(|number| format!("{number:032x}"));
-        let mut rendezvous = Rendezvous {
-            run: run.clone(),
-            endpoint: String::new(),
-            pid,
-            token: random()?,
-            team: Entrance {
-                endpoint: String::new(),
-                password: random()?,
-            },
-            started: OsProcess::of(pid).map_or(0, |me| me.started),
-        };
-        let session = router::open(&mut rendezvous, User::Team).await?;
-        let (keys, secret) = (Keys::new(&run), Secret::of(&rendezvous.token));
-        let heard = Arc::new(Heard::default());
-        subscribe(&session, &keys, &secret, &heard, setup)
-            .await
-            .map_err(anyhow::Error::from_boxed)?;
-        let token = session.liveliness().declare_token(keys.alive_world());
-        let token = token.await.map_err(anyhow::Error::from_boxed)?;
-        let announcement = rendezvous.announce()?;
-        let logs = std::env::temp_dir().join(format!("alliance-{run}"));
-        std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
-        Ok(Self {
-            run,
-            session,
-            keys,
-            secret,
-            logs,
-            heard,
-            _token: token,
-            _announcement: announcement,
-        })
-    }
-
-    /// Puts a message as the world or a teammate would.
-    fn put<T: Serialize>(&self, key: &str, message: &T) -> Result<(), String> {
-        let sealed = self
-            .secret
-            .seal(key, message)
-            .map_err(|error| error.to_string())?;
-        // One priority for all, so that they keep their order.
-        let put = self
-            .session
-            .put(key, sealed)
-            .priority(Priority::InteractiveHigh);
-        put.wait().map_err(|error| error.to_string())
-    }
-
-    /// Waits until that is there; why it will not be, if its process has ended or takes too long.
-    async fn wait_for<T>(
-        &self,
-        life: &mut Process,
-        look: impl Fn(&mut State) -> Option<T>,
-    ) -> Result<T, String> {
-        let until = Instant::now() + PATIENCE;
-        loop {
-            if let Some(found) = look(&mut self.heard.lock()) {
-                return Ok(found);
-            }
-            if timeout(GLANCE, self.heard.news.notified()).await.is_ok() {
-                continue;
-            }
-            while let Ok(Some(_)) = life.poll() {}
-            if let Some(ending) = life.ending() {
-                let words = life.last_words();
-                return Err(format!("its mind {}: {}", ending.describe(), words.trim()));
-            }
-            if Instant::now() > until {
-                return Err(format!(
-                    "its mind has not answered for {} s",
-                    PATIENCE.as_secs()
-                ));
-            }
-        }
-    }
-}
-
-async fn subscribe(
-    session: &Session,
-    keys: &Keys,
-    secret: &Secret,
-    heard: &Arc<Heard>,
-    setup: &Setup,
-) -> zenoh::Result<()> {
-    let (place, opener) = (Arc::clone(heard), secret.clone());
-    session
-        .declare_subscriber(keys.reports())
-        .callback(move |sample| {
-            let report = opener.open::<Report>(sample.key_expr(), &sample.payload().to_bytes());
-            if let Ok(report) = report {
-                place.note(|state| {
-                    state.reports.insert(report.robot, report);
-                });
-            }
-        })
-        .background()
-        .await?;
-
-    for robot in &setup.scenario.robots {
-        let (place, opener) = (Arc::clone(heard), secret.clone());
-        session
-            .declare_subscriber(keys.team(&robot.name, "*"))
-            .allowed_origin(zenoh::sample::Locality::Remote)
-            .callback(move |sample| {
-                let said =
-                    opener.open::<Broadcast>(sample.key_expr(), &sample.payload().to_bytes());
-                if let Ok(said) = said {
-                    let broadcasts = &mut place.lock().broadcasts;
-                    broadcasts.entry(said.sender).or_default().push(said);
-                }
-            })
-            .background()
-            .await?;
-    }
-
-    let (place, opener, own) = (Arc::clone(heard), secret.clone(), keys.clone());
-    session
-        .liveliness()
-        .declare_subscriber(keys.alive_agents())
-        .callback(move |sample| {
-            let key = sample.key_expr().as_str();
-            let life = opener.stamped(key).and_then(|plain| own.parse_alive(plain));
-            if let (Some((name, incarnation)), SampleKind::Put) = (life, sample.kind()) {
-                place.note(|state| {
-                    state.present.insert(name.to_owned(), incarnation);
-                });
-            }
-        })
-        .background()
-        .await?;
-
-    let (place, opener, own) = (Arc::clone(heard), secret.clone(), keys.clone());
-    session
-        .declare_queryable(keys.join())
-        .callback(move |query| {
-            let payload = query.payload().map(|payload| payload.to_bytes());
-            let request = opener.open::<JoinRequest>(&own.join(), &payload.unwrap_or_default());
-            let Ok(request) = request else { return };
-            let reply = answer(&request, &mut place.lock());
-            if let Ok(bytes) = opener.seal(&own.join_answer(request.nonce), &reply) {
-                // Who does not get it asks again, or is missed.
-                let _ = query.reply(own.join(), bytes).wait();
-            }
-        })
-        .background()
-        .await
-}
-
-fn answer(request: &JoinRequest, state: &mut State) -> JoinReply {
-    if request.version != PROTOCOL_VERSION {
-        return JoinReply::Refused(Refusal::Version {
-            agent: request.version,
-            world: PROTOCOL_VERSION,
-        });
-    }
-    match state.invited.remove(&request.robot) {
-        Some(welcome) => JoinReply::Welcome(welcome),
-        None => JoinReply::Refused(Refusal::Absent {
-            robot: request.robot.clone(),
-        }),
-    }
 }
 
 impl Asked {
