@@ -1,4 +1,4 @@
-//! The progress of a run on the terminal: one line for the mission, one for each robot. Where stderr is no terminal, a line
+//! The progress of a run on the terminal: one line for the mission, one for each robot of a team that fits. Where stderr is no terminal, a line
 //! every few seconds.
 
 use std::io::IsTerminal;
@@ -18,6 +18,9 @@ use tokio::time::Instant;
 
 /// Least time between two lines where stderr is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Robots of which it is told what they do; of larger teams only the first.
+const ROBOTS_TOLD: usize = 12;
 
 /// Shows views as they come.
 pub struct Progress {
@@ -56,6 +59,8 @@ impl Progress {
             mission.set_style(template("{msg}"));
             let robots = names
                 .iter()
+                // One more, for how many others there are.
+                .take(ROBOTS_TOLD + 1)
                 .map(|_| {
                     let line = bars.add(ProgressBar::no_length());
                     line.set_style(template("  {msg}"));
@@ -105,12 +110,14 @@ impl Progress {
         } else {
             format!("{sim:.1} s simulated, {:.0}x", (sim - from) / real)
         };
-        let doing: Vec<String> = self
-            .names
-            .iter()
-            .zip(&view.robots)
+        let robots = self.names.iter().zip(&view.robots).take(ROBOTS_TOLD);
+        let mut doing: Vec<String> = robots
             .map(|(name, robot)| self.describe(name, robot))
             .collect();
+        let others = self.names.len().saturating_sub(ROBOTS_TOLD);
+        if others > 0 {
+            doing.push(format!("and {others} more"));
+        }
         let columns = self.columns.iter().zip(&view.mission);
         let row: Vec<ColumnValue> = columns
             .map(|(column, number)| column.seen(*number))
