@@ -64,7 +64,18 @@ fn run_to(browser: &Browser, page: &Page, wanted: u64) {
 fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
     browser.eval("window.placed = null");
     let at = browser.wait_for(&format!(
-        "(() => {{ const box = document.querySelector('#room-canvas').getBoundingClientRect(); const at = alliance.toScreen({x_m}, {y_m}); const now = [Math.round(box.x + at.x), Math.round(box.y + at.y)]; const before = window.placed; const same = before && before.now.join() == now.join(); window.placed = {{ now, looks: same ? before.looks + 1 : 0 }}; return window.placed.looks >= 5 ? now : null; }})()"
+        "(() => {{
+            const box = document.querySelector('#room-canvas').getBoundingClientRect();
+            const at = alliance.toScreen({x_m}, {y_m});
+            const now = [Math.round(box.x + at.x), Math.round(box.y + at.y)];
+            if (window.placed?.now.join() != now.join()) window.placed = {{ now, pictures: 0 }};
+            const placed = window.placed;
+            if (!placed.asked) {{
+                placed.asked = true;
+                setTimeout(() => requestAnimationFrame(() => {{ placed.pictures += 1; placed.asked = false; }}), 100);
+            }}
+            return placed.pictures >= 5 ? now : null;
+        }})()"
     ));
     (at[0].as_i64().unwrap(), at[1].as_i64().unwrap())
 }
