@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::ids::{Incarnation, RobotId, Tick};
 
 /// Version of everything that crosses the bus; raised with every incompatible change.
-pub const PROTOCOL_VERSION: u32 = 9;
+pub const PROTOCOL_VERSION: u32 = 10;
 
 /// Agent → world: "I want to be this robot."
 ///
@@ -42,6 +42,8 @@ pub struct Welcome {
     pub first_tick: Tick,
     /// The [briefing](crate::scenario::Setup::briefing) of the run as JSON, with the ALLIANCE parameters and the profile of this robot alone.
     pub setup: String,
+    /// In a run over a network: the keys of its [`crate::secret::Pairs`], by rank, the world's last.
+    pub pairs: Option<Vec<u128>>,
 }
 
 /// Why an agent may not join.

@@ -27,14 +27,32 @@ impl Keys {
     #[must_use]
     pub fn news(&self) -> [String; 6] {
         let ticks = format!("{}/robot/*/tick", self.prefix);
-        let [view, event, process] = [self.view(), self.event(), self.process()];
+        let [view, event, process] = [self.view(), self.event(), self.processes()];
         [view, event, process, ticks, self.reports(), self.team_all()]
     }
 
-    /// Queryable of the world: [`crate::join`].
+    /// Where a robot asks to [join](crate::join).
     #[must_use]
-    pub fn join(&self) -> String {
-        format!("{}/join", self.prefix)
+    pub fn join(&self, robot: &str) -> String {
+        format!("{}/join/{robot}", self.prefix)
+    }
+
+    /// Queryable of the world: all of them, and that on which robots asked up to version 9 of the protocol.
+    #[must_use]
+    pub fn joins(&self) -> String {
+        self.join("**")
+    }
+
+    /// Where a host asks which robots are its own: [`crate::enlist`].
+    #[must_use]
+    pub fn enlist(&self, host: &str) -> String {
+        format!("{}/enlist/{host}", self.prefix)
+    }
+
+    /// What an answer to that is sealed for.
+    #[must_use]
+    pub fn enlist_answer(&self, host: &str, nonce: u128) -> String {
+        format!("{}/{nonce:032x}", self.enlist(host))
     }
 
     /// Liveliness token of the world.
@@ -45,8 +63,8 @@ impl Keys {
 
     /// What an answer to a join request is sealed for: that request and no other.
     #[must_use]
-    pub fn join_answer(&self, nonce: u128) -> String {
-        format!("{}/join/{nonce:032x}", self.prefix)
+    pub fn join_answer(&self, robot: &str, nonce: u128) -> String {
+        format!("{}/{nonce:032x}", self.join(robot))
     }
 
     /// Liveliness token of one incarnation of a robot's agent, to be stamped ([`crate::secret::Secret::stamp`]): a token that is there
@@ -56,10 +74,16 @@ impl Keys {
         format!("{}/alive/{robot}/{incarnation}", self.prefix)
     }
 
+    /// All liveliness tokens of a robot's agents, stamps included.
+    #[must_use]
+    pub fn alive_of(&self, robot: &str) -> String {
+        format!("{}/alive/{robot}/*/*", self.prefix)
+    }
+
     /// All agents' liveliness tokens, stamps included.
     #[must_use]
     pub fn alive_agents(&self) -> String {
-        format!("{}/alive/*/*/*", self.prefix)
+        self.alive_of("*")
     }
 
     /// The robot and incarnation of an agent's token without its stamp, `None` for any other key.
@@ -110,10 +134,22 @@ impl Keys {
         rest.split_once('/').map(|(robot, _)| robot)
     }
 
-    /// Launcher → world: what the operating system says of the agents' processes; and the launcher's queryable.
+    /// Launcher of a host → world: what the operating system says of its agents' processes; and the launcher's queryable.
     #[must_use]
-    pub fn process(&self) -> String {
-        format!("{}/process", self.prefix)
+    pub fn process(&self, host: &str) -> String {
+        format!("{}/process/{host}", self.prefix)
+    }
+
+    /// All hosts' news.
+    #[must_use]
+    pub fn processes(&self) -> String {
+        self.process("*")
+    }
+
+    /// The last chunk of a `join/…`, `enlist/…` or `process/…` key: who speaks.
+    #[must_use]
+    pub fn parse_speaker(key: &str) -> &str {
+        key.rsplit_once('/').map_or(key, |(_, name)| name)
     }
 
     /// Anyone → world: [`crate::control::Request`]; put, or query for a [`crate::control::Reply`].
@@ -125,8 +161,8 @@ impl Keys {
     /// What a query on [`Keys::process`] is sealed for, [`crate::process::ProcessOrder`], and its answer: so neither passes
     /// for the launcher's news.
     #[must_use]
-    pub fn process_order(&self) -> String {
-        format!("{}/process/order", self.prefix)
+    pub fn process_order(&self, host: &str) -> String {
+        format!("{}/order", self.process(host))
     }
 
     /// World → observers: [`crate::event::EventNews`], droppable.
@@ -141,6 +177,21 @@ impl Keys {
         format!("{}/view", self.prefix)
     }
 }
+
+/// Liveliness tokens of the worlds of all runs: who comes from another host finds the run by it.
+pub const ALIVE_WORLDS: &str = "alliance/*/alive/world";
+
+/// The run whose world's token has that key.
+#[must_use]
+pub fn run_of_world(key: &str) -> Option<&str> {
+    let run = key
+        .strip_prefix("alliance/")?
+        .strip_suffix("/alive/world")?;
+    is_name(run).then_some(run)
+}
+
+/// The host of the launcher that started the world; no other has this name.
+pub const LAUNCHER_HOST: &str = "launcher";
 
 /// Whether a name may stand as one chunk of a key expression, in a file name and in a CSV column: letters, digits, `-`
 /// and `_`, at most 32, starting with a letter or digit.

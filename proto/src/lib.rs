@@ -14,18 +14,22 @@
 //! - [`testkit`]: a mission for tests of what knows none.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 
+pub mod access;
 pub mod allocation;
 pub mod codec;
 pub mod control;
+pub mod enlist;
 pub mod event;
 pub mod fault;
 pub mod ids;
 pub mod ignored;
 pub mod join;
+pub mod keyring;
 pub mod keys;
 pub mod link;
 pub mod links;
 pub mod log;
+pub mod member;
 pub mod mission;
 mod obstacle;
 pub mod os_process;

@@ -1,5 +1,6 @@
 //! Where a live run is found: one file per run in the user's runtime folder, readable by that user alone (DESIGN §3).
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
@@ -9,6 +10,7 @@ use std::time::SystemTime;
 use nix::unistd::Uid;
 use serde::{Deserialize, Serialize};
 
+use crate::member::{self, Login, Member};
 use crate::os_process::OsProcess;
 use crate::secret;
 
@@ -29,6 +31,20 @@ pub struct Rendezvous {
     /// When that process started, see [`OsProcess::started`]; 0: not known.
     #[serde(default)]
     pub started: u64,
+    /// Of a run whose world is on another host; then all the above is that of the router of this host.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub far: Option<Far>,
+}
+
+/// A host's part in a run whose world is on another one.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Far {
+    /// Name of this host.
+    pub host: String,
+    /// Zenoh locator of the world.
+    pub world: String,
+    /// The secrets of its robots, by name.
+    pub robots: BTreeMap<String, String>,
 }
 
 /// How the members of the team reach the world.
@@ -59,7 +75,9 @@ impl User {
         }
     }
 
-    pub(crate) fn password(self, run: &Rendezvous) -> &str {
+    /// Password.
+    #[must_use]
+    pub fn password(self, run: &Rendezvous) -> &str {
         match self {
             Self::Team => &run.team.password,
             Self::Operator => &run.token,
@@ -90,6 +108,26 @@ pub enum RendezvousError {
     /// No live run at all.
     #[error("no run is live; start one with `alliance run` or `alliance world`")]
     None,
+    /// The run's world is elsewhere, and the robot is not one of this host's.
+    #[error("run '{run}' has no robot '{robot}' on host {host}; its robots here are {}", here.join(", "))]
+    NotHere {
+        /// The run.
+        run: String,
+        /// The robot.
+        robot: String,
+        /// This host.
+        host: String,
+        /// The robots that are.
+        here: Vec<String>,
+    },
+    /// The run's world is elsewhere.
+    #[error("the world of run '{run}' is at {world}: order and watch it on that host")]
+    Elsewhere {
+        /// The run.
+        run: String,
+        /// Where.
+        world: String,
+    },
     /// The folder is not this user's alone.
     #[error("{0} is not a folder of this user alone: remove it")]
     Unsafe(PathBuf),
@@ -154,6 +192,59 @@ impl Rendezvous {
                 password: random()?,
             },
             started: OsProcess::of(pid).map_or(0, |me| me.started),
+            far: None,
+        })
+    }
+
+    /// How a process of this machine connects.
+    ///
+    /// # Errors
+    /// For those who order and watch, when the world is elsewhere.
+    pub fn login(&self, user: User) -> Result<Login, RendezvousError> {
+        if let (Some(far), User::Operator) = (&self.far, user) {
+            return Err(RendezvousError::Elsewhere {
+                run: self.run.clone(),
+                world: far.world.clone(),
+            });
+        }
+        Ok(Login {
+            endpoint: user.endpoint(self).to_owned(),
+            user: user.name().to_owned(),
+            password: user.password(self).to_owned(),
+            keyring: None,
+        })
+    }
+
+    /// What the agent of that robot needs on this machine.
+    ///
+    /// # Errors
+    /// When the world is elsewhere and the robot is not one of this host's.
+    pub fn member(&self, robot: &str) -> Result<Member, RendezvousError> {
+        let Some(far) = &self.far else {
+            let login = self.login(User::Team)?;
+            let (run, token) = (self.run.clone(), self.token.clone());
+            return Ok(Member::near(run, robot, login, token));
+        };
+        let secret = far
+            .robots
+            .get(robot)
+            .ok_or_else(|| RendezvousError::NotHere {
+                run: self.run.clone(),
+                robot: robot.to_owned(),
+                host: far.host.clone(),
+                here: far.robots.keys().cloned().collect(),
+            })?;
+        Ok(Member {
+            run: self.run.clone(),
+            login: Login {
+                endpoint: self.team.endpoint.clone(),
+                user: member::robot(robot),
+                password: secret.clone(),
+                keyring: None,
+            },
+            secret: secret.clone(),
+            token: None,
+            is_far: true,
         })
     }
 

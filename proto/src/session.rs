@@ -7,9 +7,9 @@ use std::os::fd::{AsRawFd, OwnedFd};
 
 use nix::sys::memfd::{MFdFlags, memfd_create};
 
-use crate::keys::Keys;
+use crate::keyring::Keyring;
+use crate::member::Login;
 use crate::panics;
-use crate::rendezvous::{Rendezvous, User};
 
 /// Value of `ZENOH_RUNTIME` for every process: one worker for everything.
 /// Measured with 10 agents: 3,300 ticks/s against 1,730 with zenoh's own seven threads a process.
@@ -30,20 +30,22 @@ pub fn prepare_process() {
     panics::prepare();
 }
 
-/// Who may connect to a router of a run: whoever knows its password. Nobody else has a session, so that nobody else can fill
+/// Who may connect to a router of a run: whoever knows a password. Nobody else has a session, so that nobody else can fill
 /// its queues or hold its liveliness tokens. On the bus zenoh sends a hash of the password and a number drawn by the router.
 #[derive(Debug)]
 pub struct Members(OwnedFd);
 
 impl Members {
-    /// Those who know the password of these users. Needed until the router's session is open.
+    /// Those users, each with the password. Needed until the router's session is open.
     ///
     /// # Errors
     /// When the operating system has no file for the list: zenoh reads it from one, which nobody else sees and nothing leaves behind.
-    pub fn of(run: &Rendezvous, user: User) -> io::Result<Self> {
+    pub fn of<'a>(users: impl IntoIterator<Item = (&'a str, &'a str)>) -> io::Result<Self> {
         let list = memfd_create(c"alliance-members", MFdFlags::MFD_CLOEXEC)?;
         let mut file = File::from(list.try_clone()?);
-        writeln!(file, "{}:{}", user.name(), user.password(run))?;
+        for (name, password) in users {
+            writeln!(file, "{name}:{password}")?;
+        }
         Ok(Self(list))
     }
 
@@ -64,7 +66,8 @@ impl Members {
 /// - No message is larger than 1 MiB: what claims to be is not buffered.
 /// - Who connects and does not go on keeps nobody else out.
 /// - Senders die here on purpose, and shared mappings of a dead sender leak.
-fn common(auth: &str) -> String {
+fn common(auth: &str, keyring: Option<&Keyring>) -> String {
+    let tls = keyring.map_or_else(String::new, tls);
     format!(
         r"
   scouting: {{ delay: 0, multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }},
@@ -75,6 +78,7 @@ fn common(auth: &str) -> String {
     link: {{
       tx: {{ lease: 86400000, queue: {{ size: {{ interactive_high: 16, data: 16 }}, congestion_control: {{ drop: {{ wait_before_drop: 0 }} }} }} }},
       rx: {{ max_message_size: 1048576 }},
+      {tls}
     }},
     shared_memory: {{ enabled: false }},
   }},
@@ -89,58 +93,84 @@ const NEVER_WAIT: &str = r#"
   qos: { network: [{ messages: ["put", "delete", "query"], overwrite: { congestion_control: "drop" } }] },
 "#;
 
-/// What an operator may do; whatever is not allowed is denied, so that an expression with wildcards opens nothing. What goes out has
-/// come from the team.
-fn access(run: &str) -> String {
-    let keys = Keys::new(run);
-    let (all, control) = (keys.all(), keys.control());
-    let hear = format!(
-        r#"{{ id: "hear", permission: "allow", flows: ["ingress"], key_exprs: ["{all}"],
-          messages: ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"] }}"#
-    );
-    let order = format!(
-        r#"{{ id: "order", permission: "allow", flows: ["ingress"], key_exprs: ["{control}"], messages: ["put", "query"] }}"#
-    );
-    let out = r#"{ id: "out", permission: "allow", flows: ["egress"], key_exprs: ["**"],
-          messages: ["put", "query", "declare_queryable", "reply", "liveliness_token"] }"#;
+/// Both ends of a link prove who they are. Names are checked against the locator that is connected to.
+fn tls(keyring: &Keyring) -> String {
+    let Keyring {
+        ca,
+        certificate,
+        key,
+        ..
+    } = keyring;
     format!(
-        r#"
-  access_control: {{
-    enabled: true, default_permission: "deny", rules: [{hear}, {order}, {out}],
-    subjects: [{{ id: "anybody" }}], policies: [{{ rules: ["hear", "order", "out"], subjects: ["anybody"] }}],
-  }},
-"#
+        r"tls: {{ root_ca_certificate: {ca:?}, enable_mtls: true, verify_name_on_connect: true, close_link_on_expiration: false,
+        listen_certificate: {certificate:?}, listen_private_key: {key:?}, connect_certificate: {certificate:?}, connect_private_key: {key:?} }},"
     )
 }
 
-/// Configuration (JSON5) of a router in the middle of a star, at which those users connect: the world is the team's, the gateway the
-/// operators'.
+/// A router in the middle of a star.
+#[derive(Debug)]
+pub struct Router<'a> {
+    /// Where it listens: zenoh locators.
+    pub listen: &'a [String],
+    /// The router that it is connected to for good: tried until it is there, and again whenever it is lost.
+    pub uplink: Option<&'a Login>,
+    /// Who may connect.
+    pub members: &'a Members,
+    /// Its certificates, where it listens or connects by TLS.
+    pub keyring: Option<&'a Keyring>,
+    /// What those may do: contents of `access_control`; empty: everything.
+    pub access: String,
+}
+
+/// Configuration (JSON5) of a router.
 #[must_use]
-pub fn router(run: &Rendezvous, user: User, members: &Members) -> String {
-    let common = common(&format!("dictionary_file: {:?}", members.path()));
-    let access = match user {
-        User::Team => String::new(),
-        User::Operator => access(&run.run),
+pub fn router(router: &Router<'_>) -> String {
+    let path = router.members.path();
+    let login = router.uplink.map_or_else(String::new, |uplink| {
+        format!("user: {:?}, password: {:?},", uplink.user, uplink.password)
+    });
+    let auth = format!("{login} dictionary_file: {path:?}");
+    let common = common(&auth, router.keyring);
+    let connect = router.uplink.map_or_else(
+        || "endpoints: []".to_owned(),
+        |uplink| {
+            format!(
+                r#"endpoints: [{:?}], timeout_ms: -1, exit_on_failure: false,
+    retry: {{ period_init_ms: 20, period_max_ms: 200, period_increase_factor: 2 }}"#,
+                uplink.endpoint
+            )
+        },
+    );
+    let access = match router.access.as_str() {
+        "" => String::new(),
+        access => format!("access_control: {access},"),
     };
-    let endpoint = user.endpoint(run);
+    let listen = router.listen;
     format!(
         r#"{{
-  mode: "router", listen: {{ endpoints: ["{endpoint}"] }}, connect: {{ endpoints: [] }},
+  mode: "router", listen: {{ endpoints: {listen:?} }}, connect: {{ {connect} }},
   {NEVER_WAIT} {access} {common} }}"#
     )
 }
 
-/// Configuration (JSON5) of everybody else: a client of the router for these users.
+/// Configuration (JSON5) of everybody else: a client of a router. It is tried for ten seconds, or once.
 #[must_use]
-pub fn client(run: &Rendezvous, user: User) -> String {
-    let (name, password, endpoint) = (user.name(), user.password(run), user.endpoint(run));
-    let common = common(&format!("user: {name:?}, password: {password:?}"));
+pub fn client(login: &Login, once: bool) -> String {
+    let Login {
+        endpoint,
+        user,
+        password,
+        keyring,
+    } = login;
+    let auth = format!("user: {user:?}, password: {password:?}");
+    let common = common(&auth, keyring.as_ref());
+    let timeout_ms = if once { 0 } else { 10_000 };
     format!(
         r#"{{
   mode: "client",
   listen: {{ endpoints: [] }},
   connect: {{
-    endpoints: ["{endpoint}"], timeout_ms: 10000, exit_on_failure: true,
+    endpoints: ["{endpoint}"], timeout_ms: {timeout_ms}, exit_on_failure: true,
     retry: {{ period_init_ms: 20, period_max_ms: 200, period_increase_factor: 2 }},
   }}, {common} }}"#
     )

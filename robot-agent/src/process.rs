@@ -5,14 +5,15 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use alliance_proto::codec::CodecError;
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
+use alliance_proto::member::Member;
 use alliance_proto::panics;
-use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::scenario::{Setup, SetupFile, Vocabulary};
-use alliance_proto::secret::{self, OpenError, Secret};
+use alliance_proto::secret::{self, OpenError, Pairs, Secret};
 use alliance_proto::session;
 use alliance_proto::team::{Broadcast, BroadcastKind};
 use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
@@ -87,17 +88,17 @@ pub enum AgentError {
 /// Any [`AgentError`]; refused agents end here.
 pub async fn live(
     robot: &str,
-    run: &Rendezvous,
+    run: &Member,
     registry: &AgentRegistry,
     mind: Option<&str>,
 ) -> Result<End, AgentError> {
     let bus = |error| AgentError::Bus {
-        endpoint: run.team.endpoint.clone(),
+        endpoint: run.login.endpoint.clone(),
         error,
     };
     let keys = Keys::new(&run.run);
-    let secret = Secret::of(&run.token);
-    let config = zenoh::Config::from_json5(&session::client(run, User::Team)).map_err(bus)?;
+    let secret = Secret::of(&run.secret);
+    let config = zenoh::Config::from_json5(&session::client(&run.login, false)).map_err(bus)?;
     let session = zenoh::open(config).await.map_err(bus)?;
 
     let (ended, end) = oneshot::channel();
@@ -122,6 +123,8 @@ pub async fn live(
         setup.scenario.allocator_of(own),
     ));
     let agent = Agent::new(welcome.robot, welcome.incarnation, &setup, &team);
+    let voice = Voice::of(run, welcome.robot, welcome.pairs)
+        .ok_or_else(|| AgentError::Answer("it has no keys of pairs".to_owned()))?;
     {
         let mut mind = lock(&shared);
         let Mind::Joining { ended } = &mut *mind else {
@@ -131,6 +134,7 @@ pub async fn live(
         let robot = welcome.robot;
         *mind = Mind::Alive(Box::new(Alive {
             secret: secret.clone(),
+            voice,
             robot,
             incarnation: welcome.incarnation,
             names: setup
@@ -184,6 +188,42 @@ async fn wait_for_end(
 struct Welcomed {
     robot: RobotId,
     incarnation: Incarnation,
+    pairs: Option<Vec<u128>>,
+}
+
+/// What broadcasts are sealed with.
+enum Voice {
+    /// On one machine.
+    Token(Secret),
+    /// Over a network.
+    Pairs(Pairs),
+}
+
+impl Voice {
+    /// `None` where neither is known.
+    fn of(run: &Member, robot: RobotId, pairs: Option<Vec<u128>>) -> Option<Self> {
+        match (pairs, &run.token) {
+            (Some(keys), _) if robot.index() < keys.len() => {
+                Some(Self::Pairs(Pairs::new(robot.index(), keys)))
+            }
+            (None, Some(token)) => Some(Self::Token(Secret::of(token))),
+            _ => None,
+        }
+    }
+
+    fn seal(&self, key: &str, broadcast: &Broadcast) -> Result<Vec<u8>, CodecError> {
+        match self {
+            Self::Token(token) => token.seal(key, broadcast),
+            Self::Pairs(pairs) => pairs.seal(key, broadcast),
+        }
+    }
+
+    fn open(&self, key: &str, sealed: &[u8], sender: usize) -> Result<Broadcast, OpenError> {
+        match self {
+            Self::Token(token) => token.open(key, sealed),
+            Self::Pairs(pairs) => pairs.open(key, sealed, sender),
+        }
+    }
 }
 
 /// A robot whose agent has just died may seem taken until the world has noticed, so that refusal is not believed at once.
@@ -191,7 +231,7 @@ async fn join_patiently(
     session: &Session,
     keys: &Keys,
     robot: &str,
-    run: &Rendezvous,
+    run: &Member,
     vocabulary: &Vocabulary,
 ) -> Result<(Welcomed, Setup), AgentError> {
     let patience = Instant::now() + TAKEN_PATIENCE;
@@ -209,7 +249,7 @@ async fn join(
     session: &Session,
     keys: &Keys,
     robot: &str,
-    run: &Rendezvous,
+    run: &Member,
     vocabulary: &Vocabulary,
 ) -> Result<(Welcomed, Setup), AgentError> {
     let request = JoinRequest {
@@ -218,33 +258,35 @@ async fn join(
         pid: std::process::id(),
         nonce: secret::random()?,
     };
-    let secret = Secret::of(&run.token);
+    let secret = Secret::of(&run.secret);
     let payload = secret
-        .seal(&keys.join(), &request)
+        .seal(&keys.join(robot), &request)
         .map_err(|error| AgentError::Answer(error.to_string()))?;
     let replies = session
-        .get(keys.join())
+        .get(keys.join(robot))
         .payload(payload)
         // Anybody may answer; only what the world sealed is an answer, and nobody else shall stand before it.
         .target(QueryTarget::All)
         .consolidation(ConsolidationMode::None)
         .await
         .map_err(|error| AgentError::Bus {
-            endpoint: run.team.endpoint.clone(),
+            endpoint: run.login.endpoint.clone(),
             error,
         })?;
     let mut other_version = None;
     let answer: JoinReply = loop {
         let Ok(reply) = replies.recv_async().await else {
-            return Err(other_version.unwrap_or_else(|| AgentError::NoAnswer(run.endpoint.clone())));
+            return Err(
+                other_version.unwrap_or_else(|| AgentError::NoAnswer(run.login.endpoint.clone()))
+            );
         };
         let Ok(sample) = reply.into_result() else {
             continue;
         };
         let bytes = sample.payload().to_bytes();
-        match secret.open(&keys.join_answer(request.nonce), &bytes) {
+        match secret.open(&keys.join_answer(robot, request.nonce), &bytes) {
             Ok(answer) => break answer,
-            Err(error) => match secret.open(&keys.join_answer(0), &bytes) {
+            Err(error) => match secret.open(&keys.join_answer(robot, 0), &bytes) {
                 // A world of another version may not have understood whose request it answers. Such an answer may also be an
                 // old one that somebody puts again, so that any other goes before it.
                 Ok(JoinReply::Refused(refusal @ Refusal::Version { .. })) => {
@@ -260,6 +302,7 @@ async fn join(
             Welcomed {
                 robot: welcome.robot,
                 incarnation: welcome.incarnation,
+                pairs: welcome.pairs,
             },
             serde_json::from_str::<SetupFile>(&welcome.setup)
                 .map_err(|error| AgentError::Answer(error.to_string()))?
@@ -292,20 +335,15 @@ async fn subscribe(
         .await?;
 
     let (mind, log) = (Arc::clone(shared), Arc::clone(ignored));
-    let (opener, team) = (secret.clone(), keys.clone());
+    let team = keys.clone();
     session
         .declare_subscriber(keys.team_all())
         // A robot does not hear itself: zenoh would call back from inside its own put, while the lock is held.
         .allowed_origin(Locality::Remote)
         .callback(move |sample| {
             let key = sample.key_expr().as_str();
-            let heard = match opener.open(key, &sample.payload().to_bytes()) {
-                Ok(broadcast) => {
-                    let name = team.parse_robot(key).unwrap_or_default();
-                    lock(&mind).hear_teammate(name, broadcast)
-                }
-                Err(error) => Err(error.into()),
-            };
+            let name = team.parse_robot(key).unwrap_or_default();
+            let heard = lock(&mind).hear_teammate(name, key, &sample.payload().to_bytes());
             note(&log, "team", heard);
         })
         .background()
@@ -362,6 +400,7 @@ enum Mind {
 
 struct Alive {
     secret: Secret,
+    voice: Voice,
     robot: RobotId,
     incarnation: Incarnation,
     /// Names of all robots, by rank: a broadcast must come on its sender's key.
@@ -419,9 +458,9 @@ impl Mind {
         Ok(())
     }
 
-    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) -> Result<(), Ignore> {
+    fn hear_teammate(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
         match self {
-            Mind::Alive(alive) => alive.hear_teammate(name, broadcast),
+            Mind::Alive(alive) => alive.hear_teammate(name, key, sealed),
             Mind::Joining { .. } => Ok(()),
         }
     }
@@ -474,8 +513,11 @@ impl Alive {
         Ok(())
     }
 
-    fn hear_teammate(&mut self, name: &str, broadcast: Broadcast) -> Result<(), Ignore> {
-        if self.names.get(broadcast.sender.index()).map(String::as_str) != Some(name) {
+    fn hear_teammate(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
+        let sender = self.names.iter().position(|each| each == name);
+        let sender = sender.ok_or(Ignore::Unfit("of no teammate"))?;
+        let broadcast = self.voice.open(key, sealed, sender)?;
+        if broadcast.sender.index() != sender {
             return Err(Ignore::Unfit("on another robot's key"));
         }
         if broadcast.sender == self.robot {
@@ -504,9 +546,11 @@ impl Alive {
     fn publish(&self) {
         for broadcast in &self.space.broadcasts {
             let publisher = &self.publishers.team[broadcast.body.kind() as usize];
-            publish(&self.secret, publisher, broadcast);
+            publish(publisher, self.voice.seal(publisher.key_expr(), broadcast));
         }
-        publish(&self.secret, &self.publishers.report, &self.space.report);
+        let publisher = &self.publishers.report;
+        let report = self.secret.seal(publisher.key_expr(), &self.space.report);
+        publish(publisher, report);
     }
 
     fn end(&mut self, end: End) {
@@ -517,8 +561,8 @@ impl Alive {
 }
 
 /// A message that cannot be sent is a loss like any other: the world or the teammates will see it missing.
-fn publish<T: serde::Serialize>(secret: &Secret, publisher: &Publisher<'_>, message: &T) {
-    match secret.seal(publisher.key_expr(), message) {
+fn publish(publisher: &Publisher<'_>, sealed: Result<Vec<u8>, CodecError>) {
+    match sealed {
         Ok(bytes) => {
             if let Err(error) = publisher.put(bytes).wait() {
                 tracing::warn!(%error, key = %publisher.key_expr(), "not published");

@@ -25,6 +25,7 @@ pub mod interruption;
 pub mod invocation;
 pub mod latest;
 pub mod mission;
+pub mod network;
 pub mod pace;
 pub mod process;
 pub mod recorder;

@@ -11,9 +11,8 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::keys::Keys;
 use alliance_proto::log::LogLevel;
 use alliance_proto::panics;
-use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::scenario::Setup;
-use alliance_proto::secret::Secret;
+use alliance_proto::rendezvous::Rendezvous;
+use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use serde_json::json;
 use tokio::signal::unix::{SignalKind, signal};
@@ -30,10 +29,11 @@ use crate::interruption::InterruptionHandler;
 use crate::invocation;
 use crate::latest::link_latest;
 use crate::mission::MissionWorld;
+use crate::network::Network;
 use crate::pace::{Pace, Speed};
 use crate::recorder::{Folder, Recorder};
 use crate::router;
-use crate::server::{Bus, Ended, Publishers, Server, lock};
+use crate::server::{Bus, Ended, Publishers, Seals, Server, lock};
 use crate::simulation::Simulation;
 
 /// How often deadlines are looked at and the log is flushed.
@@ -64,6 +64,8 @@ pub struct Options {
     pub told_truth: Vec<RobotId>,
     /// The versions of minds that are programs of their own, by name, where they are known.
     pub minds: BTreeMap<String, String>,
+    /// Where it can be reached from other hosts.
+    pub network: Option<Network>,
     /// Wall-clock time after which an agent that does not answer is out of the barrier.
     pub stall_after: Duration,
 }
@@ -97,8 +99,10 @@ pub async fn serve(
     // A convenience: where it cannot be made, it is missing.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = Keys::new(&options.run);
-    let (session, rendezvous, gateway) = open(&options.run).await?;
-    let secret = Secret::of(&rendezvous.token);
+    let network = options.network.as_ref();
+    let (session, rendezvous, gateway) = open(&options.run, network, &setup.scenario).await?;
+    let seals = Seals::new(&rendezvous.token, keys.clone(), &setup.scenario, network);
+    let seals = Arc::new(seals);
     let endpoint = rendezvous.endpoint.clone();
     let publishers = declare_publishers(&session, &keys, &setup).await?;
     let (ended, end) = oneshot::channel();
@@ -118,7 +122,7 @@ pub async fn serve(
             run: options.run.clone(),
             session: session.clone(),
             keys: keys.clone(),
-            secret: secret.clone(),
+            seals: Arc::clone(&seals),
             publishers,
         },
         pace,
@@ -126,7 +130,7 @@ pub async fn serve(
         ended,
     )?;
     let server = Server::shared(server);
-    subscribe(&session, &keys, &secret, &server).await?;
+    subscribe(&session, &keys, &seals, &server).await?;
     let _token = session
         .liveliness()
         .declare_token(keys.alive_world())
@@ -160,10 +164,19 @@ pub async fn serve(
 }
 
 /// Opens the team's router, and the gateway beside it.
-async fn open(run: &str) -> Result<(Session, Rendezvous, Gateway), WorldError> {
+async fn open(
+    run: &str,
+    network: Option<&Network>,
+    scenario: &Scenario,
+) -> Result<(Session, Rendezvous, Gateway), WorldError> {
     let gateway = Waiting::start()?;
     let mut rendezvous = Rendezvous::new(run.to_owned())?;
-    let session = router::open(&mut rendezvous, User::Team).await?;
+    if let Some(network) = network {
+        // What robots and hosts have is derived from it.
+        rendezvous.token.clone_from(&network.keyring.secret);
+    }
+    let network = network.map(|network| (network, scenario));
+    let session = router::open_for_team(&mut rendezvous, network).await?;
     let gateway = gateway.open(&mut rendezvous).await?;
     Ok((session, rendezvous, gateway))
 }
@@ -190,27 +203,29 @@ async fn declare_publishers(
 async fn subscribe(
     session: &Session,
     keys: &Keys,
-    secret: &Secret,
+    seals: &Arc<Seals>,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
-    let (shared, opener) = (Arc::clone(server), secret.clone());
+    let (shared, opener) = (Arc::clone(server), Arc::clone(seals));
     session
         .declare_subscriber(keys.reports())
         .callback(move |sample| {
             let key = sample.key_expr();
             // Before the lock: who has to wait for it sleeps.
-            let report = opener.open(key, &sample.payload().to_bytes());
+            let report = opener.open_report(key, &sample.payload().to_bytes());
             lock(&shared).report(key, report);
         })
         .background()
         .await?;
 
-    overhear(session, keys, secret, server).await?;
+    overhear(session, keys, seals, server).await?;
 
     let shared = Arc::clone(server);
     session
-        .declare_subscriber(keys.process())
-        .callback(move |sample| lock(&shared).process(&sample.payload().to_bytes()))
+        .declare_subscriber(keys.processes())
+        .callback(move |sample| {
+            lock(&shared).process(sample.key_expr(), &sample.payload().to_bytes());
+        })
         .background()
         .await?;
 
@@ -268,18 +283,36 @@ async fn subscribe(
         .background()
         .await?;
 
-    let (shared, key) = (Arc::clone(server), keys.join());
+    let shared = Arc::clone(server);
+    answer(session, keys.joins(), move |key, payload| {
+        let answer = lock(&shared).join(key, payload);
+        answer.map_err(|error| error.to_string())
+    })
+    .await?;
+    let shared = Arc::clone(server);
+    answer(session, keys.enlist("*"), move |key, payload| {
+        lock(&shared).enlist(key, payload)
+    })
+    .await
+}
+
+/// Answers whatever is asked on these keys.
+async fn answer(
+    session: &Session,
+    keys: String,
+    answer: impl Fn(&str, &[u8]) -> Result<Vec<u8>, String> + Send + Sync + 'static,
+) -> zenoh::Result<()> {
     session
-        .declare_queryable(keys.join())
+        .declare_queryable(keys)
         .callback(move |query| {
             let payload = query.payload().map(|payload| payload.to_bytes());
-            let answer = lock(&shared).join(payload.as_deref().unwrap_or_default());
-            let sent = answer.map_err(|error| error.to_string()).and_then(|bytes| {
+            let key = query.key_expr().clone();
+            let sent = answer(&key, payload.as_deref().unwrap_or_default()).and_then(|bytes| {
                 let reply = query.reply(&key, bytes).wait();
                 reply.map_err(|error| error.to_string())
             });
             if let Err(error) = sent {
-                tracing::warn!(error, "join request not answered");
+                tracing::warn!(error, key = %key, "request not answered");
             }
         })
         .background()
@@ -291,19 +324,19 @@ async fn subscribe(
 async fn overhear(
     session: &Session,
     keys: &Keys,
-    secret: &Secret,
+    seals: &Arc<Seals>,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
     let scenario = lock(server).simulation().setup().scenario.clone();
     if scenario.minds().is_empty() {
         return Ok(());
     }
-    let (shared, opener) = (Arc::clone(server), secret.clone());
+    let (shared, opener) = (Arc::clone(server), Arc::clone(seals));
     session
         .declare_subscriber(keys.team_all())
         .callback(move |sample| {
             let key = sample.key_expr().as_str();
-            let broadcast = opener.open(key, &sample.payload().to_bytes());
+            let broadcast = opener.open_broadcast(key, &sample.payload().to_bytes());
             lock(&shared).overhear(key, broadcast);
         })
         .background()

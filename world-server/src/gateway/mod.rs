@@ -72,10 +72,10 @@ async fn serve() -> anyhow::Result<()> {
     let run = told.next_line().await?.context("no run was told")?;
     let mut run: Rendezvous = serde_json::from_str(&run).context("the run")?;
     let keys = Keys::new(&run.run);
-    let team = session::client(&run, User::Team);
+    let team = session::client(&run.login(User::Team)?, false);
     let team = zenoh::Config::from_json5(&team).map_err(anyhow::Error::from_boxed)?;
     let team = zenoh::open(team).await.map_err(anyhow::Error::from_boxed)?;
-    let operators = router::open(&mut run, User::Operator).await?;
+    let operators = router::open_for_operators(&mut run).await?;
     let refused = Arc::new(Refused::default());
     let wire = Wire::new(&keys, Secret::of(&run.token));
     bridge(&team, &operators, &keys, wire, &refused)

@@ -66,17 +66,19 @@ impl Server {
     }
 
     fn query_launcher(&self, order: &ProcessOrder) -> Result<Weak<()>, String> {
-        let key = self.keys.process_order();
-        let payload = self
-            .secret
+        let robot = self.robot_named(&order.robot).ok_or("no such robot")?;
+        let host = self.seals.host_of(robot);
+        let secret = self.seals.host(host).ok_or("no such host")?.clone();
+        let key = self.keys.process_order(host);
+        let payload = secret
             .seal(&key, order)
             .map_err(|error| error.to_string())?;
-        let (me, secret) = (Weak::clone(&self.me), self.secret.clone());
+        let me = Weak::clone(&self.me);
         // The callback, and this with it, is dropped when the query is over.
         let open = Arc::new(());
         let query = Arc::downgrade(&open);
         self.session
-            .get(self.keys.process())
+            .get(self.keys.process(host))
             .payload(payload)
             // Anybody may answer; only what the launcher sealed is an answer.
             .target(QueryTarget::All)

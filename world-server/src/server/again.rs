@@ -34,7 +34,11 @@ impl Server {
             ToAgent::Informed(tick, tick.truth.clone())
         };
         let peer = &mut self.peers[robot.index()];
-        match self.secret.seal(peer.ticks.key_expr(), &message) {
+        match self
+            .seals
+            .robot(robot)
+            .seal(peer.ticks.key_expr(), &message)
+        {
             Ok(bytes) => {
                 peer.question = Some(Question {
                     tick: self.simulation.tick(),

@@ -25,7 +25,7 @@ impl Server {
         payload: &[u8],
         attachment: Option<&[u8]>,
     ) -> Result<Written, WireError> {
-        let wire = Wire::new(&self.keys, self.secret.clone());
+        let wire = Wire::new(&self.keys, self.seals.run.clone());
         let request = wire
             .read_request(form, payload, attachment)
             .inspect_err(|error| self.refuse("control", error))?;

@@ -7,21 +7,23 @@ mod acts;
 mod again;
 mod control;
 mod fates;
+mod seals;
 mod standstill;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, PoisonError, Weak};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use alliance_proto::codec::{CodecError, decode_first};
+use alliance_proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
 use alliance_proto::event::EventNews;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::ignored::Ignored;
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use alliance_proto::keys::Keys;
 use alliance_proto::process::{ProcessNews, ProcessState};
-use alliance_proto::secret::{OpenError, Secret};
+use alliance_proto::secret::OpenError;
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
 use tokio::sync::oneshot;
@@ -36,11 +38,15 @@ use crate::simulation::Simulation;
 use acts::UnderWay;
 use again::Question;
 use fates::Fates;
+pub use seals::Seals;
 use standstill::Standstill;
 
 /// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
 /// somebody starts one again.
 const GRACE: Duration = Duration::from_secs(5);
+
+/// By how much the clocks of two hosts may differ.
+const CLOCKS_APART: Duration = Duration::from_secs(60);
 
 /// How often the pace is looked at while agents are at work.
 const WORK_INTERVAL: Duration = Duration::from_millis(1);
@@ -78,7 +84,7 @@ pub struct Server {
     /// Of the log.
     folder: PathBuf,
     keys: Keys,
-    secret: Secret,
+    seals: Arc<Seals>,
     session: Session,
     /// Itself, for whom the launcher answers.
     me: Weak<Mutex<Server>>,
@@ -95,8 +101,8 @@ pub struct Server {
     asked_to_join: BTreeSet<u128>,
     /// Nonces of all requests of operators.
     nonces: BTreeSet<String>,
-    /// Number of the launcher's latest news.
-    latest_news: u64,
+    /// Number of the latest news of the launcher on each host.
+    latest_news: BTreeMap<String, u64>,
     /// Number of the latest order to the launcher.
     orders: u64,
     /// That order.
@@ -115,8 +121,8 @@ pub struct Bus {
     pub session: Session,
     /// Keys of the run.
     pub keys: Keys,
-    /// What its messages are sealed with.
-    pub secret: Secret,
+    /// What messages are sealed with.
+    pub seals: Arc<Seals>,
     /// Its publishers, declared once.
     pub publishers: Publishers,
 }
@@ -167,7 +173,7 @@ impl Server {
             fates: Fates::default(),
             run: bus.run,
             keys: bus.keys,
-            secret: bus.secret,
+            seals: bus.seals,
             session: bus.session,
             me: Weak::new(),
             view: bus.publishers.view,
@@ -180,7 +186,7 @@ impl Server {
             first_tick: None,
             asked_to_join: BTreeSet::new(),
             nonces: BTreeSet::new(),
-            latest_news: 0,
+            latest_news: BTreeMap::new(),
             orders: 0,
             under_way: None,
             shown: Instant::now(),
@@ -246,25 +252,81 @@ impl Server {
         !self.simulation.barrier().is_deserted()
     }
 
-    /// Answers a request to join: the answer, sealed for who asked.
+    /// Answers a request to join that came on that key: the answer, sealed for who asked.
     ///
     /// # Errors
     /// When it is too large to be sent.
-    pub fn join(&mut self, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
-        let request = self.secret.open::<JoinRequest>(&self.keys.join(), payload);
+    pub fn join(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
+        let Some(name) = key.strip_prefix(&self.keys.join("")) else {
+            // An agent of an earlier version, which sealed with the token.
+            self.refuse("join", &"of another version");
+            let refusal = JoinReply::Refused(unread(payload));
+            return self.seals.run.seal(&format!("{key}/{:032x}", 0), &refusal);
+        };
+        let secret = self.seals.robot_named(name);
+        let request = secret.open::<JoinRequest>(&self.keys.join(name), payload);
         let (nonce, reply) = match request {
-            Ok(request) => (request.nonce, self.answer(request)),
+            Ok(request) if request.robot == name => (request.nonce, self.answer(request)),
+            Ok(request) => {
+                self.refuse("join", &"on another robot's key");
+                (request.nonce, JoinReply::Refused(Refusal::Malformed))
+            }
             Err(error) => {
                 self.refuse("join", &error);
-                // Another version may seal or encode in another way, but it says first which one it is.
-                let refusal = match decode_first(payload) {
-                    Ok(agent) if agent != PROTOCOL_VERSION => version_refusal(agent),
-                    _ => Refusal::Malformed,
-                };
-                (0, JoinReply::Refused(refusal))
+                (0, JoinReply::Refused(unread(payload)))
             }
         };
-        self.secret.seal(&self.keys.join_answer(nonce), &reply)
+        secret.seal(&self.keys.join_answer(name, nonce), &reply)
+    }
+
+    /// Answers a request of a host that came on that key.
+    ///
+    /// # Errors
+    /// When there is no such host, or the answer is too large to be sent.
+    pub fn enlist(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
+        let host = Keys::parse_speaker(key).to_owned();
+        let seals = Arc::clone(&self.seals);
+        let Some(secret) = seals.host(&host) else {
+            self.refuse("enlist", &"unknown host");
+            return Err(format!("unknown host '{host}'"));
+        };
+        let request = secret.open::<EnlistRequest>(&self.keys.enlist(&host), payload);
+        let (nonce, reply) = match request {
+            Ok(request) => (request.nonce, self.enlisted(&host, &request)),
+            Err(error) => {
+                self.refuse("enlist", &error);
+                (0, Err(unread(payload).to_string()))
+            }
+        };
+        let answer = secret.seal(&self.keys.enlist_answer(&host, nonce), &reply);
+        answer.map_err(|error| error.to_string())
+    }
+
+    fn enlisted(&mut self, host: &str, request: &EnlistRequest) -> EnlistReply {
+        if request.version != PROTOCOL_VERSION {
+            return Err(version_refusal(request.version).to_string());
+        }
+        check_clock(request.unix_ms)?;
+        let robots = &self.simulation.setup().scenario.robots;
+        let barrier = self.simulation.barrier();
+        let own = barrier
+            .robots()
+            .filter(|robot| self.seals.host_of(*robot) == host);
+        let (mut all, mut start) = (Vec::new(), Vec::new());
+        for robot in own {
+            let name = &robots[robot.index()].name;
+            all.push(name.clone());
+            let is_free = matches!(
+                barrier.presence(robot),
+                Presence::Empty | Presence::Invited | Presence::Silent
+            );
+            // After the clock has started, only those come back whose lives nobody has ended on purpose.
+            if !robots[robot.index()].absent && is_free && !barrier.is_killed(robot) {
+                start.push(name.clone());
+            }
+        }
+        tracing::info!(host, robots = all.join(", "), "a host is here");
+        Ok(Enlisted { robots: all, start })
     }
 
     fn answer(&mut self, request: JoinRequest) -> JoinReply {
@@ -283,9 +345,11 @@ impl Server {
                 return JoinReply::Refused(Refusal::Malformed);
             }
         };
+        self.supersede(&request.robot);
         match self.simulation.invite(&request.robot) {
             Err(refusal) => JoinReply::Refused(refusal),
             Ok((robot, incarnation, first_tick)) => {
+                let pairs = self.seals.pairs_for(robot);
                 let peer = &mut self.peers[robot.index()];
                 peer.pid = Some(request.pid);
                 peer.invited = Some((incarnation, Instant::now()));
@@ -295,23 +359,40 @@ impl Server {
                     incarnation,
                     first_tick,
                     setup,
+                    pairs,
                 })
             }
         }
     }
 
+    /// Over a network a host can vanish without a closed socket: the silent life of a robot ends when a new one proves that it is the same
+    /// robot's.
+    fn supersede(&mut self, robot: &str) {
+        let Some(robot) = self.seals.rank(robot) else {
+            return;
+        };
+        let barrier = self.simulation.barrier();
+        if self.seals.is_networked()
+            && barrier.presence(robot) == Presence::Silent
+            && let Some(incarnation) = barrier.incarnation(robot)
+        {
+            self.simulation.gone(robot, incarnation);
+            self.pump();
+        }
+    }
+
     /// A liveliness token of an agent came or went.
     pub fn token(&mut self, key: &str, alive: bool) {
-        let secret = self.secret.clone();
-        let Some((name, incarnation)) = secret
-            .stamped(key)
-            .and_then(|plain| self.keys.parse_alive(plain))
-        else {
-            return self.refuse("token", &"not stamped by a member of this run");
+        let plain = key.rsplit_once('/').map_or(key, |(plain, _)| plain);
+        let Some((name, incarnation)) = self.keys.parse_alive(plain) else {
+            return self.refuse("token", &"of no robot's incarnation");
         };
         let Some(robot) = self.robot_named(name) else {
             return self.refuse("token", &"unknown robot");
         };
+        if self.seals.robot(robot).stamped(key).is_none() {
+            return self.refuse("token", &"not stamped by the robot");
+        }
         if alive {
             self.peers[robot.index()].invited = None;
             self.simulation.arrive(robot, incarnation);
@@ -396,19 +477,28 @@ impl Server {
         self.refuse("report", why);
     }
 
-    /// The launcher reports the state of an agent's process.
-    pub fn process(&mut self, payload: &[u8]) {
-        let news: ProcessNews = match self.secret.open(&self.keys.process(), payload) {
+    /// The launcher of a host reports, on its key, the state of an agent's process.
+    pub fn process(&mut self, key: &str, payload: &[u8]) {
+        let host = Keys::parse_speaker(key);
+        let opened = match self.seals.host(host) {
+            Some(secret) => secret.open(&self.keys.process(host), payload),
+            None => Err(OpenError::Unsealed),
+        };
+        let news: ProcessNews = match opened {
             Ok(news) => news,
             Err(error) => return self.refuse("process", &error),
         };
-        if news.number <= self.latest_news {
+        let latest = self.latest_news.entry(host.to_owned()).or_default();
+        if news.number <= *latest {
             return self.refuse("process", &"stale");
         }
-        self.latest_news = news.number;
+        *latest = news.number;
         let Some(robot) = self.robot_named(&news.robot) else {
             return self.refuse("process", &"unknown robot");
         };
+        if self.seals.host_of(robot) != host {
+            return self.refuse("process", &"of another host's robot");
+        }
         self.peers[robot.index()].lost = news.state != ProcessState::Continued;
         if news.state == ProcessState::Ended {
             // The death of an agent is told by its token; one that has not joined has none.
@@ -489,7 +579,7 @@ impl Server {
         for (robot, peer) in view.robots.iter_mut().zip(&self.peers) {
             robot.pid = robot.incarnation.and(peer.pid);
         }
-        if let Ok(bytes) = self.secret.seal(self.view.key_expr(), &view) {
+        if let Ok(bytes) = self.seals.run.seal(self.view.key_expr(), &view) {
             // An observer's trouble is not the run's.
             let _ = self.view.put(bytes).wait();
         }
@@ -506,7 +596,7 @@ impl Server {
             tick: self.simulation.tick() - 1,
             events,
         };
-        if let Ok(bytes) = self.secret.seal(self.events.key_expr(), &news) {
+        if let Ok(bytes) = self.seals.run.seal(self.events.key_expr(), &news) {
             // An observer's trouble is not the run's.
             let _ = self.events.put(bytes).wait();
         }
@@ -613,7 +703,7 @@ impl Server {
 
     fn send(&self, robot: RobotId, message: &ToAgent<&TickMessage>) {
         let publisher = &self.peers[robot.index()].ticks;
-        match self.secret.seal(publisher.key_expr(), message) {
+        match self.seals.robot(robot).seal(publisher.key_expr(), message) {
             Ok(bytes) => {
                 if let Err(error) = publisher.put(bytes).wait() {
                     tracing::error!(%error, key = %publisher.key_expr(), "not published");
@@ -651,14 +741,37 @@ impl Server {
     }
 
     fn robot_named(&self, name: &str) -> Option<RobotId> {
-        let index = self.peers.iter().position(|peer| peer.name == name)?;
-        Some(RobotId(index as u16))
+        self.seals.rank(name)
     }
 }
 
 /// A panic ends the process, so a poisoned lock is never seen.
 pub fn lock(server: &Mutex<Server>) -> MutexGuard<'_, Server> {
     server.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Another version may seal or encode in another way, but it says first which one it is.
+fn unread(payload: &[u8]) -> Refusal {
+    match decode_first(payload) {
+        Ok(agent) if agent != PROTOCOL_VERSION => version_refusal(agent),
+        _ => Refusal::Malformed,
+    }
+}
+
+/// Certificates hold from one time to another, so hosts must agree what time it is.
+fn check_clock(unix_ms: u64) -> Result<(), String> {
+    // Never seen by the simulation.
+    #[allow(clippy::disallowed_methods)]
+    let now = SystemTime::now();
+    let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
+    let apart = Duration::from_millis(since.as_millis().abs_diff(u128::from(unix_ms)) as u64);
+    if apart > CLOCKS_APART {
+        let apart = humantime::format_duration(Duration::from_secs(apart.as_secs()));
+        return Err(format!(
+            "this host's clock and the world's are {apart} apart: set them, by NTP for example"
+        ));
+    }
+    Ok(())
 }
 
 fn version_refusal(agent: u32) -> Refusal {
