@@ -90,10 +90,15 @@ impl Secret {
     /// as the key, over the key expression, a zero byte and the text.
     #[must_use]
     pub fn mark_text(&self, key: &str, text: &[u8]) -> String {
+        self.mac(&[key.as_bytes(), &[0], text])
+    }
+
+    /// HMAC-SHA256 in hexadecimal, with the token as the key.
+    fn mac(&self, parts: &[&[u8]]) -> String {
         let mut mac = self.hmac.clone();
-        mac.update(key.as_bytes());
-        mac.update(&[0]);
-        mac.update(text);
+        for part in parts {
+            mac.update(part);
+        }
         let digest = mac.finalize().into_bytes();
         digest.iter().map(|byte| format!("{byte:02x}")).collect()
     }
@@ -108,6 +113,15 @@ impl Secret {
         hasher.write(message);
         hasher.finish().to_le_bytes()
     }
+}
+
+/// The secret of one member, made of the run's: 32 hexadecimal digits, the first 16 bytes of HMAC-SHA256 with the token's text as the
+/// key over the member's name. Whoever knows it knows neither the token nor another member's.
+#[must_use]
+pub fn derived(token: &str, identity: &str) -> String {
+    let mut text = Secret::of(token).mac(&[identity.as_bytes()]);
+    text.truncate(32);
+    text
 }
 
 /// 128 random bits from the operating system: for what must not be guessed, and never for the simulation.
@@ -171,6 +185,17 @@ mod tests {
         assert_eq!(secret.stamped("alliance/r/alive/blue/1"), None);
         assert_eq!(Secret::of("abd").stamped(&stamped), None);
         assert_eq!(secret.stamped(""), None);
+    }
+
+    /// By Python: `hmac.new(b"0123456789abcdef0123456789abcdef", b"robot-gold", "sha256").hexdigest()[:32]`.
+    #[test]
+    fn a_members_secret_is_that_of_any_other_hmac() {
+        let token = "0123456789abcdef0123456789abcdef";
+        assert_eq!(
+            derived(token, "robot-gold"),
+            "ab74d249079f51289c81015672d436c8"
+        );
+        assert_ne!(derived(token, "robot-blue"), derived(token, "robot-gold"));
     }
 
     #[test]
