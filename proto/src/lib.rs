@@ -28,6 +28,7 @@ pub mod keyring;
 pub mod keys;
 pub mod link;
 pub mod links;
+pub mod locator;
 pub mod log;
 pub mod member;
 pub mod mission;

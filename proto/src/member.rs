@@ -49,18 +49,11 @@ pub struct Member {
 impl Member {
     /// A robot that connects from another host, as itself.
     #[must_use]
-    pub fn far(run: String, robot: &str, endpoint: String, keyring: Keyring) -> Self {
-        let secret = keyring.secret.clone();
-        let login = Login {
-            endpoint,
-            user: self::robot(robot),
-            password: secret.clone(),
-            keyring: Some(keyring),
-        };
+    pub fn far(run: String, login: Login) -> Self {
         Self {
             run,
+            secret: login.password.clone(),
             login,
-            secret,
             token: None,
             is_far: true,
         }

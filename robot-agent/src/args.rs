@@ -6,13 +6,15 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use alliance_proto::keys::is_name;
+use alliance_proto::member::{self, Member};
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::session::LOG_FILTER;
 use alliance_proto::tell;
 use clap::Args;
 use tokio::time::{Instant, sleep};
 
-use crate::process::{End, live};
+use crate::far::{self, FarArgs};
+use crate::process::{AgentError, End, live};
 
 /// Environment variables that tell a mind which robot of which run it is to be.
 pub const ROBOT: &str = "ALLIANCE_ROBOT";
@@ -21,6 +23,9 @@ pub const RUN: &str = "ALLIANCE_RUN";
 
 /// How long an agent waits for the run that was named to appear.
 const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long a broken way to the world may take to be mended; who has lived for so long has found it whole.
+const MENDED: Duration = Duration::from_secs(30);
 
 /// How often it looks.
 const LOOK_INTERVAL: Duration = Duration::from_millis(10);
@@ -33,14 +38,18 @@ pub struct AgentArgs {
     pub robot: Option<String>,
     /// Run to join, by its id [default: ALLIANCE_RUN of the environment, if that names the robot too; else the newest live run of this
     /// user]
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", conflicts_with = "connect")]
     pub run: Option<String>,
+    /// How it connects from another host.
+    #[command(flatten)]
+    pub far: FarArgs,
 }
 
 impl AgentArgs {
     /// Joins the run and lives until it ends. Says on stderr how it ended.
     ///
-    /// Exit status 0 when the run was over or somebody asked the agent to end, 3 when it was refused or the bus failed.
+    /// Exit status 0 when the run was over or somebody asked the agent to end, 2 for a mistake in the arguments or keys, 3 when it was
+    /// refused or the bus failed.
     #[must_use]
     pub fn run(&self, registry: &AgentRegistry) -> ExitCode {
         ExitCode::from(self.run_as(registry, None))
@@ -53,6 +62,10 @@ impl AgentArgs {
             tell!("robot-agent: which robot? State --robot NAME, or {ROBOT} in the environment");
             return 2;
         };
+        if let Err(error) = self.far.login(&member::robot(&robot)) {
+            tell!("robot-agent {robot}: {error:#}");
+            return 2;
+        }
         match self.live(&robot, registry, mind) {
             Ok(End::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
@@ -88,10 +101,38 @@ impl AgentArgs {
             .worker_threads(1)
             .enable_all()
             .build()?;
-        runtime.block_on(async {
-            let run = self.find_run().await?;
-            Ok(live(robot, &run, registry, mind).await?)
-        })
+        runtime.block_on(self.live_and_again(robot, registry, mind))
+    }
+
+    /// The way to a world on another host may break: then it is tried again for a while, as a new incarnation.
+    async fn live_and_again(
+        &self,
+        robot: &str,
+        registry: &AgentRegistry,
+        mind: Option<&str>,
+    ) -> anyhow::Result<End> {
+        let mut lost: Option<Instant> = None;
+        loop {
+            let member = match self.far.login(&member::robot(robot))? {
+                Some(login) => Member::far(far::find_run(&login).await?, login),
+                None => self.find_run().await?.member(robot)?,
+            };
+            let began = Instant::now();
+            let lived = live(robot, &member, registry, mind).await;
+            let is_lost = matches!(
+                lived,
+                Ok(End::WorldGone) | Err(AgentError::Bus { .. } | AgentError::NoAnswer(_))
+            );
+            let since = *lost
+                .take_if(|_| began.elapsed() < MENDED)
+                .get_or_insert_with(Instant::now);
+            if !member.is_far || !is_lost || since.elapsed() > MENDED {
+                return Ok(lived?);
+            }
+            tracing::warn!(robot, "the world is out of reach; it is tried again");
+            lost = Some(since);
+            sleep(MENDED / 100).await;
+        }
     }
 
     /// Robots and world may be started in any order: an agent waits for a run for as long as there is none. One that was

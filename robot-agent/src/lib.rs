@@ -20,6 +20,7 @@ pub mod allocators;
 pub mod args;
 pub mod body;
 pub mod by_rank;
+pub mod far;
 pub mod mission;
 pub mod process;
 pub mod radio;

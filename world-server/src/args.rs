@@ -14,6 +14,7 @@ use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{
     ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, instead, text_of,
 };
+use alliance_proto::secret::random;
 use alliance_proto::session::LOG_FILTER;
 use alliance_proto::tell;
 use alliance_proto::tick::Outcome;
@@ -23,6 +24,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::gateway;
 use crate::mission::{MissionWorld, Worlds};
+use crate::network::{Network, NetworkArgs};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
 use crate::size::SizeArgs;
@@ -95,6 +97,9 @@ pub struct WorldArgs {
     /// Id of the run, one word [default: made from the scenario and the process id]
     #[arg(long = "run", value_name = "ID", value_parser = run_id)]
     id: Option<String>,
+    /// Where else it is reached than on this machine.
+    #[command(flatten)]
+    network: NetworkArgs,
     /// A launcher started this world
     #[arg(long, hide = true)]
     launched: bool,
@@ -231,6 +236,7 @@ impl RunArgs {
             run,
             folder,
             launched: false,
+            network: None,
             told_truth: Vec::new(),
             minds: BTreeMap::new(),
             speed: self.pace(self.paused),
@@ -259,10 +265,14 @@ impl WorldArgs {
         }
         let prepared = self.mission.setup(known).and_then(|setup| {
             self.refuse_process_faults(&setup)?;
+            let network = self.network.network(&setup.scenario)?;
+            if network.is_some() && self.id.is_some() && !self.launched {
+                bail!("--run with --listen: a run over a network has a name that is drawn, so that no message of an earlier one fits; leave --run out");
+            }
             let mission = known.worlds.of(&setup.scenario)?;
-            Ok((self.run.folder(&setup)?, setup, mission))
+            Ok((self.run.folder(&setup)?, setup, mission, network))
         });
-        let (folder, setup, mission) = match prepared {
+        let (folder, setup, mission, network) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
                 tell!("world: {error:#}");
@@ -270,7 +280,7 @@ impl WorldArgs {
             }
         };
         let told_truth = known.vocabulary.told_truth(&setup.scenario);
-        match self.serve(setup, mission, folder, told_truth) {
+        match self.serve(setup, mission, folder, told_truth, network) {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
             Err(error) => {
@@ -302,9 +312,15 @@ impl WorldArgs {
         mission: MissionWorld,
         folder: PathBuf,
         told_truth: Vec<RobotId>,
+        network: Option<Network>,
     ) -> anyhow::Result<Outcome> {
-        let id = self.id.clone().unwrap_or_else(|| run_id_for(&setup));
+        let id = match (&self.id, &network) {
+            (Some(id), _) => id.clone(),
+            (None, None) => run_id_for(&setup),
+            (None, Some(_)) => drawn_run_id(&setup)?,
+        };
         let options = Options {
+            network,
             told_truth,
             launched: self.launched,
             minds: self.mind_version.iter().cloned().collect(),
@@ -408,6 +424,18 @@ pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
 #[must_use]
 pub fn run_id_for(setup: &Setup) -> String {
     format!("{:.20}-{}", setup.scenario.name, std::process::id())
+}
+
+/// An id of a run over a network: no message of another run, be it yesterday's, is one of this.
+///
+/// # Errors
+/// When the system has no random bits.
+pub fn drawn_run_id(setup: &Setup) -> std::io::Result<String> {
+    Ok(format!(
+        "{:.15}-{:016x}",
+        setup.scenario.name,
+        random()? as u64
+    ))
 }
 
 /// Sends the log to stderr: what a person wants to know of a world, or what `RUST_LOG` says.

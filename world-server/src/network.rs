@@ -1,10 +1,86 @@
 //! A run over a network: where its world listens, and which robots are on which host.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 use alliance_proto::access::Speaker;
 use alliance_proto::keyring::Keyring;
-use alliance_proto::scenario::Scenario;
+use alliance_proto::keys::{LAUNCHER_HOST, is_name};
+use alliance_proto::locator;
+use alliance_proto::member::WORLD;
+use alliance_proto::scenario::{Scenario, instead};
+use anyhow::{Context, bail};
+use clap::Args;
+
+/// Where else a world is reached than on its own machine.
+#[derive(Args, Clone, Debug, Default)]
+pub struct NetworkArgs {
+    /// Listen for robots and hosts on a network, such as at tls/10.0.0.1:7447
+    #[arg(long, value_name = "LOCATOR", requires = "keys")]
+    pub listen: Vec<String>,
+    /// Folder with the world's keys, as `alliance keys` makes them
+    #[arg(long, value_name = "DIR")]
+    pub keys: Option<PathBuf>,
+    /// Robots whose agents are on another host, which speaks for them
+    #[arg(long, value_name = "HOST=ROBOT,…", value_parser = place, requires = "listen")]
+    pub place: Vec<(String, Vec<String>)>,
+    /// Listen on the network without encryption; everybody on it can read along
+    #[arg(long)]
+    pub unencrypted: bool,
+}
+
+impl NetworkArgs {
+    /// What was asked for, of a team; `None` where all is on one machine.
+    ///
+    /// # Errors
+    /// One line that says what is wrong with a locator, a place or the keys.
+    pub fn network(&self, scenario: &Scenario) -> anyhow::Result<Option<Network>> {
+        let Some(keys) = self.keys.as_ref().filter(|_| !self.listen.is_empty()) else {
+            return Ok(None);
+        };
+        for at in &self.listen {
+            locator::check("--listen", at, self.unencrypted)?;
+        }
+        let mut hosts: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        let mut placed = BTreeSet::new();
+        let known = || scenario.robots.iter().map(|robot| robot.name.as_str());
+        for (host, robots) in &self.place {
+            for robot in robots {
+                if !known().any(|name| name == robot) {
+                    bail!(
+                        "--place {host}: no robot '{robot}'; {}",
+                        instead(robot, known())
+                    );
+                }
+                if !placed.insert(robot) {
+                    bail!("--place {host}: robot '{robot}' is placed twice; name it once");
+                }
+            }
+            hosts
+                .entry(host.clone())
+                .or_default()
+                .extend(robots.iter().cloned());
+        }
+        Ok(Some(Network {
+            listen: self.listen.clone(),
+            keyring: Keyring::read(keys, WORLD).context("--keys")?,
+            hosts,
+        }))
+    }
+}
+
+fn place(text: &str) -> Result<(String, Vec<String>), String> {
+    let (host, robots) = text.split_once('=').ok_or("use HOST=ROBOT,ROBOT")?;
+    if !is_name(host) || host == LAUNCHER_HOST {
+        return Err(format!(
+            "'{host}' is no name of a host; use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
+        ));
+    }
+    Ok((
+        host.to_owned(),
+        robots.split(',').map(ToOwned::to_owned).collect(),
+    ))
+}
 
 /// What a world that listens on a network needs to know.
 #[derive(Clone, Debug)]

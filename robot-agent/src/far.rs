@@ -1,0 +1,99 @@
+//! From another host: how a world is reached over a network, and how its run is found.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use alliance_proto::keyring::Keyring;
+use alliance_proto::keys::{ALIVE_WORLDS, run_of_world};
+use alliance_proto::locator;
+use alliance_proto::member::Login;
+use alliance_proto::session;
+use anyhow::Context;
+use clap::Args;
+use tokio::time::sleep;
+
+/// How often a world is looked for that is not there.
+const LOOK_INTERVAL: Duration = Duration::from_millis(200);
+
+/// How a world on another host is reached.
+#[derive(Args, Clone, Debug)]
+pub struct FarArgs {
+    /// Where the world, or a router on the way to it, is reached from other hosts, such as tls/10.0.0.1:7447
+    #[arg(long, value_name = "LOCATOR", requires = "keys")]
+    pub connect: Option<String>,
+    /// Folder with this member's keys, as `alliance keys` makes them
+    #[arg(long, value_name = "DIR")]
+    pub keys: Option<PathBuf>,
+    /// Take a way over the network that is not encrypted; everybody on it can read along
+    #[arg(long)]
+    pub unencrypted: bool,
+}
+
+impl FarArgs {
+    /// How the member of that identity connects; `None` on the world's own machine.
+    ///
+    /// # Errors
+    /// One line that says what is wrong with the locator or the keys.
+    pub fn login(&self, identity: &str) -> anyhow::Result<Option<Login>> {
+        let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
+            return Ok(None);
+        };
+        locator::check("--connect", endpoint, self.unencrypted)?;
+        Ok(Some(login(endpoint, keys, identity)?))
+    }
+}
+
+/// How the member of that identity connects with the keys of that folder.
+///
+/// # Errors
+/// When they are not there, or not as they should be.
+pub fn login(endpoint: &str, keys: &Path, identity: &str) -> anyhow::Result<Login> {
+    let keyring = Keyring::read(keys, identity).context("--keys")?;
+    Ok(Login {
+        endpoint: endpoint.to_owned(),
+        user: identity.to_owned(),
+        password: keyring.secret.clone(),
+        keyring: Some(keyring),
+    })
+}
+
+/// The run of the world that is reached so; waits until one is there.
+///
+/// # Errors
+/// When the world, or who is there instead, does not let this member in.
+pub async fn find_run(login: &Login) -> anyhow::Result<String> {
+    let config = zenoh::Config::from_json5(&session::client(login, true));
+    let config = config.map_err(anyhow::Error::from_boxed)?;
+    let mut waiting = false;
+    loop {
+        if let Ok(session) = zenoh::open(config.clone()).await {
+            let found = world_of(&session)
+                .await
+                .map_err(anyhow::Error::from_boxed)?;
+            let _ = session.close().await;
+            if let Some(run) = found {
+                return Ok(run);
+            }
+        }
+        if !std::mem::replace(&mut waiting, true) {
+            tracing::info!(
+                endpoint = login.endpoint,
+                "no world is there yet; waiting for one"
+            );
+        }
+        sleep(LOOK_INTERVAL).await;
+    }
+}
+
+/// The run whose world shows its token.
+async fn world_of(session: &zenoh::Session) -> zenoh::Result<Option<String>> {
+    let tokens = session.liveliness().get(ALIVE_WORLDS).await?;
+    while let Ok(reply) = tokens.recv_async().await {
+        if let Ok(token) = reply.result()
+            && let Some(run) = run_of_world(token.key_expr())
+        {
+            return Ok(Some(run.to_owned()));
+        }
+    }
+    Ok(None)
+}
