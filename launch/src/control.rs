@@ -231,6 +231,7 @@ mod tests {
                 password: "def".to_owned(),
             },
             started: 0,
+            far: None,
         };
         let wire = Wire::new(&Keys::new(&run.run), Secret::of(&run.token));
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -238,8 +239,15 @@ mod tests {
             .build()
             .unwrap();
         runtime.block_on(async {
-            let members = session::Members::of(&run, User::Operator).unwrap();
-            let config = session::router(&run, User::Operator, &members);
+            let members =
+                session::Members::of([(User::Operator.name(), run.token.as_str())]).unwrap();
+            let config = session::router(&session::Router {
+                listen: std::slice::from_ref(&run.endpoint),
+                uplink: None,
+                members: &members,
+                keyring: None,
+                access: alliance_proto::access::of_operators(&Keys::new(&run.run)),
+            });
             let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
                 .await
                 .unwrap();

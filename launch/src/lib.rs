@@ -20,6 +20,7 @@ use world_server::size::with_size_words;
 mod allocators_command;
 pub mod arguments;
 mod clock;
+mod cluster;
 mod completions_command;
 pub mod control;
 mod fault;
@@ -54,6 +55,10 @@ enum Part {
     World(WorldArgs),
     /// Be one robot of a live run by hand
     Agent(AgentArgs),
+    /// Be a host of runs over a network: start and watch the agents of its robots
+    Host(cluster::host::HostCommand),
+    /// Be a router on the way to the world of a run over a network
+    Router(cluster::host::RouterCommand),
     #[command(hide = true)]
     Mind(run::minds::MindProcess),
     /// Run a logged run again and compare every tick
@@ -135,6 +140,8 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Run(command) => command.run(),
         Part::World(world) => world.run(&known()),
         Part::Agent(agent) => agent.run(Registry::of_this_program().agents()),
+        Part::Host(host) => host.run(),
+        Part::Router(router) => router.run(),
         Part::Mind(mind) => mind.run(),
         Part::Replay(command) => command.run(replay_minds::ask),
         Part::Diff(command) => command.run(),

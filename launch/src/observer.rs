@@ -28,7 +28,7 @@ impl Observer {
     /// # Errors
     /// When its world cannot be reached.
     pub async fn join(run: Rendezvous, user: User) -> anyhow::Result<Self> {
-        let config = zenoh::Config::from_json5(&session::client(&run, user))
+        let config = zenoh::Config::from_json5(&session::client(&run.login(user)?, false))
             .map_err(anyhow::Error::from_boxed)?;
         let session = zenoh::open(config)
             .await

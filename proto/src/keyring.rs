@@ -88,19 +88,32 @@ impl Keyring {
         check_certificate(&ca, None, now)?;
         check_certificate(&certificate, Some(identity), now)?;
         read_private(&key)?;
-        let text = read_private(&secret)?;
-        let text = text.trim();
-        if text.len() != 32 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-            return Err(KeyringError::Secret(secret));
-        }
+        let text = read_secret(secret)?;
         Ok(Self {
             identity: identity.to_owned(),
             ca,
             certificate,
             key,
-            secret: text.to_owned(),
+            secret: text,
         })
     }
+
+    /// The secret alone of that member in a folder: all that a host needs of its robots.
+    ///
+    /// # Errors
+    /// When it is missing, cannot be read, is no such file, or is open to others.
+    pub fn secret(dir: &Path, identity: &str) -> Result<String, KeyringError> {
+        read_secret(dir.join(format!("{identity}.secret")))
+    }
+}
+
+fn read_secret(path: PathBuf) -> Result<String, KeyringError> {
+    let text = read_private(&path)?;
+    let text = text.trim();
+    if text.len() != 32 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return Err(KeyringError::Secret(path));
+    }
+    Ok(text.to_owned())
 }
 
 /// Whether it is a certificate, of that member if one is named, and of today.

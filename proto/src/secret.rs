@@ -20,6 +20,7 @@ use siphasher::sip::SipHasher24;
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::codec::{CodecError, decode, encode};
+use crate::member;
 
 /// Bytes of a seal, after the message.
 pub const SEAL_BYTES: usize = 8;
@@ -157,6 +158,12 @@ impl Secret {
             keyed: hasher(key),
             hmac: keyed(token),
         }
+    }
+
+    /// That of a robot of the run of that token.
+    #[must_use]
+    pub fn of_robot(token: &str, name: &str) -> Self {
+        Self::of(&derived(token, &member::robot(name)))
     }
 
     /// Encodes a message for that key and seals it.

@@ -4,16 +4,20 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use alliance_proto::keyring::Keyring;
-use alliance_proto::keys::{ALIVE_WORLDS, run_of_world};
+use alliance_proto::keys::{ALIVE_WORLDS, Keys, run_of_world};
 use alliance_proto::locator;
 use alliance_proto::member::Login;
 use alliance_proto::session;
 use anyhow::Context;
 use clap::Args;
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep};
+use zenoh::Session;
 
 /// How often a world is looked for that is not there.
 const LOOK_INTERVAL: Duration = Duration::from_millis(200);
+
+/// How long the world is waited for behind a router.
+const WORLD_PATIENCE: Duration = Duration::from_secs(10);
 
 /// How a world on another host is reached.
 #[derive(Args, Clone, Debug)]
@@ -85,8 +89,29 @@ pub async fn find_run(login: &Login) -> anyhow::Result<String> {
     }
 }
 
+/// Whether the world of the run shows its token.
+pub async fn is_world_there(session: &Session, keys: &Keys) -> bool {
+    let Ok(tokens) = session.liveliness().get(keys.alive_world()).await else {
+        return false;
+    };
+    let first = tokens.recv_async().await;
+    first.is_ok_and(|reply| reply.result().is_ok())
+}
+
+/// Waits until it does: a router on the way may be there before it has reached the world. Says whether it came.
+pub async fn wait_for_world(session: &Session, keys: &Keys) -> bool {
+    let until = Instant::now() + WORLD_PATIENCE;
+    while Instant::now() < until {
+        if is_world_there(session, keys).await {
+            return true;
+        }
+        sleep(LOOK_INTERVAL / 10).await;
+    }
+    false
+}
+
 /// The run whose world shows its token.
-async fn world_of(session: &zenoh::Session) -> zenoh::Result<Option<String>> {
+async fn world_of(session: &Session) -> zenoh::Result<Option<String>> {
     let tokens = session.liveliness().get(ALIVE_WORLDS).await?;
     while let Ok(reply) = tokens.recv_async().await {
         if let Ok(token) = reply.result()

@@ -28,6 +28,7 @@ use zenoh::{Session, Wait};
 
 use crate::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
 use crate::allocator::{AgentRegistry, ConfigError};
+use crate::far;
 use crate::radio::Radio;
 
 /// How long listed broadcasts are waited for before they count as lost. In the star they are there before the tick is; this
@@ -36,9 +37,6 @@ const MANIFEST_DEADLINE: Duration = Duration::from_secs(2);
 
 /// How long an agent asks again for a robot that is taken.
 const TAKEN_PATIENCE: Duration = Duration::from_secs(1);
-
-/// How long an agent waits for the world behind the router of its host.
-const WORLD_PATIENCE: Duration = Duration::from_secs(10);
 
 /// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
@@ -112,8 +110,8 @@ pub async fn live(
     subscribe(&session, &keys, &secret, robot, &shared, &ignored)
         .await
         .map_err(bus)?;
-    if run.is_far {
-        wait_for_world(&session, &keys, &run.login.endpoint).await?;
+    if run.is_far && !far::wait_for_world(&session, &keys).await {
+        return Err(AgentError::NoAnswer(run.login.endpoint.clone()));
     }
     let vocabulary = registry.vocabulary();
     let (welcome, mut setup) = join_patiently(&session, &keys, robot, run, &vocabulary).await?;
@@ -189,28 +187,6 @@ async fn wait_for_end(
             () = sleep_until(Instant::now() + MANIFEST_DEADLINE / 4) => lock(shared).give_up_waiting(),
         }
     }
-}
-
-/// A router on the way may be there before it has reached the world.
-async fn wait_for_world(session: &Session, keys: &Keys, endpoint: &str) -> Result<(), AgentError> {
-    let until = Instant::now() + WORLD_PATIENCE;
-    while Instant::now() < until {
-        let bus = |error| AgentError::Bus {
-            endpoint: endpoint.to_owned(),
-            error,
-        };
-        let tokens = session.liveliness().get(keys.alive_world());
-        let tokens = tokens.await.map_err(bus)?;
-        if tokens
-            .recv_async()
-            .await
-            .is_ok_and(|reply| reply.result().is_ok())
-        {
-            return Ok(());
-        }
-        sleep(TAKEN_PATIENCE / 20).await;
-    }
-    Err(AgentError::NoAnswer(endpoint.to_owned()))
 }
 
 struct Welcomed {

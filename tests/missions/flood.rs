@@ -101,7 +101,7 @@ fn what_an_operator_puts_reaches_nobody() {
         keys.tick("blue"),
         keys.report("blue"),
         keys.team("gold", "heartbeat"),
-        keys.process(),
+        keys.process("launcher"),
         keys.view(),
         keys.team_all(),
         everything,
@@ -129,7 +129,7 @@ fn what_an_operator_puts_reaches_nobody() {
 
 /// A session as that user.
 pub fn connect(run: &Rendezvous, user: User) -> Session {
-    let config = alliance_proto::session::client(run, user);
+    let config = alliance_proto::session::client(&run.login(user).unwrap(), false);
     let config = zenoh::Config::from_json5(&config).unwrap();
     zenoh::open(config).wait().unwrap()
 }

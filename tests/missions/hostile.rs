@@ -10,11 +10,11 @@ use alliance_proto::event::EventNews;
 use alliance_proto::fault::{Fault, Order};
 use alliance_proto::ids::RobotId;
 use alliance_proto::join::{JoinRequest, PROTOCOL_VERSION};
-use alliance_proto::keys::Keys;
+use alliance_proto::keys::{Keys, LAUNCHER_HOST};
 use alliance_proto::mission::items::{ItemsBulletin, Withdrawal};
 use alliance_proto::process::{ProcessNews, ProcessState};
 use alliance_proto::readings::{Actuation, Readings};
-use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
+use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::secret::{SEAL_BYTES, Secret};
 use alliance_proto::team::{Broadcast, BroadcastKind, Content};
 use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
@@ -83,6 +83,7 @@ struct Stranger {
     session: Session,
     keys: Keys,
     secret: Secret,
+    token: String,
     captured: Arc<Mutex<BTreeMap<String, Captured>>>,
     tokens: Arc<Mutex<Vec<String>>>,
     rng: ChaCha8Rng,
@@ -92,7 +93,7 @@ impl Stranger {
     /// Joins the bus of the lab's only run, and listens to everything.
     fn intrude(lab: &Lab) -> Self {
         let run = announced(lab);
-        let config = alliance_proto::session::client(&run, User::Team);
+        let config = alliance_proto::session::client(&run.login(User::Team).unwrap(), false);
         let config = zenoh::Config::from_json5(&config).unwrap();
         let session = zenoh::open(config).wait().unwrap();
         let keys = Keys::new(&run.run);
@@ -107,7 +108,7 @@ impl Stranger {
             .wait()
             .unwrap();
         // Asked like the world, it answers noise, and keeps the request.
-        for key in [keys.join(), keys.control()] {
+        for key in [keys.joins(), keys.control()] {
             let heard = Arc::clone(&captured);
             session
                 .declare_queryable(key.clone())
@@ -136,6 +137,7 @@ impl Stranger {
             session,
             keys,
             secret: Secret::of(&run.token),
+            token: run.token,
             captured,
             tokens,
             rng: ChaCha8Rng::seed_from_u64(3),
@@ -145,8 +147,8 @@ impl Stranger {
     /// Every key that carries messages.
     fn all_keys(&self) -> Vec<String> {
         let mut keys = vec![
-            self.keys.join(),
-            self.keys.process(),
+            self.keys.join("blue"),
+            self.keys.process(LAUNCHER_HOST),
             self.keys.control(),
             self.keys.event(),
             self.keys.view(),
@@ -165,7 +167,7 @@ impl Stranger {
         let payload = self.make(kind, key);
         if key == self.keys.control() {
             self.put_request(kind, key, payload);
-        } else if key == self.keys.join() {
+        } else if key == self.keys.join("blue") {
             let asked = self.session.get(key).payload(payload).callback(|_| {});
             asked.wait().unwrap();
         } else {
@@ -274,7 +276,7 @@ impl Stranger {
     fn invent(&mut self, key: &str, incarnation: u32) -> Vec<u8> {
         let robot = RobotId(self.rng.random_range(0..3));
         let tick = self.rng.random_range(0..3);
-        if key == self.keys.join() {
+        if key == self.keys.join("blue") {
             let request = JoinRequest {
                 version: PROTOCOL_VERSION,
                 robot: "nobody".to_owned(),
@@ -293,7 +295,7 @@ impl Stranger {
             };
             return encode(&news).unwrap();
         }
-        if key == self.keys.process() {
+        if key == self.keys.process(LAUNCHER_HOST) {
             let news = ProcessNews {
                 number: u64::from(incarnation) * 1000,
                 robot: "blue".to_owned(),
@@ -360,7 +362,16 @@ impl Stranger {
 
     /// Seals any bytes for that key, as only a member can.
     fn sealed(&self, key: &str, bytes: &[u8]) -> Vec<u8> {
-        [bytes, &self.secret.mark(key, bytes)].concat()
+        let own = self
+            .keys
+            .parse_robot(key)
+            .filter(|_| !key.contains("/team/"));
+        let own = own.or_else(|| key.contains("/join/").then(|| Keys::parse_speaker(key)));
+        let secret = own.map_or_else(
+            || self.secret.clone(),
+            |name| Secret::of_robot(&self.token, name),
+        );
+        [bytes, &secret.mark(key, bytes)].concat()
     }
 
     /// Declares tokens of lives that are not, and copies of those that are, and takes them all back.
@@ -542,17 +553,10 @@ fn who_does_not_know_the_token_has_no_session() {
     let run = announced(&lab);
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");
-    let right = alliance_proto::session::client(&run, User::Team);
-    let wrong = alliance_proto::session::client(
-        &Rendezvous {
-            team: Entrance {
-                password: "0f5c31c27ad2bd0a".to_owned(),
-                ..run.team.clone()
-            },
-            ..run.clone()
-        },
-        User::Team,
-    );
+    let right = alliance_proto::session::client(&run.login(User::Team).unwrap(), false);
+    let mut stranger = run.login(User::Team).unwrap();
+    stranger.password = "0f5c31c27ad2bd0a".to_owned();
+    let wrong = alliance_proto::session::client(&stranger, false);
     let auth = right.find("auth:").unwrap();
     let (before, after) = right.split_at(auth);
     let none = format!("{before}{}", &after[after.find("link:").unwrap()..]);

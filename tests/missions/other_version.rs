@@ -7,6 +7,7 @@ use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
 use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
 use alliance_proto::secret::Secret;
+use alliance_proto::session::Router;
 use zenoh::{Config, Session, Wait};
 
 use crate::harness::Lab;
@@ -25,10 +26,17 @@ fn session(config: &str) -> Session {
 #[track_caller]
 fn answer(session: &Session, secret: &Secret, request: Vec<u8>, nonce: u128) -> JoinReply {
     let keys = Keys::new(RUN);
-    let replies = session.get(keys.join()).payload(request).wait().unwrap();
+    let replies = session
+        .get(keys.join("blue"))
+        .payload(request)
+        .wait()
+        .unwrap();
     let reply = replies.recv().unwrap().into_result().unwrap();
     secret
-        .open(&keys.join_answer(nonce), &reply.payload().to_bytes())
+        .open(
+            &keys.join_answer("blue", nonce),
+            &reply.payload().to_bytes(),
+        )
         .unwrap()
 }
 
@@ -40,8 +48,11 @@ fn the_world_refuses_an_agent_of_another_version() {
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
     let (session, secret) = (
-        session(&alliance_proto::session::client(&run, User::Team)),
-        Secret::of(&run.token),
+        session(&alliance_proto::session::client(
+            &run.login(User::Team).unwrap(),
+            false,
+        )),
+        Secret::of_robot(&run.token, "blue"),
     );
     let refused = JoinReply::Refused(Refusal::Version {
         agent: OTHER,
@@ -54,7 +65,7 @@ fn the_world_refuses_an_agent_of_another_version() {
         pid: 1,
         nonce: NONCE,
     };
-    let same_shape = secret.seal(&Keys::new(RUN).join(), &request).unwrap();
+    let same_shape = secret.seal(&Keys::new(RUN).join("blue"), &request).unwrap();
     assert_eq!(answer(&session, &secret, same_shape, NONCE), refused);
     // Whatever else another version may say and however it seals it, the number comes first.
     let other_shape = encode(&(OTHER, [1_u8; 20])).unwrap();
@@ -91,13 +102,21 @@ impl OtherWorld {
                 password: "password".to_owned(),
             },
             started: 0,
+            far: None,
         };
-        let members = alliance_proto::session::Members::of(&run, User::Team).unwrap();
-        let session = session(&alliance_proto::session::router(&run, User::Team, &members));
-        let (keys, secret) = (Keys::new(RUN), Secret::of(&run.token));
-        let join = keys.join();
+        let users = [(User::Team.name(), run.team.password.as_str())];
+        let members = alliance_proto::session::Members::of(users).unwrap();
+        let session = session(&alliance_proto::session::router(&Router {
+            listen: std::slice::from_ref(&run.team.endpoint),
+            uplink: None,
+            members: &members,
+            keyring: None,
+            access: String::new(),
+        }));
+        let (keys, secret) = (Keys::new(RUN), Secret::of_robot(&run.token, "blue"));
+        let join = keys.join("blue");
         session
-            .declare_queryable(keys.join())
+            .declare_queryable(join.clone())
             .callback(move |query| {
                 let bytes = query.payload().unwrap().to_bytes();
                 let request: JoinRequest = secret.open(&join, &bytes).unwrap();
@@ -106,7 +125,9 @@ impl OtherWorld {
                     world: OTHER,
                 });
                 let nonce = if understands { request.nonce } else { 0 };
-                let answer = secret.seal(&keys.join_answer(nonce), &refusal).unwrap();
+                let answer = secret
+                    .seal(&keys.join_answer("blue", nonce), &refusal)
+                    .unwrap();
                 query.reply(&join, answer).wait().unwrap();
             })
             .background()

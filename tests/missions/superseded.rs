@@ -36,8 +36,8 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
     world.wait_for_stderr("waiting for blue, gold, green");
     let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
     let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
-    let (keys, secret) = (Keys::new(RUN), Secret::of(&run.token));
-    let config = alliance_proto::session::client(&run, User::Team);
+    let (keys, secret) = (Keys::new(RUN), Secret::of_robot(&run.token, "gold"));
+    let config = alliance_proto::session::client(&run.login(User::Team).unwrap(), false);
     let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
         .wait()
         .unwrap();
@@ -59,11 +59,15 @@ fn a_former_life_that_speaks_is_dismissed_and_an_agent_that_is_dismissed_ends() 
         pid: std::process::id(),
         nonce: 1,
     };
-    let request = secret.seal(&keys.join(), &request).unwrap();
-    let replies = session.get(keys.join()).payload(request).wait().unwrap();
+    let request = secret.seal(&keys.join("gold"), &request).unwrap();
+    let replies = session
+        .get(keys.join("gold"))
+        .payload(request)
+        .wait()
+        .unwrap();
     let reply = replies.recv().unwrap().into_result().unwrap();
     let answer = secret
-        .open(&keys.join_answer(1), &reply.payload().to_bytes())
+        .open(&keys.join_answer("gold", 1), &reply.payload().to_bytes())
         .unwrap();
     let JoinReply::Welcome(welcome) = answer else {
         panic!("{answer:?}");

@@ -100,6 +100,7 @@ impl Asked {
             incarnation,
             first_tick: 0,
             setup: setup.map_err(|error| error.to_string())?,
+            pairs: None,
         };
         self.stage
             .heard
@@ -133,14 +134,14 @@ impl Asked {
         for broadcast in arrived.iter().flatten() {
             let kind = broadcast.body.kind().name(bulletins);
             let sender = setup.roster.name(broadcast.sender);
-            stage.put(&stage.keys.team(sender, kind), &**broadcast)?;
+            stage.say(&stage.keys.team(sender, kind), &**broadcast)?;
         }
         let message = if tick.truth.is_empty() {
             ToAgent::Tick(tick)
         } else {
             ToAgent::Informed(tick, tick.truth.clone())
         };
-        stage.put(&stage.keys.tick(setup.roster.name(robot)), &message)?;
+        stage.tell(setup.roster.name(robot), &message)?;
         let is_it =
             |report: &Report| (report.tick, report.incarnation) == (tick.tick, tick.incarnation);
         let report = stage.wait_for(life, |state| {

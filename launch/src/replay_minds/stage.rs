@@ -8,7 +8,7 @@ use std::time::Duration;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use alliance_proto::keys::Keys;
-use alliance_proto::rendezvous::{Announcement, Rendezvous, User};
+use alliance_proto::rendezvous::{Announcement, Rendezvous};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::Secret;
 use alliance_proto::team::Broadcast;
@@ -37,7 +37,8 @@ pub(super) struct Stage {
     pub run: String,
     pub session: Session,
     pub keys: Keys,
-    secret: Secret,
+    /// Of the run.
+    token: String,
     /// Logs of the minds.
     pub logs: PathBuf,
     pub heard: Arc<Heard>,
@@ -79,14 +80,14 @@ impl Stage {
     pub async fn open(setup: &Setup) -> anyhow::Result<Self> {
         let run = format!("replay-{}", std::process::id());
         let mut rendezvous = Rendezvous::new(run.clone())?;
-        let session = router::open(&mut rendezvous, User::Team).await?;
-        let (keys, secret) = (Keys::new(&run), Secret::of(&rendezvous.token));
+        let session = router::open_for_team(&mut rendezvous, None).await?;
+        let (keys, token) = (Keys::new(&run), rendezvous.token.clone());
         let heard = Arc::new(Heard::default());
-        subscribe(&session, &keys, &secret, &heard, setup)
+        subscribe(&session, &keys, &token, &heard, setup)
             .await
             .map_err(anyhow::Error::from_boxed)?;
-        let token = session.liveliness().declare_token(keys.alive_world());
-        let token = token.await.map_err(anyhow::Error::from_boxed)?;
+        let alive = session.liveliness().declare_token(keys.alive_world());
+        let alive = alive.await.map_err(anyhow::Error::from_boxed)?;
         let announcement = rendezvous.announce()?;
         let logs = std::env::temp_dir().join(format!("alliance-{run}"));
         std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
@@ -94,18 +95,27 @@ impl Stage {
             run,
             session,
             keys,
-            secret,
+            token,
             logs,
             heard,
-            _token: token,
+            _token: alive,
             _announcement: announcement,
         })
     }
 
-    /// Puts a message as the world or a teammate would.
-    pub fn put<T: Serialize>(&self, key: &str, message: &T) -> Result<(), String> {
-        let sealed = self
-            .secret
+    /// Tells a robot what the world would.
+    pub fn tell<T: Serialize>(&self, robot: &str, message: &T) -> Result<(), String> {
+        let secret = Secret::of_robot(&self.token, robot);
+        self.put(&self.keys.tick(robot), &secret, message)
+    }
+
+    /// Says what a teammate would.
+    pub fn say<T: Serialize>(&self, key: &str, message: &T) -> Result<(), String> {
+        self.put(key, &Secret::of(&self.token), message)
+    }
+
+    fn put<T: Serialize>(&self, key: &str, secret: &Secret, message: &T) -> Result<(), String> {
+        let sealed = secret
             .seal(key, message)
             .map_err(|error| error.to_string())?;
         // One priority for all, so that they keep their order.
@@ -148,26 +158,26 @@ impl Stage {
 async fn subscribe(
     session: &Session,
     keys: &Keys,
-    secret: &Secret,
+    token: &str,
     heard: &Arc<Heard>,
     setup: &Setup,
 ) -> zenoh::Result<()> {
-    let (place, opener) = (Arc::clone(heard), secret.clone());
-    session
-        .declare_subscriber(keys.reports())
-        .callback(move |sample| {
-            let report = opener.open::<Report>(sample.key_expr(), &sample.payload().to_bytes());
-            if let Ok(report) = report {
-                place.note(|state| {
-                    state.reports.insert(report.robot, report);
-                });
-            }
-        })
-        .background()
-        .await?;
-
     for robot in &setup.scenario.robots {
-        let (place, opener) = (Arc::clone(heard), secret.clone());
+        let (place, opener) = (Arc::clone(heard), Secret::of_robot(token, &robot.name));
+        session
+            .declare_subscriber(keys.report(&robot.name))
+            .callback(move |sample| {
+                let report = opener.open::<Report>(sample.key_expr(), &sample.payload().to_bytes());
+                if let Ok(report) = report {
+                    place.note(|state| {
+                        state.reports.insert(report.robot, report);
+                    });
+                }
+            })
+            .background()
+            .await?;
+
+        let (place, opener) = (Arc::clone(heard), Secret::of(token));
         session
             .declare_subscriber(keys.team(&robot.name, "*"))
             .allowed_origin(zenoh::sample::Locality::Remote)
@@ -183,14 +193,18 @@ async fn subscribe(
             .await?;
     }
 
-    let (place, opener, own) = (Arc::clone(heard), secret.clone(), keys.clone());
+    let (place, token_of, own) = (Arc::clone(heard), token.to_owned(), keys.clone());
     session
         .liveliness()
         .declare_subscriber(keys.alive_agents())
         .callback(move |sample| {
             let key = sample.key_expr().as_str();
-            let life = opener.stamped(key).and_then(|plain| own.parse_alive(plain));
-            if let (Some((name, incarnation)), SampleKind::Put) = (life, sample.kind()) {
+            let plain = key
+                .rsplit_once('/')
+                .and_then(|(plain, _)| own.parse_alive(plain));
+            if let (Some((name, incarnation)), SampleKind::Put) = (plain, sample.kind())
+                && Secret::of_robot(&token_of, name).stamped(key).is_some()
+            {
                 place.note(|state| {
                     state.present.insert(name.to_owned(), incarnation);
                 });
@@ -199,17 +213,20 @@ async fn subscribe(
         .background()
         .await?;
 
-    let (place, opener, own) = (Arc::clone(heard), secret.clone(), keys.clone());
+    let (place, token_of, own) = (Arc::clone(heard), token.to_owned(), keys.clone());
     session
-        .declare_queryable(keys.join())
+        .declare_queryable(keys.joins())
         .callback(move |query| {
             let payload = query.payload().map(|payload| payload.to_bytes());
-            let request = opener.open::<JoinRequest>(&own.join(), &payload.unwrap_or_default());
+            let key = query.key_expr().as_str();
+            let name = Keys::parse_speaker(key);
+            let secret = Secret::of_robot(&token_of, name);
+            let request = secret.open::<JoinRequest>(key, &payload.unwrap_or_default());
             let Ok(request) = request else { return };
             let reply = answer(&request, &mut place.lock());
-            if let Ok(bytes) = opener.seal(&own.join_answer(request.nonce), &reply) {
+            if let Ok(bytes) = secret.seal(&own.join_answer(name, request.nonce), &reply) {
                 // Who does not get it asks again, or is missed.
-                let _ = query.reply(own.join(), bytes).wait();
+                let _ = query.reply(key, bytes).wait();
             }
         })
         .background()

@@ -1,5 +1,6 @@
 //! Command line of `alliance run`.
 
+use std::collections::BTreeSet;
 use std::process::ExitCode;
 
 use alliance_proto::log::RunLog;
@@ -93,6 +94,7 @@ impl RunCommand {
             world_arguments: self.world_arguments(),
             setup,
             minds,
+            elsewhere: BTreeSet::new(),
             folder,
             paused: self.is_paused(),
             open: self.page.open,

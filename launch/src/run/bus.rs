@@ -2,7 +2,7 @@
 //! orders.
 
 use alliance_proto::event::EventLine;
-use alliance_proto::keys::Keys;
+use alliance_proto::keys::{Keys, LAUNCHER_HOST};
 use alliance_proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
 use alliance_proto::rendezvous::{Rendezvous, User};
 use alliance_proto::secret::Secret;
@@ -21,6 +21,8 @@ pub struct Bus {
     session: Session,
     keys: Keys,
     secret: Secret,
+    /// Name of this host.
+    host: String,
     /// Number of the latest news.
     news: u64,
     /// Number of the latest order.
@@ -46,7 +48,6 @@ impl Bus {
     /// When the run cannot be found or the bus fails.
     pub async fn join(run: &str, views: watch::Sender<Option<View>>) -> anyhow::Result<Self> {
         let observer = Observer::join(Rendezvous::find(Some(run))?, User::Team).await?;
-        let (give_order, orders) = mpsc::channel(WAITING);
         let (tell_event, events) = mpsc::channel(WAITING);
         observer
             .on_view(move |view| {
@@ -75,9 +76,34 @@ impl Bus {
             session,
             ..
         } = observer;
-        let (opener, key) = (secret.clone(), keys.process_order());
+        Self::open(session, keys, secret, LAUNCHER_HOST, events).await
+    }
+
+    /// The place of a host's launcher, which sees nothing of the run.
+    ///
+    /// # Errors
+    /// When the bus fails.
+    pub async fn of_host(
+        session: Session,
+        keys: Keys,
+        secret: Secret,
+        host: &str,
+    ) -> anyhow::Result<Self> {
+        let (_, events) = mpsc::channel(1);
+        Self::open(session, keys, secret, host, events).await
+    }
+
+    async fn open(
+        session: Session,
+        keys: Keys,
+        secret: Secret,
+        host: &str,
+        events: mpsc::Receiver<EventLine>,
+    ) -> anyhow::Result<Self> {
+        let (give_order, orders) = mpsc::channel(WAITING);
+        let (opener, key) = (secret.clone(), keys.process_order(host));
         session
-            .declare_queryable(keys.process())
+            .declare_queryable(keys.process(host))
             .callback(move |query| {
                 let payload = query.payload().map(|payload| payload.to_bytes());
                 let order = opener.open::<ProcessOrder>(&key, &payload.unwrap_or_default());
@@ -94,6 +120,7 @@ impl Bus {
             session,
             keys,
             secret,
+            host: host.to_owned(),
             news: 0,
             obeyed: 0,
             latest: None,
@@ -130,9 +157,12 @@ impl Bus {
 
     async fn reply(&self, query: &Query) {
         let Some(reply) = &self.latest else { return };
-        if let Ok(bytes) = self.secret.seal(&self.keys.process_order(), reply) {
+        if let Ok(bytes) = self
+            .secret
+            .seal(&self.keys.process_order(&self.host), reply)
+        {
             // For an answer that is lost the world asks again.
-            let _ = query.reply(self.keys.process(), bytes).await;
+            let _ = query.reply(self.keys.process(&self.host), bytes).await;
         }
     }
 
@@ -145,9 +175,9 @@ impl Bus {
             pid,
             state,
         };
-        if let Ok(bytes) = self.secret.seal(&self.keys.process(), &news) {
+        if let Ok(bytes) = self.secret.seal(&self.keys.process(&self.host), &news) {
             // Lost news only means that the stall deadline has to find out.
-            let _ = self.session.put(self.keys.process(), bytes).await;
+            let _ = self.session.put(self.keys.process(&self.host), bytes).await;
         }
     }
 

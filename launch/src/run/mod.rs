@@ -1,12 +1,13 @@
 //! `alliance run`: one world and one process per robot, from start to summary.
 
 pub mod args;
-mod bus;
+pub mod bus;
 pub mod children;
+pub mod crew;
 pub mod minds;
 mod one_process;
 mod orders;
-mod plan;
+pub mod plan;
 mod progress;
 mod summary;
-mod supervise;
+pub mod supervise;

@@ -10,7 +10,7 @@ use nix::unistd::Pid;
 use tokio::time::{Instant, sleep};
 
 use super::children::Process;
-use super::supervise::Team;
+use super::crew::Crew;
 
 /// How long a signal may take to be seen to have taken effect.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -18,14 +18,14 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// How often that is looked at.
 const GLANCE: Duration = Duration::from_millis(1);
 
-impl Team {
+impl Crew {
     /// Does what the world asks for; the process id.
     ///
     /// # Errors
     /// Why it cannot be done.
-    pub(super) async fn obey(&mut self, order: &ProcessOrder) -> anyhow::Result<u32> {
+    pub async fn obey(&mut self, order: &ProcessOrder) -> anyhow::Result<u32> {
         if order.act == ProcessAct::Start {
-            return self.restart(&order.robot);
+            return self.start(&order.robot);
         }
         let signal = match order.act {
             ProcessAct::Kill => Signal::SIGKILL,
@@ -62,20 +62,6 @@ impl Team {
                 }
             }
         }
-        Ok(pid)
-    }
-
-    fn restart(&mut self, robot: &str) -> anyhow::Result<u32> {
-        let process = self.start_agent(robot)?;
-        let pid = process.pid();
-        match self.agents.iter_mut().find(|agent| agent.name() == robot) {
-            Some(agent) => {
-                let former = std::mem::replace(agent, process);
-                self.former.push(former);
-            }
-            None => self.agents.push(process),
-        }
-        self.progress.say(&format!("{robot} is process {pid} now"));
         Ok(pid)
     }
 }

@@ -1,6 +1,6 @@
 //! What the ways to run a mission are given, and its summary.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use alliance_proto::scenario::Setup;
@@ -15,6 +15,8 @@ pub struct Plan {
     pub world_arguments: Vec<String>,
     /// The command of each robot's mind that is a program of its own, by robot.
     pub minds: BTreeMap<String, String>,
+    /// The robots whose agents are started on other hosts.
+    pub elsewhere: BTreeSet<String>,
     /// Folder of the log.
     pub folder: PathBuf,
     /// Whether the clock is held at first.

@@ -1,14 +1,13 @@
 //! Starts the processes of a run, watches them until the world ends, and leaves none behind.
 
-use std::collections::BTreeMap;
 use std::os::fd::OwnedFd;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
 use alliance_proto::control::AgentState;
 use alliance_proto::log::{RunFile, RunOutcome};
-use alliance_proto::process::ProcessState;
+use alliance_proto::process::{ProcessAct, ProcessState};
 use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::view::View;
 use anyhow::{Context, Error, bail};
@@ -21,6 +20,7 @@ use world_server::invocation;
 
 use super::bus::{Bus, Call};
 use super::children::{Change, Ending, Process};
+use super::crew::Crew;
 use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
@@ -29,7 +29,7 @@ use crate::page::server::FAREWELL;
 use crate::runtime;
 
 /// How long a process may take to end by itself, and again to obey SIGTERM, before it is killed. The page may also take leave.
-const GRACE: Duration = Duration::from_secs(3);
+pub const GRACE: Duration = Duration::from_secs(3);
 
 /// How long after a request to end the next one is meant as a new one.
 const AGAIN: Duration = Duration::from_millis(500);
@@ -63,19 +63,12 @@ pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
 }
 
 /// The processes of a run.
-pub(super) struct Team {
+struct Team {
     world: Process,
-    /// The latest of each robot.
-    pub(super) agents: Vec<Process>,
-    /// Those that have been succeeded.
-    pub(super) former: Vec<Process>,
+    crew: Crew,
     /// Serves the page. The run does without it.
     page: Option<Process>,
-    pub(super) run: String,
-    /// Commands of minds that are programs of their own, by robot.
-    minds: BTreeMap<String, String>,
-    logs: PathBuf,
-    pub(super) progress: Progress,
+    progress: Progress,
 }
 
 impl Team {
@@ -93,22 +86,18 @@ impl Team {
         let world = Process::start_with("world", &log, &arguments, Stdio::null(), &command, false)?;
         let mut team = Self {
             world,
-            agents: Vec::new(),
-            former: Vec::new(),
+            crew: Crew::new(plan.run.clone(), plan.minds.clone(), logs),
             page: None,
-            run: plan.run.clone(),
-            minds: plan.minds.clone(),
-            logs,
             progress: Progress::new(&plan.setup),
         };
         let robots = plan.setup.scenario.robots.iter();
-        for robot in robots.filter(|robot| !robot.absent) {
+        let here = |name: &String| !plan.elsewhere.contains(name);
+        for robot in robots.filter(|robot| !robot.absent && here(&robot.name)) {
             // Should one not start, those that run already die with this process.
-            let agent = team.start_agent(&robot.name)?;
-            team.agents.push(agent);
+            team.crew.start(&robot.name)?;
         }
         let pids: Vec<String> = std::iter::once(&team.world)
-            .chain(&team.agents)
+            .chain(&team.crew.agents)
             .map(|process| format!("{} {}", process.name(), process.pid()))
             .collect();
         team.progress.say(&format!("run {}", plan.run));
@@ -129,7 +118,7 @@ impl Team {
         let url = link.url();
         let opened = open.then(|| link.open());
         let (socket, token) = link.into_heritage();
-        let mut arguments = ["watch", &self.run, "--inherited"]
+        let mut arguments = ["watch", &self.crew.run, "--inherited"]
             .map(ToOwned::to_owned)
             .to_vec();
         if open {
@@ -137,7 +126,7 @@ impl Team {
         }
         let page = Process::start_with(
             "page",
-            &self.logs.join("page.log"),
+            &self.crew.logs.join("page.log"),
             &arguments,
             OwnedFd::from(socket).into(),
             &[token],
@@ -161,16 +150,6 @@ impl Team {
         if let Some(page) = self.page.as_ref().filter(|page| page.is_stopped()) {
             page.signal(Signal::SIGKILL);
         }
-    }
-
-    /// A process for that robot.
-    pub(super) fn start_agent(&self, robot: &str) -> anyhow::Result<Process> {
-        let log = self.logs.join(format!("{robot}.log"));
-        if let Some(command) = self.minds.get(robot) {
-            return Process::start_mind(robot, &log, command, &self.run);
-        }
-        let arguments = ["agent", "--robot", robot, "--run", &self.run].map(ToOwned::to_owned);
-        Process::start(robot, &log, &arguments)
     }
 
     /// Until the world has ended.
@@ -209,7 +188,10 @@ impl Team {
                 }
                 call = heard(bus.as_mut()) => match call {
                     Call::Order(order, query) => {
-                        let done = self.obey(&order).await;
+                        let done = self.crew.obey(&order).await;
+                        if let (Ok(pid), ProcessAct::Start) = (&done, order.act) {
+                            self.progress.say(&format!("{} is process {pid} now", order.robot));
+                        }
                         if let Some(bus) = &mut bus {
                             bus.answer(&query, order.number, done).await;
                         }
@@ -250,7 +232,7 @@ impl Team {
 
     /// What became of agents before there was a bus to tell it.
     async fn tell_what_was(&self, bus: &mut Bus) {
-        for agent in &self.agents {
+        for agent in &self.crew.agents {
             let state = match agent.ending() {
                 Some(_) => ProcessState::Ended,
                 None if agent.is_stopped() => ProcessState::Stopped,
@@ -263,18 +245,22 @@ impl Team {
     /// An agent without which a run cannot begin: one that failed, or any where all have ended. One that somebody ended is a dead
     /// robot.
     fn failed_agent(&self) -> Option<&Process> {
-        let all_ended = self.agents.iter().all(|agent| agent.ending().is_some());
+        let all_ended = self
+            .crew
+            .agents
+            .iter()
+            .all(|agent| agent.ending().is_some());
         let failed = |agent: &&Process| match agent.ending() {
             Some(Ending::Exit(status)) => status != 0 || all_ended,
             Some(Ending::Signal(_)) => all_ended,
             None => false,
         };
-        self.agents.iter().find(failed)
+        self.crew.agents.iter().find(failed)
     }
 
     /// Joins the bus. Without it the run goes on; only its progress is not seen, and no fault reaches a process.
     async fn observe(&self, views: watch::Sender<Option<View>>) -> Option<Bus> {
-        match Bus::join(&self.run, views).await {
+        match Bus::join(&self.crew.run, views).await {
             Ok(bus) => Some(bus),
             Err(error) => {
                 self.progress.say(&format!("no view of the run: {error:#}"));
@@ -284,7 +270,7 @@ impl Team {
     }
 
     /// Looks at every process, and tells the world and the person what has changed.
-    async fn poll(&mut self, mut bus: Option<&mut Bus>) -> anyhow::Result<()> {
+    async fn poll(&mut self, bus: Option<&mut Bus>) -> anyhow::Result<()> {
         while let Some(change) = self.world.poll()? {
             match change {
                 Change::Stopped => {
@@ -315,34 +301,9 @@ impl Team {
                 }
             }
         }
-        for agent in self.agents.iter_mut().chain(&mut self.former) {
-            while let Some(change) = agent.poll()? {
-                let name = agent.name();
-                let state = match change {
-                    Change::Stopped => ProcessState::Stopped,
-                    Change::Continued => ProcessState::Continued,
-                    Change::Ended(_) => ProcessState::Ended,
-                };
-                if let Some(bus) = bus.as_deref_mut() {
-                    bus.tell(name, agent.pid(), state).await;
-                }
-                if over {
-                    continue;
-                }
-                match change {
-                    Change::Stopped => self.progress.say(&format!("{name} is stopped")),
-                    Change::Continued => self.progress.say(&format!("{name} goes on")),
-                    Change::Ended(Ending::Exit(0)) => {}
-                    Change::Ended(ending) => {
-                        self.progress.say(&format!("{name} {}", ending.describe()));
-                        if matches!(ending, Ending::Exit(_)) {
-                            self.progress.say(agent.last_words().trim_end());
-                        }
-                    }
-                }
-            }
-        }
-        Ok(())
+        let progress = &self.progress;
+        let say = |line: &str| progress.say(line);
+        self.crew.poll(bus, &say, over).await
     }
 
     /// Asks the world to end the run; later on, nobody is asked any more. Some programs send one signal twice, to a process
@@ -383,23 +344,18 @@ impl Team {
     /// No process outlives its run. The page ends last: it still has to tell those who look at it.
     async fn end_all(&mut self) {
         let team = std::iter::once(&mut self.world)
-            .chain(&mut self.agents)
-            .chain(&mut self.former)
+            .chain(self.crew.everybody())
             .collect();
-        end(team, GRACE, &self.progress).await;
-        end(
-            self.page.iter_mut().collect(),
-            FAREWELL + GRACE,
-            &self.progress,
-        )
-        .await;
+        let say = |line: &str| self.progress.say(line);
+        end(team, GRACE, &say).await;
+        end(self.page.iter_mut().collect(), FAREWELL + GRACE, &say).await;
     }
 
     fn check_world(&self) -> anyhow::Result<()> {
         match self.world.ending() {
             Some(Ending::Exit(0 | 1)) => Ok(()),
             ending => {
-                let log = if self.logs.with_file_name("run.json").exists() {
+                let log = if self.crew.logs.with_file_name("run.json").exists() {
                     "its log is whole up to its last tick"
                 } else {
                     "it has no log"
@@ -415,7 +371,11 @@ impl Team {
 }
 
 /// Ends them: first they may so long end by themselves, then they are asked, then killed.
-async fn end(mut processes: Vec<&mut Process>, patience: Duration, progress: &Progress) {
+pub async fn end(
+    mut processes: Vec<&mut Process>,
+    patience: Duration,
+    say: &(dyn Fn(&str) + Sync),
+) {
     let steps = [
         (None, patience),
         (Some(Signal::SIGTERM), GRACE),
@@ -428,7 +388,7 @@ async fn end(mut processes: Vec<&mut Process>, patience: Duration, progress: &Pr
                 .filter(|process| process.ending().is_none())
             {
                 if signal == Signal::SIGKILL {
-                    progress.say(&format!("{} had to be killed", process.name()));
+                    say(&format!("{} had to be killed", process.name()));
                 }
                 process.signal(signal);
             }

@@ -206,7 +206,7 @@ fn knock(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
 
 /// As an operator, without patience.
 fn session(run: &Rendezvous) -> zenoh::Result<zenoh::Session> {
-    let config = client(run, User::Operator).replace("timeout_ms: 10000", "timeout_ms: 0");
+    let config = client(&run.login(User::Operator)?, true);
     zenoh::open(zenoh::Config::from_json5(&config)?).wait()
 }
 

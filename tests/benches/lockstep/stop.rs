@@ -105,7 +105,11 @@ impl Watched {
     fn start(team: &Team) -> Self {
         let run = Run::start(team, &["--log=off", "--no-page"]);
         let world = wait_for(|| run.rendezvous());
-        let config = zenoh::Config::from_json5(&session::client(&world, User::Operator)).unwrap();
+        let config = zenoh::Config::from_json5(&session::client(
+            &world.login(User::Operator).unwrap(),
+            false,
+        ))
+        .unwrap();
         let session = zenoh::open(config).wait().unwrap();
         let seen = Arc::new(Mutex::new(None));
         let latest = Arc::clone(&seen);

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use alliance_proto::keys::Keys;
 use alliance_proto::rendezvous::{Entrance, Rendezvous, User};
-use alliance_proto::session::{self, Members};
+use alliance_proto::session::{self, Members, Router};
 use clap::{Args, Parser, Subcommand};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::Signal;
@@ -113,6 +113,7 @@ fn rendezvous(endpoint: &str) -> Rendezvous {
             password: "team".to_owned(),
         },
         started: 0,
+        far: None,
     }
 }
 
@@ -164,11 +165,14 @@ impl Barrier {
 impl World {
     async fn run(&self) -> zenoh::Result<()> {
         let run = rendezvous(&self.endpoint);
-        let session = open(&session::router(
-            &run,
-            User::Team,
-            &Members::of(&run, User::Team)?,
-        ))
+        let members = Members::of([(User::Team.name(), run.team.password.as_str())])?;
+        let session = open(&session::router(&Router {
+            listen: std::slice::from_ref(&run.team.endpoint),
+            uplink: None,
+            members: &members,
+            keyring: None,
+            access: String::new(),
+        }))
         .await?;
         let keys = keys();
         let mut ticks = Vec::new();
@@ -218,7 +222,11 @@ impl World {
 
 impl Agent {
     async fn run(&self) -> zenoh::Result<()> {
-        let session = open(&session::client(&rendezvous(&self.endpoint), User::Team)).await?;
+        let session = open(&session::client(
+            &rendezvous(&self.endpoint).login(User::Team)?,
+            false,
+        ))
+        .await?;
         let (keys, name) = (keys(), name(self.rank));
         let report = declare(&session, keys.report(&name)).await?;
         let team = declare(&session, keys.team(&name, "heartbeat")).await?;

@@ -32,7 +32,6 @@ impl Seals {
     #[must_use]
     pub fn new(token: &str, keys: Keys, scenario: &Scenario, network: Option<&Network>) -> Self {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
-        let of = |identity: &str| Secret::of(&derived(token, identity));
         let host_of = |robot| network.and_then(|network| network.host_of(robot));
         let hosts = network.into_iter().flat_map(|network| network.hosts.keys());
         let mut seals = Self {
@@ -40,14 +39,19 @@ impl Seals {
             keys,
             run: Secret::of(token),
             robots: names()
-                .map(|name| (name.to_owned(), of(&member::robot(name))))
+                .map(|name| (name.to_owned(), Secret::of_robot(token, name)))
                 .collect(),
             ranks: names()
                 .enumerate()
                 .map(|(rank, name)| (name.to_owned(), RobotId(rank as u16)))
                 .collect(),
             hosts: hosts
-                .map(|host| (host.clone(), of(&member::host(host))))
+                .map(|host| {
+                    (
+                        host.clone(),
+                        Secret::of(&derived(token, &member::host(host))),
+                    )
+                })
                 .collect(),
             hosts_of: names()
                 .map(|name| host_of(name).unwrap_or(LAUNCHER_HOST).to_owned())
@@ -82,7 +86,7 @@ impl Seals {
     /// Of the robot of that name; a robot that there is not has one, too, to be told so.
     #[must_use]
     pub fn robot_named(&self, name: &str) -> Secret {
-        Secret::of(&derived(&self.token, &member::robot(name)))
+        Secret::of_robot(&self.token, name)
     }
 
     /// Of the launcher on that host; `None` where there is no such host.

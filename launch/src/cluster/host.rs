@@ -1,0 +1,228 @@
+//! `alliance host`: the daemon on each other host of a run, and `alliance router`, which starts nobody.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use alliance_proto::keys::{LAUNCHER_HOST, is_name};
+use alliance_proto::member::{self, Login};
+use alliance_proto::process::ProcessAct;
+use alliance_proto::{locator, tell};
+use anyhow::Context;
+use clap::Args;
+use robot_agent::far::{self, FarArgs};
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::time::sleep;
+
+use super::relay::Relay;
+use crate::run::bus::{Bus, Call};
+use crate::run::crew::Crew;
+use crate::run::supervise::{GRACE, end};
+use crate::runtime;
+
+/// How often processes and the world are looked at when nothing calls.
+const INTERVAL: Duration = Duration::from_millis(200);
+
+/// Be a host of runs over a network: starts, signals and watches the agents of its robots, for one run after the other
+#[derive(Args, Clone, Debug)]
+pub struct HostCommand {
+    /// Name of this host, as where the world is started
+    #[arg(long, value_name = "HOST", value_parser = host_name)]
+    name: String,
+    #[command(flatten)]
+    far: FarArgs,
+    /// Folder for what the agents print [default: runs/RUN.HOST]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// End after one run
+    #[arg(long)]
+    once: bool,
+}
+
+/// Be a router between robots of a host, which are started by hand, and the world of a run over a network
+#[derive(Args, Clone, Debug)]
+pub struct RouterCommand {
+    /// Name of this host, as where the world is started
+    #[arg(long, value_name = "HOST", value_parser = host_name)]
+    name: String,
+    #[command(flatten)]
+    far: FarArgs,
+    /// Listen for robots on a network, such as at tls/10.0.0.2:7447, besides the socket for this machine
+    #[arg(long, value_name = "LOCATOR")]
+    listen: Vec<String>,
+    /// End after one run
+    #[arg(long)]
+    once: bool,
+}
+
+impl HostCommand {
+    /// Takes part in runs until somebody ends it.
+    ///
+    /// Exit status 0 when it was asked to end, or after its run, 2 for a mistake in the arguments or keys, 3 when it was refused or the
+    /// bus failed.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let daemon = Daemon::of(&self.name, &self.far, &[], self.once);
+        serve("host", daemon, Some(self.out.as_ref()))
+    }
+}
+
+impl RouterCommand {
+    /// Is a router until somebody ends it. Exit status as of [`HostCommand::run`].
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        let daemon = Daemon::of(&self.name, &self.far, &self.listen, self.once);
+        serve("router", daemon, None)
+    }
+}
+
+/// What both need.
+struct Daemon {
+    name: String,
+    login: Login,
+    keys: PathBuf,
+    listen: Vec<String>,
+    once: bool,
+}
+
+impl Daemon {
+    fn of(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
+        for at in listen {
+            locator::check("--listen", at, far.unencrypted)?;
+        }
+        let login = far.login(&member::host(name))?;
+        let (login, keys) = login
+            .zip(far.keys.clone())
+            .context("where is the world? State --connect LOCATOR and --keys DIR")?;
+        Ok(Self {
+            name: name.to_owned(),
+            login,
+            keys,
+            listen: listen.to_vec(),
+            once,
+        })
+    }
+
+    /// Takes part in one run; whether somebody has asked for the end.
+    async fn take_part(
+        &self,
+        signals: &mut Signals,
+        starts: Option<Option<&PathBuf>>,
+    ) -> anyhow::Result<bool> {
+        let relay = tokio::select! {
+            relay = Relay::open(&self.name, &self.login, &self.keys, &self.listen) => relay?,
+            () = signals.asked() => return Ok(true),
+        };
+        let robots = relay.enlisted.robots.join(", ");
+        say(&format!("run {}: robots {robots}", relay.run));
+        let folder = starts.flatten().cloned();
+        let folder =
+            folder.unwrap_or_else(|| PathBuf::from(format!("runs/{}.{}", relay.run, self.name)));
+        let mut crew = Crew::new(relay.run.clone(), [].into(), folder);
+        let (session, keys) = (relay.session.clone(), relay.keys.clone());
+        let mut bus = Bus::of_host(session, keys, relay.secret.clone(), &self.name).await?;
+        if starts.is_some() {
+            std::fs::create_dir_all(&crew.logs).with_context(|| crew.logs.display().to_string())?;
+            for robot in &relay.enlisted.start {
+                let pid = crew.start(robot)?;
+                say(&format!("{robot} is process {pid}"));
+            }
+        }
+        let asked = self.watch(&relay, &mut crew, &mut bus, signals).await;
+        end(crew.everybody().collect(), GRACE, &say).await;
+        relay.close().await;
+        asked
+    }
+
+    /// Until the run is over; whether somebody has asked for the end.
+    async fn watch(
+        &self,
+        relay: &Relay,
+        crew: &mut Crew,
+        bus: &mut Bus,
+        signals: &mut Signals,
+    ) -> anyhow::Result<bool> {
+        let mut children = signal(SignalKind::child())?;
+        loop {
+            tokio::select! {
+                () = signals.asked() => return Ok(true),
+                _ = children.recv() => {}
+                call = bus.call() => if let Call::Order(order, query) = call {
+                    let done = crew.obey(&order).await;
+                    if let (Ok(pid), ProcessAct::Start) = (&done, order.act) {
+                        say(&format!("{} is process {pid} now", order.robot));
+                    }
+                    bus.answer(&query, order.number, done).await;
+                },
+                () = sleep(INTERVAL) => {}
+            }
+            crew.poll(Some(bus), &say, false).await?;
+            // Agents that have lost the world try again for a while.
+            let anybody = crew.agents.iter().any(|agent| agent.ending().is_none());
+            if !anybody && !far::is_world_there(&relay.session, &relay.keys).await {
+                say(&format!("run {} is over", relay.run));
+                return Ok(false);
+            }
+        }
+    }
+}
+
+struct Signals {
+    interrupt: Signal,
+    terminate: Signal,
+}
+
+impl Signals {
+    /// Somebody asks for the end.
+    async fn asked(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+        }
+    }
+}
+
+fn serve(
+    command: &str,
+    daemon: anyhow::Result<Daemon>,
+    starts: Option<Option<&PathBuf>>,
+) -> ExitCode {
+    let daemon = match daemon {
+        Ok(daemon) => daemon,
+        Err(error) => {
+            tell!("alliance {command}: {error:#}");
+            return ExitCode::from(2);
+        }
+    };
+    let served = runtime::start().and_then(|runtime| {
+        runtime.block_on(async {
+            let mut signals = Signals {
+                interrupt: signal(SignalKind::interrupt())?,
+                terminate: signal(SignalKind::terminate())?,
+            };
+            while !daemon.take_part(&mut signals, starts).await? && !daemon.once {}
+            anyhow::Ok(())
+        })
+    });
+    match served {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            tell!("alliance {command}: {error:#}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+fn say(line: &str) {
+    tell!("{line}");
+}
+
+fn host_name(text: &str) -> Result<String, String> {
+    if is_name(text) && text != LAUNCHER_HOST {
+        Ok(text.to_owned())
+    } else {
+        Err(format!(
+            "use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
+        ))
+    }
+}

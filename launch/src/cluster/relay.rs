@@ -1,0 +1,167 @@
+//! A host's router: its robots' agents connect to it, and it to the world.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use alliance_proto::access::{self, Speaker};
+use alliance_proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
+use alliance_proto::join::PROTOCOL_VERSION;
+use alliance_proto::keyring::Keyring;
+use alliance_proto::keys::Keys;
+use alliance_proto::member::{self, Login};
+use alliance_proto::rendezvous::{Announcement, Entrance, Far, Rendezvous, User};
+use alliance_proto::secret::{Secret, random};
+use alliance_proto::session;
+use anyhow::{Context, bail};
+use robot_agent::far;
+use tokio::time::timeout;
+use world_server::router::Plan;
+use zenoh::Session;
+use zenoh::query::{ConsolidationMode, QueryTarget};
+
+/// How long the world may take to say which robots are a host's.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long a session may take to close.
+const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
+
+/// A host that takes part in a run.
+pub struct Relay {
+    /// The router's session.
+    pub session: Session,
+    /// Keys of the run.
+    pub keys: Keys,
+    /// Id of the run.
+    pub run: String,
+    /// What the host and the world seal with what they tell each other.
+    pub secret: Secret,
+    /// The robots of this host.
+    pub enlisted: Enlisted,
+    _announcement: Announcement,
+}
+
+impl Relay {
+    /// Finds the run of the world that is reached so, asks it which robots are this host's, opens a router for them, there and at
+    /// `listen`, and announces the run on this machine. Waits until there is a run.
+    ///
+    /// # Errors
+    /// When the world does not want this host, the robots' secrets are not in the folder of keys, or the bus fails.
+    pub async fn open(
+        host: &str,
+        login: &Login,
+        keys_folder: &Path,
+        listen: &[String],
+    ) -> anyhow::Result<Self> {
+        let run = far::find_run(login).await?;
+        let keys = Keys::new(&run);
+        let secret = Secret::of(&login.password);
+        let enlisted = enlist(host, login, &keys, &secret).await?;
+        let mut robots = BTreeMap::new();
+        for robot in &enlisted.robots {
+            let of_robot = Keyring::secret(keys_folder, &member::robot(robot)).context("--keys")?;
+            robots.insert(robot.clone(), of_robot);
+        }
+        let speakers: Vec<Speaker> = robots.keys().map(|robot| Speaker::robot(robot)).collect();
+        let (protocol, _) = login.endpoint.split_once('/').unwrap_or_default();
+        let users = robots.iter();
+        let users = users.map(|(robot, secret)| (member::robot(robot), secret.clone()));
+        let plan = Plan {
+            listen: listen.to_vec(),
+            uplink: Some(login.clone()),
+            users: users.collect(),
+            keyring: login.keyring.clone(),
+            access: access::of_team(&keys, &speakers, User::Team.name(), Some(protocol)),
+        };
+        let pid = std::process::id();
+        let (session, endpoint) = plan.open(&run, pid, User::Team).await?;
+        if !far::wait_for_world(&session, &keys).await {
+            bail!(
+                "the world at {} cannot be reached through this host's router",
+                login.endpoint
+            );
+        }
+        let mut rendezvous = Rendezvous::new(run.clone())?;
+        rendezvous.endpoint.clone_from(&endpoint);
+        rendezvous.token = String::new();
+        rendezvous.team = Entrance {
+            endpoint,
+            password: String::new(),
+        };
+        rendezvous.far = Some(Far {
+            host: host.to_owned(),
+            world: login.endpoint.clone(),
+            robots,
+        });
+        Ok(Self {
+            _announcement: rendezvous.announce()?,
+            session,
+            keys,
+            run,
+            secret,
+            enlisted,
+        })
+    }
+
+    /// Leaves the run.
+    pub async fn close(self) {
+        // Teardown may hang; the process goes on whether or not it does.
+        let _ = timeout(CLOSE_DEADLINE, self.session.close()).await;
+    }
+}
+
+/// Asks the world which robots are this host's.
+async fn enlist(
+    host: &str,
+    login: &Login,
+    keys: &Keys,
+    secret: &Secret,
+) -> anyhow::Result<Enlisted> {
+    let bus = anyhow::Error::from_boxed;
+    let config = zenoh::Config::from_json5(&session::client(login, false)).map_err(bus)?;
+    let session = zenoh::open(config).await.map_err(bus)?;
+    // Certificates know the clock on the wall, and the simulation does not.
+    #[allow(clippy::disallowed_methods)]
+    let now = std::time::SystemTime::now();
+    let since = now
+        .duration_since(std::time::UNIX_EPOCH)
+        .unwrap_or_default();
+    let request = EnlistRequest {
+        version: PROTOCOL_VERSION,
+        nonce: random()?,
+        unix_ms: since.as_millis() as u64,
+    };
+    let key = keys.enlist(host);
+    let replies = session
+        .get(&key)
+        .payload(secret.seal(&key, &request)?)
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .timeout(PATIENCE)
+        .await
+        .map_err(bus)?;
+    let mut answer: Option<EnlistReply> = None;
+    while let Ok(reply) = replies.recv_async().await {
+        let Ok(sample) = reply.into_result() else {
+            continue;
+        };
+        let bytes = sample.payload().to_bytes();
+        // One that could not be read is answered for no request.
+        let opened = [request.nonce, 0]
+            .iter()
+            .find_map(|nonce| secret.open(&keys.enlist_answer(host, *nonce), &bytes).ok());
+        answer = answer.or(opened);
+    }
+    let _ = timeout(CLOSE_DEADLINE, session.close()).await;
+    match answer {
+        Some(Ok(enlisted)) => Ok(enlisted),
+        Some(Err(why)) => bail!(
+            "the world at {} refuses host '{host}': {why}",
+            login.endpoint
+        ),
+        None => bail!(
+            "the world at {} knows no host '{host}': start it with --place {host}=ROBOT,ROBOT",
+            login.endpoint
+        ),
+    }
+}
