@@ -1,0 +1,3 @@
+//! Runs over several machines, as a [`file`] describes them.
+
+pub mod file;
