@@ -62,44 +62,77 @@ impl KeyFile {
 /// # Errors
 /// When the system has no random bits, or a member's address cannot stand in a certificate.
 pub fn make(members: &[Member], dates: Dates) -> anyhow::Result<Vec<KeyFile>> {
-    let token = secret()?;
-    let key = KeyPair::generate().context("making a key")?;
-    let params = authority(dates)?;
-    let certificate = params.self_signed(&key).context("signing ca.pem")?;
-    let mut files = vec![
-        KeyFile::new("ca", "pem", certificate.pem()),
-        KeyFile::new("ca", "key", key.serialize_pem()),
-    ];
-    let issuer = Issuer::new(params, key);
+    let authority = Authority::new(dates)?;
+    let mut files = authority.files();
     for member in members {
-        let identity = &member.identity;
-        let key = KeyPair::generate().context("making a key")?;
-        let certificate = leaf(member, dates).and_then(|params| params.signed_by(&key, &issuer));
-        let certificate = certificate.with_context(|| format!("signing {identity}.pem"))?;
-        let secret = match identity.as_str() {
-            WORLD => token.clone(),
-            _ => derived(&token, identity),
-        };
-        files.push(KeyFile::new(identity, "pem", certificate.pem()));
-        files.push(KeyFile::new(identity, "key", key.serialize_pem()));
-        files.push(KeyFile::new(identity, "secret", format!("{secret}\n")));
+        files.extend(authority.issue(member, dates)?);
     }
     Ok(files)
+}
+
+/// Who signs the certificates of a team and derives the secrets of its members.
+pub struct Authority {
+    token: String,
+    certificate: String,
+    pub(super) issuer: Issuer<'static, KeyPair>,
+}
+
+impl Authority {
+    /// A new one. It signs certificates of members, and none of other authorities.
+    ///
+    /// # Errors
+    /// When the system has no random bits.
+    pub fn new(dates: Dates) -> anyhow::Result<Self> {
+        let token = secret()?;
+        // Of its own name: two teams' authorities are told apart before a signature is looked at.
+        let name = format!("alliance {}", &secret()?[..8]);
+        let mut params = named(CertificateParams::default(), &name, dates);
+        params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+        params.key_usages = vec![KeyUsagePurpose::KeyCertSign];
+        let key = KeyPair::generate().context("making a key")?;
+        let certificate = params.self_signed(&key).context("signing ca.pem")?.pem();
+        let issuer = Issuer::new(params, key);
+        Ok(Self {
+            token,
+            certificate,
+            issuer,
+        })
+    }
+
+    /// Its certificate and its private key.
+    #[must_use]
+    pub fn files(&self) -> Vec<KeyFile> {
+        let key = self.issuer.key().serialize_pem();
+        vec![
+            KeyFile::new("ca", "pem", self.certificate.clone()),
+            KeyFile::new("ca", "key", key),
+        ]
+    }
+
+    /// Certificate, private key and secret of a member.
+    ///
+    /// # Errors
+    /// When the system has no random bits, or the member's address cannot stand in a certificate.
+    pub fn issue(&self, member: &Member, dates: Dates) -> anyhow::Result<Vec<KeyFile>> {
+        let identity = &member.identity;
+        let key = KeyPair::generate().context("making a key")?;
+        let signed = leaf(member, dates).and_then(|params| params.signed_by(&key, &self.issuer));
+        let certificate = signed.with_context(|| format!("signing {identity}.pem"))?;
+        let secret = match identity.as_str() {
+            WORLD => self.token.clone(),
+            _ => derived(&self.token, identity),
+        };
+        Ok(vec![
+            KeyFile::new(identity, "pem", certificate.pem()),
+            KeyFile::new(identity, "key", key.serialize_pem()),
+            KeyFile::new(identity, "secret", format!("{secret}\n")),
+        ])
+    }
 }
 
 fn secret() -> anyhow::Result<String> {
     let bits = random().context("the system has no random bits")?;
     Ok(format!("{bits:032x}"))
-}
-
-/// It signs certificates of members, and none of other authorities.
-fn authority(dates: Dates) -> anyhow::Result<CertificateParams> {
-    // Of its own name: two teams' authorities are told apart before a signature is looked at.
-    let name = format!("alliance {}", &secret()?[..8]);
-    let mut params = named(CertificateParams::default(), &name, dates);
-    params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
-    params.key_usages = vec![KeyUsagePurpose::KeyCertSign];
-    Ok(params)
 }
 
 fn leaf(member: &Member, dates: Dates) -> Result<CertificateParams, rcgen::Error> {

@@ -2,6 +2,8 @@
 //!
 //! - [`make`]: authority, certificates, secrets, in memory. `store`: the folder. Who reads it: [`alliance_proto::keyring`].
 
+#[cfg(test)]
+mod handshakes;
 pub mod make;
 mod store;
 #[cfg(test)]
