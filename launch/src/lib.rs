@@ -1,6 +1,7 @@
 //! The `alliance` command: runs a mission with one process per robot, or one part of it by hand.
 //!
 //! - [`run`]: starts world and agents by running this very program again, watches them, and shows how it went.
+//! - [`cluster`], [`keys`]: a team on several machines, and what its members prove by who they are.
 //! - `control`: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`page`]: a run in the browser, live or from its log; [`observer`]: what it and the launcher see of a live run.
 //! - What is made of runs is [`study`]'s.
@@ -20,10 +21,11 @@ use world_server::size::with_size_words;
 mod allocators_command;
 pub mod arguments;
 mod clock;
-mod cluster;
+pub mod cluster;
 mod completions_command;
 pub mod control;
 mod fault;
+pub mod keys;
 mod limits;
 mod ls_command;
 mod man_command;
@@ -59,8 +61,12 @@ enum Part {
     Host(cluster::host::HostCommand),
     /// Be a router on the way to the world of a run over a network
     Router(cluster::host::RouterCommand),
+    /// Run over several machines, as a cluster file says
+    Cluster(cluster::ClusterCommand),
     #[command(hide = true)]
     Mind(run::minds::MindProcess),
+    /// Make certificates and secrets of a team on several machines
+    Keys(keys::KeysCommand),
     /// Run a logged run again and compare every tick
     Replay(study::replay::ReplayCommand),
     /// Name the first difference between two runs
@@ -142,7 +148,9 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Agent(agent) => agent.run(Registry::of_this_program().agents()),
         Part::Host(host) => host.run(),
         Part::Router(router) => router.run(),
+        Part::Cluster(cluster) => cluster.run(),
         Part::Mind(mind) => mind.run(),
+        Part::Keys(command) => command.run(),
         Part::Replay(command) => command.run(replay_minds::ask),
         Part::Diff(command) => command.run(),
         Part::Fault(command) => command.run(),

@@ -3,15 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use alliance_proto::handshake::ConnectError;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::keys::{ALIVE_WORLDS, Keys, run_of_world};
-use alliance_proto::locator;
+use alliance_proto::locator::Locator;
 use alliance_proto::member::Login;
 use alliance_proto::session;
 use anyhow::Context;
 use clap::Args;
 use tokio::time::{Instant, sleep};
 use zenoh::Session;
+
+use crate::connect::open_once;
 
 /// How often a world is looked for that is not there.
 const LOOK_INTERVAL: Duration = Duration::from_millis(200);
@@ -42,8 +45,10 @@ impl FarArgs {
         let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
             return Ok(None);
         };
-        locator::check("--connect", endpoint, self.unencrypted)?;
-        Ok(Some(login(endpoint, keys, identity)?))
+        let locator: Locator = endpoint.parse().context("--connect")?;
+        let allowed = locator.allowed(self.unencrypted, "--unencrypted");
+        let locator = allowed.context("--connect")?;
+        Ok(Some(login(&locator.to_string(), keys, identity)?))
     }
 }
 
@@ -68,22 +73,23 @@ pub fn login(endpoint: &str, keys: &Path, identity: &str) -> anyhow::Result<Logi
 pub async fn find_run(login: &Login) -> anyhow::Result<String> {
     let config = zenoh::Config::from_json5(&session::client(login, true));
     let config = config.map_err(anyhow::Error::from_boxed)?;
-    let mut waiting = false;
+    let mut said = None;
     loop {
-        if let Ok(session) = zenoh::open(config.clone()).await {
-            let found = world_of(&session)
-                .await
-                .map_err(anyhow::Error::from_boxed)?;
-            let _ = session.close().await;
-            if let Some(run) = found {
-                return Ok(run);
+        let why = match open_once(config.clone(), &login.endpoint) {
+            Ok(session) => {
+                let found = world_of(&session).await;
+                let _ = session.close().await;
+                if let Some(run) = found.map_err(anyhow::Error::from_boxed)? {
+                    return Ok(run);
+                }
+                format!("{}: no world is reached there yet", login.endpoint)
             }
-        }
-        if !std::mem::replace(&mut waiting, true) {
-            tracing::info!(
-                endpoint = login.endpoint,
-                "no world is there yet; waiting for one"
-            );
+            Err(refused @ ConnectError::Refused { .. }) => return Err(refused.into()),
+            Err(error) => error.to_string(),
+        };
+        if said.as_ref() != Some(&why) {
+            tracing::info!("{why}; trying again");
+            said = Some(why);
         }
         sleep(LOOK_INTERVAL).await;
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use alliance_proto::access::Speaker;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::keys::{LAUNCHER_HOST, is_name};
-use alliance_proto::locator;
+use alliance_proto::locator::Locator;
 use alliance_proto::member::WORLD;
 use alliance_proto::scenario::{Scenario, instead};
 use anyhow::{Context, bail};
@@ -38,8 +38,11 @@ impl NetworkArgs {
         let Some(keys) = self.keys.as_ref().filter(|_| !self.listen.is_empty()) else {
             return Ok(None);
         };
+        let mut listen = Vec::new();
         for at in &self.listen {
-            locator::check("--listen", at, self.unencrypted)?;
+            let locator: Locator = at.parse().context("--listen")?;
+            let allowed = locator.allowed(self.unencrypted, "--unencrypted");
+            listen.push(allowed.context("--listen")?.to_string());
         }
         let mut hosts: BTreeMap<String, Vec<String>> = BTreeMap::new();
         let mut placed = BTreeSet::new();
@@ -62,7 +65,7 @@ impl NetworkArgs {
                 .extend(robots.iter().cloned());
         }
         Ok(Some(Network {
-            listen: self.listen.clone(),
+            listen,
             keyring: Keyring::read(keys, WORLD).context("--keys")?,
             hosts,
         }))

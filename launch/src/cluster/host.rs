@@ -5,9 +5,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use alliance_proto::keys::{LAUNCHER_HOST, is_name};
+use alliance_proto::locator::Locator;
 use alliance_proto::member::{self, Login};
 use alliance_proto::process::ProcessAct;
-use alliance_proto::{locator, tell};
+use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
 use robot_agent::far::{self, FarArgs};
@@ -87,8 +88,11 @@ struct Daemon {
 
 impl Daemon {
     fn of(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
+        let mut places = Vec::new();
         for at in listen {
-            locator::check("--listen", at, far.unencrypted)?;
+            let locator: Locator = at.parse().context("--listen")?;
+            let allowed = locator.allowed(far.unencrypted, "--unencrypted");
+            places.push(allowed.context("--listen")?.to_string());
         }
         let login = far.login(&member::host(name))?;
         let (login, keys) = login
@@ -98,7 +102,7 @@ impl Daemon {
             name: name.to_owned(),
             login,
             keys,
-            listen: listen.to_vec(),
+            listen: places,
             once,
         })
     }

@@ -10,7 +10,7 @@ use clap::Args;
 use missions::Registry;
 use study::export::export_mcap;
 use study::learned;
-use world_server::args::{MissionArgs, RunArgs};
+use world_server::args::{MissionArgs, RunArgs, drawn_run_id, run_id_for};
 
 use super::minds::{self, MindCommand};
 use super::one_process;
@@ -47,6 +47,17 @@ pub struct RunCommand {
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
+    #[arg(skip)]
+    over: Option<Over>,
+}
+
+/// What a run over several machines has besides.
+#[derive(Clone, Debug)]
+pub struct Over {
+    /// For the world.
+    pub arguments: Vec<String>,
+    /// The robots of other hosts.
+    pub elsewhere: BTreeSet<String>,
 }
 
 impl RunCommand {
@@ -58,6 +69,9 @@ impl RunCommand {
     pub fn run(&self) -> ExitCode {
         // Everything is read and checked here, before the first process starts.
         let prepared = self.mission.setup(&crate::known()).and_then(|setup| {
+            if self.over.is_some() && self.in_process {
+                bail!("--in-process: all processes in one are on one machine; leave it out");
+            }
             if !self.in_process {
                 limits::allow_a_run(setup.scenario.robots.len())?;
             }
@@ -89,12 +103,21 @@ impl RunCommand {
                 return ExitCode::from(3);
             }
         };
+        let drawn = self.over.as_ref().map(|_| drawn_run_id(&setup));
+        let run = match drawn.transpose() {
+            Ok(drawn) => drawn.unwrap_or_else(|| run_id_for(&setup)),
+            Err(error) => {
+                tell!("alliance run: {error:#}");
+                return ExitCode::from(3);
+            }
+        };
+        let over = self.over.as_ref();
         let plan = Plan {
-            run: world_server::args::run_id_for(&setup),
+            run,
             world_arguments: self.world_arguments(),
             setup,
             minds,
-            elsewhere: BTreeSet::new(),
+            elsewhere: over.map_or_else(BTreeSet::new, |over| over.elsewhere.clone()),
             folder,
             paused: self.is_paused(),
             open: self.page.open,
@@ -114,6 +137,27 @@ impl RunCommand {
                 ExitCode::from(3)
             }
         }
+    }
+
+    /// Whether it says what is run.
+    #[must_use]
+    pub fn is_of_a_scenario(&self) -> bool {
+        let MissionArgs {
+            scenario,
+            size,
+            seed,
+            ..
+        } = &self.mission;
+        scenario.is_some() || !size.arguments().is_empty() || *seed != 1
+    }
+
+    /// The same over several machines.
+    #[must_use]
+    pub fn over(mut self, over: Over, scenario: String, seed: Option<u64>) -> Self {
+        self.mission.scenario = Some(scenario);
+        self.mission.seed = seed.unwrap_or(self.mission.seed);
+        self.over = Some(over);
+        self
     }
 
     /// Runs it, and writes the profile and exports it if that is wanted; whether the mission is complete.
@@ -182,6 +226,8 @@ impl RunCommand {
                 push("mind-version", format!("{}={version}", mind.name));
             }
         }
+        let over = self.over.iter().flat_map(|over| &over.arguments);
+        arguments.extend(over.cloned());
         arguments
     }
 }

@@ -1,0 +1,462 @@
+//! The cluster file: which scenario, which hosts, and which robots are on which of them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use alliance_proto::keys::{LAUNCHER_HOST, is_name};
+use alliance_proto::locator::{Locator, Transport, is_address};
+use alliance_proto::scenario::{Scenario, ScenarioError, Step, TomlFile, instead, text_of};
+use anyhow::Context;
+use serde::Deserialize;
+use world_server::args::read_scenario;
+
+/// A team on several machines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cluster {
+    /// What `alliance run` would be given: a built-in scenario, or the path of a file.
+    pub scenario: String,
+    /// Seed of all random streams, if it is stated.
+    pub seed: Option<u64>,
+    /// Where the world is reached.
+    pub listen: Locator,
+    /// Folder of the team's keys.
+    pub keys: PathBuf,
+    /// Index of the host of world and launcher.
+    pub world: usize,
+    /// All hosts, in the order of the file.
+    pub hosts: Vec<Host>,
+}
+
+/// A machine.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Host {
+    /// Its name, one word; nothing that a network would know.
+    pub name: String,
+    /// Its robots.
+    #[serde(default)]
+    pub robots: Vec<String>,
+    /// Addresses or names by which others connect to it.
+    #[serde(default)]
+    pub at: Vec<String>,
+}
+
+/// As it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Contents {
+    scenario: String,
+    seed: Option<u64>,
+    listen: String,
+    #[serde(default)]
+    unencrypted: bool,
+    keys: String,
+    world: String,
+    hosts: Vec<Host>,
+}
+
+impl Cluster {
+    /// Reads a file and the scenario that it names.
+    ///
+    /// # Errors
+    /// One line: where, what is wrong, and what would be right.
+    pub fn read(path: &Path) -> anyhow::Result<(Self, Scenario)> {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).with_context(|| name.clone())?;
+        let text = text_of(&name, bytes)?;
+        let beside = path.parent().unwrap_or(Path::new(""));
+        let known = crate::known();
+        Self::parse(&name, &text, beside, |asked| read_scenario(asked, &known))
+    }
+
+    /// Reads the text of a file in that folder, where paths in it begin. `scenario` finds one by its name or file; `name` is for error
+    /// messages.
+    ///
+    /// # Errors
+    /// One line: where, what is wrong, and what would be right.
+    pub fn parse(
+        name: &str,
+        text: &str,
+        beside: &Path,
+        scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
+    ) -> anyhow::Result<(Self, Scenario)> {
+        let file = TomlFile::parse(name, text)?;
+        let contents: Contents = file.to()?;
+        let asked = path_beside(beside, &contents.scenario);
+        let place = || format!("{name}:{}", file.line_of(&[key("scenario")]));
+        let scenario = scenario(&asked).with_context(place)?;
+        check_hosts(&file, &contents.hosts)?;
+        let world = world_of(&file, &contents)?;
+        let listen = listen(&file, &contents)?;
+        check_place(&file, &listen, &contents.hosts[world], world)?;
+        check_robots(&file, &contents.hosts, &scenario)?;
+        let cluster = Self {
+            scenario: asked,
+            seed: contents.seed,
+            listen,
+            keys: beside.join(&contents.keys),
+            world,
+            hosts: contents.hosts,
+        };
+        Ok((cluster, scenario))
+    }
+
+    /// The host of world and launcher.
+    #[must_use]
+    pub fn home(&self) -> &Host {
+        &self.hosts[self.world]
+    }
+
+    /// The other hosts, where `alliance host` runs.
+    pub fn others(&self) -> impl Iterator<Item = &Host> {
+        let all = self.hosts.iter().enumerate();
+        all.filter(|(index, _)| *index != self.world)
+            .map(|(_, host)| host)
+    }
+
+    /// Addresses and names by which others connect to the world.
+    #[must_use]
+    pub fn world_at(&self) -> Vec<String> {
+        let mut at = self.home().at.clone();
+        if !self.listen.is_everywhere() && !at.contains(&self.listen.host) {
+            at.insert(0, self.listen.host.clone());
+        }
+        at
+    }
+}
+
+/// The name of a scenario, or the path of its file from here.
+fn path_beside(beside: &Path, asked: &str) -> String {
+    if asked.ends_with(".toml") {
+        beside.join(asked).display().to_string()
+    } else {
+        asked.to_owned()
+    }
+}
+
+/// Names that are names, each once; addresses that are addresses.
+fn check_hosts(file: &TomlFile<'_>, hosts: &[Host]) -> Result<(), ScenarioError> {
+    if hosts.is_empty() {
+        let remedy = "write [[hosts]] for each machine, with its name and robots";
+        return Err(file.mistake(&[key("hosts")], "there is no host", remedy));
+    }
+    let mut seen = BTreeMap::new();
+    for (index, host) in hosts.iter().enumerate() {
+        let at = of_host(index, "name");
+        let name = &host.name;
+        if !is_name(name) {
+            let remedy = "write at most 32 letters, digits, - and _, from a letter or digit on";
+            return Err(file.mistake(&at, format!("'{name}' is no name"), remedy));
+        }
+        if name == LAUNCHER_HOST {
+            let what = format!("no host can be called '{LAUNCHER_HOST}'");
+            return Err(file.mistake(&at, what, "give it another name"));
+        }
+        if let Some(first) = seen.insert(name, index) {
+            let line = file.line_of(&of_host(first, "name"));
+            let what = format!("host '{name}' is already on line {line}");
+            let remedy = "name each host once, with all of its robots";
+            return Err(file.mistake(&at, what, remedy));
+        }
+        for (place, address) in host.at.iter().enumerate() {
+            if !is_address(address) {
+                let mut at = of_host(index, "at").to_vec();
+                at.push(Step::Index(place));
+                let what =
+                    format!("'{address}' is neither an IP address nor the name of a machine");
+                let remedy = "write it without port, such as 10.0.0.2 or robots.example.org";
+                return Err(file.mistake(&at, what, remedy));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn world_of(file: &TomlFile<'_>, contents: &Contents) -> Result<usize, ScenarioError> {
+    let mut names = contents.hosts.iter().map(|host| host.name.as_str());
+    let found = names.position(|name| name == contents.world);
+    found.ok_or_else(|| {
+        let what = format!("there is no host '{}'", contents.world);
+        let names = contents.hosts.iter().map(|host| host.name.as_str());
+        file.mistake(&[key("world")], what, instead(&contents.world, names))
+    })
+}
+
+fn listen(file: &TomlFile<'_>, contents: &Contents) -> Result<Locator, ScenarioError> {
+    let locator = contents.listen.parse::<Locator>();
+    let locator = locator.and_then(|it| it.allowed(contents.unencrypted, "unencrypted = true"));
+    let locator = locator.map_err(|error| {
+        let text = error.to_string();
+        let (what, remedy) = text.split_once("; ").unwrap_or((&text, ""));
+        file.mistake(&[key("listen")], what, remedy)
+    })?;
+    if contents.unencrypted && locator.transport == Transport::Tls {
+        let what = format!("listen is {locator}, which is encrypted");
+        return Err(file.mistake(&[key("unencrypted")], what, "leave one of the two out"));
+    }
+    Ok(locator)
+}
+
+/// Whoever connects to the world needs a name for it that its certificate has.
+fn check_place(
+    file: &TomlFile<'_>,
+    listen: &Locator,
+    home: &Host,
+    world: usize,
+) -> Result<(), ScenarioError> {
+    if listen.is_everywhere() && home.at.is_empty() {
+        let what = format!("nobody can connect to {}", listen.host);
+        let line = file.line_of(&of_host(world, "name"));
+        let remedy = format!(
+            "say how others reach it, in `at` of host '{}' on line {line}",
+            home.name
+        );
+        return Err(file.mistake(&[key("listen")], what, remedy));
+    }
+    Ok(())
+}
+
+/// Each robot of the scenario on one host.
+fn check_robots(
+    file: &TomlFile<'_>,
+    hosts: &[Host],
+    scenario: &Scenario,
+) -> Result<(), ScenarioError> {
+    let team = || scenario.robots.iter().map(|robot| robot.name.as_str());
+    let mut placed = BTreeMap::new();
+    for (index, host) in hosts.iter().enumerate() {
+        for (place, robot) in host.robots.iter().enumerate() {
+            let mut at = of_host(index, "robots").to_vec();
+            at.push(Step::Index(place));
+            if !team().any(|name| name == robot) {
+                let what = format!("the scenario has no robot '{robot}'");
+                return Err(file.mistake(&at, what, instead(robot, team())));
+            }
+            if let Some(first) = placed.insert(robot.as_str(), &host.name) {
+                let what = format!("robot '{robot}' is already on host '{first}'");
+                return Err(file.mistake(&at, what, "place each robot once"));
+            }
+        }
+    }
+    let nowhere: Vec<&str> = team().filter(|name| !placed.contains_key(name)).collect();
+    if !nowhere.is_empty() {
+        let what = format!("on no host: {}", nowhere.join(", "));
+        let remedy = "place each robot of the scenario";
+        return Err(file.mistake(&[key("hosts")], what, remedy));
+    }
+    Ok(())
+}
+
+fn key(name: &str) -> Step {
+    Step::Key(name.to_owned())
+}
+
+fn of_host(index: usize, name: &str) -> [Step; 3] {
+    [key("hosts"), Step::Index(index), key(name)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = r#"scenario = "waste-cleanup"
+seed = 7
+listen = "tls/10.0.0.1:7447"
+keys = "keys"
+world = "h1"
+[[hosts]]
+name = "h1"
+robots = ["blue"]
+[[hosts]]
+name = "h2"
+robots = ["gold", "green"]
+at = ["10.0.0.2"]
+"#;
+
+    fn parse(text: &str) -> anyhow::Result<Cluster> {
+        let known = crate::known();
+        let scenario = |asked: &str| read_scenario(asked, &known);
+        let (cluster, _) = Cluster::parse("c.toml", text, Path::new("lab"), scenario)?;
+        Ok(cluster)
+    }
+
+    /// What is said of the good file with that piece replaced.
+    #[track_caller]
+    fn check(piece: &str, replaced: &str, expected: &str) {
+        assert!(GOOD.contains(piece), "{piece}");
+        let error = parse(&GOOD.replacen(piece, replaced, 1)).unwrap_err();
+        let line = format!("{error:#}");
+        assert_eq!(line.lines().count(), 1);
+        assert!(line.starts_with(expected), "{line}\n{expected}");
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let cluster = parse(GOOD).unwrap();
+        assert_eq!(cluster.scenario, "waste-cleanup");
+        assert_eq!(cluster.seed, Some(7));
+        assert_eq!(cluster.listen.to_string(), "tls/10.0.0.1:7447");
+        assert_eq!(cluster.keys, Path::new("lab/keys"));
+        assert_eq!(cluster.home().robots, ["blue"]);
+        let others: Vec<&str> = cluster.others().map(|host| host.name.as_str()).collect();
+        assert_eq!(others, ["h2"]);
+        assert_eq!(cluster.hosts[1].at, ["10.0.0.2"]);
+        assert_eq!(cluster.world_at(), ["10.0.0.1"]);
+    }
+
+    #[test]
+    fn what_is_read_of_files_is_beside_it() {
+        let text = GOOD.replace("\"waste-cleanup\"", "\"mine/own.toml\"");
+        let error = parse(&text).unwrap_err();
+        let line = format!("{error:#}");
+        let expected = "c.toml:1: 'lab/mine/own.toml' is neither a built-in scenario nor a file; ";
+        assert!(line.starts_with(expected), "{line}");
+        let absolute = parse(&GOOD.replace("\"keys\"", "\"/etc/keys\"")).unwrap();
+        assert_eq!(absolute.keys, Path::new("/etc/keys"));
+    }
+
+    #[test]
+    fn a_world_that_listens_everywhere_says_how_it_is_reached() {
+        let everywhere = GOOD.replace("10.0.0.1", "0.0.0.0");
+        check(
+            "10.0.0.1",
+            "0.0.0.0",
+            "c.toml:3: listen: nobody can connect to 0.0.0.0; say how others reach it, in `at` of host 'h1' on line 7",
+        );
+        let named = everywhere.replace(
+            "robots = [\"blue\"]",
+            "robots = [\"blue\"]\nat = [\"world\"]",
+        );
+        assert_eq!(parse(&named).unwrap().world_at(), ["world"]);
+    }
+
+    #[test]
+    fn keys_that_are_unknown_or_missing() {
+        let unknown = "c.toml:3: lisen: unknown key; did you mean 'listen'?";
+        check("listen =", "lisen =", unknown);
+        let unknown = "c.toml:11: hosts[1].robot: unknown key; did you mean 'robots'?";
+        check("robots = [\"gold", "robot = [\"gold", unknown);
+        check(
+            "keys = \"keys\"\n",
+            "",
+            "c.toml: keys: the key is missing; ",
+        );
+        check(
+            "listen = \"tls/10.0.0.1:7447\"\n",
+            "",
+            "c.toml: listen: the key is missing; ",
+        );
+        check(
+            "world = \"h1\"\n",
+            "",
+            "c.toml: world: the key is missing; ",
+        );
+        check(
+            "name = \"h2\"\n",
+            "",
+            "c.toml:9: hosts[1].name: the key is missing; ",
+        );
+        check(
+            "seed = 7",
+            "seed = -7",
+            "c.toml:2: seed: -7 does not fit; write a whole number",
+        );
+        check("= \"h1\"", "= h1", "c.toml:5: ");
+        let none = GOOD.split("[[hosts]]").next().unwrap().to_owned() + "hosts = []\n";
+        let line = parse(&none).unwrap_err().to_string();
+        assert!(
+            line.starts_with("c.toml:6: hosts: there is no host; write [[hosts]] "),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn scenarios_and_hosts_that_are_unknown() {
+        check(
+            "waste-cleanup",
+            "waste-clean",
+            "c.toml:1: 'waste-clean' is neither a built-in scenario nor a file; did you mean 'waste-cleanup'?",
+        );
+        check(
+            "world = \"h1\"",
+            "world = \"h3\"",
+            "c.toml:5: world: there is no host 'h3'; did you mean 'h1'? (there are h1, h2)",
+        );
+    }
+
+    #[test]
+    fn hosts_whose_names_are_none_or_stand_twice() {
+        check(
+            "name = \"h2\"",
+            "name = \"h 2\"",
+            "c.toml:10: hosts[1].name: 'h 2' is no name; ",
+        );
+        check(
+            "name = \"h2\"",
+            "name = \"\"",
+            "c.toml:10: hosts[1].name: '' is no name; ",
+        );
+        check(
+            "name = \"h2\"",
+            "name = \"launcher\"",
+            "c.toml:10: hosts[1].name: no host can be called 'launcher'; ",
+        );
+        check(
+            "name = \"h2\"",
+            "name = \"h1\"",
+            "c.toml:10: hosts[1].name: host 'h1' is already on line 7; ",
+        );
+        check(
+            "10.0.0.2",
+            "10.0.0.2:7447",
+            "c.toml:12: hosts[1].at[0]: '10.0.0.2:7447' is neither ",
+        );
+    }
+
+    #[test]
+    fn robots_that_are_unknown_nowhere_or_on_two_hosts() {
+        check(
+            "\"gold\"",
+            "\"glod\"",
+            "c.toml:11: hosts[1].robots[0]: the scenario has no robot 'glod'; did you mean 'gold'?",
+        );
+        check(
+            "\"gold\"",
+            "\"blue\"",
+            "c.toml:11: hosts[1].robots[0]: robot 'blue' is already on host 'h1'; ",
+        );
+        check(
+            "\"gold\", \"green\"",
+            "",
+            "c.toml:6: hosts: on no host: gold, green; place each ",
+        );
+        check(
+            "\"gold\"",
+            "\"green\"",
+            "c.toml:11: hosts[1].robots[1]: robot 'green' is already on host 'h2'; ",
+        );
+    }
+
+    #[test]
+    fn places_that_are_none_or_not_encrypted() {
+        check(
+            "tls/10.0.0.1:7447",
+            "10.0.0.1",
+            "c.toml:3: listen: '10.0.0.1' is no place on a network; write tls/HOST:PORT",
+        );
+        check(
+            "tls/10",
+            "tcp/10",
+            "c.toml:3: listen: 'tcp/10.0.0.1:7447' is not encrypted; write tls/…, or say that this is wanted: unencrypted = true",
+        );
+        check(
+            "keys =",
+            "unencrypted = true\nkeys =",
+            "c.toml:4: unencrypted: listen is tls/10.0.0.1:7447, which is encrypted; ",
+        );
+        let plain = GOOD.replace("tls/10", "tcp/10");
+        let wanted = plain.replace("keys =", "unencrypted = true\nkeys =");
+        assert_eq!(parse(&wanted).unwrap().listen.transport, Transport::Tcp);
+        assert!(parse(&GOOD.replace("tls/10.0.0.1", "tcp/127.0.0.1")).is_ok());
+    }
+}

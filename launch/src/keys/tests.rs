@@ -1,0 +1,171 @@
+//! What is made, by the eyes of those who read it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+
+use alliance_proto::keyring::Keyring;
+use alliance_proto::secret::derived;
+use x509_parser::certificate::X509Certificate;
+use x509_parser::extensions::GeneralName;
+use x509_parser::pem::parse_x509_pem;
+
+use super::make::KeyFile;
+use super::*;
+
+fn member(identity: &str, at: &[&str]) -> Member {
+    Member {
+        identity: identity.to_owned(),
+        at: at.iter().map(|&at| at.to_owned()).collect(),
+    }
+}
+
+fn made() -> BTreeMap<String, String> {
+    let members = [
+        member("world", &["10.0.0.1", "world.example.org"]),
+        member("host-h2", &["2001:db8::2"]),
+        member("robot-gold", &[]),
+    ];
+    let dates = Dates::days(
+        OffsetDateTime::from_unix_timestamp(1_000_000_000).unwrap(),
+        2,
+    );
+    let files = make(&members, dates).unwrap();
+    files.into_iter().map(|it| (it.name, it.text)).collect()
+}
+
+fn check<T>(text: &str, of: impl FnOnce(&X509Certificate<'_>) -> T) -> T {
+    let (_, pem) = parse_x509_pem(text.as_bytes()).unwrap();
+    of(&pem.parse_x509().unwrap())
+}
+
+#[test]
+fn each_member_has_three_files_and_the_authority_two() {
+    let names: Vec<String> = made().into_keys().collect();
+    let expected = [
+        "ca.key",
+        "ca.pem",
+        "host-h2.key",
+        "host-h2.pem",
+        "host-h2.secret",
+        "robot-gold.key",
+        "robot-gold.pem",
+        "robot-gold.secret",
+        "world.key",
+        "world.pem",
+        "world.secret",
+    ];
+    assert_eq!(names, expected);
+}
+
+#[test]
+fn certificates_say_who_may_do_what_where_and_when() {
+    let files = made();
+    let issuer = check(&files["ca.pem"], |ca| {
+        let constraints = ca.basic_constraints().unwrap().unwrap();
+        assert!(constraints.value.ca && constraints.value.path_len_constraint == Some(0));
+        let usage = ca.key_usage().unwrap().unwrap().value;
+        assert!(usage.key_cert_sign() && !usage.digital_signature());
+        ca.subject().to_string()
+    });
+    for (identity, listens, names) in [
+        ("world", true, vec!["10.0.0.1", "world.example.org"]),
+        ("host-h2", true, vec!["2001:db8::2"]),
+        ("robot-gold", false, vec![]),
+    ] {
+        check(&files[&format!("{identity}.pem")], |it| {
+            assert_eq!(it.subject().to_string(), format!("CN={identity}"));
+            assert_eq!(it.issuer().to_string(), issuer);
+            assert!(
+                it.basic_constraints()
+                    .unwrap()
+                    .is_none_or(|found| !found.value.ca)
+            );
+            let usage = it.extended_key_usage().unwrap().unwrap().value;
+            assert!(usage.client_auth && usage.server_auth == listens && !usage.any);
+            let found = it.subject_alternative_name().unwrap();
+            let found = found.map_or(Vec::new(), |found| found.value.general_names.clone());
+            let found: Vec<String> = found.iter().map(in_words).collect();
+            assert_eq!(found, names);
+            let dates = it.validity();
+            let times = (dates.not_before.timestamp(), dates.not_after.timestamp());
+            assert_eq!(times, (1_000_000_000 - 300, 1_000_000_000 + 2 * 86_400));
+        });
+    }
+    // Teams made one after the other do not take each other's authority for their own.
+    check(&made()["ca.pem"], |other| {
+        assert_ne!(other.subject().to_string(), issuer)
+    });
+}
+
+fn in_words(name: &GeneralName<'_>) -> String {
+    match name {
+        GeneralName::DNSName(name) => (*name).to_owned(),
+        GeneralName::IPAddress(bytes) => match <[u8; 4]>::try_from(*bytes) {
+            Ok(four) => std::net::Ipv4Addr::from(four).to_string(),
+            Err(_) => std::net::Ipv6Addr::from(<[u8; 16]>::try_from(*bytes).unwrap()).to_string(),
+        },
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn all_secrets_come_from_the_worlds() {
+    let files = made();
+    let token = files["world.secret"].trim();
+    assert_eq!(token.len(), 32);
+    for identity in ["host-h2", "robot-gold"] {
+        let secret = &files[&format!("{identity}.secret")];
+        assert_eq!(secret, &format!("{}\n", derived(token, identity)));
+    }
+    assert_ne!(made()["world.secret"], files["world.secret"]);
+}
+
+#[test]
+fn the_folder_is_its_owners_alone_and_is_whole_or_not_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().join("keys");
+    let members = [member("world", &["10.0.0.1"]), member("robot-gold", &[])];
+    let dates = Dates::days(OffsetDateTime::now_utc(), 1);
+    let files = make(&members, dates).unwrap();
+    store::write(&folder, &files).unwrap();
+    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode(&folder), 0o700);
+    for file in &files {
+        assert_eq!(mode(&folder.join(&file.name)), 0o600, "{}", file.name);
+        assert_eq!(
+            fs::read_to_string(folder.join(&file.name)).unwrap(),
+            file.text
+        );
+    }
+    // Both can be read by those who use them.
+    for identity in ["world", "robot-gold"] {
+        assert!(Keyring::read(&folder, identity).is_ok());
+    }
+    // Once more is refused, and so is what is no folder; nothing is left beside it.
+    let line = store::write(&folder, &files).unwrap_err().to_string();
+    assert!(line.contains("keys: is there already; "), "{line}");
+    assert!(store::write(Path::new("/"), &files).is_err());
+    let torn = KeyFile {
+        name: "no/file".to_owned(),
+        text: String::new(),
+    };
+    let mut half = files;
+    half.push(torn);
+    assert!(store::write(&dir.path().join("half"), &half).is_err());
+    let there: Vec<_> = fs::read_dir(dir.path())
+        .unwrap()
+        .map(|it| it.unwrap().file_name())
+        .collect();
+    assert_eq!(there, ["keys"]);
+}
+
+#[test]
+fn hosts_and_addresses_are_read_from_the_command_line() {
+    let read = host("h2=10.0.0.2,two.example.org").unwrap();
+    assert_eq!((read.name.as_str(), read.at.len()), ("h2", 2));
+    assert!(host("h2").unwrap().at.is_empty());
+    for wrong in ["", "h 2", "h2=", "h2=10.0.0.2:7447", "=10.0.0.2"] {
+        assert!(host(wrong).is_err(), "{wrong}");
+    }
+}
