@@ -149,6 +149,7 @@ def test_steps_that_did_not_count_never_happened(lab):
     _, said = launcher.communicate(timeout=240)
     assert launcher.returncode == 1, said
     assert lab.kinds("gold").count("back") >= 3, "it has been away"
+    assert load(lab.folder / "run", "numpy").run["unscripted"], "which nobody's scenario asked for"
     assert "identical" in lab.alliance("replay", "run")
     assert "identical" in lab.alliance("replay", "run", mind)
     assert not Path(f"/proc/{gold}").exists(), "no process is left"
@@ -236,7 +237,8 @@ def test_a_bad_mind_is_a_dead_robot_and_the_run_goes_on(lab):
     assert lab.kinds("gold") == ["joined", "gone"]
     *_, last = lab.log("gold").splitlines()
     assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Deed: speed is nan, which is no number"
-    assert load(lab.folder / "run", "numpy").run["result"]["ticks"] == 200
+    told = load(lab.folder / "run", "numpy").run
+    assert (told["result"]["ticks"], told["unscripted"]) == (200, False)
     assert "identical" in lab.alliance("replay", "run")
 
 
