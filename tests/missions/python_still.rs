@@ -1,10 +1,11 @@
 //! `Still` stands and says that it is idle: as a whole mind in Rust here, as one in Python by the package alliance-agent (whose tests
-//! have these hashes, too), and in Python alone, tests/python/agent.py. All have the same hash.
+//! have these hashes, too), and in Python alone, tests/python/agent.py. All have the same hash. So has `Listener`, which turns by what
+//! it hears, where links do all that they can do to messages.
 //!
 //! And that program speaks the language of the bus as it is: it reads and writes every message of the fuzzers' corpus, and the fields
 //! that it lists are those of serde.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 use alliance_proto::codec::encode;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::join::{JoinReply, JoinRequest};
-use alliance_proto::log::{LogLevel, Memory};
+use alliance_proto::log::{LogLevel, Memory, MessageRow};
 use alliance_proto::mission::Lore;
 use alliance_proto::mission::items::{Fact, Gripper, ItemsDeed, Knowledge, LooseItem};
 use alliance_proto::readings::Actuation;
@@ -43,6 +44,8 @@ const MODULES: [&str; 2] = ["zenoh", "xxhash"];
 #[derive(Clone, Debug)]
 struct Still {
     own: Vec<OwnBehavior>,
+    /// `None`: it does not listen.
+    turn_rad_s: Option<f32>,
     position: Option<Vec2>,
     is_laden: bool,
 }
@@ -54,10 +57,24 @@ impl RouteCost for Still {
 }
 
 impl AgentMission for Still {
-    fn perceive(&mut self, moment: &Moment<'_>, _: &[Arc<Broadcast>], perception: &mut Perception) {
+    fn perceive(
+        &mut self,
+        moment: &Moment<'_>,
+        heard: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    ) {
         self.position = moment.readings.pose.map(|pose| pose.position);
         self.is_laden = moment.readings.mission.items().holding == Some(true);
         perception.applicable.resize(self.own.len(), false);
+        if let Some(turn_rad_s) = &mut self.turn_rad_s {
+            let heartbeats = heard
+                .iter()
+                .filter(|it| matches!(it.body, Content::Heartbeat(_)));
+            let shares = (1..)
+                .zip(heartbeats)
+                .map(|(place, it)| place * (u64::from(it.sender.0) + 1) * (it.sent.0 / 50 + 1));
+            *turn_rad_s = (shares.sum::<u64>() % 128) as f32 / 128.0;
+        }
     }
 
     fn choices(&self, _: &Moment<'_>, _: &[bool], choices: &mut Vec<Choice>) {
@@ -73,7 +90,9 @@ impl AgentMission for Still {
         }));
     }
 
-    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, _: &mut Action) {}
+    fn act(&mut self, _: &Moment<'_>, _: Option<BehaviorId>, action: &mut Action) {
+        action.actuation.turn_rad_s = self.turn_rad_s.unwrap_or(0.0);
+    }
 
     fn lore(&self, lore: &mut Lore) {
         *lore = Lore::Nothing;
@@ -105,21 +124,27 @@ impl Allocator for Idle {
     fn step(&mut self, _: &Input<'_>, _: &mut Decision) {}
 }
 
-/// The mind by its name.
-#[derive(Debug)]
-struct Stills;
+/// The minds by their names.
+#[derive(Clone, Copy, Debug)]
+enum Stills {
+    Still,
+    Listener,
+}
 
 impl Kind for Stills {
     fn spec(&self) -> AllocatorSpec {
         AllocatorSpec {
-            name: "still",
+            name: match self {
+                Self::Still => "still",
+                Self::Listener => "listener",
+            },
             about: "stands",
             ..AllocatorSpec::alliance()
         }
     }
 
     fn prepare(&self, _: &Setup) -> Result<Arc<dyn Prepared>, ConfigError> {
-        Ok(Arc::new(Self))
+        Ok(Arc::new(*self))
     }
 }
 
@@ -131,6 +156,7 @@ impl Prepared for Stills {
     fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
         Some(Box::new(Still {
             own: OwnBehavior::all_of(robot, setup),
+            turn_rad_s: matches!(self, Self::Listener).then_some(0.0),
             position: None,
             is_laden: false,
         }))
@@ -146,42 +172,44 @@ struct Expected {
     hashes: BTreeMap<u64, String>,
 }
 
-fn expected() -> Expected {
+/// By the name of the mind.
+fn expected() -> BTreeMap<String, Expected> {
     serde_json::from_str(include_str!("../../bindings/python/tests/still.json")).unwrap()
 }
 
 #[test]
-fn still_in_rust_has_the_hashes_of_still_in_python() {
-    let expected = expected();
-    let registry = Registry::built_in().mind(Arc::new(Stills));
-    assert_eq!(expected.hashes.len(), 3);
-    for (seed, hash) in &expected.hashes {
-        let mut table: toml::Table = toml::from_str(&expected.scenario).unwrap();
-        let timeline = serde_json::json!({ "timeline": expected.faults });
-        table.insert(
-            "faults".to_owned(),
-            toml::Value::try_from(timeline).unwrap(),
-        );
-        table.insert("limit_s".to_owned(), expected.limit_s.into());
-        let scenario =
-            alliance_proto::scenario::Scenario::from_table(&table, &registry.vocabulary());
-        let setup = Setup::resolve(scenario.unwrap(), *seed, None)
-            .unwrap()
-            .setup;
-        let joins = joins_of(&setup);
-        let team = Team::with_registry(&registry, setup, joins, LogLevel::Off, Memory::default());
-        let (_, recorder) = team.unwrap().run().unwrap();
-        assert_eq!(&recorder.hash(), hash, "seed {seed}");
+fn still_and_listener_in_rust_have_the_hashes_of_those_in_python() {
+    let minds = [Stills::Still, Stills::Listener].map(|mind| Arc::new(mind) as _);
+    let registry = minds.into_iter().fold(Registry::built_in(), Registry::mind);
+    for (mind, expected) in expected() {
+        assert_eq!(expected.hashes.len(), 3);
+        for (seed, hash) in &expected.hashes {
+            let mut table: toml::Table = toml::from_str(&expected.scenario).unwrap();
+            let timeline = serde_json::json!({ "timeline": expected.faults });
+            table.insert(
+                "faults".to_owned(),
+                toml::Value::try_from(timeline).unwrap(),
+            );
+            table.insert("limit_s".to_owned(), expected.limit_s.into());
+            let scenario =
+                alliance_proto::scenario::Scenario::from_table(&table, &registry.vocabulary());
+            let setup = Setup::resolve(scenario.unwrap(), *seed, None)
+                .unwrap()
+                .setup;
+            let joins = joins_of(&setup);
+            let team =
+                Team::with_registry(&registry, setup, joins, LogLevel::Off, Memory::default());
+            let (_, recorder) = team.unwrap().run().unwrap();
+            assert_eq!(&recorder.hash(), hash, "{mind}, seed {seed}");
+        }
     }
 }
 
-#[test]
-fn still_without_any_of_our_code_has_the_same_hash() {
-    let Some(python) = python(&MODULES) else {
-        return;
-    };
-    let expected = expected();
-    let lab = Lab::new();
+/// Runs that mind without any of our code, each seed; the command that starts it. Killed, it is dead; asked again by the log of
+/// `run-1`, it answers the same.
+#[track_caller]
+fn run_by_program(lab: &Lab, python: &Path, mind: &str) {
+    let expected = &expected()[mind];
     let faults: Vec<_> = expected.faults.iter().collect();
     let text = format!(
         "limit_s = {:?}\n{}\n[faults]\ntimeline = {}\n",
@@ -189,22 +217,50 @@ fn still_without_any_of_our_code_has_the_same_hash() {
         expected.scenario,
         toml::Value::try_from(&faults).unwrap()
     );
-    std::fs::write(lab.path("still.toml"), text).unwrap();
-    let command = format!("--mind=still={} {}", python.display(), script().display());
+    std::fs::write(lab.path("mine.toml"), text).unwrap();
+    let command = format!(
+        "--mind={mind}={} {} --mind {mind}",
+        python.display(),
+        script().display()
+    );
     for (seed, hash) in &expected.hashes {
         let out = format!("run-{seed}");
         let seed = seed.to_string();
-        lab.mission(&out, &["still.toml", "--seed", &seed, &command])
+        lab.mission(&out, &["mine.toml", "--seed", &seed, &command])
             .expect(1);
+        let log = lab.log(&out);
         let said = std::fs::read_to_string(lab.path(&out).join("logs/gold.log")).unwrap();
-        assert_eq!(
-            lab.log(&out).run.hash.as_ref(),
-            Some(hash),
-            "seed {seed}: {said}"
-        );
+        assert_eq!(log.run.hash.as_ref(), Some(hash), "seed {seed}: {said}");
+        assert!(log.run.faults.iter().all(|fault| fault.hits > 0));
     }
-    // Killed, it is dead; asked again by the log, it answers the same.
     lab.run(&["replay", "run-1", &command]).expect(0);
+}
+
+#[test]
+fn still_without_any_of_our_code_has_the_same_hash() {
+    if let Some(python) = python(&MODULES) {
+        run_by_program(&Lab::new(), &python, "still");
+    }
+}
+
+#[test]
+fn without_any_of_our_code_links_do_the_same_to_its_messages() {
+    let Some(python) = python(&MODULES) else {
+        return;
+    };
+    let lab = Lab::new();
+    run_by_program(&lab, &python, "listener");
+    for seed in expected()["listener"].hashes.keys() {
+        let rows = lab.log(&format!("run-{seed}")).rows::<MessageRow>();
+        let rows = rows
+            .unwrap()
+            .into_iter()
+            .filter(|row| row.receiver == "gold");
+        let fates: BTreeSet<String> = rows.map(|row| row.fate).collect();
+        for fate in ["cut", "delayed", "dropped", "duplicate", "heard"] {
+            assert!(fates.contains(fate), "{fate} happened to no message");
+        }
+    }
 }
 
 fn informed() -> ToAgent {

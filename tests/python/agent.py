@@ -2,10 +2,11 @@
 that it is idle.
 
     agent.py [--robot NAME] [--run ID]       be that robot; or as `alliance run --mind still='python3 agent.py'` starts it
+             [--mind listener]               turns by what it hears, which so shows in the run's hash
     agent.py --types                         print every type that crosses the bus between world and agents, as JSON
     agent.py --check TYPE FILE…              decode messages and encode them again
 
-Needs the packages eclipse-zenoh and xxhash. What a link's faults do to messages, beyond cutting them off, is not in it.
+Needs the packages eclipse-zenoh and xxhash.
 """
 
 import copy
@@ -209,21 +210,23 @@ def decode(of, data):
     return value
 
 
+def rotated(word, bits, width):
+    """To the left."""
+    return (word << bits | word >> (width - bits)) & (1 << width) - 1
+
+
 def siphash(key, data):
     """SipHash-2-4, 64 bits."""
     mask, k0, k1 = 2**64 - 1, *struct.unpack("<QQ", key)
     v = [k0 ^ 0x736F6D6570736575, k1 ^ 0x646F72616E646F6D, k0 ^ 0x6C7967656E657261, k1 ^ 0x7465646279746573]
-
-    def turn(word, bits):
-        return (word << bits | word >> (64 - bits)) & mask
 
     def rounds(count):
         for _ in range(count):
             for a, b, c, d, first, second in ((0, 1, 2, 3, 13, 16), (2, 1, 0, 3, 17, 21)):
                 v[a] = (v[a] + v[b]) & mask
                 v[c] = (v[c] + v[d]) & mask
-                v[b], v[d] = turn(v[b], first) ^ v[a], turn(v[d], second) ^ v[c]
-                v[a] = turn(v[a], 32)
+                v[b], v[d] = rotated(v[b], first, 64) ^ v[a], rotated(v[d], second, 64) ^ v[c]
+                v[a] = rotated(v[a], 32, 64)
 
     rest = data + bytes(7 - len(data) % 8) + bytes([len(data) & 255])
     for (word,) in struct.iter_unpack("<Q", rest):
@@ -233,6 +236,23 @@ def siphash(key, data):
     v[2] ^= 0xFF
     rounds(4)
     return v[0] ^ v[1] ^ v[2] ^ v[3]
+
+
+def chacha8(seed, stream, block):
+    """The 16 words of a block of ChaCha with 8 rounds, whose key is made of a seed of 64 bits by the generator PCG32."""
+    key, state = [], seed
+    for _ in range(8):
+        state = (state * 6364136223846793005 + 11634580027462260723) % 2**64
+        key.append(rotated(((state >> 18 ^ state) >> 27) % 2**32, 32 - (state >> 59), 32))
+    halves = [number >> shift & 0xFFFFFFFF for number in (block, stream) for shift in (0, 32)]
+    begin = [*struct.unpack("<4I", b"expand 32-byte k"), *key, *halves]
+    v = list(begin)
+    columns, diagonals = ([(i, 4 + (i + k) % 4, 8 + (i + 2 * k) % 4, 12 + (i + 3 * k) % 4) for i in range(4)] for k in (0, 1))
+    for a, b, c, d in (columns + diagonals) * 4:
+        for to, other, turned, bits in ((a, b, d, 16), (c, d, b, 12), (a, b, d, 8), (c, d, b, 7)):
+            v[to] = (v[to] + v[other]) & 0xFFFFFFFF
+            v[turned] = rotated(v[turned] ^ v[to], bits, 32)
+    return [(word + first) & 0xFFFFFFFF for word, first in zip(v, begin)]
 
 
 class Bus:
@@ -312,7 +332,7 @@ class Still:
         self.period = max(round(1000 / values["broadcast_rate_hz"]) for values in sets)
         self.since = self.sent = None
 
-    def step(self, now, readings):
+    def step(self, now, readings, heard):
         """What the body does, and what is said."""
         if self.since is None:
             self.since = now
@@ -329,16 +349,131 @@ class Still:
         return idle | {"position": position, "carrying": devices == "items" and bool(items["holding"]), "lore": ("nothing", None)}
 
 
+class Listener(Still):
+    """Turns by who has said something and when, in the order in which it hears it."""
+
+    def step(self, now, readings, heard):
+        actuation, said = super().step(now, readings, heard)
+        words = (word for word in heard if word["body"][0] == "Heartbeat")
+        digest = sum((place + 1) * (word["sender"] + 1) * (word["sent"] // 50 + 1) for place, word in enumerate(words))
+        return actuation | {"turn_rad_s": digest % 128 / 128}, said
+
+
+MINDS = {"still": Still, "listener": Listener}
+
+
+class Links:
+    """What links do to the messages of a manifest on their way to a robot: proto/src/links.rs once more. A copy of it is a checkpoint."""
+
+    #: What comes while so many are kept is dropped.
+    CAPACITY = 4096
+
+    def __init__(self, rank, setup):
+        self.rank, self.seed, self.step_ms = rank, setup["seed"], setup["scenario"]["step_ms"]
+        # Messages on their way in the order in which they came, each with what it waits for, until when, and whether it comes twice;
+        # and the receptions of second copies.
+        self.kept, self.copies = [], []
+
+    def hear(self, tick, arrived):
+        """What is heard in a tick, by sender and number, and what became of each message. `arrived` has the entries of the manifest, each
+        with its broadcasts, `None` for one that has not arrived."""
+        now, audible, receptions = tick["now"], [], []
+        copies, self.copies = [copy for copy in self.copies if copy["at"] == now], []
+        late, ripe = self.ripen(now, tick["held"])
+        for entry, broadcasts in arrived:
+            indices = {}
+            for broadcast in broadcasts:
+                if broadcast is None:
+                    receptions.append(self.reception(entry, entry["tick"], "Lost", now))
+                    continue
+                kind = kind_of(broadcast)
+                index = indices[kind] = indices.get(kind, -1) + 1
+                delivery, wait, due, twice = self.fate(entry["link"], broadcast, kind, index, now)
+                at = due if wait == "due" else now
+                receptions.append(self.reception(broadcast, broadcast["tick"], delivery, at, broadcast))
+                if wait:
+                    self.kept.append((broadcast, wait, due, twice))
+                if delivery == "Heard":
+                    audible.append(broadcast)
+                    self.copy(broadcast, now, twice)
+        heard = sorted(audible + late, key=order)
+        # One that is overtaken has a step left to wait.
+        for place, (broadcast, wait, due, twice) in enumerate(self.kept):
+            if wait == "overtaken" and any(it["sender"] == broadcast["sender"] and order(it) > order(broadcast) for it in heard):
+                self.kept[place] = (broadcast, "due", max(due, now + self.step_ms), twice)
+        return heard, receptions + ripe + copies
+
+    def ripen(self, now, held):
+        """The kept messages whose wait is over. What was due while the robot took no part has gone by."""
+        audible, receptions, kept = [], [], []
+        for broadcast, wait, due, twice in self.kept:
+            if wait == "held" and broadcast["sender"] not in held:
+                wait, due = "due", now
+            if wait != "due" or due > now:
+                kept.append((broadcast, wait, due, twice))
+                continue
+            delivery = "Cut" if due < now else "Delayed"
+            receptions.append(self.reception(broadcast, broadcast["tick"], delivery, due, broadcast))
+            if delivery == "Delayed":
+                audible.append(broadcast)
+                self.copy(broadcast, due, twice)
+        self.kept = kept
+        return audible, receptions
+
+    def fate(self, link, broadcast, kind, index, now):
+        """What becomes of a message, the `index`-th of its kind in its tick: its delivery, what it waits for and until when, and whether it
+        comes twice."""
+        if link is None:
+            return "Heard", None, now, False
+        stream = 3 << 32 | broadcast["sender"] << 16 | self.rank
+        number = [kind for kind, _ in ENUMS["BroadcastKind"]].index(kind)
+        drop, jitter, duplicate, reorder, *_ = chacha8(self.seed, stream, broadcast["tick"] << 19 | number << 16 | index)
+        delay = link["delay"] + ((link["jitter"] + 1) * jitter >> 32)
+        due = now + -(-delay // self.step_ms) * self.step_ms
+        overtakes = any(it["sender"] == broadcast["sender"] and wait == "overtaken" for it, wait, _, _ in self.kept)
+        if link["cut"]:
+            return "Cut", None, now, False
+        if drop < link["drop"]:
+            return "Dropped", None, now, False
+        if link["hold"]:
+            wait, due = "held", now
+        elif reorder < link["reorder"] and not overtakes:
+            wait = "overtaken"
+        elif due > now:
+            wait = "due"
+        else:
+            return "Heard", None, now, duplicate < link["duplicate"]
+        if len(self.kept) >= self.CAPACITY:
+            return "Dropped", None, now, False
+        return "Pending", wait, due, duplicate < link["duplicate"]
+
+    def copy(self, broadcast, at, twice):
+        if twice:
+            self.copies.append(self.reception(broadcast, broadcast["tick"], "Duplicate", at + self.step_ms, broadcast))
+
+    def reception(self, of, tick, delivery, at, broadcast=None):
+        sent = {"sender": of["sender"], "incarnation": of["incarnation"], "sent": tick * self.step_ms}
+        return sent | {"at": at, "delivery": (delivery, None), "said": broadcast and said_by(broadcast)}
+
+
+def order(broadcast):
+    return tuple(broadcast[field] for field in ("sender", "incarnation", "seq", "index"))
+
+
+def kind_of(broadcast):
+    kind, body = broadcast["body"]
+    return f"{body['kind'][0]}Bulletin" if kind == "Bulletin" else kind
+
+
 class Agent:
     """One life of a robot: hears, steps, speaks and reports; and goes back where a step did not count."""
 
-    def __init__(self, bus, name, welcome):
+    def __init__(self, bus, name, mind, welcome):
         setup = json.loads(welcome["setup"])
         self.bus, self.rank, self.incarnation = bus, welcome["robot"], welcome["incarnation"]
-        self.step_ms = setup["scenario"]["step_ms"]
         self.names = [robot["name"] for robot in setup["scenario"]["robots"]]
-        # What a step changes: the mind, and the number of the next broadcast. Before the latest step, and now.
-        self.before = self.state = (Still(name, setup), 0)
+        # What a step changes: the mind, what is on its way, and the number of the next broadcast. Before the latest step, and now.
+        self.before = self.state = (mind(name, setup), Links(self.rank, setup), 0)
         self.latest = self.pending = None
         self.arrived, self.published = {}, []
         declare = lambda key: bus.session.declare_publisher(key, priority=zenoh.Priority.INTERACTIVE_HIGH)
@@ -372,20 +507,23 @@ class Agent:
         listed = []
         for entry in tick["manifest"]:
             place = (entry["sender"], entry["tick"], entry["incarnation"])
-            listed += [(entry, (*place, index)) for index in range(entry["count"])]
-        if all(place in self.arrived for _, place in listed) or time.monotonic() > self.until:
+            listed.append((entry, [(*place, index) for index in range(entry["count"])]))
+        if all(place in self.arrived for _, places in listed for place in places) or time.monotonic() > self.until:
             self.pending = None
-            self.step(tick, last, listed)
+            self.step(tick, last, [(entry, [self.arrived.get(place) for place in places]) for entry, places in listed])
+            # What is older than all that is listed is listed no more.
+            oldest = min((entry["tick"] for entry in tick["manifest"]), default=0)
+            self.arrived = {place: it for place, it in self.arrived.items() if place[1] >= oldest}
 
-    def step(self, tick, last, listed):
+    def step(self, tick, last, arrived):
         if last is not None and (tick["last_counted"] is None or tick["last_counted"] < last):
             # The step before never happened.
             self.state = self.before
         self.before = self.state
-        mind, seq = copy.copy(self.state[0]), self.state[1]
-        receptions = [self.reception(tick["now"], entry, self.arrived.pop(place, None)) for entry, place in listed]
-        actuation, said = mind.step(tick["now"], tick["readings"])
-        self.state = (mind, seq + len(said))
+        mind, links, seq = copy.deepcopy(self.state)
+        heard, receptions = links.hear(tick, arrived)
+        actuation, said = mind.step(tick["now"], tick["readings"], heard)
+        self.state = (mind, links, seq + len(said))
         sender = {"sender": self.rank, "incarnation": self.incarnation, "tick": tick["tick"], "sent": tick["now"]}
         broadcasts = [sender | {"index": index, "seq": seq + index, "body": body} for index, body in enumerate(said)]
         sealed = [self.bus.seal(str(self.heartbeats.key_expr), "Broadcast", broadcast) for broadcast in broadcasts]
@@ -401,25 +539,19 @@ class Agent:
         for publisher, sealed in self.published:
             publisher.put(sealed)
 
-    def reception(self, now, entry, broadcast):
-        cut = entry["link"] is not None and entry["link"]["cut"]
-        delivery = "Lost" if broadcast is None else "Cut" if cut else "Heard"
-        of = {"at": now, "sender": entry["sender"], "incarnation": entry["incarnation"], "sent": entry["tick"] * self.step_ms}
-        return of | {"delivery": (delivery, None), "said": broadcast and said_by(broadcast)}
-
 
 def said_by(broadcast):
     """The part of a broadcast that goes into the log."""
     kind, body = broadcast["body"]
-    said = dict.fromkeys(("state", "since", "set", "task", "progress")) | {"seq": broadcast["seq"], "kind": (kind, None)}
+    said = dict.fromkeys(("state", "since", "set", "task", "progress")) | {"seq": broadcast["seq"], "kind": (kind_of(broadcast), None)}
     if kind == "Heartbeat":
         said |= {field: body[field] for field in ("state", "since", "set", "task", "progress")}
     if kind == "Bulletin":
-        said |= {"kind": (f"{body['kind'][0]}Bulletin", None)} | (body["about"] or {})
+        said |= body["about"] or {}
     return said
 
 
-def live(robot, run):
+def live(robot, run, mind):
     """From joining to the end of the run; returns the exit status."""
     bus = Bus(find_run(run))
     news = queue.Queue()
@@ -441,7 +573,7 @@ def live(robot, run):
         bus.session.liveliness().declare_subscriber(f"{bus.prefix}/alive/world", watch, history=True),
     ]
     welcome = join(bus, robot)
-    agent = Agent(bus, robot, welcome)
+    agent = Agent(bus, robot, mind, welcome)
     alive = f"{bus.prefix}/alive/{robot}/{agent.incarnation}"
     # The world counts on this agent for as long as the token is there, which goes with the socket.
     token = bus.session.liveliness().declare_token(f"{alive}/{bus.mark(alive):016x}")
@@ -482,7 +614,7 @@ def main(words):
     robot = options.get("--robot") or os.environ["ALLIANCE_ROBOT"]
     run = options.get("--run") or (None if "--robot" in options else os.environ.get("ALLIANCE_RUN"))
     signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
-    return live(robot, run)
+    return live(robot, run, MINDS[options.get("--mind", "still")])
 
 
 if __name__ == "__main__":

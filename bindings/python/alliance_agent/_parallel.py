@@ -42,7 +42,7 @@ class ParallelEnv(Parallel, EzPickle):
         size: int | None = None,
         limit: float | None = None,
     ) -> None:
-        """`reward`: a function of mission.csv's columns before and after a step, in the place of the mission's progress.
+        """`reward`: a function of mission.csv's columns before and after a step and of its events, in the place of the mission's progress.
 
         `time_cost` is taken off the reward of each step. The rest is as of `run` and `VecEnv`.
         """
@@ -118,7 +118,7 @@ class ParallelEnv(Parallel, EzPickle):
         for agent, action in actions.items():
             given[0, self._rank[agent]] = action
         self._vec.step(given)
-        reward = self._reward(before, self._vec.row()) if self._reward else float(self._vec.reward[0])
+        reward = self._reward(before, self._vec.row(), self._vec.events()) if self._reward else float(self._vec.reward[0])
         reward -= self._time_cost
         done = self._vec.done[0]
         over, cut = bool(done == 1), bool(done == 2)
@@ -184,4 +184,5 @@ class ParallelEnv(Parallel, EzPickle):
     def _infos(self) -> dict[str, dict[str, Any]]:
         faults = self._vec.faults() if self._has_faults else []
         alive = self._vec.alive[0].tolist()
-        return {agent: {"alive": bool(alive[self._rank[agent]]), "faults": faults} for agent in self.agents}
+        events = self._vec.events()
+        return {agent: {"alive": bool(alive[self._rank[agent]]), "faults": faults, "events": events} for agent in self.agents}

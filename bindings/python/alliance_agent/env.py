@@ -20,11 +20,16 @@ import numpy as np
 from . import _engine
 from ._run import Mind, Scenario, asked
 
+#: The texts of an event.
+TEXTS = ("kind", "robot", "subject", "reason", "detail")
+
 #: In the place of a mind: the robot is decided for by whoever steps the environment.
 ENVIRONMENT = "environment"
 
-#: By the columns of mission.csv, before and after a step.
-Reward = Callable[[dict[str, float | None], dict[str, float | None]], float]
+#: What has happened: a row of events.csv, with its time in s.
+Event = dict[str, Any]
+#: By the columns of mission.csv before and after a step, and by what has happened in it.
+Reward = Callable[[dict[str, float | None], dict[str, float | None], list[Event]], float]
 
 
 class VecEnv:
@@ -63,6 +68,9 @@ class VecEnv:
         self.alive = np.zeros((envs, width), np.int8)
         self.reward = np.zeros(envs, np.float32)
         self.done = np.zeros(envs, np.int8)
+        # Of each thread's environments.
+        arrays, size = (self.observation, self.action_mask, self.alive, self.reward, self.done), self._worlds.part_size
+        self._parts = [tuple(array[at : at + size] for array in arrays) for at in range(0, envs, size)]
         shape = (envs, len(self.agents))
         self._shape, self._type = (shape, np.int64) if level == "decide" else ((*shape, 4), np.float32)
 
@@ -106,6 +114,10 @@ class VecEnv:
         """How far the mission has come: the columns of mission.csv."""
         return dict(zip(self._worlds.columns, self._worlds.row(env), strict=True))
 
+    def events(self, env: int = 0) -> list[Event]:
+        """What has happened in the latest step: `time` (s), and `kind`, `robot`, `subject`, `reason` and `detail` as in events.csv."""
+        return [{"time": time} | dict(zip(TEXTS, texts, strict=True)) for time, texts in self._worlds.events(env)]
+
     def faults(self, env: int = 0) -> list[str]:
         """The faults that are in force, in words."""
         return self._worlds.faults(env)
@@ -127,7 +139,8 @@ class VecEnv:
         self._worlds.close()
 
     def _see(self) -> None:
-        self._worlds.see(self.observation, self.action_mask, self.alive, self.reward, self.done)
+        for number, arrays in enumerate(self._parts):
+            self._worlds.see(number, *arrays)
 
 
 def parallel_env(scenario: Scenario = None, **options: Any) -> Any:

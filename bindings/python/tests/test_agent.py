@@ -16,7 +16,7 @@ from conftest import EXAMPLES, program
 from greedy import Greedy
 from watcher import Watcher
 
-STILL = json.loads(Path(__file__).with_name("still.json").read_text())
+TWINS = json.loads(Path(__file__).with_name("still.json").read_text())
 MAIN = "from alliance_agent import Agent, Deed, main\n"
 
 
@@ -25,16 +25,29 @@ class Still(Agent):
         return Deed()
 
 
-def still_run(tmp_path, minds=None, seed=1, **options):
-    scenario = tmp_path / "still.toml"
-    scenario.write_text(STILL["scenario"])
-    return run(scenario, minds or {"gold": Still}, seed, faults=STILL["faults"], limit=STILL["limit_s"], **options)
+class Listener(Agent):
+    """Turns by who has said something and when, in the order in which it hears it."""
+
+    def step(self, now, readings, heard):
+        words = enumerate(word for word in heard if word.state != "said")
+        digest = sum((place + 1) * (word.sender + 1) * (round(word.sent * 20) + 1) for place, word in words)
+        return Deed(turn=digest % 128 / 128)
 
 
+def twin_run(tmp_path, mind=Still, seed=1, **options):
+    """With the faults that its twin in Rust had."""
+    twin = TWINS[mind.__name__.lower()]
+    scenario = tmp_path / "mine.toml"
+    scenario.write_text(twin["scenario"])
+    return run(scenario, {"gold": mind}, seed, faults=twin["faults"], limit=twin["limit_s"], **options)
+
+
+@pytest.mark.parametrize("mind", [Still, Listener])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_still_is_still_in_rust(tmp_path, seed):
-    assert still_run(tmp_path, seed=seed).hash == STILL["hashes"][str(seed)]
-    assert still_run(tmp_path, seed=seed, twice=True).hash == STILL["hashes"][str(seed)]
+def test_it_has_the_hash_of_its_twin_in_rust(tmp_path, mind, seed):
+    expected = TWINS[mind.__name__.lower()]["hashes"][str(seed)]
+    assert twin_run(tmp_path, mind, seed).hash == expected
+    assert twin_run(tmp_path, mind, seed, twice=True).hash == expected
 
 
 class Lab:
@@ -82,12 +95,12 @@ def lab(tmp_path):
 
 def test_as_a_process_it_has_the_same_hash_and_is_replayed_without_python(lab):
     mind = lab.mind("still", f"{MAIN}class Still(Agent):\n    def step(self, now, readings, heard):\n        return Deed()\nmain(Still)\n")
-    (lab.folder / "mine.toml").write_text(STILL["scenario"])
+    (lab.folder / "mine.toml").write_text(TWINS["still"]["scenario"])
     faults = "".join(f"[[faults.timeline]]\n{line}\n" for line in ("fault.kill = 'gold'\nat_s = 10.0\nfor_s = 5.0", "fault.mute = 'blue'\nat_s = 20.0\nfor_s = 5.0"))
     with (lab.folder / "mine.toml").open("a") as file:
         file.write(faults)
     lab.mission("--limit=40", mind)
-    assert load(lab.folder / "run", "numpy").run["hash"] == STILL["hashes"]["1"]
+    assert load(lab.folder / "run", "numpy").run["hash"] == TWINS["still"]["hashes"]["1"]
     assert lab.kinds("gold") == ["joined", "gone", "joined"]
     assert "identical" in lab.alliance("replay", "run")
     assert "identical" in lab.alliance("replay", "run", mind)
@@ -136,6 +149,7 @@ def test_steps_that_did_not_count_never_happened(lab):
     _, said = launcher.communicate(timeout=240)
     assert launcher.returncode == 1, said
     assert lab.kinds("gold").count("back") >= 3, "it has been away"
+    assert load(lab.folder / "run", "numpy").run["unscripted"], "which nobody's scenario asked for"
     assert "identical" in lab.alliance("replay", "run")
     assert "identical" in lab.alliance("replay", "run", mind)
     assert not Path(f"/proc/{gold}").exists(), "no process is left"
@@ -223,7 +237,8 @@ def test_a_bad_mind_is_a_dead_robot_and_the_run_goes_on(lab):
     assert lab.kinds("gold") == ["joined", "gone"]
     *_, last = lab.log("gold").splitlines()
     assert last == "robot-agent gold: tick 41: bad.py:4: ValueError: Deed: speed is nan, which is no number"
-    assert load(lab.folder / "run", "numpy").run["result"]["ticks"] == 200
+    told = load(lab.folder / "run", "numpy").run
+    assert (told["result"]["ticks"], told["unscripted"]) == (200, False)
     assert "identical" in lab.alliance("replay", "run")
 
 

@@ -1,6 +1,7 @@
 """Learning environments."""
 
 import copy
+import os
 import pickle
 import warnings
 
@@ -202,14 +203,41 @@ def test_an_episode_that_is_complete_is_terminated_and_not_truncated():
         env.step({})
 
 
-def test_a_recorded_episode_is_a_run_s_log(alliance, tmp_path):
+def test_a_recorded_episode_with_rust_minds_is_a_run_s_log(alliance, tmp_path):
     env = parallel_env("waste-cleanup", minds={"*": "nearest"}, limit=5.0)
     env.record(tmp_path / "episode")
     env.reset(seed=2)
     while env.hash is None:
         env.step({})
     assert load(tmp_path / "episode").run["hash"] == env.hash
-    alliance("replay", "episode")
+    assert not (tmp_path / "episode/foreign.bin").exists()
+    assert alliance("replay", "episode").stderr == f"identical: 100 ticks, hash {env.hash}\n"
+    alliance("report", "episode")
+
+
+@pytest.mark.parametrize(("mission", "level"), DECIDE + DRIVE)
+def test_what_was_decided_from_outside_is_replayed_without_python(alliance, tmp_path, mission, level):
+    *_, killed = names = {"push": ["genghis", "red"]}.get(mission, ["blue", "gold"])
+    faults = [
+        {"at_s": 2.0, "for_s": 2.0, "fault": {"kill": killed}},
+        {"at_s": 1.0, "fault": {"drop": {"p": 0.3}}},
+        {"at_s": 5.0, "for_s": 1.0, "fault": {"pause": killed}},
+    ]
+    env = parallel_env(SCENARIOS[mission], level=level, faults=faults, limit=8.0, minds={names[0]: "alliance"})
+    hashes = []
+    for record in (True, False):
+        if record:
+            env.record(tmp_path / "episode")
+        env.reset(seed=4)
+        for agent in env.agents:
+            env.action_space(agent).seed(4)
+        while env.agents:
+            infos = env.step({agent: env.action_space(agent).sample() for agent in env.agents})[4]
+        hashes.append(infos[killed]["hash"])
+    assert hashes[0] == hashes[1], "a record changes nothing"
+    robots = load(tmp_path / "episode").run["scenario"]["robots"]
+    assert [robot["name"] for robot in robots if robot.get("mind") == "environment"] == env.possible_agents
+    assert alliance("replay", "episode").stderr == f"identical: 160 ticks, hash {hashes[0]}\n"
     alliance("report", "episode")
 
 
@@ -228,9 +256,43 @@ def test_rewards_are_what_is_done_less_what_time_costs():
         _, rewards, *_ = costly.step({})
         sum_of += rewards["gold"]
     assert sum_of == gained - 0.5 * steps
-    own = parallel_env("janitorial", limit=1.0, reward=lambda before, after: after["open"] - before["open"] + 7)
+    own = parallel_env("janitorial", limit=1.0, reward=lambda before, after, events: after["open"] - before["open"] + 7 + len(events))
     own.reset(seed=1)
-    assert own.step({})[1]["gold"] == 7
+    _, rewards, _, _, infos = own.step({})
+    assert rewards["gold"] == 7 + len(infos["gold"]["events"])
+
+
+def test_infos_have_the_events_of_the_log(tmp_path):
+    env = parallel_env("janitorial", faults=KILLED, limit=8.0, minds={"blue": "nearest"})
+    env.record(tmp_path / "run")
+    told = env.reset(seed=3)[1]["gold"]["events"]
+    steps = [len(told)]
+    while env.agents:
+        _, _, _, _, infos = env.step({})
+        assert infos["gold"]["events"] is infos["green"]["events"]
+        told = told + infos["gold"]["events"]
+        steps.append(len(infos["gold"]["events"]))
+    logged = load(tmp_path / "run", "numpy").events
+    assert [round(1000 * event["time"]) for event in told] == logged["t_ms"].tolist()
+    for column in ("kind", "robot", "subject", "reason", "detail"):
+        assert [event[column] for event in told] == logged[column].tolist()
+    assert {"joined", "gone", "applied"} <= {event["kind"] for event in told}
+    assert steps[0] and 0 in steps, "each is told once, in its step"
+
+
+def test_a_batch_works_on_in_a_process_that_is_forked():
+    env = VecEnv("cmommt", 4, level="drive", threads=2)
+    env.reset(1)
+    actions = np.ones((4, 5, 4), np.float32)
+    env.step(actions)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = os.fork()
+    if child == 0:
+        env.step(actions)
+        os._exit(7 if env.observation.any() else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    env.step(actions)
 
 
 def test_a_batch_is_its_environments_on_any_number_of_threads():

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use alliance_proto::control::{AgentState, Phase};
+use alliance_proto::event::EventLine;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId};
 use alliance_proto::log::{Document, LogLevel, Memory, Table};
 use alliance_proto::mission::columns::ColumnKind;
@@ -16,7 +17,7 @@ use alliance_proto::time::SimTime;
 use launch::Registry;
 use pyo3::prelude::*;
 use robot_agent::allocator::Choice;
-use study::in_process::{Command, Team, joins_of};
+use study::in_process::{Command, Spaces, Team, joins_of};
 use world_server::recorder::{Folder, RecordError, Sink};
 
 use super::features::{self, Row};
@@ -179,6 +180,8 @@ pub struct World {
     /// The row of mission.csv after the latest tick, and how much is done by it.
     row: Vec<Value>,
     done: u64,
+    /// What has happened in the latest step.
+    pub events: Vec<EventLine>,
     /// What was to be seen of the team when its episode ended.
     last: Last,
 }
@@ -201,12 +204,13 @@ impl World {
             record: None,
             row: Vec::new(),
             done: 0,
+            events: Vec::new(),
             last: Last::default(),
         }
     }
 
     /// Begins an episode with that seed, and makes its first tick, in which nobody decides: so there is something to see.
-    pub fn reset(&mut self, common: &Common, seed: u64) -> PyResult<()> {
+    pub fn reset(&mut self, common: &Common, seed: u64, spaces: &mut Spaces) -> PyResult<()> {
         self.close()?;
         let (level, place) = match self.record.take() {
             None => (LogLevel::Off, Place::Nowhere(Memory::default())),
@@ -217,13 +221,24 @@ impl World {
         };
         let mut setup = common.setup.clone();
         setup.seed = seed;
+        let puppets = || Arc::new(Puppets(Arc::clone(&self.hands)));
+        let mut registry = common.registry.clone().kind(puppets());
+        if level != LogLevel::Off {
+            // No scenario tells again what is decided from outside: of a mind of its own the log keeps the answers.
+            registry = registry.mind(puppets());
+        }
         for agent in &common.agents {
             self.hands.of(*agent).wanted = None;
+            if level != LogLevel::Off {
+                let robot = &mut setup.scenario.robots[agent.index()];
+                (robot.allocator, robot.mind) = (None, Some(NAME.to_owned()));
+            }
         }
-        let registry = common.registry.clone();
-        let registry = registry.kind(Arc::new(Puppets(Arc::clone(&self.hands))));
         let joins = joins_of(&setup);
-        let team = Team::with_registry(&registry, setup, joins, level, place).map_err(mistake)?;
+        let mut team =
+            Team::with_registry(&registry, setup, joins, level, place).map_err(mistake)?;
+        // From now on they are told.
+        team.take_events();
         (self.outcome, self.hash, self.done) = (None, None, 0);
         self.team = Some(team);
         if common.level == Level::Drive {
@@ -231,7 +246,7 @@ impl World {
                 self.drive(common, *agent, [0.0; DRIVE]);
             }
         }
-        self.tick(common).map(drop)
+        self.tick(common, spaces).map(drop)
     }
 
     /// Ends an episode that is under way, and its log.
@@ -292,13 +307,14 @@ impl World {
     }
 
     /// A step: ticks until the period is over, a set has ended, or the run; returns the team's reward.
-    pub fn step(&mut self, common: &Common) -> PyResult<f64> {
+    pub fn step(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
+        self.events.clear();
         if self.outcome.is_some() || self.team.is_none() {
             return Ok(0.0);
         }
         let mut reward = 0.0;
         for _ in 0..common.period {
-            reward += self.tick(common)?;
+            reward += self.tick(common, spaces)?;
             let mut agents = common.agents.iter();
             if self.outcome.is_some() || agents.any(|it| self.hands.of(*it).has_ended) {
                 break;
@@ -309,14 +325,18 @@ impl World {
 
     /// One tick; returns what the team gains in it: what is done, or where a mission counts nothing as done what its first column
     /// holds, times the seconds of the tick.
-    fn tick(&mut self, common: &Common) -> PyResult<f64> {
+    fn tick(&mut self, common: &Common, spaces: &mut Spaces) -> PyResult<f64> {
         let Some(team) = &mut self.team else {
             return Ok(0.0);
         };
-        self.outcome = team.tick().map_err(failed)?;
+        team.exchange(spaces);
+        let ticked = team.tick();
+        team.exchange(spaces);
+        self.outcome = ticked.map_err(failed)?;
         if let Some(error) = common.failure.take() {
             return Err(error);
         }
+        self.events.append(&mut team.take_events());
         self.row.clear();
         team.simulation().world().mission().row(&mut self.row);
         let columns = common.setup.catalog.mission.terms().columns.iter();

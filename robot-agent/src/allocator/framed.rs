@@ -115,6 +115,9 @@ impl<A: Allocator> Mind for Framed<A> {
         }
         let before = self.decision.active;
         self.decision.reason = None;
+        // Written where the step before of whoever shares the workspace wrote: that is in the cache.
+        std::mem::swap(&mut outcome.rows, &mut self.decision.rows);
+        std::mem::swap(&mut outcome.say, &mut self.decision.say);
         self.decision.say.clear();
         self.decision.rows.clear();
         self.allocator.step(input, &mut self.decision);

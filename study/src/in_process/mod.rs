@@ -7,6 +7,7 @@ mod traffic;
 
 use std::collections::{BTreeMap, VecDeque};
 
+use alliance_proto::event::EventLine;
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::log::{Input, InputLine, LogLevel, RunFile};
 use alliance_proto::mission::Deed;
@@ -88,6 +89,11 @@ impl Command {
     }
 }
 
+/// The workspaces of the robots that are asked at the moment. Whoever steps many teams in turns lends them all the same ones, which
+/// stay in the cache.
+#[derive(Default)]
+pub struct Spaces(Vec<Workspace>);
+
 /// A team and its world, stepped by hand.
 pub struct Team<S> {
     simulation: Simulation,
@@ -106,7 +112,7 @@ pub struct Team<S> {
     air: Air,
     /// Those who are asked at the moment, and the workspace of each.
     asked: Vec<RobotId>,
-    spaces: Vec<Workspace>,
+    spaces: Spaces,
     outside: Outside,
     /// By rank, of bodies that somebody else drives; empty where nobody does.
     driven: Vec<Option<Command>>,
@@ -228,7 +234,7 @@ impl<S: Sink> Team<S> {
             unanswered: None,
             air: Air::new(setup.scenario.robots.len()),
             asked: Vec::new(),
-            spaces: Vec::new(),
+            spaces: Spaces::default(),
             simulation: Simulation::new(setup, mission, true),
             recorder,
             outside,
@@ -279,6 +285,11 @@ impl<S: Sink> Team<S> {
         self.driven[robot.index()] = command;
     }
 
+    /// Exchanges the team's workspaces for these. Nothing in them lasts from one tick to the next.
+    pub fn exchange(&mut self, spaces: &mut Spaces) {
+        std::mem::swap(&mut self.spaces, spaces);
+    }
+
     /// Counts from now on what is said, by kind.
     pub fn count_traffic(&mut self) {
         self.traffic = Some(Traffic::default());
@@ -287,6 +298,11 @@ impl<S: Sink> Team<S> {
     /// What was said, if it is counted.
     pub fn traffic(&self) -> Option<&Traffic> {
         self.traffic.as_ref()
+    }
+
+    /// What has happened since this was asked last, see [`Recorder::take_events`].
+    pub fn take_events(&mut self) -> Vec<EventLine> {
+        self.recorder.take_events()
     }
 
     /// A snapshot for eyes, see [`Simulation::glance`].
@@ -655,11 +671,12 @@ impl<S: Sink> Team<S> {
 
     /// Steps the agents that were asked, and then hands over their reports.
     fn answer(&mut self, outside: &[Input]) {
-        let most = self.spaces.len().max(self.asked.len());
-        self.spaces.resize_with(most, Workspace::default);
+        let Spaces(spaces) = &mut self.spaces;
+        let most = spaces.len().max(self.asked.len());
+        spaces.resize_with(most, Workspace::default);
         let robots = &self.simulation.setup().scenario.robots;
         let name = |robot: RobotId| &robots[robot.index()].name;
-        for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+        for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
             let message = self.simulation.message(robot);
             let is_lost = |sender, tick, index| {
                 outside.iter().any(|input| match input {
@@ -694,14 +711,14 @@ impl<S: Sink> Team<S> {
             return;
         }
         for part in [Agent::think, Agent::act] {
-            for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+            for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
                 if let Seat::Agent(agent) = &mut self.seats[robot.index()] {
                     part(agent, self.simulation.message(robot), space);
                 }
             }
         }
         let tick = self.simulation.tick();
-        for (&robot, space) in self.asked.iter().zip(&mut self.spaces) {
+        for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
             if !matches!(self.seats[robot.index()], Seat::Empty) {
                 if let Some(traffic) = &mut self.traffic {
                     traffic.add(&space.broadcasts);

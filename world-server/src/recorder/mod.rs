@@ -31,6 +31,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use alliance_proto::event::EventLine;
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::log::foreign::ForeignWriter;
 use alliance_proto::log::{Document, LogLevel, MindFile, RunFile, RunOutcome, Section, Table};
@@ -118,6 +119,8 @@ pub struct Recorder<S> {
     on_their_way: OnTheirWay,
     /// What the last row of mission.csv says.
     mission: Option<Vec<Value>>,
+    /// For somebody who looks on, see [`Recorder::take_events`].
+    told: Option<Vec<EventLine>>,
     /// Latest tick.
     latest: Option<(Tick, SimTime)>,
     /// Latest tick with a seal.
@@ -164,6 +167,7 @@ impl<S: Sink> Recorder<S> {
                 .collect(),
             on_their_way: OnTheirWay::default(),
             mission: None,
+            told: None,
             latest: None,
             sealed: None,
             broken: false,
@@ -219,6 +223,11 @@ impl<S: Sink> Recorder<S> {
         }
         self.flush()?;
         self.write_run(RunOutcome::Ended(outcome), ending)
+    }
+
+    /// The rows of events.csv since this was called last, at any [`LogLevel`]; none the first time.
+    pub fn take_events(&mut self) -> Vec<EventLine> {
+        self.told.replace(Vec::new()).unwrap_or_default()
     }
 
     /// Where the log goes.
@@ -350,6 +359,9 @@ impl<S: Sink> Record for Recorder<S> {
         pages.add(Table::Events, |rows| {
             encode::event_rows(&encode::events(names, record), rows);
         });
+        if let Some(told) = &mut self.told {
+            told.append(&mut encode::events(names, record));
+        }
         pages.add(Table::Poses, |rows| {
             encode::poses(names, repeated, record, rows)
         });
