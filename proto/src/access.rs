@@ -41,8 +41,11 @@ impl Speaker {
     }
 }
 
-/// Links of TLS, in words of zenoh; what is not encrypted has no certificate to name anybody.
+/// Links of TLS, in words of zenoh.
 const TLS: &str = "tls";
+
+/// Links without certificates.
+const UNCERTIFIED: [&str; 2] = ["unixsock-stream", "tcp"];
 
 /// For those who order and watch, at the gateway: they hear everything, and ask on the control topic. What goes out has come from the team.
 #[must_use]
@@ -205,7 +208,13 @@ impl Rules {
             process.clone(),
         );
         self.allow(id, "egress", &["query"], process);
-        self.subject(id, json!({ "usernames": [id] }));
+        self.subject(
+            id,
+            json!({ "usernames": [id], "link_protocols": UNCERTIFIED }),
+        );
+        let certified =
+            json!({ "usernames": [id], "link_protocols": [TLS], "cert_common_names": [id] });
+        self.also(id, &format!("{id}-certified"), certified);
     }
 
     fn into_text(self) -> String {

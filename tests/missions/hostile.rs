@@ -513,8 +513,8 @@ fn whatever_a_hostile_client_puts_on_the_bus_changes_nothing() {
         println!("put {put:?}, refused {}", host["refused"]);
         // Ticks, broadcasts and views are the agents' and observers' to refuse.
         for (kind, count) in [
-            ("join", put["join"]),
-            ("process", put["process"]),
+            ("join", put["blue"]),
+            ("process", put[LAUNCHER_HOST]),
             ("report", put["report"]),
             ("control", put["control"]),
             ("token", 1),

@@ -10,6 +10,7 @@ Needs the packages eclipse-zenoh and xxhash.
 """
 
 import copy
+import hmac
 import json
 import os
 import pathlib
@@ -24,12 +25,12 @@ import time
 import xxhash
 import zenoh
 
-VERSION = 9
+VERSION = 10
 
 # Every struct: its fields in order, "NAME TYPE". TYPE is a number, bool, str, bytes, another type, [T] a list of it, ?T one or none.
 STRUCTS = {
     "JoinRequest": "version u32, robot str, pid u32, nonce u128",
-    "Welcome": "robot u16, incarnation u32, first_tick u64, setup str",
+    "Welcome": "robot u16, incarnation u32, first_tick u64, setup str, pairs ?[u128]",
     "TickMessage": "incarnation u32, tick u64, now u64, last_counted ?u64, manifest [ManifestEntry], held [u16], readings Readings",
     "ManifestEntry": "sender u16, tick u64, incarnation u32, count u16, link ?LinkState",
     "LinkState": "cut bool, hold bool, drop u64, delay u64, jitter u64, duplicate u64, reorder u64",
@@ -258,9 +259,11 @@ def chacha8(seed, stream, block):
 class Bus:
     """A session as a member of the team, and what it takes to speak there."""
 
-    def __init__(self, run):
+    def __init__(self, run, robot):
         self.prefix = f"alliance/{run['run']}"
-        self.secret = xxhash.xxh3_128_intdigest(run["token"].encode()).to_bytes(16, "little")
+        own = hmac.new(run["token"].encode(), f"robot-{robot}".encode(), "sha256").hexdigest()[:32]
+        # Broadcasts are for everybody, and all else is between this robot and the world.
+        self.everybodys, self.own = self.secret(run["token"]), self.secret(own)
         config = zenoh.Config()
         settings = {"mode": "client", "connect/endpoints": [run["team"]["endpoint"]], "listen/endpoints": []}
         settings |= {"transport/auth/usrpwd/user": "team", "transport/auth/usrpwd/password": run["team"]["password"]}
@@ -271,8 +274,13 @@ class Bus:
             config.insert_json5(key, json.dumps(value))
         self.session = zenoh.open(config)
 
+    @staticmethod
+    def secret(text):
+        return xxhash.xxh3_128_intdigest(text.encode()).to_bytes(16, "little")
+
     def mark(self, key, data=b""):
-        return siphash(self.secret, key.encode() + b"\0" + data)
+        is_broadcast = key.startswith(f"{self.prefix}/team/")
+        return siphash(self.everybodys if is_broadcast else self.own, key.encode() + b"\0" + data)
 
     def seal(self, key, of, value):
         data = encode(of, value)
@@ -307,7 +315,7 @@ def find_run(wanted, patience_s=10.0):
 
 def join(bus, robot):
     """Asks to be that robot; the world's welcome. A robot whose agent has just died may be taken for a moment."""
-    key = f"{bus.prefix}/join"
+    key = f"{bus.prefix}/join/{robot}"
     until = time.monotonic() + 1.0
     while True:
         nonce = secrets.randbits(128)
@@ -553,7 +561,7 @@ def said_by(broadcast):
 
 def live(robot, run, mind):
     """From joining to the end of the run; returns the exit status."""
-    bus = Bus(find_run(run))
+    bus = Bus(find_run(run), robot)
     news = queue.Queue()
 
     def listen(key, what, **options):

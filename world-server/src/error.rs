@@ -10,6 +10,9 @@ pub enum WorldError {
     /// The bus failed.
     #[error("bus")]
     Bus(#[from] zenoh::Error),
+    /// There is no listening there.
+    #[error("cannot listen at {0}: {1}")]
+    Listen(String, std::io::Error),
     /// The log could not be written.
     #[error(transparent)]
     Record(#[from] RecordError),

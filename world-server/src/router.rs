@@ -1,10 +1,12 @@
 //! The routers in the middle of a star: the team's, the operators', a host's.
 
+use std::io;
 use std::net::{Ipv4Addr, TcpListener};
 
 use alliance_proto::access;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::keys::Keys;
+use alliance_proto::locator::Locator;
 use alliance_proto::member::Login;
 use alliance_proto::rendezvous::{Rendezvous, User, socket};
 use alliance_proto::scenario::Scenario;
@@ -89,6 +91,9 @@ impl Plan {
     ) -> Result<(Session, String), WorldError> {
         let users = self.users.iter();
         let members = Members::of(users.map(|(name, word)| (name.as_str(), word.as_str())))?;
+        for at in &self.listen {
+            look_at_place(at)?;
+        }
         let at = socket(run, pid, user)?;
         let mut attempt = 0;
         loop {
@@ -112,6 +117,15 @@ impl Plan {
             }
         }
     }
+}
+
+/// Whether one can listen there: zenoh says why not in words of its own.
+fn look_at_place(at: &str) -> Result<(), WorldError> {
+    let place = at.parse::<Locator>().map_err(io::Error::other);
+    place
+        .and_then(|place| TcpListener::bind((place.host, place.port)))
+        .map(drop)
+        .map_err(|error| WorldError::Listen(at.to_owned(), error))
 }
 
 /// Zenoh does not tell which port it took, so the port is chosen first; should somebody else take it in between, another one is tried.

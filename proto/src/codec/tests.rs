@@ -493,13 +493,14 @@ fn request() -> impl Strategy<Value = JoinRequest> {
 }
 
 fn reply() -> impl Strategy<Value = JoinReply> {
-    let welcome = (robot(), any::<(u32, u64, String)>()).prop_map(
-        |(robot, (incarnation, first_tick, setup))| {
+    let welcome = (robot(), any::<(u32, u64, String, Option<Vec<u128>>)>()).prop_map(
+        |(robot, (incarnation, first_tick, setup, pairs))| {
             JoinReply::Welcome(Welcome {
                 robot,
                 incarnation,
                 first_tick,
                 setup,
+                pairs,
             })
         },
     );

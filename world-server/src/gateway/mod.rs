@@ -69,7 +69,10 @@ pub fn run() -> anyhow::Result<()> {
 
 async fn serve() -> anyhow::Result<()> {
     let mut told = BufReader::new(stdin()).lines();
-    let run = told.next_line().await?.context("no run was told")?;
+    // None where its world could not begin, which says so.
+    let Some(run) = told.next_line().await? else {
+        return Ok(());
+    };
     let mut run: Rendezvous = serde_json::from_str(&run).context("the run")?;
     let keys = Keys::new(&run.run);
     let team = session::client(&run.login(User::Team)?, false);
