@@ -255,12 +255,17 @@ def chacha8(seed, stream, block):
     return [(word + first) & 0xFFFFFFFF for word, first in zip(v, begin)]
 
 
+def secret_of(run):
+    """The key of the seals of a run."""
+    return xxhash.xxh3_128_intdigest(run["token"].encode()).to_bytes(16, "little")
+
+
 class Bus:
     """A session as a member of the team, and what it takes to speak there."""
 
     def __init__(self, run):
         self.prefix = f"alliance/{run['run']}"
-        self.secret = xxhash.xxh3_128_intdigest(run["token"].encode()).to_bytes(16, "little")
+        self.secret = secret_of(run)
         config = zenoh.Config()
         settings = {"mode": "client", "connect/endpoints": [run["team"]["endpoint"]], "listen/endpoints": []}
         settings |= {"transport/auth/usrpwd/user": "team", "transport/auth/usrpwd/password": run["team"]["password"]}
