@@ -3,6 +3,7 @@
 //! - [`asked`]: what is to be run, in the words of the command line.
 //! - [`mind`]: a mind that is written in Python: an [`allocator`], or all of it, an [`agent`].
 //! - [`values`], [`readings`]: what such a one is given in a step.
+//! - [`math`]: functions of numbers for such minds.
 //! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a process.
 //!
 //! Python's side checks its callers' types and has the documentation for people; errors of a mission have the one line that the
@@ -15,6 +16,7 @@ mod allocator;
 mod asked;
 mod env;
 mod errors;
+mod math;
 mod mind;
 mod process;
 mod readings;
@@ -25,6 +27,8 @@ mod values;
 /// `alliance_agent._engine`.
 #[pymodule]
 mod _engine {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use crate::env::Worlds;
     #[pymodule_export]
@@ -35,4 +39,11 @@ mod _engine {
     use crate::run::run;
     #[pymodule_export]
     use crate::values::{Heard, Set, Stream};
+
+    #[pymodule_init]
+    fn with_math(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let math = PyModule::new(module.py(), "math")?;
+        crate::math::add(&math)?;
+        module.add_submodule(&math)
+    }
 }

@@ -2,7 +2,9 @@
 //! of it. What it decides is `allocator`'s and `agent`'s.
 
 use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use alliance_proto::allocation::{AllocationMessage, OpenMessage};
 use alliance_proto::ids::RobotId;
@@ -125,6 +127,7 @@ impl Kind for Class {
                 twice: self.twice,
                 setup: setup.clone(),
                 told: loads(py, &text)?.unbind(),
+                is_slow: AtomicBool::new(false),
             });
             let prepared: Arc<dyn Prepared> = if is_whole.extract(py)? {
                 Arc::new(Agents::new(common))
@@ -146,6 +149,24 @@ pub struct Common {
     pub setup: Setup,
     /// The same as Python has it.
     told: Py<PyAny>,
+    /// Whether it has been told that copies take long.
+    is_slow: AtomicBool,
+}
+
+impl Common {
+    /// In a live run the team waits for a checkpoint: once it is told if one takes longer than a step of the run.
+    fn tell_if_slow(&self, me: RobotId, took: Duration) {
+        let step = Duration::from_millis(self.setup.scenario.step_ms);
+        let is_live = matches!(self.failure, Failure::EndsProcess);
+        if is_live && took > step && !self.is_slow.swap(true, Ordering::Relaxed) {
+            alliance_proto::tell!(
+                "robot-agent {}: a copy of its mind takes {} ms, longer than a step of {} ms: name in `frozen` what does not change",
+                self.setup.roster.name(me),
+                took.as_millis(),
+                step.as_millis()
+            );
+        }
+    }
 }
 
 impl fmt::Debug for Common {
@@ -174,7 +195,12 @@ pub struct Object {
 impl Clone for Object {
     /// A checkpoint: `copy.deepcopy`, but for what the class calls frozen.
     fn clone(&self) -> Self {
-        Python::attach(|py| Self {
+        #[expect(
+            clippy::disallowed_methods,
+            reason = "nothing but a warning depends on it"
+        )]
+        let began = Instant::now();
+        let copy = Python::attach(|py| Self {
             common: Arc::clone(&self.common),
             me: self.me,
             own: Arc::clone(&self.own),
@@ -185,7 +211,9 @@ impl Clone for Object {
                 self.or_note(py, 0, copied.map(Bound::unbind))
             }),
             stream: self.stream.clone_ref(py),
-        })
+        });
+        self.common.tell_if_slow(self.me, began.elapsed());
+        copy
     }
 }
 

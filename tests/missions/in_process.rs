@@ -1,11 +1,11 @@
 //! A run within one process gives the bytes of a run by many: processes and bus decide nothing.
 
 use alliance_proto::ids::RobotId;
-use alliance_proto::log::{Document, LogLevel, Memory, Table};
+use alliance_proto::log::{Document, EventRow, LogLevel, Memory, RunLog, Table};
 use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
 use missions::waste::data::default_scenario;
-use study::in_process::{Command, Team};
+use study::in_process::{Command, Spaces, Team};
 use world_server::recorder::Recorder;
 
 use crate::harness::Lab;
@@ -26,6 +26,63 @@ pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<Memory>) {
         .unwrap()
         .run()
         .unwrap()
+}
+
+#[test]
+fn teams_that_are_stepped_in_turns_may_share_workspaces_and_are_watched_without_a_log() {
+    let setups = [3, 4].map(|seed| setup(seed, 60.0, StepOrder::Simultaneous));
+    let mut spaces = Spaces::default();
+    let mut teams = setups
+        .clone()
+        .map(|setup| Team::new(setup, LogLevel::Off, Memory::default()).unwrap());
+    let mut events = [Vec::new(), Vec::new()];
+    for team in &mut teams {
+        assert!(team.take_events().is_empty());
+    }
+    let outcome = loop {
+        let mut outcomes = [None, None];
+        for (at, team) in teams.iter_mut().enumerate() {
+            team.exchange(&mut spaces);
+            outcomes[at] = team.tick().unwrap();
+            team.exchange(&mut spaces);
+            events[at].extend(team.take_events());
+        }
+        assert_eq!(outcomes[0], outcomes[1]);
+        if let Some(outcome) = outcomes[0] {
+            break outcome;
+        }
+    };
+    for ((setup, team), events) in setups.into_iter().zip(teams).zip(events) {
+        let (_, alone) = run(setup, LogLevel::Full);
+        let (ended, _) = team.end(outcome).unwrap();
+        assert_eq!(ended.hash, Some(alone.hash()));
+        let log = RunLog::from_memory(
+            &alone.into_sink(),
+            &missions::Registry::built_in().vocabulary(),
+        )
+        .unwrap();
+        let logged: Vec<_> = log
+            .rows::<EventRow>()
+            .unwrap()
+            .into_iter()
+            .map(|row| {
+                (
+                    row.t_ms,
+                    row.kind,
+                    row.robot,
+                    row.subject,
+                    row.reason,
+                    row.detail,
+                )
+            })
+            .collect();
+        let told: Vec<_> = events
+            .into_iter()
+            .map(|it| (it.t_ms, it.kind, it.robot, it.subject, it.reason, it.detail))
+            .collect();
+        assert!(logged.len() > 10);
+        assert_eq!(told, logged);
+    }
 }
 
 #[test]

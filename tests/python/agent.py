@@ -256,6 +256,11 @@ def chacha8(seed, stream, block):
     return [(word + first) & 0xFFFFFFFF for word, first in zip(v, begin)]
 
 
+def key_of(secret):
+    """The key of the seals of a secret."""
+    return xxhash.xxh3_128_intdigest(secret.encode()).to_bytes(16, "little")
+
+
 class Bus:
     """A session as a member of the team, and what it takes to speak there."""
 
@@ -263,7 +268,7 @@ class Bus:
         self.prefix = f"alliance/{run['run']}"
         own = hmac.new(run["token"].encode(), f"robot-{robot}".encode(), "sha256").hexdigest()[:32]
         # Broadcasts are for everybody, and all else is between this robot and the world.
-        self.everybodys, self.own = self.secret(run["token"]), self.secret(own)
+        self.everybodys, self.own = key_of(run["token"]), key_of(own)
         config = zenoh.Config()
         settings = {"mode": "client", "connect/endpoints": [run["team"]["endpoint"]], "listen/endpoints": []}
         settings |= {"transport/auth/usrpwd/user": "team", "transport/auth/usrpwd/password": run["team"]["password"]}
@@ -273,10 +278,6 @@ class Bus:
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
         self.session = zenoh.open(config)
-
-    @staticmethod
-    def secret(text):
-        return xxhash.xxh3_128_intdigest(text.encode()).to_bytes(16, "little")
 
     def mark(self, key, data=b""):
         is_broadcast = key.startswith(f"{self.prefix}/team/")

@@ -242,6 +242,21 @@ def test_a_bad_mind_is_a_dead_robot_and_the_run_goes_on(lab):
     assert "identical" in lab.alliance("replay", "run")
 
 
+def test_of_a_mind_whose_copy_takes_long_it_is_told_once(lab):
+    net = "class Net:\n    def __deepcopy__(self, memo):\n        time.sleep(0.06)\n        return self\n"
+    heavy = "class Heavy(Agent):\n    def reset(self):\n        self.net = Net()\n    def step(self, now, readings, heard):\n        return Deed()\n"
+    shared = "    frozen = {'net'}\n"
+    mind = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy}main(Heavy)\n")
+    lab.scenario("heavy")
+    lab.mission("--limit=5", mind)
+    told = [line for line in lab.log("gold").splitlines() if "a copy of its mind takes" in line]
+    assert len(told) == 1 and told[0].endswith("longer than a step of 50 ms: name in `frozen` what does not change")
+    frozen = lab.mind("heavy", f"import time\n{MAIN}{net}{heavy.replace('    def reset', shared + '    def reset')}main(Heavy)\n")
+    (lab.folder / "run").rename(lab.folder / "first")
+    lab.mission("--limit=5", frozen)
+    assert "a copy of its mind" not in lab.log("gold")
+
+
 class Chance(Agent):
     def step(self, now, readings, heard):
         return Deed(turn=random.random())

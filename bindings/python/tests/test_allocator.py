@@ -2,10 +2,12 @@
 
 import copy
 import json
+import math
 import random
 from pathlib import Path
 
 import alliance_agent
+import alliance_agent.math
 import numpy as np
 import pytest
 from alliance_agent import Allocator, MindError, ScenarioError, run
@@ -244,6 +246,14 @@ def test_a_checkpoint_shares_what_is_frozen_and_nothing_else():
     assert twin.net is mind.net and twin.setup is mind.setup
     twin.memory["a"].append(2)
     assert mind.memory == {"a": [1]}
+
+
+def test_functions_of_numbers_are_libm_s():
+    for name in alliance_agent.math.__all__:
+        own, usual = getattr(alliance_agent.math, name), getattr(math, name)
+        given = (0.5,) if name not in ("atan2", "hypot", "pow") else (0.5, 0.75)
+        assert abs(own(*given) - usual(*given)) <= 2 * math.ulp(usual(*given)), name
+    assert math.isnan(alliance_agent.math.log(-1.0)) and alliance_agent.math.log(0.0) == -math.inf
 
 
 def test_a_scenario_may_be_a_dict():

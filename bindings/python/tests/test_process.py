@@ -1,7 +1,9 @@
 """A mind in Python as a process of a live run: joined, killed, stopped, ended."""
 
+import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -9,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from alliance_agent import load, run
-from conftest import EXAMPLES, program
+from conftest import EXAMPLES, ROOT, needed, program
 from greedy import Greedy
 
 BOOM = """
@@ -141,3 +143,40 @@ def test_mistakes_in_arguments(lab):
     assert said.startswith("greedy.py: ") and said.count("\n") == 1 and "--robot" in said
     status, said = end(lab.start(sys.executable, str(EXAMPLES / "greedy.py"), "--robot=gold", "--run=none"))
     assert status == 3 and "none" in said
+
+
+def test_a_world_of_another_protocol_version_is_named(lab, monkeypatch):
+    """A program that is refused for its version: this one, by what does as a world of the next version would."""
+    zenoh = needed("zenoh")
+    needed("xxhash")
+    monkeypatch.syspath_prepend(ROOT / "tests/python")
+    import agent
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    team = {"endpoint": endpoint, "password": "password"}
+    run = {"run": "other", "endpoint": "", "pid": os.getpid(), "token": "secret", "team": team, "started": 0}
+    (lab.folder / "users").write_text("team:password\n")
+    config = zenoh.Config()
+    settings = {"mode": "router", "listen/endpoints": [endpoint], "transport/auth/usrpwd/dictionary_file": str(lab.folder / "users")}
+    settings |= dict.fromkeys(("scouting/multicast/enabled", "scouting/gossip/enabled", "timestamping/enabled"), False)
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    bus = agent.Bus.__new__(agent.Bus)
+    bus.prefix, bus.secret = "alliance/other", agent.secret_of(run)
+
+    def refuse(query):
+        request = bus.open(str(query.key_expr), "JoinRequest", query.payload.to_bytes())
+        refusal = ("Refused", ("Version", {"agent": request["version"], "world": agent.VERSION + 1}))
+        query.reply(query.key_expr, bus.seal(f"{bus.prefix}/join/{request['nonce']:032x}", "JoinReply", refusal))
+
+    with zenoh.open(config) as session:
+        session.declare_queryable(f"{bus.prefix}/join/**", refuse)
+        (lab.folder / "alliance").mkdir(mode=0o700)
+        (lab.folder / "alliance/other.json").write_text(json.dumps(run))
+        status, said = end(lab.greedy("gold"))
+    *_, last = said.splitlines()
+    spoken = f"the agent speaks protocol version {agent.VERSION}, the world {agent.VERSION + 1}"
+    assert last == f"robot-agent gold: refused: {spoken}: start both from the same build"
+    assert status == 3

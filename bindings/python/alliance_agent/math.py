@@ -1,0 +1,49 @@
+"""Functions of numbers with the same bits on every machine, for minds whose runs are compared between machines. Python's `math` is that of
+the machine, and may differ in the last bit. Where `math` raises an error these give what IEEE 754 has: NaN, or an infinity.
+"""
+
+from ._engine import math as _math
+
+__all__ = [
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "cbrt",
+    "cos",
+    "cosh",
+    "exp",
+    "expm1",
+    "hypot",
+    "log",
+    "log10",
+    "log1p",
+    "log2",
+    "pow",
+    "sin",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
+]
+
+acos = _math.acos
+asin = _math.asin
+atan = _math.atan
+atan2 = _math.atan2
+cbrt = _math.cbrt
+cos = _math.cos
+cosh = _math.cosh
+exp = _math.exp
+expm1 = _math.expm1
+hypot = _math.hypot
+log = _math.log
+log10 = _math.log10
+log1p = _math.log1p
+log2 = _math.log2
+pow = _math.pow
+sin = _math.sin
+sinh = _math.sinh
+sqrt = _math.sqrt
+tan = _math.tan
+tanh = _math.tanh
