@@ -83,9 +83,9 @@ enum Part {
     Watch(page::watch::WatchCommand),
     /// Show a finished run on a page
     View(page::view::ViewCommand),
-    /// Show what happened in a run: figures and metrics on a page
+    /// Show what happened in a run, or in two: figures and metrics on a page
     Report(study::report::command::ReportCommand),
-    /// Write a run as MCAP or Parquet, for other tools
+    /// Write a run as MCAP or Parquet, for other tools, or as a scenario to run again
     Export(study::export::ExportCommand),
     /// Run a mission in many variants and with many seeds, on all cores
     Sweep(study::sweep::command::SweepCommand),

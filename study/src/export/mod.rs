@@ -2,12 +2,15 @@
 //!
 //! - `mcap`: what could be seen of the run, and what its tables hold, as one recording.
 //! - `parquet`: the tables of its log, a file each.
+//! - `scenario`: what was done to it, as a scenario to run again, to change and to sweep over.
 
 mod mcap;
 mod parquet;
+mod scenario;
 
 use missions::Registry;
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -18,7 +21,7 @@ use clap::Args;
 
 use crate::new_file::NewFile;
 
-/// Write a run as MCAP, for Foxglove, Lichtblick and PlotJuggler, or as Parquet, for notebooks.
+/// Write a run as MCAP, for Foxglove, Lichtblick and PlotJuggler, as Parquet, for notebooks, or what was done to it as a scenario.
 #[derive(Args, Clone, Debug)]
 pub struct ExportCommand {
     /// Folder of the run
@@ -38,6 +41,10 @@ struct Formats {
     /// Write each table of the log as a Parquet file into this folder [default: DIR/parquet]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
     parquet: Option<Option<PathBuf>>,
+    /// Write the scenario, with what was done to the run by hand on its timeline [default:
+    /// DIR/scenario.toml]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    scenario: Option<Option<PathBuf>>,
 }
 
 impl ExportCommand {
@@ -69,6 +76,19 @@ impl ExportCommand {
                 );
             }
             tell!("parquet {}", folder.display());
+        }
+        if let Some(file) = &self.formats.scenario {
+            let file = file
+                .clone()
+                .unwrap_or_else(|| self.folder.join("scenario.toml"));
+            let (text, notes) = scenario::of(&log)?;
+            for note in notes {
+                tell!("note: {note}");
+            }
+            let mut new = NewFile::create(&file)?;
+            new.writer().write_all(text.as_bytes())?;
+            new.put_in_place()?;
+            tell!("scenario {} (seed {})", file.display(), log.run.setup.seed);
         }
         if let Some(file) = &self.formats.mcap {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));

@@ -16,8 +16,10 @@ use super::figures::{Figure, Room, Wanted, figures};
 use super::history::History;
 use super::made::Made;
 use super::metrics::Metrics;
-use super::page::page;
+use super::page::{Part, page};
+use super::page_of_two::{SIDES, page_of_two};
 use super::pdf;
+use crate::diff::compare;
 use crate::retrace::retrace;
 
 /// A figure is so many times as wide as its letters are high, at least: with less room names and axes would leave none for the rest.
@@ -29,7 +31,10 @@ pub struct ReportCommand {
     /// Folder of the run
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Where to write report.html and the figures [default: DIR/report]
+    /// Folder of another run, to show both side by side, with what differs first
+    #[arg(value_name = "OTHER")]
+    other: Option<PathBuf>,
+    /// Where to write report.html and the figures [default: DIR/report; of two runs OTHER/report-of-two]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -64,6 +69,13 @@ pub struct Look {
 
 impl Look {
     /// # Errors
+    /// One line, when nothing can look like this.
+    fn check(&self) -> anyhow::Result<()> {
+        self.sheet()?;
+        if self.pdf { pdf::is_there() } else { Ok(()) }
+    }
+
+    /// # Errors
     /// One line, when there would be no room for the figure in it.
     fn sheet(&self) -> anyhow::Result<Sheet> {
         let width = self.width.unwrap_or(WIDTH_PX);
@@ -83,11 +95,16 @@ impl ReportCommand {
     /// Exit status 0, or 2 for a folder of which no report can be made, or options that ask for what is not there.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let out = self
-            .out
-            .clone()
-            .unwrap_or_else(|| self.folder.join("report"));
-        match report(&self.folder, &out, &self.look) {
+        let (folder, name) = match &self.other {
+            Some(other) => (other, "report-of-two"),
+            None => (&self.folder, "report"),
+        };
+        let out = self.out.clone().unwrap_or_else(|| folder.join(name));
+        let made = match &self.other {
+            Some(other) => report_of_two([&self.folder, other], &out, &self.look),
+            None => report(&self.folder, &out, &self.look),
+        };
+        match made {
             Ok(notes) => {
                 for note in notes {
                     tell!("note: {note}");
@@ -103,39 +120,98 @@ impl ReportCommand {
     }
 }
 
+/// A run, and what is made of it.
+struct Shown {
+    log: RunLog,
+    rooms: Vec<Room>,
+    history: History,
+    metrics: Metrics,
+}
+
+impl Shown {
+    fn of(folder: &Path, look: &Look, notes: &mut Vec<String>) -> anyhow::Result<Self> {
+        // The error says why by itself: its source would say it twice.
+        let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())
+            .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;
+        let (log, rooms) = see(logged, &look.snapshot, notes)?;
+        let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;
+        let metrics = Metrics::of(&history, &log.run);
+        Ok(Self {
+            log,
+            rooms,
+            history,
+            metrics,
+        })
+    }
+
+    /// Its part of a page, with axes as long as those of a run that ended then.
+    fn part(&mut self, folder: &Path, look: &Look, end: SimTime) -> anyhow::Result<Part<'_>> {
+        let wanted = Wanted {
+            sheet: look.sheet()?,
+            from_s: look.from,
+            to_s: look.to,
+            end_s: end.as_secs_f64(),
+            only: look.only.clone(),
+            rooms: std::mem::take(&mut self.rooms),
+        };
+        Ok(Part {
+            run: &self.log.run,
+            history: &self.history,
+            metrics: &self.metrics,
+            figures: figures(&self.history, &self.metrics, &wanted)?,
+            made: Made::of(folder, &wanted),
+        })
+    }
+}
+
 /// Makes the report, and says what whoever reads it should know.
 ///
 /// # Errors
 /// When there is no run, or none that could be shown, or not what was asked for, or the files cannot be written.
 pub fn report(folder: &Path, out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
-    let sheet = look.sheet()?;
-    if look.pdf {
-        pdf::is_there()?;
-    }
-    // The error says why by itself: its source would say it twice.
-    let logged = RunLog::open(folder, &Registry::of_this_program().vocabulary())
-        .map_err(|error| anyhow!("{} is not the folder of a run: {error}", folder.display()))?;
+    look.check()?;
     let mut notes = Vec::new();
-    let (log, rooms) = see(logged, &look.snapshot, &mut notes)?;
-    let history = History::read(&log).map_err(|error| anyhow!("{error}"))?;
-    let metrics = Metrics::of(&history, &log.run);
-    let wanted = Wanted {
-        sheet,
-        from_s: look.from,
-        to_s: look.to,
-        only: look.only.clone(),
-        rooms,
-    };
-    let figures = figures(&history, &metrics, &wanted)?;
-    let made = Made::of(folder, &wanted);
-    let (text, left_out) = page(&log.run, &history, &metrics, &figures, &made);
-    if left_out > 0 {
+    let mut shown = Shown::of(folder, look, &mut notes)?;
+    let end = shown.history.end;
+    let part = shown.part(folder, look, end)?;
+    let (text, left_out) = page(&part);
+    tell_left_out(left_out, &mut notes);
+    write_figures(out, &part.figures, look.pdf)?;
+    write(&out.join("report.html"), text.as_bytes())?;
+    Ok(notes)
+}
+
+/// Makes a report of two runs, side by side, and says what whoever reads it should know.
+///
+/// # Errors
+/// As [`report`].
+fn report_of_two(folders: [&PathBuf; 2], out: &Path, look: &Look) -> anyhow::Result<Vec<String>> {
+    look.check()?;
+    let mut notes = Vec::new();
+    let mut a = Shown::of(folders[0], look, &mut notes)?;
+    let mut b = Shown::of(folders[1], look, &mut notes)?;
+    let difference = compare(&a.log, &b.log).map_err(|error| anyhow!("{error}"))?;
+    let end = a.history.end.max(b.history.end);
+    let parts = [
+        a.part(folders[0], look, end)?,
+        b.part(folders[1], look, end)?,
+    ];
+    let names = folders.map(|folder| folder.display().to_string());
+    let (text, left_out) = page_of_two(&names, &parts, &difference.to_string());
+    tell_left_out(left_out, &mut notes);
+    for (part, side) in parts.iter().zip(SIDES) {
+        write_figures(&out.join(side), &part.figures, look.pdf)?;
+    }
+    write(&out.join("report.html"), text.as_bytes())?;
+    Ok(notes)
+}
+
+fn tell_left_out(figures: usize, notes: &mut Vec<String>) {
+    if figures > 0 {
         notes.push(format!(
-            "{left_out} figures are in their own files only, for the page would be too large"
+            "{figures} figures are in their own files only, for the page would be too large"
         ));
     }
-    write(out, &text, &figures, look.pdf)?;
-    Ok(notes)
 }
 
 /// The full log of a run, and the room at those times, s. Where either is not in the log, the run is run again.
@@ -175,20 +251,20 @@ fn see(
     Ok((again.log, rooms))
 }
 
-fn write(out: &Path, page: &str, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
+fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
     fs::create_dir_all(out).with_context(|| format!("cannot make {}", out.display()))?;
-    let write = |file: String, bytes: &[u8]| {
-        let path = out.join(file);
-        fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))
-    };
-    for figure in figures {
-        write(format!("{}.svg", figure.name), figure.svg.as_bytes())?;
+    for Figure { name, svg, .. } in figures {
+        write(&out.join(format!("{name}.svg")), svg.as_bytes())?;
         if with_pdf {
-            let bytes = pdf::of(&figure.svg).with_context(|| figure.name.clone())?;
-            write(format!("{}.pdf", figure.name), &bytes)?;
+            let bytes = pdf::of(svg).with_context(|| name.clone())?;
+            write(&out.join(format!("{name}.pdf")), &bytes)?;
         }
     }
-    write("report.html".to_owned(), page.as_bytes())
+    Ok(())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]
@@ -226,9 +302,13 @@ mod tests {
     }
 
     fn run_of(allocator: &str, log: LogLevel) -> TempDir {
+        run_until(allocator, 80.0, log)
+    }
+
+    fn run_until(allocator: &str, limit_s: f64, log: LogLevel) -> TempDir {
         let folder = TempDir::new().unwrap();
         let scenario = Scenario {
-            limit_s: 80.0,
+            limit_s,
             allocator: Some(allocator.to_owned()),
             ..default_scenario()
         };
@@ -337,6 +417,49 @@ mod tests {
         let note = "logged with --log off, so the run was run again for this";
         assert_eq!(off.0, [note]);
         assert_eq!(full.1, off.1);
+    }
+
+    #[test]
+    fn two_runs_stand_side_by_side() {
+        let full = run(LogLevel::Full);
+        let short = run_until("nearest", 40.0, LogLevel::Full);
+        let out = full.path().join("two");
+        let folders = [&full, &short].map(|folder| folder.path().to_owned());
+        let notes = report_of_two(folders.each_ref(), &out, &Look::default()).unwrap();
+        assert_eq!(notes, [""; 0]);
+        assert_eq!(files(&out), ["a", "b", "report.html"]);
+        let figures = FILES.into_iter().filter(|file| file.ends_with(".svg"));
+        assert_eq!(files(&out.join("a")), figures.collect::<Vec<_>>());
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        // What they were given comes first, then the first tick that differs.
+        let said = page.find("scenario: allocator: ").unwrap();
+        assert!(said < page.find("differs first in tick").unwrap());
+        assert!(said < page.find("id=\"a-gantt\"").unwrap());
+        assert!(page.find("id=\"a-gantt\"") < page.find("id=\"b-gantt\""));
+        for same in ["stalls or losses", "version"] {
+            assert!(
+                !page.contains(&format!("<tr class=\"differs\"><td>{same}")),
+                "{same}"
+            );
+            assert!(page.contains(&format!("><td>{same}")), "{same}");
+        }
+        for other in ["hash", "scenario", "makespan"] {
+            assert!(
+                page.contains(&format!("<tr class=\"differs\"><td>{other}</td>")),
+                "{other}"
+            );
+        }
+        // Of both the same time is in the same place.
+        for side in SIDES {
+            let gantt = fs::read_to_string(out.join(side).join("gantt.svg")).unwrap();
+            assert!(gantt.contains(">\n80\n</text>"), "{side}");
+        }
+        let error = report_of_two([&folders[0], &out], &out, &Look::default()).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .starts_with(&format!("{} is not", out.display()))
+        );
     }
 
     fn seen(folder: &TempDir, look: &Look) -> Result<Vec<String>, String> {

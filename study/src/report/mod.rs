@@ -2,7 +2,7 @@
 //!
 //! - `history` sorts the rows of a full log by robot and behavior set; `stints`, `failures` and `metrics` are computed
 //!   from it. None of them does I/O or draws.
-//! - `figures` draws, `page` writes, `command` reads and writes files.
+//! - `figures` draws, `page` and `page_of_two` write, `command` reads and writes files.
 //!
 //! **What is counted.** A tick counts from its time to that of the next one. A robot is *present* in the ticks in which its
 //! report counted. A *stint* is an unbroken time in which a behavior set for a task is active in a present robot, and its
@@ -34,6 +34,7 @@ pub(crate) mod history;
 mod made;
 pub(crate) mod metrics;
 pub(crate) mod page;
+mod page_of_two;
 mod pdf;
 mod spans;
 mod stints;

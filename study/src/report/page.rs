@@ -84,38 +84,66 @@ const DEFINITIONS: [(&str, &str); 12] = [
     ),
 ];
 
+/// What a page shows of a run.
+pub struct Part<'r> {
+    /// What it was and what came of it.
+    pub run: &'r RunFile,
+    /// Its log.
+    pub history: &'r History,
+    /// What was computed from it.
+    pub metrics: &'r Metrics,
+    /// Its figures, in the order of the page.
+    pub figures: Vec<Figure>,
+    /// When and how it was made.
+    pub made: Made,
+}
+
+/// Puts figures into a page, as long as there is room.
+pub(super) struct Frames {
+    room: usize,
+    /// How many had none.
+    pub left_out: usize,
+}
+
+impl Frames {
+    pub fn new() -> Self {
+        Self {
+            room: INLINE_BYTES,
+            left_out: 0,
+        }
+    }
+
+    /// The figure, with its caption; `folder` is where its file lies from the page, with a slash, or nothing.
+    pub fn put(&mut self, figure: &Figure, folder: &str) -> Markup {
+        let Figure { name, svg, caption } = figure;
+        let id = format!("{folder}{name}").replace('/', "-");
+        let drawing = if svg.len() <= self.room {
+            self.room -= svg.len();
+            html! { (PreEscaped(svg)) }
+        } else {
+            self.left_out += 1;
+            let file = format!("{folder}{name}.svg");
+            html! { p { "Too large for this page: " a href=(file) { (file) } "." } }
+        };
+        html! { figure id=(id) { (drawing) figcaption { (caption) } } }
+    }
+}
+
 /// The page, and how many figures had no room in it.
 #[must_use]
-pub fn page(
-    run: &RunFile,
-    history: &History,
-    metrics: &Metrics,
-    figures: &[Figure],
-    made: &Made,
-) -> (String, usize) {
-    let mut room = INLINE_BYTES;
-    let mut left_out = 0;
-    let mut drawings = Vec::new();
-    for figure in figures {
-        let size = figure.svg.len();
-        drawings.push(if size <= room {
-            room -= size;
-            html! { (PreEscaped(&figure.svg)) }
-        } else {
-            left_out += 1;
-            let file = format!("{}.svg", figure.name);
-            html! { p { "Too large for this page: " a href=(file) { (file) } "." } }
-        });
-    }
-    let shown = figures.iter().zip(&drawings).map(|(figure, drawing)| {
-        html! {
-            figure id=(figure.name) {
-                (drawing)
-                figcaption { (figure.caption) }
-            }
-        }
-    });
-    let shown: Vec<Markup> = shown.collect();
+pub fn page(part: &Part<'_>) -> (String, usize) {
+    let Part {
+        run,
+        history,
+        metrics,
+        figures,
+        made,
+    } = part;
+    let mut frames = Frames::new();
+    let shown: Vec<Markup> = figures
+        .iter()
+        .map(|figure| frames.put(figure, ""))
+        .collect();
     // Who did what comes before all tables: it explains the run.
     let (first, rest) = shown.split_at(shown.len().min(1));
     let scenario = &run.setup.scenario;
@@ -129,39 +157,66 @@ pub fn page(
                 p { (scenario.description) }
                 @if let Some(window) = &made.window { p.note { "Figures show the run " (window) ", tables all of it." } }
                 @for figure in first { (figure) }
-                (overview(run, history, metrics, made))
-                h2 { "Robots" }
-                (robots(history, metrics))
-                h2 { "Tasks" }
-                (tasks(history, metrics))
-                h2 { "Mission" }
-                (mission(run))
+                table { tbody {
+                    @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
+                } }
+                @for (title, table) in tables(part) {
+                    h2 { (title) }
+                    (table)
+                }
                 @for recurring in &metrics.recurring {
                     h2 { "Events: " (recurring.event) }
                     (moments(history, recurring))
                 }
-                h2 { "Losses of robots" }
-                (losses(history, metrics))
-                h2 { "Takeovers" }
-                (takeovers(history, metrics))
-                h2 { "Faults" }
-                (fault_table(&faults(&history.events)))
                 h2 { "Figures" }
                 @for figure in rest { (figure) }
                 h2 { "What is counted" }
-                dl {
-                    @for (name, definition) in DEFINITIONS {
-                        dt { (name) }
-                        dd { (definition) }
-                    }
-                }
+                (definitions())
             }
         }
     };
-    (text.into_string(), left_out)
+    (text.into_string(), frames.left_out)
 }
 
-fn overview(run: &RunFile, history: &History, metrics: &Metrics, made: &Made) -> Markup {
+/// What each figure counts.
+pub(super) fn definitions() -> Markup {
+    html! {
+        dl {
+            @for (name, definition) in DEFINITIONS {
+                dt { (name) }
+                dd { (definition) }
+            }
+        }
+    }
+}
+
+/// The tables of a run, with their titles.
+pub(super) fn tables(part: &Part<'_>) -> [(&'static str, Markup); 6] {
+    let Part {
+        run,
+        history,
+        metrics,
+        ..
+    } = part;
+    [
+        ("Robots", robots(history, metrics)),
+        ("Tasks", tasks(history, metrics)),
+        ("Mission", mission(run)),
+        ("Losses of robots", losses(history, metrics)),
+        ("Takeovers", takeovers(history, metrics)),
+        ("Faults", fault_table(&faults(&history.events))),
+    ]
+}
+
+/// What a run was and what came of it, in lines.
+pub(super) fn facts(part: &Part<'_>) -> Vec<(String, Markup)> {
+    let Part {
+        run,
+        history,
+        metrics,
+        made,
+        ..
+    } = part;
     let outcome = match run.outcome {
         RunOutcome::Ended(outcome) => outcome.as_str().to_owned(),
         RunOutcome::Running => format!(
@@ -184,40 +239,53 @@ fn overview(run: &RunFile, history: &History, metrics: &Metrics, made: &Made) ->
     let latencies = |takeovers: &[&super::failures::Takeover]| {
         summary(takeovers.iter().map(|takeover| takeover.latency()))
     };
-    let wanted = metrics.recurring.iter().filter(|it| it.period.is_some());
-    let lateness = wanted.map(|recurring| {
-        let late = recurring.moments.iter().map(|moment| moment.late);
-        (recurring.event, summary(late))
-    });
-    let lateness: Vec<_> = lateness.collect();
-    html! {
-        table {
-            tbody {
-                tr { td { "outcome" } td.text { (outcome) } }
-                tr { td { "makespan" } td.text {
-                    (metrics.makespan.map_or_else(|| format!("none; {} simulated", seconds(history.end)), seconds))
-                } }
-                tr { td { "progress" } td.text { (so_far) } }
-                @for (event, summary) in &lateness {
-                    tr { td { "lateness of '" (event) "'" } td.text { (summary) } }
-                }
-                tr { td { "detection latency" } td.text { (summary(detection)) } }
-                tr { td { "takeover latency after a loss" } td.text { (latencies(&lost)) } }
-                tr { td { "takeover latency, other" } td.text { (latencies(&live)) } }
-                tr { td { "stalls or losses that nobody asked for" } td.text {
-                    @if run.unscripted { "yes" } @else { "none" }
-                } }
-                tr { td { "hash" } td.text { (run.hash.as_deref().unwrap_or("none")) } }
-                tr { td { "scenario" } td.text {
-                    (run.setup.scenario.name) ", seed " (run.setup.seed) ", " (run.setup.scenario.allocators_in_words())
-                    ", preset " (run.setup.scenario.alliance.preset.name())
-                } }
-                @if let Some(command) = &made.command { tr { td { "command" } td.text { code { (command) } } } }
-                @if let Some(date) = &made.date { tr { td { "started" } td.text { (date) } } }
-                tr { td { "version" } td.text { "alliance " (run.version) @if run.version != VERSION { "; this page: " (VERSION) } } }
-            }
-        }
+    let makespan = metrics.makespan.map_or_else(
+        || format!("none; {} simulated", seconds(history.end)),
+        seconds,
+    );
+    let setup = &run.setup;
+    let scenario = format!(
+        "{}, seed {}, {}, preset {}",
+        setup.scenario.name,
+        setup.seed,
+        setup.scenario.allocators_in_words(),
+        setup.scenario.alliance.preset.name()
+    );
+    let mut facts = Vec::new();
+    let mut add = |name: &str, value: Markup| facts.push((name.to_owned(), value));
+    add("outcome", html! { (outcome) });
+    add("makespan", html! { (makespan) });
+    add("progress", html! { (so_far) });
+    for recurring in metrics.recurring.iter().filter(|it| it.period.is_some()) {
+        let late = summary(recurring.moments.iter().map(|moment| moment.late));
+        add(
+            &format!("lateness of '{}'", recurring.event),
+            html! { (late) },
+        );
     }
+    add("detection latency", html! { (summary(detection)) });
+    add(
+        "takeover latency after a loss",
+        html! { (latencies(&lost)) },
+    );
+    add("takeover latency, other", html! { (latencies(&live)) });
+    add(
+        "stalls or losses that nobody asked for",
+        html! { @if run.unscripted { "yes" } @else { "none" } },
+    );
+    add("hash", html! { (run.hash.as_deref().unwrap_or("none")) });
+    add("scenario", html! { (scenario) });
+    if let Some(command) = &made.command {
+        add("command", html! { code { (command) } });
+    }
+    if let Some(date) = &made.date {
+        add("started", html! { (date) });
+    }
+    add(
+        "version",
+        html! { "alliance " (run.version) @if run.version != VERSION { "; this page: " (VERSION) } },
+    );
+    facts
 }
 
 fn robots(history: &History, metrics: &Metrics) -> Markup {

@@ -20,7 +20,7 @@ use super::figures::{Wanted, figures};
 use super::history::History;
 use super::made::Made as MadeHow;
 use super::metrics::{Metrics, Moment, Sent};
-use super::page::page;
+use super::page::{Part, page};
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
 use crate::in_process::Team;
@@ -697,13 +697,13 @@ fn the_report_of_a_foreign_mission_shows_its_marks_columns_and_events() {
     }
     assert!(svg("mission-way-m").contains("way m"));
     assert!(svg("every-visited").contains("gold: in time"));
-    let (page, _) = page(
-        &log.run,
-        &made.history,
-        &metrics,
-        &figures,
-        &MadeHow::default(),
-    );
+    let (page, _) = page(&Part {
+        run: &log.run,
+        history: &made.history,
+        metrics: &metrics,
+        figures,
+        made: MadeHow::default(),
+    });
     for text in [
         "3 of 5 places visited",
         "Events: visited",

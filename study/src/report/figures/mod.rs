@@ -52,6 +52,8 @@ pub struct Wanted {
     pub from_s: Option<f64>,
     /// Until when, s; without it to the end.
     pub to_s: Option<f64>,
+    /// The end of the axes, s, if that is later than the run's.
+    pub end_s: f64,
     /// Names of figures; without any all.
     pub only: Vec<String>,
     /// The room at some moments.
@@ -138,11 +140,12 @@ pub fn figures(
 /// What is shown of the run, s.
 fn window(history: &History, wanted: &Wanted) -> Result<Range<f64>, NotThere> {
     // An axis needs a length, even that of a run that was over at once.
-    let end = history.end.max(history.step).as_secs_f64();
+    let own_end = history.end.max(history.step).as_secs_f64();
+    let end = own_end.max(wanted.end_s);
     let from = wanted.from_s.unwrap_or(0.0);
     let to = wanted.to_s.unwrap_or(end).min(end);
-    if from >= end {
-        let text = format!("--from {from}: the run was over at {end} s");
+    if from >= own_end {
+        let text = format!("--from {from}: the run was over at {own_end} s");
         return Err(NotThere(text));
     }
     if from >= to {
