@@ -265,10 +265,7 @@ class Bus:
     """A session as a member of the team, and what it takes to speak there."""
 
     def __init__(self, run, robot):
-        self.prefix = f"alliance/{run['run']}"
-        own = hmac.new(run["token"].encode(), f"robot-{robot}".encode(), "sha256").hexdigest()[:32]
-        # Broadcasts are for everybody, and all else is between this robot and the world.
-        self.everybodys, self.own = key_of(run["token"]), key_of(own)
+        self.know(run, robot)
         config = zenoh.Config()
         settings = {"mode": "client", "connect/endpoints": [run["team"]["endpoint"]], "listen/endpoints": []}
         settings |= {"transport/auth/usrpwd/user": "team", "transport/auth/usrpwd/password": run["team"]["password"]}
@@ -278,6 +275,13 @@ class Bus:
         for key, value in settings.items():
             config.insert_json5(key, json.dumps(value))
         self.session = zenoh.open(config)
+
+    def know(self, run, robot):
+        """Keys and secrets alone."""
+        self.prefix = f"alliance/{run['run']}"
+        own = hmac.new(run["token"].encode(), f"robot-{robot}".encode(), "sha256").hexdigest()[:32]
+        # Broadcasts are for everybody, and all else is between this robot and the world.
+        self.everybodys, self.own = key_of(run["token"]), key_of(own)
 
     def mark(self, key, data=b""):
         is_broadcast = key.startswith(f"{self.prefix}/team/")

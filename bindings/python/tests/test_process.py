@@ -164,12 +164,12 @@ def test_a_world_of_another_protocol_version_is_named(lab, monkeypatch):
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     bus = agent.Bus.__new__(agent.Bus)
-    bus.prefix, bus.secret = "alliance/other", agent.secret_of(run)
+    bus.know(run, "gold")
 
     def refuse(query):
         request = bus.open(str(query.key_expr), "JoinRequest", query.payload.to_bytes())
         refusal = ("Refused", ("Version", {"agent": request["version"], "world": agent.VERSION + 1}))
-        query.reply(query.key_expr, bus.seal(f"{bus.prefix}/join/{request['nonce']:032x}", "JoinReply", refusal))
+        query.reply(query.key_expr, bus.seal(f"{query.key_expr}/{request['nonce']:032x}", "JoinReply", refusal))
 
     with zenoh.open(config) as session:
         session.declare_queryable(f"{bus.prefix}/join/**", refuse)
