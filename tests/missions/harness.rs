@@ -11,6 +11,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use alliance_proto::log::RunLog;
+use alliance_tests::hosts::Hosts;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
@@ -18,6 +19,9 @@ use tempfile::TempDir;
 /// A test that has to wait for something longer than this has found a hang. Generous: machines are busy, and no assertion
 /// depends on it.
 const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The command.
+const ALLIANCE: &str = env!("CARGO_BIN_EXE_alliance-under-test");
 
 /// A place of its own for the runs of one test: folder, runtime folder, processes.
 pub struct Lab {
@@ -63,18 +67,28 @@ impl Lab {
 
     /// The same, with these environment variables.
     pub fn start_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
+        let runtime = self.path("runtime");
+        std::fs::create_dir_all(&runtime).unwrap();
+        let mut command = Command::new(ALLIANCE);
+        command.env("XDG_RUNTIME_DIR", &runtime);
+        command.envs(variables.iter().copied());
+        self.spawn(command, arguments)
+    }
+
+    /// The same, on one of several hosts.
+    pub fn start_on(&self, hosts: &Hosts, host: &str, arguments: &[&str]) -> Process {
+        self.spawn(hosts.command(host, ALLIANCE), arguments)
+    }
+
+    fn spawn(&self, mut command: Command, arguments: &[&str]) -> Process {
         static COUNT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
         let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let output = self.path(&format!("process-{number}"));
-        let runtime = self.path("runtime");
-        std::fs::create_dir_all(&runtime).unwrap();
-        let child = Command::new(env!("CARGO_BIN_EXE_alliance-under-test"))
+        let child = command
             .args(arguments)
             .current_dir(self.folder.path())
-            .env("XDG_RUNTIME_DIR", &runtime)
             .env("RUST_BACKTRACE", "0")
             .env_remove("RUST_LOG")
-            .envs(variables.iter().copied())
             .stdin(Stdio::null())
             .stdout(File::create(output.with_extension("out")).unwrap())
             .stderr(File::create(output.with_extension("err")).unwrap())
@@ -113,6 +127,30 @@ impl Lab {
     /// The log of a run in this lab.
     pub fn log(&self, out: &str) -> RunLog {
         RunLog::open(&self.path(out), &Registry::built_in().vocabulary()).unwrap()
+    }
+
+    /// Waits until a line of a log table of the run in the folder `run` holds all these texts, and returns it; its launcher must not end
+    /// before. The log is flushed every 100 ms.
+    #[track_caller]
+    pub fn wait_for_row(&self, launcher: &mut Process, table: &str, texts: &[&str]) -> String {
+        let path = self.path("run").join(table);
+        let mut found = None;
+        wait_until(&format!("{texts:?} in {table}"), || {
+            // Whole lines only: the last one may still be on its way.
+            let text = std::fs::read_to_string(&path).unwrap_or_default();
+            let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+            found = whole
+                .lines()
+                .find(|line| texts.iter().all(|text| line.contains(text)))
+                .map(ToOwned::to_owned);
+            assert!(
+                found.is_some() || launcher.is_running(),
+                "the run ended without {texts:?} in {table}:\n{}",
+                launcher.stderr()
+            );
+            found.is_some()
+        });
+        found.unwrap()
     }
 
     /// Every table of two runs, byte for byte.

@@ -33,6 +33,7 @@ mod killed;
 mod kubernetes;
 mod learning;
 mod log_folder;
+mod machines;
 mod negotiation;
 mod observe;
 mod on_time;

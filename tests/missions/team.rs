@@ -123,28 +123,10 @@ impl<'l> Team<'l> {
         agent
     }
 
-    /// Waits until a line of a log table holds all these texts, and returns it. The log is flushed every 100 ms.
+    /// Waits until a line of a log table holds all these texts, and returns it.
     #[track_caller]
     pub fn wait_for_row(&mut self, table: &str, texts: &[&str]) -> String {
-        let path = self.lab.path("run").join(table);
-        let mut found = None;
-        let launcher = &mut self.launcher;
-        wait_until(&format!("{texts:?} in {table}"), || {
-            // Whole lines only: the last one may still be on its way.
-            let text = std::fs::read_to_string(&path).unwrap_or_default();
-            let whole = text.rfind('\n').map_or("", |end| &text[..end]);
-            found = whole
-                .lines()
-                .find(|line| texts.iter().all(|text| line.contains(text)))
-                .map(ToOwned::to_owned);
-            assert!(
-                found.is_some() || launcher.is_running(),
-                "the run ended without {texts:?} in {table}:\n{}",
-                launcher.stderr()
-            );
-            found.is_some()
-        });
-        found.unwrap()
+        self.lab.wait_for_row(&mut self.launcher, table, texts)
     }
 
     /// Waits until the launcher has written this to stderr.

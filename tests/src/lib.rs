@@ -1,6 +1,7 @@
 //! What the tests across processes and the benchmarks share.
 
 pub mod closed_loop;
+pub mod hosts;
 pub mod mishaps;
 pub mod needs;
 pub mod recompute;

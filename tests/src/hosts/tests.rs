@@ -1,0 +1,242 @@
+//! The hosts themselves, with plain sockets.
+
+#![allow(clippy::disallowed_methods)] // A delay is at least as long as it says, on any machine.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, SocketAddrV4, TcpListener, TcpStream, UdpSocket};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use super::{Frames, Hosts, isolation};
+
+const PORT: u16 = 7000;
+
+/// Long enough for a frame that comes; shorter than anybody wants to wait for one that does not.
+const SOON: Duration = Duration::from_millis(200);
+
+fn udp(hosts: &Hosts, host: &str) -> UdpSocket {
+    let at = SocketAddrV4::new(hosts.address(host), PORT);
+    let socket = hosts.within(host, || UdpSocket::bind(at).unwrap());
+    socket.set_read_timeout(Some(SOON)).unwrap();
+    socket
+}
+
+/// Whether a word from one to another arrives.
+fn arrives(hosts: &Hosts, from: &UdpSocket, to: &UdpSocket) -> bool {
+    let address = to.local_addr().unwrap();
+    let before = hosts.frames();
+    from.send_to(b"word", address).unwrap();
+    let mut word = [0; 8];
+    match to.recv_from(&mut word) {
+        Ok((4, sender)) => sender == from.local_addr().unwrap(),
+        Ok(other) => panic!("{other:?}"),
+        Err(error) => {
+            assert_eq!(error.kind(), ErrorKind::WouldBlock);
+            let after = hosts.frames();
+            assert!(after.stopped > before.stopped, "{before:?} {after:?}");
+            false
+        }
+    }
+}
+
+/// A connection between two hosts.
+fn tcp(hosts: &Hosts, from: &str, to: &str) -> (TcpStream, TcpStream) {
+    let at = SocketAddrV4::new(hosts.address(to), PORT);
+    let listener = hosts.within(to, || TcpListener::bind(at).unwrap());
+    let here = hosts.within(from, || TcpStream::connect(at).unwrap());
+    (here, listener.accept().unwrap().0)
+}
+
+#[test]
+fn hosts_reach_each_other_and_nobody_else() {
+    let Some(hosts) = Hosts::enter(3) else { return };
+    let names = ["h1", "h2", "h3"];
+    let sockets = names.map(|host| udp(&hosts, host));
+    for from in &sockets {
+        for to in &sockets {
+            assert!(arrives(&hosts, from, to), "{from:?} to {to:?}");
+        }
+    }
+    let outside = SocketAddrV4::new(Ipv4Addr::new(192, 0, 2, 1), PORT);
+    let lost = hosts
+        .within("h1", || TcpStream::connect(outside))
+        .unwrap_err();
+    assert_eq!(lost.kind(), ErrorKind::NetworkUnreachable);
+
+    for (number, host) in (1..).zip(names) {
+        let script = "echo $$ $XDG_RUNTIME_DIR && ip -o -4 address show eth0 && ls -A $XDG_RUNTIME_DIR && touch $XDG_RUNTIME_DIR/mine";
+        let mut command = hosts.command(host, "sh");
+        command.args(["-c", script]).stdout(Stdio::piped());
+        let child = command.spawn().unwrap();
+        let (pid, said) = (child.id(), child.wait_with_output().unwrap());
+        let said = String::from_utf8(said.stdout).unwrap();
+        assert!(said.starts_with(&format!("{pid} /run/{host}\n")), "{said}");
+        assert!(said.contains(&format!(" 10.0.0.{number}/24 ")), "{said}");
+        assert_eq!(said.lines().count(), 2, "a folder of its own: {said}");
+    }
+}
+
+#[test]
+fn a_pulled_cable_takes_nothing_from_a_connection_but_time() {
+    let Some(hosts) = Hosts::enter(3) else { return };
+    let (mut left, mut right) = tcp(&hosts, "h1", "h2");
+    right.set_read_timeout(Some(SOON)).unwrap();
+    let mut word = [0; 6];
+    left.write_all(b"before").unwrap();
+    right.read_exact(&mut word).unwrap();
+    let carrier = || {
+        let mut command = hosts.command("h2", "cat");
+        let said = command.arg("/sys/class/net/eth0/carrier").output();
+        String::from_utf8(said.unwrap().stdout).unwrap()
+    };
+    assert_eq!(carrier(), "1\n");
+
+    hosts.unplug("h2");
+    assert_eq!(carrier(), "0\n");
+    left.write_all(b"during").unwrap();
+    let nothing = right.read(&mut word).unwrap_err();
+    assert_eq!(nothing.kind(), ErrorKind::WouldBlock);
+    let [one, three] = ["h1", "h3"].map(|host| udp(&hosts, host));
+    assert!(arrives(&hosts, &one, &three), "the others go on");
+
+    hosts.plug("h2");
+    assert_eq!(carrier(), "1\n");
+    right.set_read_timeout(None).unwrap();
+    right.read_exact(&mut word).unwrap();
+    assert_eq!(&word, b"during");
+    right.write_all(b"after!").unwrap();
+    left.read_exact(&mut word).unwrap();
+    assert_eq!(&word, b"after!");
+}
+
+#[test]
+fn a_cut_is_one_way_and_between_two_hosts() {
+    let Some(hosts) = Hosts::enter(3) else { return };
+    let [one, two, three] = ["h1", "h2", "h3"].map(|host| udp(&hosts, host));
+    // Whole before; and all know each other's addresses from then on.
+    let whole = || {
+        for (from, to) in [(&one, &two), (&two, &three), (&three, &one)] {
+            assert!(arrives(&hosts, from, to) && arrives(&hosts, to, from));
+        }
+    };
+    whole();
+    assert_eq!(hosts.frames().stopped, 0);
+
+    hosts.cut("h1", "h2");
+    assert!(!arrives(&hosts, &one, &two));
+    assert!(arrives(&hosts, &two, &one), "the way back");
+    assert!(arrives(&hosts, &one, &three) && arrives(&hosts, &three, &two));
+
+    hosts.cut("h2", "h1");
+    assert!(!arrives(&hosts, &one, &two) && !arrives(&hosts, &two, &one));
+    assert!(arrives(&hosts, &one, &three) && arrives(&hosts, &three, &two));
+
+    hosts.heal();
+    whole();
+}
+
+#[test]
+fn so_many_of_a_hundred_frames_are_lost() {
+    let Some(hosts) = Hosts::enter(2) else { return };
+    let [one, two] = ["h1", "h2"].map(|host| udp(&hosts, host));
+    assert!(arrives(&hosts, &one, &two));
+    let to = two.local_addr().unwrap();
+    let start = hosts.frames();
+    hosts.lose(5.0);
+    let mut received = 0;
+    // In small groups, for what the switch passes must not be lost for want of memory.
+    for group in 1..=40 {
+        for number in 0..50_u8 {
+            one.send_to(&[number], to).unwrap();
+        }
+        let forwarded = |now: Frames| now.passed + now.lost - start.passed - start.lost;
+        while forwarded(hosts.frames()) < group * 50 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let passed = hosts.frames().passed - start.passed;
+        while received < passed {
+            two.recv(&mut [0]).unwrap();
+            received += 1;
+        }
+    }
+    let lost = hosts.frames().lost;
+    assert_eq!(received + lost, 2000);
+    // Five standard deviations.
+    assert!((50..150).contains(&lost), "{lost}");
+    hosts.lose(0.0);
+    assert!(arrives(&hosts, &one, &two));
+    assert_eq!(hosts.frames().lost, lost);
+}
+
+#[test]
+fn a_frame_is_late_and_in_order() {
+    let Some(hosts) = Hosts::enter(2) else { return };
+    let (mut left, mut right) = tcp(&hosts, "h1", "h2");
+    let delay = Duration::from_millis(20);
+    hosts.delay(delay);
+    let mut word = [0; 4];
+    let start = Instant::now();
+    left.write_all(b"ping").unwrap();
+    right.read_exact(&mut word).unwrap();
+    assert!(start.elapsed() >= delay);
+    right.write_all(b"pong").unwrap();
+    left.read_exact(&mut word).unwrap();
+    assert!(start.elapsed() >= 2 * delay);
+
+    let [one, two] = ["h1", "h2"].map(|host| udp(&hosts, host));
+    for number in 0..100 {
+        one.send_to(&[number], two.local_addr().unwrap()).unwrap();
+    }
+    two.set_read_timeout(None).unwrap();
+    for number in 0..100 {
+        let mut byte = [0];
+        two.recv(&mut byte).unwrap();
+        assert_eq!(byte, [number]);
+    }
+}
+
+#[test]
+fn nothing_is_left_behind() {
+    let name = "hosts::tests::nothing_is_left_behind";
+    if let Some(hosts) = Hosts::enter(1) {
+        // In a session of its own, and nobody's child.
+        let mut command = hosts.command("h1", "sh");
+        command.args(["-c", "setsid sleep 100000 &"]);
+        assert!(command.status().unwrap().success());
+        assert_eq!(inside(name), 3, "the first process, this one and that");
+    } else {
+        assert_eq!(inside(name), 0);
+    }
+}
+
+/// How many processes are inside, for that test of this process or of the one that has started it.
+fn inside(test: &str) -> usize {
+    let own = std::env::var(isolation::INSIDE).unwrap_or_else(|_| isolation::inside(test));
+    let marked = format!("{}={own}", isolation::INSIDE);
+    let entries = std::fs::read_dir("/proc").unwrap().flatten();
+    let processes =
+        entries.filter(|entry| entry.file_name().to_str().unwrap().parse::<u32>().is_ok());
+    let environments =
+        processes.filter_map(|entry| std::fs::read(entry.path().join("environ")).ok());
+    environments
+        .filter(|environment| {
+            let mut variables = environment.split(|byte| *byte == 0);
+            variables.any(|variable| variable == marked.as_bytes())
+        })
+        .count()
+}
+
+#[test]
+#[ignore = "fails on purpose, for the next test"]
+fn fails_inside() {
+    assert!(!isolation::is_inside(), "a failure among hosts");
+}
+
+#[test]
+fn what_fails_inside_fails_outside() {
+    let Ok(way) = isolation::way() else { return };
+    let why = isolation::run(way, "hosts::tests::fails_inside").unwrap_err();
+    assert!(why.contains("a failure among hosts"), "{why}");
+    let why = isolation::run(way, "hosts::tests::not_there").unwrap_err();
+    assert!(why.contains("0 passed"), "{why}");
+}
