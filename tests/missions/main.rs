@@ -47,6 +47,7 @@ mod push;
 mod python;
 mod python_greedy;
 mod python_still;
+mod recipes;
 mod recompute;
 mod refusals;
 mod repeatable;

@@ -1,4 +1,4 @@
-//! Shards of a sweep under a real Slurm, whose daemons run as processes of this test on loopback.
+//! Shards of a sweep, and a team on several nodes, under a real Slurm, whose daemons run as processes of these tests on loopback.
 
 use std::fs::{self, File};
 use std::net::TcpListener;
@@ -40,8 +40,8 @@ impl Drop for Cluster<'_> {
 }
 
 impl<'l> Cluster<'l> {
-    /// One node with a processor for each shard.
-    fn start(lab: &'l Lab) -> Self {
+    /// So many nodes, each with so many processors.
+    fn start(lab: &'l Lab, nodes: usize, processors: usize) -> Self {
         let folder = lab.path("slurm");
         for name in ["state", "spool"] {
             fs::create_dir_all(folder.join(name)).unwrap();
@@ -52,22 +52,30 @@ impl<'l> Cluster<'l> {
         let host = said("uname", &["-n"]);
         let host = host.split('.').next().unwrap();
         let user = said("id", &["-un"]);
-        let [control, node] = free_ports();
+        let ports = free_ports(1 + nodes);
+        let control = ports[0];
+        let names: Vec<String> = (1..=nodes).map(|number| format!("node{number}")).collect();
         let at = folder.display();
         // A job that is requeued waits until no credential of its old life is good any more: less than 5 s is taken for the default, 120 s.
         let conf = format!(
-            "ClusterName=lab\nSlurmctldHost={host}(127.0.0.1)\nSlurmctldPort={control}\nSlurmdPort={node}\n\
+            "ClusterName=lab\nSlurmctldHost={host}(127.0.0.1)\nSlurmctldPort={control}\n\
              SlurmUser={user}\nSlurmdUser={user}\nAuthType=auth/munge\nAuthInfo=socket={at}/munge.socket,cred_expire=6\n\
-             CredType=cred/munge\nStateSaveLocation={at}/state\nSlurmdSpoolDir={at}/spool\n\
-             SlurmctldPidFile={at}/slurmctld.pid\nSlurmdPidFile={at}/slurmd.pid\n\
-             SlurmctldLogFile={at}/slurmctld.log\nSlurmdLogFile={at}/slurmd.log\n\
+             CredType=cred/munge\nStateSaveLocation={at}/state\nSlurmdSpoolDir={at}/spool/%n\n\
+             SlurmctldPidFile={at}/slurmctld.pid\nSlurmdPidFile={at}/%n.pid\n\
+             SlurmctldLogFile={at}/slurmctld.log\nSlurmdLogFile={at}/%n.log\n\
              ProctrackType=proctrack/linuxproc\nTaskPlugin=task/none\nMpiDefault=none\nSwitchType=switch/none\n\
              JobAcctGatherType=jobacct_gather/none\nAccountingStorageType=accounting_storage/none\n\
              SchedulerType=sched/builtin\nSelectType=select/cons_tres\nSelectTypeParameters=CR_CPU\n\
              SlurmdParameters=config_overrides\nReturnToService=2\nKillWait=1\n\
-             NodeName={host} NodeAddr=127.0.0.1 CPUs={SHARDS} State=UNKNOWN\n\
-             PartitionName=all Nodes={host} Default=YES MaxTime=INFINITE State=UP\n"
+             PartitionName=all Nodes={} Default=YES MaxTime=INFINITE State=UP\n",
+            names.join(",")
         );
+        let of_nodes = names.iter().zip(&ports[1..]).map(|(name, port)| {
+            format!(
+                "NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs={processors} State=UNKNOWN\n"
+            )
+        });
+        let conf = of_nodes.fold(conf, |conf, node| conf + &node);
         fs::write(folder.join("slurm.conf"), conf).unwrap();
         let mut cluster = Self {
             lab,
@@ -87,13 +95,12 @@ impl<'l> Cluster<'l> {
         let socket = folder.join("munge.socket");
         wait_until("munged's socket", || socket.exists());
         cluster.daemon("slurmctld", &["-D".to_owned(), "-c".to_owned()]);
-        cluster.daemon(
-            "slurmd",
-            &["-D".to_owned(), "-N".to_owned(), host.to_owned()],
-        );
-        wait_until("the node", || {
-            let said = cluster.ask("sinfo", &["-h", "-o", "%t"]);
-            String::from_utf8_lossy(&said.stdout).trim() == "idle"
+        for name in &names {
+            cluster.daemon("slurmd", &["-D".to_owned(), "-N".to_owned(), name.clone()]);
+        }
+        wait_until("the nodes", || {
+            let said = cluster.ask("sinfo", &["-h", "-o", "%D %t"]);
+            String::from_utf8_lossy(&said.stdout).trim() == format!("{nodes} idle")
         });
         cluster
     }
@@ -145,20 +152,16 @@ fn said(name: &str, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap().trim().to_owned()
 }
 
-/// Two that nobody listens at.
-fn free_ports() -> [u16; 2] {
-    let listeners = [(); 2].map(|()| TcpListener::bind("127.0.0.1:0").unwrap());
-    listeners.map(|listener| listener.local_addr().unwrap().port())
+/// So many that nobody listens at.
+fn free_ports(count: usize) -> Vec<u16> {
+    let listeners = (0..count).map(|_| TcpListener::bind("127.0.0.1:0").unwrap());
+    let listeners: Vec<TcpListener> = listeners.collect();
+    let port = |listener: &TcpListener| listener.local_addr().unwrap().port();
+    listeners.iter().map(port).collect()
 }
 
-fn rows(lab: &Lab, shard: usize) -> usize {
-    let path = lab.path(&format!("shards/journal-{shard}-of-{SHARDS}.jsonl"));
-    let text = fs::read_to_string(path).unwrap_or_default();
-    text.lines().count().saturating_sub(1)
-}
-
-#[test]
-fn slurm_runs_shards_and_requeues_one_that_is_killed() {
+/// Whether Slurm is on this machine; says how to get it if it is not.
+fn is_there() -> bool {
     let there = ["slurmctld", "slurmd", "munged", "sbatch"]
         .iter()
         .all(|name| {
@@ -170,27 +173,44 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
         let how =
             "no Slurm: install Debian's packages `slurmctld`, `slurmd`, `slurm-client` and `munge`";
         cannot_run(how);
+    }
+    there
+}
+
+/// A recipe of the documentation.
+fn recipe(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    root.join("docs/examples").join(name).display().to_string()
+}
+
+/// Where jobs find the command.
+fn install(lab: &Lab) {
+    fs::create_dir(lab.path("bin")).unwrap();
+    let program = env!("CARGO_BIN_EXE_alliance-under-test");
+    std::os::unix::fs::symlink(program, lab.path("bin/alliance")).unwrap();
+}
+
+fn rows(lab: &Lab, shard: usize) -> usize {
+    let path = lab.path(&format!("shards/journal-{shard}-of-{SHARDS}.jsonl"));
+    let text = fs::read_to_string(path).unwrap_or_default();
+    text.lines().count().saturating_sub(1)
+}
+
+#[test]
+fn slurm_runs_shards_and_requeues_one_that_is_killed() {
+    if !is_there() {
         return;
     }
     let lab = Lab::new();
     fs::write(lab.path("plan.toml"), PLAN).unwrap();
     lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
-    fs::create_dir(lab.path("bin")).unwrap();
-    let program = env!("CARGO_BIN_EXE_alliance-under-test");
-    std::os::unix::fs::symlink(program, lab.path("bin/alliance")).unwrap();
+    install(&lab);
 
-    let cluster = Cluster::start(&lab);
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let script = root.join("docs/examples/slurm.sbatch");
+    let cluster = Cluster::start(&lab, 1, SHARDS);
+    let script = recipe("slurm.sbatch");
     let job = cluster.done(
         "sbatch",
-        &[
-            "--parsable",
-            script.to_str().unwrap(),
-            "sweep",
-            "plan.toml",
-            "shards",
-        ],
+        &["--parsable", &script, "sweep", "plan.toml", "shards"],
     );
     wait_until("some runs of shard 3", || rows(&lab, 3) >= 2);
     cluster.done("scontrol", &["requeue", &format!("{job}_3")]);
@@ -217,4 +237,51 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
 
     lab.run(&["sweep", "--merge", "shards"]).expect(0);
     super::sweep::assert_same_files(&lab, "whole", "shards");
+}
+
+/// Hosts as the script wants them.
+const TEAM: &str = r#"
+scenario = "waste-cleanup"
+seed = 1
+listen = "tls/WORLD:PORT"
+keys = "keys"
+world = "h1"
+[[hosts]]
+name = "h1"
+robots = ["blue"]
+[[hosts]]
+name = "h2"
+robots = ["gold"]
+[[hosts]]
+name = "h3"
+robots = ["green"]
+"#;
+
+#[test]
+fn slurm_runs_a_team_on_three_nodes() {
+    if !is_there() {
+        return;
+    }
+    let lab = Lab::new();
+    fs::write(lab.path("team.toml"), TEAM).unwrap();
+    install(&lab);
+    let cluster = Cluster::start(&lab, 3, 1);
+    let script = recipe("machines/slurm.sbatch");
+    let arguments = ["--parsable", "--wait", "--nodes=3", &script, "team.toml"];
+    let submitted = cluster.ask("sbatch", &arguments);
+    let job = String::from_utf8(submitted.stdout).unwrap();
+    let job = job.trim();
+    let log = fs::read_to_string(lab.path(&format!("alliance-team-{job}.log"))).unwrap();
+    assert!(submitted.status.success(), "{log}");
+    for host in ["robots gold", "robots green"] {
+        assert!(log.contains(host), "{log}");
+    }
+    drop(cluster);
+
+    // The same bytes as on one machine, and no keys are left behind.
+    let folder = format!("alliance-team-{job}");
+    lab.mission("alone", &["waste-cleanup", "--seed=1"])
+        .expect(0);
+    lab.assert_same_bytes(&format!("{folder}/run"), "alone");
+    assert!(!lab.path(&format!("{folder}/keys")).exists());
 }
