@@ -354,14 +354,18 @@ fn mind_version(text: &str) -> Result<(String, String), String> {
 
 /// Makes a folder that nobody else has, by that name, or with -2, -3, … behind it.
 fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
-    create_dir_all(parent).with_context(|| format!("cannot make {}", parent.display()))?;
+    let cannot = |folder: &Path| {
+        let folder = folder.display();
+        format!("cannot make {folder}, and --out names no other place")
+    };
+    create_dir_all(parent).with_context(|| cannot(parent))?;
     let later = (2..).map(|number| format!("{name}-{number}"));
     for name in once(name.to_owned()).chain(later) {
         let folder = parent.join(name);
         match create_dir(&folder) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             made => {
-                made.with_context(|| format!("cannot make {}", folder.display()))?;
+                made.with_context(|| cannot(&folder))?;
                 return Ok(folder);
             }
         }
@@ -420,10 +424,10 @@ pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
     Ok(Scenario::parse(asked, &text, &known.vocabulary)?)
 }
 
-/// An id that no other live run on this machine has: at most 32 characters of scenario name and process id.
+/// An id that no other live run on this machine has: at most 32 characters: as much of the scenario's name as a process id of seven digits leaves.
 #[must_use]
 pub fn run_id_for(setup: &Setup) -> String {
-    format!("{:.20}-{}", setup.scenario.name, std::process::id())
+    format!("{:.24}-{}", setup.scenario.name, std::process::id())
 }
 
 /// An id of a run over a network: no message of another run, be it yesterday's, is one of this.
@@ -505,6 +509,14 @@ mod tests {
     use std::thread::scope;
 
     use super::*;
+
+    #[test]
+    fn where_no_folder_can_be_made_another_can_be_named() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let error = new_folder(&file.path().join("runs"), "a").unwrap_err();
+        let told = "runs, and --out names no other place: ";
+        assert!(format!("{error:#}").contains(told), "{error:#}");
+    }
 
     #[test]
     fn who_begins_at_the_same_moment_gets_a_folder_of_its_own() {

@@ -2,9 +2,11 @@
 
 use alliance_proto::codec;
 use alliance_proto::ids::{RobotId, Tick};
-use alliance_proto::log::Section;
+use alliance_proto::log::{Input, Section};
 use serde::Serialize;
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
+
+use super::record::{BodyRecord, Event};
 
 /// Length of the longest section's name.
 const NAME_MOST: usize = Section::Motivations.as_str().len();
@@ -22,6 +24,21 @@ impl SectionHash {
             // Sections are plain data of known length and the destination is memory, so nothing is left to fail.
             .expect("a section can be encoded");
         xxh3_64(&self.room[..length])
+    }
+
+    // What each tick has is hashed by functions without parameters of type: they are compiled here, where a step is fast, and not where a
+    // recorder gets its sink.
+
+    pub fn inputs(&mut self, inputs: &[Input]) -> u64 {
+        self.of(&inputs)
+    }
+
+    pub fn events(&mut self, events: &[Event]) -> u64 {
+        self.of(&events)
+    }
+
+    pub fn state(&mut self, bodies: &[BodyRecord], mission_state: u64) -> u64 {
+        self.of(&(bodies, mission_state))
     }
 }
 

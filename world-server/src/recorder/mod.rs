@@ -269,7 +269,7 @@ impl<S: Sink> Recorder<S> {
     fn hash_tick(&mut self, record: &TickRecord<'_>) {
         self.hash.tick(record.tick);
         if !record.inputs.is_empty() {
-            let hash = self.section.of(&record.inputs);
+            let hash = self.section.inputs(record.inputs);
             self.add_section(None, Section::Inputs, hash);
         }
         for answer in record.counted() {
@@ -277,11 +277,10 @@ impl<S: Sink> Recorder<S> {
             answer.for_each_section(|section, hash| self.add_section(robot, section, hash));
         }
         if !record.events.is_empty() {
-            let hash = self.section.of(&record.events);
+            let hash = self.section.events(record.events);
             self.add_section(None, Section::Events, hash);
         }
-        let state = (record.bodies, record.mission_state);
-        let hash = self.section.of(&state);
+        let hash = self.section.state(record.bodies, record.mission_state);
         self.add_section(None, Section::State, hash);
         self.hash.end_tick();
     }
