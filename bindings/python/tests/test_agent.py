@@ -137,7 +137,7 @@ def test_steps_that_did_not_count_never_happened(lab):
     )
     mind = lab.mind("counter", code)
     lab.scenario("counter")
-    launcher = lab.start("run", "mine.toml", "--no-page", "--out=run", "--limit=60", "--speed=8x", "--stall-after=0.3", mind)
+    launcher = lab.start("run", "mine.toml", "--no-page", "--out=run", "--limit=100", "--speed=8x", "--stall-after=0.3", mind)
     gold = None
     for stop in range(6):
         time.sleep(0.7)
