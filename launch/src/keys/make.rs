@@ -1,5 +1,6 @@
 //! Makes the keys of a team: an authority, and of each member a certificate that it has signed, with its private key and its secret.
 
+use alliance_proto::member::WORLD;
 use alliance_proto::secret::{derived, random};
 use anyhow::Context;
 use rcgen::{
@@ -8,16 +9,13 @@ use rcgen::{
 };
 use time::{Duration, OffsetDateTime};
 
-/// Who knows the secret that all others are derived from.
-pub const WORLD: &str = "world";
-
 /// Clocks of several machines differ by as much.
 const CLOCKS: Duration = Duration::minutes(5);
 
 /// Who takes part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// `world`, `robot-NAME` or `host-NAME`: stem of its files and first name in its certificate.
+    /// [Identity](alliance_proto::member): stem of its files and first name in its certificate.
     pub identity: String,
     /// Addresses and names by which others connect to it; none: it connects to others alone.
     pub at: Vec<String>,
@@ -119,6 +117,7 @@ impl Authority {
         let signed = leaf(member, dates).and_then(|params| params.signed_by(&key, &self.issuer));
         let certificate = signed.with_context(|| format!("signing {identity}.pem"))?;
         let secret = match identity.as_str() {
+            // All others are derived from it.
             WORLD => self.token.clone(),
             _ => derived(&self.token, identity),
         };

@@ -14,6 +14,7 @@ use std::process::ExitCode;
 
 use alliance_proto::keys::is_name;
 use alliance_proto::locator::is_address;
+use alliance_proto::member;
 use alliance_proto::scenario::Scenario;
 use alliance_proto::{tell, terminal};
 use anyhow::bail;
@@ -24,7 +25,7 @@ use world_server::args::read_scenario;
 use world_server::size::SizeArgs;
 
 use crate::cluster::file::{Cluster, Host};
-use make::{Dates, Member, WORLD, make};
+use make::{Dates, Member, make};
 
 /// Make certificates and secrets of a team on several machines.
 #[derive(Args, Clone, Debug)]
@@ -144,15 +145,15 @@ impl KeysCommand {
 impl Team {
     fn members(&self) -> Vec<Member> {
         let world = Member {
-            identity: WORLD.to_owned(),
+            identity: member::WORLD.to_owned(),
             at: self.world_at.clone(),
         };
         let hosts = self.hosts.iter().map(|host| Member {
-            identity: format!("host-{}", host.name),
+            identity: member::host(&host.name),
             at: host.at.clone(),
         });
         let robots = self.robots.iter().map(|robot| Member {
-            identity: format!("robot-{robot}"),
+            identity: member::robot(robot),
             at: Vec::new(),
         });
         std::iter::once(world).chain(hosts).chain(robots).collect()
