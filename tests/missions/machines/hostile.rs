@@ -214,12 +214,15 @@ impl Stranger {
     }
 }
 
+/// Messages, each with its key.
+type Heard = Vec<(String, Vec<u8>)>;
+
 /// One with gold's keys, copied from its host, who says what is not gold's.
 struct Insider {
     session: Session,
     keys: Keys,
     secret: Secret,
-    heard: Arc<Mutex<Vec<(String, Vec<u8>)>>>,
+    heard: Arc<Mutex<Heard>>,
 }
 
 impl Insider {
@@ -239,7 +242,7 @@ impl Insider {
         let worlds = session.liveliness().get(ALIVE_WORLDS).wait().unwrap();
         let world = worlds.recv().unwrap().into_result().unwrap();
         let keys = Keys::new(run_of_world(world.key_expr()).unwrap());
-        let heard = Arc::new(Mutex::new(Vec::new()));
+        let heard = Arc::new(Mutex::new(Heard::new()));
         for key in [
             keys.team_all(),
             keys.tick("gold"),
