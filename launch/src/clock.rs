@@ -27,7 +27,7 @@ enum Part {
     /// So many further ticks, then a pause
     Step {
         /// How many
-        #[arg(value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        #[arg(value_name = "N", default_value_t = 1, value_parser = steps)]
         ticks: u64,
     },
     /// So many times real time, or as fast as possible
@@ -36,6 +36,11 @@ enum Part {
         #[arg(value_name = "max|FACTORx")]
         speed: Speed,
     },
+}
+
+fn steps(text: &str) -> Result<u64, String> {
+    let number = text.parse::<u64>().ok().filter(|number| *number > 0);
+    number.ok_or_else(|| "use a whole number above 0".to_owned())
 }
 
 impl ClockArgs {

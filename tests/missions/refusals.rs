@@ -93,6 +93,7 @@ fn arguments() {
             &["agent", "--robot", "blue#"],
             &["'blue#'", "letters, digits"],
         ),
+        (&["clock", "step", "0"], &["'0'", "a whole number above 0"]),
         (&["scenarios", "nowhere"], &["'nowhere'", "waste-cleanup"]),
     ];
     for (arguments, texts) in cases {

@@ -1,7 +1,6 @@
 // The run as this page knows it, whether it is live or a log: what it is made of, the newest view, and what was before.
 
 import { robotColors, setStyles } from "../ui/colors.js";
-import { inThesisWords } from "../ui/words.js";
 import { Curves } from "./curves.js";
 import { groupOf } from "./events.js";
 import { History } from "./history.js";
@@ -19,9 +18,9 @@ export class Model {
   /** Names and colors of the robots, by rank. */
   names;
   colors;
-  /** Behavior sets by id: `{name, words, task, color, dash}`; color null is the page's ink. */
+  /** Behavior sets by id: `{name, task, color, dash}`; color null is the page's ink. */
   sets;
-  /** Tasks by id: `{name, words, max_robots, priority}`. */
+  /** Tasks by id: `{name, max_robots, priority}`. */
   tasks;
   /**
    * The newest view, or null.
@@ -47,8 +46,8 @@ export class Model {
     this.names = scenario.robots.map((robot) => robot.name);
     this.colors = robotColors(this.names);
     const styles = setStyles(catalog);
-    this.sets = catalog.sets.map((set, id) => ({ ...set, ...styles[id], words: inThesisWords(set.name) }));
-    this.tasks = catalog.tasks.map((task) => ({ ...task, words: inThesisWords(task.name) }));
+    this.sets = catalog.sets.map((set, id) => ({ ...set, ...styles[id] }));
+    this.tasks = catalog.tasks;
     this.history = new History(this.names.length);
     this.curves = new Curves(this.sets.length);
     this.traffic = new Traffic(this.names.length, run.log !== null);
@@ -181,15 +180,15 @@ export class Model {
   }
 
   /**
-   * What a robot does, in the thesis' words: a behavior set, or that it waits for one, or idle; empty if it takes no part.
+   * What a robot does: a behavior set, or that it waits for one, or idle; empty if it takes no part.
    * @param {import("../../page-tests/types.js").RobotView} robot
    */
   doingInWords(robot) {
     const doing = this.doing(robot);
-    if (doing) return doing.set.words;
+    if (doing) return doing.set.name;
     if (robot.state !== "present" && robot.state !== "silent") return "";
     const wanted = this.waitingFor(robot);
-    return wanted ? `waits for ${wanted.words}` : "idle";
+    return wanted ? `waits for ${wanted.name}` : "idle";
   }
 
   /**

@@ -90,7 +90,7 @@ export class Charts {
   }
 
   #chip(set) {
-    const { name, words } = this.#model.sets[set];
+    const { name } = this.#model.sets[set];
     return el(
       "button",
       {
@@ -98,11 +98,11 @@ export class Charts {
         class: "chip",
         "data-legend": name,
         "aria-pressed": String(!this.#hidden.has(set)),
-        title: `Show or hide ${words}`,
+        title: `Show or hide ${name}`,
         onclick: ({ currentTarget }) => this.#toggleSet(set, currentTarget),
       },
       this.#swatch(set),
-      words,
+      name,
     );
   }
 
@@ -206,8 +206,9 @@ export class Charts {
     chart.plot?.destroy();
     const values = shown.map((set) => [set, el("span", { "data-motivation": sets[set].name })]);
     chart.values = new Map(values);
-    const readouts = values.map(([set, number]) => el("span", { class: "value", title: sets[set].words }, this.#swatch(set), number));
-    chart.readout.replaceChildren(...readouts);
+    const readouts = values.map(([set, number]) => el("span", { class: "value", title: sets[set].name }, this.#swatch(set), number));
+    chart.time = el("span", { class: "value dim" });
+    chart.readout.replaceChildren(...readouts, chart.time);
     chart.plot = new uPlot(this.#options(chart), [[0], ...shown.map(() => [null])], chart.place);
   }
 
@@ -312,7 +313,9 @@ export class Charts {
       const level = columns[chart.sets.indexOf(set) + 1]?.[at];
       text(number, level === null || level === undefined ? "–" : level.toFixed(digits));
     }
-    attribute(chart.readout, "data-at", idx === null || idx === undefined ? "now" : "pointer");
+    const isPointer = idx !== null && idx !== undefined;
+    text(chart.time, isPointer && at >= 0 ? `at ${columns[0][at].toFixed(2)} s` : "");
+    attribute(chart.readout, "data-at", isPointer ? "pointer" : "now");
   }
 
   /** A view stands between two steps: the latest levels are those of the step before it. */
@@ -347,8 +350,8 @@ export class Charts {
         stripes(c, box, (state === WAITING ? 5 : 9) * ratio);
       }
       c.globalAlpha = 1;
-      const words = this.#model.sets[set]?.words;
-      const label = set === null ? state : state === ACTIVE ? words : `waits: ${words}`;
+      const name = this.#model.sets[set]?.name;
+      const label = set === null ? state : state === ACTIVE ? name : `waits: ${name}`;
       paintBandLabel(c, label, Math.max(left, bbox.left), Math.min(right, bbox.left + bbox.width), bandTop, ratio, lines);
     }
     c.restore();

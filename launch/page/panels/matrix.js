@@ -124,6 +124,6 @@ export class Matrix {
     const { names, tasks, sets, view } = this.#model;
     const own = view.robots[cell.rank].sets.filter(({ motivation }) => sets[motivation.set].task === cell.task);
     const said = own.map(({ motivation }) => `${motivation.state.toLowerCase()}, ${motivation.motivation.toFixed(1)}`);
-    text(byId("matrix-cell"), `${names[cell.rank]} × ${tasks[cell.task].words}: ${said.join("; ") || "nothing"}`);
+    text(byId("matrix-cell"), `${names[cell.rank]} × ${tasks[cell.task].name}: ${said.join("; ") || "nothing"}`);
   }
 }

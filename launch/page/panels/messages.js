@@ -59,7 +59,7 @@ export class Messages {
 
   #row({ sender, sent, said }) {
     const { names, colors, sets, tasks } = this.#model;
-    const subject = said?.set !== null && said?.set !== undefined ? sets[said.set]?.words : tasks[said?.task]?.words;
+    const subject = said?.set !== null && said?.set !== undefined ? sets[said.set]?.name : tasks[said?.task]?.name;
     const claim = [said?.state?.toLowerCase(), subject].filter(Boolean).join(" ");
     const details = said ? [claim, said.progress ? `progress ${said.progress}` : null] : ["never arrived"];
     return el(

@@ -98,7 +98,7 @@ export class Robots {
     const act = (action, label, run, title = null) =>
       el(
         "button",
-        { type: "button", "data-action": action, "data-interfere": "", title, "aria-label": title, onclick: run },
+        { type: "button", "data-action": action, "data-interfere": "", title, "aria-label": title ?? `${label} ${name}`, onclick: run },
         label,
       );
     return el(
@@ -148,7 +148,9 @@ export class Robots {
     put("state", robot.state);
     const doing = this.#model.doing(robot);
     const since = doing && doing.since !== null ? ` for ${seconds(Math.max(0, now - doing.since))}` : "";
-    put("doing", this.#model.doingInWords(robot) + since || "–");
+    const said = this.#model.doingInWords(robot) + since || "–";
+    put("doing", said);
+    attribute(card.querySelector("[data-field=doing]"), "title", said);
     put("carries", robot.carrying === null ? "nothing" : `item-${robot.carrying}`);
     put("speed", `${robot.speed_m_s.toFixed(2)} m/s`);
     put("pid", robot.pid ?? "–");
@@ -194,8 +196,12 @@ export class Robots {
               )
             : null,
         ),
-      (row, { id, order, phase }) =>
-        text(row.firstChild, `${id}: ${faultInWords(order.fault)}${phase === "armed" ? " (armed)" : ""} `),
+      (row, { id, order, phase, applied_ms }) => {
+        // What has just been ordered takes effect in the step that comes next.
+        const isNext = phase === "in-force" && applied_ms >= this.#model.now;
+        const when = phase === "armed" ? " (armed)" : isNext ? " (from the next tick)" : "";
+        text(row.firstChild, `${id}: ${faultInWords(order.fault)}${when} `);
+      },
     );
   }
 }

@@ -32,7 +32,7 @@ export class Tasks {
     this.#sort();
     keyed(
       byId("task-rows"),
-      this.#listing.choose(tasks.map(({ words }, task) => ({ name: words, task, trouble: this.#trouble(task) }))),
+      this.#listing.choose(tasks.map(({ name }, task) => ({ name, task, trouble: this.#trouble(task) }))),
       ({ task }) => task,
       ({ task }) => this.#row(task),
       (row, { task }) => {
@@ -73,12 +73,12 @@ export class Tasks {
   }
 
   #row(task) {
-    const { name, words, max_robots } = this.#model.tasks[task];
+    const { name, max_robots } = this.#model.tasks[task];
     const allowed = max_robots > 1 ? el("span", { class: "dim" }, ` (up to ${max_robots})`) : null;
     return el(
       "tr",
       { "data-task": name },
-      el("th", { scope: "row" }, words, allowed),
+      el("th", { scope: "row" }, name, allowed),
       el("td", { "data-field": "executes" }),
       el("td", { "data-field": "waits" }),
     );
@@ -98,7 +98,7 @@ export class Tasks {
       (element, entry) => {
         if (!entry) return;
         // The set is named only where it is not the task's own name.
-        const set = entry.set.words === tasks[entry.set.task].words ? "" : ` with ${entry.set.words}`;
+        const set = entry.set.name === tasks[entry.set.task].name ? "" : ` with ${entry.set.name}`;
         const silent = entry.robot.state === "silent" ? " (silent)" : "";
         text(element.children[1], `${names[entry.rank]}${silent}${set}`);
         text(element.children[2], ` since ${seconds(entry.since)}, for ${seconds(Math.max(0, now - entry.since))}`);

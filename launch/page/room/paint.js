@@ -411,13 +411,16 @@ export function paintBody(c, p, robot, look, palette) {
  * before, is tried first, so that labels do not jump. Where none is free the label is left out unless it `mustShow`. Gives the
  * side taken.
  */
-export function paintLabel(c, x, y, gap, { lines, side, mustShow }, taken, palette) {
+export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, taken, palette) {
   const size = 11;
   const height = lines.length * (size + 2) + 2;
   const width = Math.max(...lines.map((line, index) => measure(c, line, size, index === 0))) + 6;
-  const room = c.canvas;
-  const most = { left: room.clientWidth - width, top: room.clientHeight - height };
-  const inside = Math.max(0, Math.min(x - width / 2, most.left));
+  const canvas = c.canvas;
+  // Within the walls, where they are seen: what stands across one cannot be told from it.
+  const [west, east] = [Math.max(0, p.x(0)), Math.min(canvas.clientWidth, p.x(room.width_m))];
+  const [north, south] = [Math.max(0, p.y(room.height_m)), Math.min(canvas.clientHeight, p.y(0))];
+  const most = { left: east - width, top: south - height };
+  const inside = Math.max(west, Math.min(x - width / 2, most.left));
   const boxes = [
     [inside, y + gap],
     [inside, y - gap - height],
@@ -425,8 +428,8 @@ export function paintLabel(c, x, y, gap, { lines, side, mustShow }, taken, palet
     [x - gap - width, y - height / 2],
   ];
   const isFree = ([left, top]) =>
-    left >= 0 &&
-    top >= 0 &&
+    left >= west &&
+    top >= north &&
     left <= most.left &&
     top <= most.top &&
     taken.every((box) => left >= box.right || left + width <= box.left || top >= box.bottom || top + height <= box.top);

@@ -188,7 +188,7 @@ export class Room {
       const { x, y } = this.toScreen(...robot.pose.position);
       const mustShow = names.length <= FULL_LABELS || rank === this.#choices.selected;
       const label = { lines: this.#label(robot, rank), side: this.#sides.get(rank) ?? 0, mustShow };
-      this.#sides.set(rank, paint.paintLabel(c, x, y, gap, label, taken, this.#palette));
+      this.#sides.set(rank, paint.paintLabel(c, this.#projection, run.scenario.room, x, y, gap, label, taken, this.#palette));
     }
   }
 

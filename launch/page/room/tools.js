@@ -9,7 +9,7 @@ const GRID_M = 0.05;
 
 const HINTS = {
   look: "",
-  obstacle: "Drag:",
+  obstacle: "Drag in the room to draw it.",
   move: "Click its new place.",
 };
 
@@ -107,6 +107,7 @@ export class Tools {
     if (tool !== "look" && !this.#model.isOpen) this.take("look");
     for (const button of document.querySelectorAll("[data-tool-button]")) {
       attribute(button, "aria-pressed", String(button.dataset.toolButton === tool));
+      button.disabled = !this.#model.isOpen;
     }
     const { lens, follows } = this.#room;
     attribute(byId("follow"), "aria-pressed", String(follows));

@@ -1,11 +1,4 @@
-// How things are said: behavior sets in the thesis' words, times, faults as the command line takes them, events.
-
-/** `visit-place(left)` → `Visit-Place(left)`: behavior sets and tasks as the thesis writes them. */
-export function inThesisWords(name) {
-  const [stem, ...rest] = name.split("(");
-  const capitals = stem.replace(/(^|-)([a-z])/g, (_, dash, letter) => dash + letter.toUpperCase());
-  return [capitals, ...rest].join("(");
-}
+// How things are said: times, faults as the command line takes them, events.
 
 /** Milliseconds as seconds. */
 export function seconds(ms, digits = 1) {
@@ -101,16 +94,16 @@ function reasonInWords(reason) {
 }
 
 const SENTENCES = {
-  activated: (it) => `activates ${inThesisWords(it.subject)}`,
-  waiting: (it) => `waits for ${inThesisWords(it.subject)}`,
-  hibernated: (it) => `hibernates ${inThesisWords(it.subject)}`,
+  activated: (it) => `activates ${it.subject}`,
+  waiting: (it) => `waits for ${it.subject}`,
+  hibernated: (it) => `hibernates ${it.subject}`,
   "energy-out": () => "has no energy left",
   joined: () => "joins",
   gone: () => "is dead",
   stalled: () => "falls silent",
   back: () => "is back",
   lost: () => "did not get a message",
-  progress: (it) => `makes progress in ${inThesisWords(it.detail)}`,
+  progress: (it) => `makes progress in ${it.detail}`,
   detour: () => "goes round an obstacle",
   armed: (it) => `${it.subject} is armed`,
   applied: (it) => `${it.subject} takes effect`,

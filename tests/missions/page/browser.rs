@@ -23,6 +23,9 @@ pub const LAPTOP: (u32, u32) = (1280, 800);
 /// A phone held upright.
 pub const PHONE: (u32, u32) = (390, 844);
 
+/// And held sideways.
+pub const LANDSCAPE: (u32, u32) = (844, 390);
+
 /// A browser with one window. It ends when dropped.
 pub struct Browser {
     runtime: Runtime,
@@ -82,7 +85,7 @@ impl Browser {
             "mobileEmulation": {
                 "deviceMetrics": {
                     "width": width, "height": height, "pixelRatio": 1.0,
-                    "touch": width < 600, "mobile": width < 600,
+                    "touch": width < 900, "mobile": width < 900,
                 },
             },
         });

@@ -10,7 +10,7 @@ use alliance_proto::log::{EventRow, PoseRow};
 use nix::sys::signal::Signal;
 use serde_json::{Value, json};
 
-use super::browser::{Browser, LAPTOP, PHONE};
+use super::browser::{Browser, LANDSCAPE, LAPTOP, PHONE};
 use super::client::Page;
 use crate::harness::{Lab, command_line};
 use crate::team::Team;
@@ -122,7 +122,7 @@ fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
         "present"
     );
     let doing = browser.text("[data-robot=blue] [data-field=doing]");
-    assert!(doing.starts_with("Find-Locations-Methodical"), "{doing}");
+    assert!(doing.starts_with("find-locations-methodical"), "{doing}");
     assert_eq!(
         browser.eval("document.querySelectorAll('[data-chart]').length"),
         3
@@ -139,6 +139,8 @@ fn robots_move_and_the_clock_is_held_stepped_and_let_go() {
         ended.contains("time-limit") || ended.contains("time limit"),
         "{ended}"
     );
+    let tool = "document.querySelector('[data-tool-button=obstacle]').disabled";
+    assert_eq!(browser.eval(tool), true);
     assert_eq!(browser.console(), Vec::<String>::new());
     team.wait().expect(1);
 }
@@ -249,13 +251,21 @@ fn gold_is_killed_on_the_page_and_its_task_is_seen_to_be_taken_over() {
         browser.text("[data-robot=gold] [data-field=pid]"),
         pid.to_string()
     );
+    let height = "document.querySelector('#room').clientHeight";
+    let before = browser.eval(height);
+    let kill = "document.querySelector('[data-robot=gold] [data-action=kill]')";
+    assert_eq!(browser.eval(&format!("{kill}.ariaLabel")), "Kill gold");
     browser.click("[data-robot=gold] [data-action=kill]");
     browser.wait_for(NOTICE);
+    // The card says so, and the room does not jump.
+    browser.wait_for("document.querySelector('[data-robot=gold] .faults').innerText.includes('(from the next tick)')");
+    assert_eq!(browser.eval(height), before);
     // With the clock held the kill takes effect in the next tick: a real SIGKILL.
     browser.press('.');
     browser.press('.');
     browser.wait_for("document.querySelector('[data-robot=gold]').dataset.state == 'dead'");
     assert!(command_line(pid).is_none());
+    assert_eq!(browser.eval(height), before);
     browser.screenshot("page-killed");
     assert_eq!(browser.eval(&task("gold")), Value::Null);
 
@@ -554,7 +564,11 @@ impl Elsewhere {
 
 #[test]
 fn it_fits_a_laptop_and_a_phone() {
-    for (name, size) in [("laptop", LAPTOP), ("phone", PHONE)] {
+    for (name, size) in [
+        ("laptop", LAPTOP),
+        ("phone", PHONE),
+        ("landscape", LANDSCAPE),
+    ] {
         let Some(browser) = Browser::start(size) else {
             return;
         };
@@ -569,6 +583,8 @@ fn it_fits_a_laptop_and_a_phone() {
             let below = browser.eval("document.documentElement.scrollHeight - innerHeight");
             assert_eq!(below, 0, "{name} scrolls");
         }
+        let robots = browser.eval("document.querySelector('#robots').clientHeight");
+        assert!(robots.as_u64().unwrap() >= 150, "{name}: {robots} px");
         browser.screenshot(&format!("page-{name}"));
         let_go(&page);
         team.wait().expect(1);
