@@ -300,10 +300,7 @@ fn run_changed(lab: &Lab, change: (&str, &str), faults: &str) -> Option<RunLog> 
 fn a_mind_that_leaves_link_faults_out_is_dismissed_and_the_run_goes_on() {
     // As if the message had been heard that the link has cut off.
     let lab = Lab::new();
-    let (from, to) = (
-        "return \"Cut\", None, now, False",
-        "return \"Heard\", None, now, False",
-    );
+    let (from, to) = ("return \"Cut\",", "return \"Heard\",");
     let mute = "[[faults.timeline]]\nfault.mute = 'blue'\nat_s = 4.0\n";
     let Some(log) = run_changed(&lab, (from, to), mute) else {
         return;
