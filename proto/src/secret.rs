@@ -32,7 +32,7 @@ pub struct Secret {
     hmac: Hmac<Sha256>,
 }
 
-/// The secret of a [member](crate::member) of the run of that token: 32 hexadecimal digits, the first 16 bytes of HMAC-SHA256 with the
+/// The secret of a [`member`] of the run of that token: 32 hexadecimal digits, the first 16 bytes of HMAC-SHA256 with the
 /// token's text as the key, over the identity.
 #[must_use]
 pub fn derived(token: &str, identity: &str) -> String {

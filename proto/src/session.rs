@@ -17,7 +17,7 @@ const RUNTIME: &str = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),n
 
 /// What the processes tell without `RUST_LOG`. Of every connection by a socket zenoh says that it cannot be made, and makes it.
 pub const LOG_FILTER: &str =
-    "warn,zenoh_link_unixsock_stream=error,world_server=info,robot_agent=info";
+    "warn,zenoh_link_unixsock_stream=error,zenoh_link_tls=error,world_server=info,robot_agent=info";
 
 /// What every process of a run does first thing in `main`, before it opens a session or starts a thread: sets zenoh's
 /// runtime, and makes every panic that nobody catches end the process ([`panics`]).

@@ -1,6 +1,6 @@
 //! `alliance keys`: makes what the members of a team on several machines prove by who they are.
 //!
-//! - [`make`]: authority, certificates, secrets, in memory. `store`: the folder. Who reads it: [`alliance_proto::keyring`].
+//! - [`mod@make`]: authority, certificates, secrets, in memory. `store`: the folder. Who reads it: [`alliance_proto::keyring`].
 
 #[cfg(test)]
 mod handshakes;
