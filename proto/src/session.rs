@@ -15,7 +15,8 @@ use crate::panics;
 /// Measured with 10 agents: 3,300 ticks/s against 1,730 with zenoh's own seven threads a process.
 const RUNTIME: &str = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))";
 
-/// What the processes tell without `RUST_LOG`. Of every connection by a socket zenoh says that it cannot be made, and makes it.
+/// What the processes tell without `RUST_LOG`. Of every connection by a socket zenoh says that it cannot be made, and makes it; of every failed handshake
+/// that files may be too few.
 pub const LOG_FILTER: &str =
     "warn,zenoh_link_unixsock_stream=error,zenoh_link_tls=error,world_server=info,robot_agent=info";
 
