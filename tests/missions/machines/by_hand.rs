@@ -2,7 +2,7 @@
 
 use nix::sys::signal::Signal;
 
-use super::{Machines, Run, STALL_AFTER, WORLD, fate, sleep};
+use super::{Machines, Run, STALL_AFTER, WORLD, sleep};
 use crate::harness::Process;
 
 /// Where the router of `h2` is reached.
@@ -115,23 +115,13 @@ fn a_router_that_is_killed_ends_the_lives_behind_it_and_back_again_they_join_ane
     run.go_on(5);
     let second = router(&machines);
     run.wait_for_second_lives(&BEHIND);
-    run.go_on(5);
-    run.pace("max");
-    run.end();
+    run.end_soon();
     // The processes are still those of the beginning.
     for agent in agents {
         agent.wait().expect(0);
     }
     second.wait().expect(0);
-    let log = machines.repeated();
-    for robot in BEHIND {
-        assert_eq!(
-            fate(&log, robot),
-            ["life 1", "end of 1", "life 2"],
-            "{robot}"
-        );
-    }
-    assert_eq!(fate(&log, "blue"), ["life 1"]);
+    machines.assert_fates(&["life 1", "end of 1", "life 2"]);
 }
 
 #[test]
@@ -159,16 +149,10 @@ fn a_router_that_is_stopped_makes_those_behind_it_silent() {
     run.go_on(5);
     router.signal(Signal::SIGCONT);
     run.wait_for("back", &BEHIND, 1);
-    run.go_on(5);
-    run.pace("max");
-    run.end();
+    run.end_soon();
     for agent in agents {
         agent.wait().expect(0);
     }
     router.wait().expect(0);
-    let log = machines.repeated();
-    for robot in BEHIND {
-        assert_eq!(fate(&log, robot), ["life 1", "silent", "back"], "{robot}");
-    }
-    assert_eq!(fate(&log, "blue"), ["life 1"]);
+    machines.assert_fates(&["life 1", "silent", "back"]);
 }

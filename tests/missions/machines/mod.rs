@@ -119,6 +119,16 @@ impl Machines {
         self.lab.assert_same_bytes("run", "alone");
     }
 
+    /// Asserts that from outside this happened to gold and green, in order, to blue nothing, and that the run is repeated from that.
+    #[track_caller]
+    fn assert_fates(&self, expected: &[&str]) {
+        let log = self.repeated();
+        for robot in ["gold", "green"] {
+            assert_eq!(fate(&log, robot), expected, "{robot}");
+        }
+        assert_eq!(fate(&log, "blue"), ["life 1"]);
+    }
+
     /// The log of the run in the folder `run`, which is repeated from its inputs.
     #[track_caller]
     fn repeated(&self) -> RunLog {
@@ -192,6 +202,14 @@ impl Run<'_> {
     #[track_caller]
     fn end(self) -> Finished {
         self.launcher.wait().expect(1)
+    }
+
+    /// Goes on for a while, and is soon over.
+    #[track_caller]
+    fn end_soon(mut self) {
+        self.go_on(5);
+        self.pace("max");
+        self.end();
     }
 }
 

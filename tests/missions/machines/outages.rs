@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Machines, Run, STALL_AFTER, fate};
+use super::{Machines, Run, STALL_AFTER};
 use crate::harness::Process;
 
 const AWAY: [&str; 2] = ["gold", "green"];
@@ -44,16 +44,13 @@ fn ends(machines: &Machines, run: Run<'_>, daemon: Process, times: usize) {
     run.pace("max");
     run.end();
     daemon.wait().expect(0);
-    let log = machines.repeated();
-    assert!(log.run.unscripted, "nobody's scenario asked for it");
-    for robot in AWAY {
-        let mut expected = vec!["life 1"];
-        for _ in 0..times {
-            expected.extend(["silent", "back"]);
-        }
-        assert_eq!(fate(&log, robot), expected, "{robot}");
+    let mut expected = vec!["life 1"];
+    for _ in 0..times {
+        expected.extend(["silent", "back"]);
     }
-    assert_eq!(fate(&log, "blue"), ["life 1"]);
+    machines.assert_fates(&expected);
+    let run = machines.lab.log("run").run;
+    assert!(run.unscripted, "nobody's scenario asked for it");
 }
 
 fn places() -> [(&'static str, &'static [&'static str]); 2] {

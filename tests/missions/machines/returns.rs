@@ -2,7 +2,7 @@
 
 use nix::sys::signal::Signal;
 
-use super::{Machines, Run, STALL_AFTER, fate, sleep};
+use super::{Machines, Run, STALL_AFTER, sleep};
 use crate::harness::{Process, command_line, wait_until};
 
 const AWAY: [&str; 2] = ["gold", "green"];
@@ -44,19 +44,9 @@ fn a_host_that_is_killed_and_started_again_has_new_lives() {
     run.go_on(5);
     let daemon = machines.daemon("h2", "h2", &AWAY);
     run.wait_for_second_lives(&AWAY);
-    run.go_on(5);
-    run.pace("max");
-    run.end();
+    run.end_soon();
     daemon.wait().expect(0);
-    let log = machines.repeated();
-    for robot in AWAY {
-        assert_eq!(
-            fate(&log, robot),
-            ["life 1", "end of 1", "life 2"],
-            "{robot}"
-        );
-    }
-    assert_eq!(fate(&log, "blue"), ["life 1"]);
+    machines.assert_fates(&["life 1", "end of 1", "life 2"]);
 }
 
 /// No socket is ever closed of which the world could learn it.
@@ -74,14 +64,7 @@ fn a_host_that_vanishes_for_good_and_comes_back_elsewhere_supersedes_the_silent_
     run.go_on(5);
     let daemon = machines.daemon("h3", "h2", &AWAY);
     run.wait_for_second_lives(&AWAY);
-    run.go_on(5);
-    run.pace("max");
-    run.end();
+    run.end_soon();
     daemon.wait().expect(0);
-    let log = machines.repeated();
-    for robot in AWAY {
-        let expected = ["life 1", "silent", "end of 1", "life 2"];
-        assert_eq!(fate(&log, robot), expected, "{robot}");
-    }
-    assert_eq!(fate(&log, "blue"), ["life 1"]);
+    machines.assert_fates(&["life 1", "silent", "end of 1", "life 2"]);
 }
