@@ -14,7 +14,7 @@ use crate::team::Broadcast;
 use crate::tick::Report;
 
 /// First line of the file. Its messages are of one version of the protocol.
-pub const HEADER: &str = "answers, protocol version 9\n";
+pub const HEADER: &str = "answers, protocol version 10\n";
 
 /// Bytes of a frame's length.
 const LENGTH_BYTES: usize = 4;
@@ -319,7 +319,7 @@ mod tests {
         let error = read(b"PK\x03\x04zip").unwrap_err().to_string();
         assert_eq!(
             error,
-            "it begins with 'PK  zip', which this program does not read; it reads 'answers, protocol version 9'"
+            "it begins with 'PK  zip', which this program does not read; it reads 'answers, protocol version 10'"
         );
     }
 }
