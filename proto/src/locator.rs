@@ -36,6 +36,14 @@ pub enum LocatorError {
 }
 
 impl Locator {
+    /// Reads what an option of the command line names, which `--unencrypted` may accompany.
+    ///
+    /// # Errors
+    /// Any [`LocatorError`].
+    pub fn of_option(text: &str, unencrypted: bool) -> Result<Self, LocatorError> {
+        text.parse::<Self>()?.allowed(unencrypted, "--unencrypted")
+    }
+
     /// The same, if it is encrypted, stays on this machine, or may be unencrypted; `word` is how people say so.
     ///
     /// # Errors

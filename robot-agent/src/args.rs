@@ -11,7 +11,7 @@ use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::session::LOG_FILTER;
 use alliance_proto::tell;
 use clap::Args;
-use tokio::time::{Instant, sleep};
+use tokio::time::{Instant, sleep, timeout_at};
 
 use crate::far::{self, FarArgs};
 use crate::process::{AgentError, End, live};
@@ -113,9 +113,13 @@ impl AgentArgs {
     ) -> anyhow::Result<End> {
         let mut lost: Option<Instant> = None;
         loop {
-            let member = match self.far.login(&member::robot(robot))? {
-                Some(login) => Member::far(far::find_run(&login).await?, login),
-                None => self.find_run().await?.member(robot)?,
+            let found = self.find_member(robot);
+            let member = match lost {
+                None => found.await?,
+                Some(since) => match timeout_at(since + MENDED, found).await {
+                    Ok(member) => member?,
+                    Err(_) => return Ok(End::WorldGone),
+                },
             };
             let began = Instant::now();
             let lived = live(robot, &member, registry, mind).await;
@@ -123,15 +127,22 @@ impl AgentArgs {
                 lived,
                 Ok(End::WorldGone) | Err(AgentError::Bus { .. } | AgentError::NoAnswer(_))
             );
-            let since = *lost
-                .take_if(|_| began.elapsed() < MENDED)
-                .get_or_insert_with(Instant::now);
+            // After a life that long the way was whole again.
+            lost = lost.filter(|_| began.elapsed() < MENDED);
+            let since = *lost.get_or_insert_with(Instant::now);
             if !member.is_far || !is_lost || since.elapsed() > MENDED {
                 return Ok(lived?);
             }
             tracing::warn!(robot, "the world is out of reach; it is tried again");
-            lost = Some(since);
             sleep(MENDED / 100).await;
+        }
+    }
+
+    /// What it needs to take part in the run that it is for.
+    async fn find_member(&self, robot: &str) -> anyhow::Result<Member> {
+        match self.far.login(&member::robot(robot))? {
+            Some(login) => Ok(Member::far(far::find_run(&login).await?, login)),
+            None => Ok(self.find_run().await?.member(robot)?),
         }
     }
 

@@ -45,9 +45,7 @@ impl FarArgs {
         let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
             return Ok(None);
         };
-        let locator: Locator = endpoint.parse().context("--connect")?;
-        let allowed = locator.allowed(self.unencrypted, "--unencrypted");
-        let locator = allowed.context("--connect")?;
+        let locator = Locator::of_option(endpoint, self.unencrypted).context("--connect")?;
         Ok(Some(login(&locator.to_string(), keys, identity)?))
     }
 }

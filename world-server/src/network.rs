@@ -40,9 +40,8 @@ impl NetworkArgs {
         };
         let mut listen = Vec::new();
         for at in &self.listen {
-            let locator: Locator = at.parse().context("--listen")?;
-            let allowed = locator.allowed(self.unencrypted, "--unencrypted");
-            listen.push(allowed.context("--listen")?.to_string());
+            let locator = Locator::of_option(at, self.unencrypted).context("--listen")?;
+            listen.push(locator.to_string());
         }
         let mut hosts: BTreeMap<String, Vec<String>> = BTreeMap::new();
         let mut placed = BTreeSet::new();

@@ -64,7 +64,12 @@ impl HostCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let daemon = Daemon::of(&self.name, &self.far, &[], self.once);
-        serve("host", daemon, Some(self.out.as_ref()))
+        let daemon = daemon.map(|daemon| Daemon {
+            starts_agents: true,
+            out: self.out.clone(),
+            ..daemon
+        });
+        serve("host", daemon)
     }
 }
 
@@ -73,7 +78,7 @@ impl RouterCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let daemon = Daemon::of(&self.name, &self.far, &self.listen, self.once);
-        serve("router", daemon, None)
+        serve("router", daemon)
     }
 }
 
@@ -84,15 +89,17 @@ struct Daemon {
     keys: PathBuf,
     listen: Vec<String>,
     once: bool,
+    starts_agents: bool,
+    /// Folder for what the agents print, if one is stated.
+    out: Option<PathBuf>,
 }
 
 impl Daemon {
     fn of(name: &str, far: &FarArgs, listen: &[String], once: bool) -> anyhow::Result<Self> {
         let mut places = Vec::new();
         for at in listen {
-            let locator: Locator = at.parse().context("--listen")?;
-            let allowed = locator.allowed(far.unencrypted, "--unencrypted");
-            places.push(allowed.context("--listen")?.to_string());
+            let locator = Locator::of_option(at, far.unencrypted).context("--listen")?;
+            places.push(locator.to_string());
         }
         let login = far.login(&member::host(name))?;
         let (login, keys) = login
@@ -104,28 +111,25 @@ impl Daemon {
             keys,
             listen: places,
             once,
+            starts_agents: false,
+            out: None,
         })
     }
 
     /// Takes part in one run; whether somebody has asked for the end.
-    async fn take_part(
-        &self,
-        signals: &mut Signals,
-        starts: Option<Option<&PathBuf>>,
-    ) -> anyhow::Result<bool> {
+    async fn take_part(&self, signals: &mut Signals) -> anyhow::Result<bool> {
         let relay = tokio::select! {
             relay = Relay::open(&self.name, &self.login, &self.keys, &self.listen) => relay?,
             () = signals.asked() => return Ok(true),
         };
         let robots = relay.enlisted.robots.join(", ");
         say(&format!("run {}: robots {robots}", relay.run));
-        let folder = starts.flatten().cloned();
-        let folder =
-            folder.unwrap_or_else(|| PathBuf::from(format!("runs/{}.{}", relay.run, self.name)));
+        let usual = || PathBuf::from(format!("runs/{}.{}", relay.run, self.name));
+        let folder = self.out.clone().unwrap_or_else(usual);
         let mut crew = Crew::new(relay.run.clone(), [].into(), folder);
         let (session, keys) = (relay.session.clone(), relay.keys.clone());
         let mut bus = Bus::of_host(session, keys, relay.secret.clone(), &self.name).await?;
-        if starts.is_some() {
+        if self.starts_agents {
             std::fs::create_dir_all(&crew.logs).with_context(|| crew.logs.display().to_string())?;
             for robot in &relay.enlisted.start {
                 let pid = crew.start(robot)?;
@@ -186,11 +190,7 @@ impl Signals {
     }
 }
 
-fn serve(
-    command: &str,
-    daemon: anyhow::Result<Daemon>,
-    starts: Option<Option<&PathBuf>>,
-) -> ExitCode {
+fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
     let daemon = match daemon {
         Ok(daemon) => daemon,
         Err(error) => {
@@ -204,7 +204,7 @@ fn serve(
                 interrupt: signal(SignalKind::interrupt())?,
                 terminate: signal(SignalKind::terminate())?,
             };
-            while !daemon.take_part(&mut signals, starts).await? && !daemon.once {}
+            while !daemon.take_part(&mut signals).await? && !daemon.once {}
             anyhow::Ok(())
         })
     });
