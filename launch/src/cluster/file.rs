@@ -90,6 +90,7 @@ impl Cluster {
         let listen = listen(&file, &contents)?;
         check_place(&file, &listen, &contents.hosts[world], world)?;
         check_robots(&file, &contents.hosts, &scenario)?;
+        check_minds(&file, &contents.hosts, world, &scenario)?;
         let cluster = Self {
             scenario: asked,
             seed: contents.seed,
@@ -243,6 +244,30 @@ fn check_robots(
         let what = format!("on no host: {}", nowhere.join(", "));
         let remedy = "place each robot of the scenario";
         return Err(file.mistake(&[key("hosts")], what, remedy));
+    }
+    Ok(())
+}
+
+/// A mind that is a program of its own is reached by sockets of the world's host.
+fn check_minds(
+    file: &TomlFile<'_>,
+    hosts: &[Host],
+    world: usize,
+    scenario: &Scenario,
+) -> Result<(), ScenarioError> {
+    for (index, host) in hosts.iter().enumerate().filter(|(at, _)| *at != world) {
+        for (place, name) in host.robots.iter().enumerate() {
+            let robot = scenario.robots.iter().find(|robot| robot.name == *name);
+            if let Some(mind) = robot.and_then(|robot| robot.mind.as_ref()) {
+                let mut at = of_host(index, "robots").to_vec();
+                at.push(Step::Index(place));
+                let what = format!(
+                    "the mind '{mind}' of '{name}' is a program of its own, which runs on the world's host alone"
+                );
+                let remedy = format!("place it on host '{}'", hosts[world].name);
+                return Err(file.mistake(&at, what, remedy));
+            }
+        }
     }
     Ok(())
 }
@@ -458,5 +483,23 @@ at = ["10.0.0.2"]
         let wanted = plain.replace("keys =", "unencrypted = true\nkeys =");
         assert_eq!(parse(&wanted).unwrap().listen.transport, Transport::Tcp);
         assert!(parse(&GOOD.replace("tls/10.0.0.1", "tcp/127.0.0.1")).is_ok());
+    }
+
+    #[test]
+    fn minds_that_are_programs_are_on_the_world_s_host() {
+        let known = crate::known();
+        let of = |robot: usize| {
+            let scenario = |asked: &str| {
+                let mut scenario = read_scenario(asked, &known)?;
+                scenario.robots[robot].mind = Some("own".to_owned());
+                Ok(scenario)
+            };
+            Cluster::parse("c.toml", GOOD, Path::new("lab"), scenario)
+        };
+        assert!(of(0).is_ok());
+        assert_eq!(
+            of(1).unwrap_err().to_string(),
+            "c.toml:11: hosts[1].robots[0]: the mind 'own' of 'gold' is a program of its own, which runs on the world's host alone; place it on host 'h1'"
+        );
     }
 }

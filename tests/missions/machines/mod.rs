@@ -54,6 +54,14 @@ impl Machines {
         Some(Self { hosts, lab })
     }
 
+    /// From now on another scenario of the same team.
+    fn of_scenario(&self, text: &str) {
+        fs::write(self.lab.path("scenario.toml"), text).unwrap();
+        let file = self.lab.path("cluster.toml");
+        let cluster = fs::read_to_string(&file).unwrap();
+        fs::write(file, cluster.replace("waste-cleanup", "scenario.toml")).unwrap();
+    }
+
     /// A copy of the keys of these members alone, as somebody carries it to another machine.
     fn keys_of(&self, members: &[&str]) -> String {
         let name = format!("keys-{}", members.join("-"));

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use alliance_proto::log::EventRow;
+
 use super::{Machines, fate};
 
 #[test]
@@ -29,6 +31,70 @@ fn a_team_on_three_hosts_gives_the_bytes_of_one_on_one() {
         "all over the network"
     );
 }
+
+/// Signals and restarts go to the robot's host, which answers for what it did.
+#[test]
+fn faults_of_processes_reach_robots_on_every_host() {
+    let places: [(&str, &[&str]); 3] = [("h1", &["blue"]), ("h2", &["gold"]), ("h3", &["green"])];
+    let Some(machines) = Machines::enter(3, &places) else {
+        return;
+    };
+    machines.of_scenario(FAULTS);
+    let daemons = [
+        machines.daemon("h2", "h2", &["gold"]),
+        machines.daemon("h3", "h3", &["green"]),
+    ];
+    let run = machines.up(&["--limit", "60", "--stall-after", "30"]);
+    run.end();
+    for daemon in daemons {
+        daemon.wait().expect(0);
+    }
+    let log = machines.repeated();
+    assert_eq!(fate(&log, "gold"), ["life 1", "end of 1", "life 2"]);
+    assert_eq!(
+        fate(&log, "green"),
+        ["life 1", "silent", "back", "end of 1", "life 2"]
+    );
+    assert_eq!(fate(&log, "blue"), ["life 1", "end of 1", "life 2"]);
+    let events: Vec<EventRow> = log.rows().unwrap();
+    let when = |kind: &str, robot: &str| -> Vec<f64> {
+        let rows = events.iter().filter(|row| row.kind == kind);
+        rows.filter(|row| row.robot == robot)
+            .map(|row| row.t_ms.as_secs_f64())
+            .collect()
+    };
+    assert_eq!(when("gone", "gold"), [20.0]);
+    assert_eq!(when("joined", "gold"), [0.0, 30.0]);
+    assert_eq!(when("stalled", "green"), [15.0]);
+    assert_eq!(when("back", "green"), [25.0]);
+    assert_eq!(when("gone", "green"), [40.0]);
+    assert_eq!(when("joined", "green"), [0.0, 40.0]);
+    assert_eq!(when("gone", "blue"), [35.0]);
+    assert_eq!(when("joined", "blue"), [0.0, 45.0]);
+    // The same with all of them on one machine.
+    let arguments = ["scenario.toml", "--limit", "60", "--stall-after", "30"];
+    machines.lab.mission("alone", &arguments).expect(1);
+    machines.lab.assert_same_bytes("run", "alone");
+}
+
+const FAULTS: &str = r#"
+    name = "faults-on-hosts"
+    [[faults.timeline]]
+    fault.pause = "green"
+    at_s = 15.0
+    for_s = 10.0
+    [[faults.timeline]]
+    fault.kill = "gold"
+    at_s = 20.0
+    for_s = 10.0
+    [[faults.timeline]]
+    fault.terminate = "blue"
+    at_s = 35.0
+    for_s = 10.0
+    [[faults.timeline]]
+    fault.restart = "green"
+    at_s = 40.0
+"#;
 
 #[test]
 fn a_slow_network_changes_no_byte() {

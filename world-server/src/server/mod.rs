@@ -5,6 +5,7 @@
 
 mod acts;
 mod again;
+mod clocks;
 mod control;
 mod fates;
 mod seals;
@@ -13,7 +14,7 @@ mod standstill;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use alliance_proto::codec::{CodecError, decode_first};
 use alliance_proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
@@ -37,6 +38,7 @@ use crate::recorder::{Background, Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
 use acts::UnderWay;
 use again::Question;
+use clocks::check_clock;
 use fates::Fates;
 pub use seals::Seals;
 use standstill::Standstill;
@@ -44,9 +46,6 @@ use standstill::Standstill;
 /// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
 /// somebody starts one again.
 const GRACE: Duration = Duration::from_secs(5);
-
-/// By how much the clocks of two hosts may differ.
-const CLOCKS_APART: Duration = Duration::from_secs(60);
 
 /// How often the pace is looked at while agents are at work.
 const WORK_INTERVAL: Duration = Duration::from_millis(1);
@@ -756,22 +755,6 @@ fn unread(payload: &[u8]) -> Refusal {
         Ok(agent) if agent != PROTOCOL_VERSION => version_refusal(agent),
         _ => Refusal::Malformed,
     }
-}
-
-/// Certificates hold from one time to another, so hosts must agree what time it is.
-fn check_clock(unix_ms: u64) -> Result<(), String> {
-    // Never seen by the simulation.
-    #[allow(clippy::disallowed_methods)]
-    let now = SystemTime::now();
-    let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
-    let apart = Duration::from_millis(since.as_millis().abs_diff(u128::from(unix_ms)) as u64);
-    if apart > CLOCKS_APART {
-        let apart = humantime::format_duration(Duration::from_secs(apart.as_secs()));
-        return Err(format!(
-            "this host's clock and the world's are {apart} apart: set them, by NTP for example"
-        ));
-    }
-    Ok(())
 }
 
 fn version_refusal(agent: u32) -> Refusal {
