@@ -31,22 +31,22 @@ fn compare(here: Duration, unix_ms: u64) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    const NOON: u64 = 1_700_000_000_000;
+    const NOW_MS: u64 = 1_700_000_000_000;
 
     #[test]
     fn a_minute_is_allowed_ahead_and_behind() {
-        let here = Duration::from_millis(NOON);
-        for unix_ms in [NOON, NOON - 60_000, NOON + 60_000] {
+        let here = Duration::from_millis(NOW_MS);
+        for unix_ms in [NOW_MS, NOW_MS - 60_000, NOW_MS + 60_000] {
             assert_eq!(compare(here, unix_ms), Ok(()));
         }
     }
 
     #[test]
     fn more_is_told_in_words() {
-        let here = Duration::from_millis(NOON);
+        let here = Duration::from_millis(NOW_MS);
         let told =
             "this host's clock and the world's are 1m 1s apart: set them, by NTP for example";
-        for unix_ms in [NOON - 61_000, NOON + 61_000] {
+        for unix_ms in [NOW_MS - 61_000, NOW_MS + 61_000] {
             assert_eq!(compare(here, unix_ms), Err(told.to_owned()));
         }
         // What a stranger may state.
