@@ -64,7 +64,7 @@ enum Part {
     /// Run over several machines, as a cluster file says
     Cluster(cluster::ClusterCommand),
     #[command(hide = true)]
-    Mind(run::minds::MindProcess),
+    Shell(run::shell::ShellCommand),
     /// Make certificates and secrets of a team on several machines
     Keys(keys::KeysCommand),
     /// Run a logged run again and compare every tick
@@ -149,7 +149,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Part::Host(host) => host.run(),
         Part::Router(router) => router.run(),
         Part::Cluster(cluster) => cluster.run(),
-        Part::Mind(mind) => mind.run(),
+        Part::Shell(command) => command.run(),
         Part::Keys(command) => command.run(),
         Part::Replay(command) => command.run(replay_minds::ask),
         Part::Diff(command) => command.run(),

@@ -1,56 +1,51 @@
 //! The keys of one member of a team on several machines, as `alliance keys` makes them: found and checked before anything starts.
 
-use std::fs;
-use std::io::{self, ErrorKind};
-use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
+use std::fmt;
 
 use x509_parser::pem::parse_x509_pem;
 use x509_parser::time::ASN1Time;
 
-/// Who proves by which files that it is that member.
-#[derive(Clone, Debug, PartialEq, Eq)]
+use crate::key_files::{KeyFiles, KeyFilesError};
+
+/// By what somebody proves to be that member.
+#[derive(Clone, PartialEq, Eq)]
 pub struct Keyring {
     /// `world`, `robot-NAME` or `host-NAME`: stem of its files, name in its certificate, and user name on the bus.
     pub identity: String,
-    /// Certificate of the authority that has signed those of all members, as an absolute path like the other two.
-    pub ca: PathBuf,
+    /// Certificate of the authority that has signed those of all members, PEM like the other two.
+    pub ca: String,
     /// Its certificate.
-    pub certificate: PathBuf,
+    pub certificate: String,
     /// The private key of that.
-    pub key: PathBuf,
+    pub key: String,
     /// Its secret, which is its password and seals what it says: 32 hexadecimal digits.
     pub secret: String,
 }
 
-/// Why the keys of a member cannot be used.
+/// Nothing that is secret.
+impl fmt::Debug for Keyring {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "Keyring({})", self.identity)
+    }
+}
+
+/// Why the keys of a member cannot be used. Files are named with their place.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyringError {
-    /// There is no such folder, or no such file in it.
-    #[error("{0}: is not there; copy it from where `alliance keys` made it")]
-    Missing(PathBuf),
-    /// The file system refused.
-    #[error("{path}: {error}")]
-    Io {
-        /// Which file.
-        path: PathBuf,
-        /// What it said.
-        error: io::Error,
-    },
-    /// Others than its owner may read a file that is secret.
-    #[error("{0}: others may read or change it; `chmod 600` it")]
-    Open(PathBuf),
+    /// One is not to be had.
+    #[error(transparent)]
+    File(#[from] KeyFilesError),
     /// It is no secret.
     #[error("{0}: does not hold 32 hexadecimal digits; copy it again")]
-    Secret(PathBuf),
+    Secret(String),
     /// It is no certificate.
     #[error("{0}: holds no certificate; copy it again")]
-    Certificate(PathBuf),
+    Certificate(String),
     /// Somebody has copied a file to the wrong name.
-    #[error("{path}: is the certificate of '{of}'; copy that of '{identity}'")]
+    #[error("{file}: is the certificate of '{of}'; copy that of '{identity}'")]
     Another {
         /// Which file.
-        path: PathBuf,
+        file: String,
         /// Whose it is.
         of: String,
         /// Whose it ought to be.
@@ -58,11 +53,11 @@ pub enum KeyringError {
     },
     /// Today is not within its dates.
     #[error(
-        "{path}: is valid from {from} to {to}, and here it is {now}; set this machine's clock right, or make new keys"
+        "{file}: is valid from {from} to {to}, and here it is {now}; set this machine's clock right, or make new keys"
     )]
     Date {
         /// Which file.
-        path: PathBuf,
+        file: String,
         /// The first second of it.
         from: String,
         /// The last.
@@ -73,95 +68,75 @@ pub enum KeyringError {
 }
 
 impl Keyring {
-    /// The keys of that member in a folder.
+    /// The keys of that member.
     ///
     /// # Errors
     /// The first file that is missing, cannot be read, is no such file or another's, is open to others though it is secret, or whose
     /// dates are over or still to come.
-    pub fn read(dir: &Path, identity: &str) -> Result<Self, KeyringError> {
-        let dir = std::path::absolute(dir).map_err(|error| at(dir, error))?;
-        fs::metadata(&dir).map_err(|error| at(&dir, error))?;
-        let file = |name: &str, ending: &str| dir.join(format!("{name}.{ending}"));
-        let (ca, certificate) = (file("ca", "pem"), file(identity, "pem"));
-        let (key, secret) = (file(identity, "key"), file(identity, "secret"));
+    pub fn read(files: &KeyFiles, identity: &str) -> Result<Self, KeyringError> {
         let now = ASN1Time::now();
-        check_certificate(&ca, None, now)?;
-        check_certificate(&certificate, Some(identity), now)?;
-        read_private(&key)?;
-        let text = read_secret(secret)?;
+        let certificate = format!("{identity}.pem");
         Ok(Self {
+            ca: read_certificate(files, "ca.pem", None, now)?,
+            certificate: read_certificate(files, &certificate, Some(identity), now)?,
+            key: files.private(&format!("{identity}.key"))?,
+            secret: Self::secret(files, identity)?,
             identity: identity.to_owned(),
-            ca,
-            certificate,
-            key,
-            secret: text,
         })
     }
 
-    /// The secret alone of that member in a folder: all that a host needs of its robots.
+    /// The secret alone of that member: all that a host needs of its robots.
     ///
     /// # Errors
     /// When it is missing, cannot be read, is no such file, or is open to others.
-    pub fn secret(dir: &Path, identity: &str) -> Result<String, KeyringError> {
-        read_secret(dir.join(format!("{identity}.secret")))
+    pub fn secret(files: &KeyFiles, identity: &str) -> Result<String, KeyringError> {
+        let name = format!("{identity}.secret");
+        let text = files.private(&name)?;
+        let text = text.trim();
+        if text.len() != 32 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+            return Err(KeyringError::Secret(files.place(&name)));
+        }
+        Ok(text.to_owned())
     }
 }
 
-fn read_secret(path: PathBuf) -> Result<String, KeyringError> {
-    let text = read_private(&path)?;
-    let text = text.trim();
-    if text.len() != 32 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-        return Err(KeyringError::Secret(path));
-    }
-    Ok(text.to_owned())
-}
-
-/// Whether it is a certificate, of that member if one is named, and of today.
-fn check_certificate(path: &Path, of: Option<&str>, now: ASN1Time) -> Result<(), KeyringError> {
-    let bytes = fs::read(path).map_err(|error| at(path, error))?;
-    let none = || KeyringError::Certificate(path.to_owned());
-    let (_, pem) = parse_x509_pem(&bytes).map_err(|_| none())?;
+/// A certificate, of that member if one is named, and of today.
+fn read_certificate(
+    files: &KeyFiles,
+    name: &str,
+    of: Option<&str>,
+    now: ASN1Time,
+) -> Result<String, KeyringError> {
+    let text = files.public(name)?;
+    let none = || KeyringError::Certificate(files.place(name));
+    let (_, pem) = parse_x509_pem(text.as_bytes()).map_err(|_| none())?;
     let certificate = pem.parse_x509().map_err(|_| none())?;
     let mut names = certificate.subject().iter_common_name();
-    let name = names.next().and_then(|name| name.as_str().ok());
-    if let Some(identity) = of.filter(|identity| name != Some(identity)) {
+    let found = names.next().and_then(|name| name.as_str().ok());
+    if let Some(identity) = of.filter(|identity| found != Some(identity)) {
         return Err(KeyringError::Another {
-            path: path.to_owned(),
-            of: name.unwrap_or_default().escape_default().to_string(),
+            file: files.place(name),
+            of: found.unwrap_or_default().escape_default().to_string(),
             identity: identity.to_owned(),
         });
     }
     let dates = certificate.validity();
     if !dates.is_valid_at(now) {
         return Err(KeyringError::Date {
-            path: path.to_owned(),
+            file: files.place(name),
             from: dates.not_before.to_string(),
             to: dates.not_after.to_string(),
             now: now.to_string(),
         });
     }
-    Ok(())
-}
-
-/// What is in a file that is nobody's but its owner's.
-fn read_private(path: &Path) -> Result<String, KeyringError> {
-    let metadata = fs::metadata(path).map_err(|error| at(path, error))?;
-    if metadata.permissions().mode() & 0o077 != 0 {
-        return Err(KeyringError::Open(path.to_owned()));
-    }
-    fs::read_to_string(path).map_err(|error| at(path, error))
-}
-
-fn at(path: &Path, error: io::Error) -> KeyringError {
-    let path = path.to_owned();
-    match error.kind() {
-        ErrorKind::NotFound => KeyringError::Missing(path),
-        _ => KeyringError::Io { path, error },
-    }
+    Ok(text)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt;
+
     use rcgen::{CertificateParams, DnType, KeyPair, date_time_ymd};
     use tempfile::TempDir;
 
@@ -190,10 +165,14 @@ mod tests {
         dir
     }
 
+    fn read(dir: &TempDir) -> Result<Keyring, KeyringError> {
+        Keyring::read(&KeyFiles::Folder(dir.path().to_owned()), "robot-gold")
+    }
+
     /// What is said of the keys of gold, without the folder.
     #[track_caller]
     fn refused(dir: &TempDir) -> String {
-        let error = Keyring::read(dir.path(), "robot-gold").unwrap_err();
+        let error = read(dir).unwrap_err();
         let line = error.to_string();
         assert_eq!(line.lines().count(), 1);
         line.replace(&format!("{}/", dir.path().display()), "")
@@ -202,16 +181,30 @@ mod tests {
     #[test]
     fn what_is_there_is_found() {
         let dir = keys("robot-gold", 4000);
-        let read = Keyring::read(dir.path(), "robot-gold").unwrap();
-        let path = |name| dir.path().join(name);
+        let text = |name| fs::read_to_string(dir.path().join(name)).unwrap();
         let expected = Keyring {
             identity: "robot-gold".to_owned(),
-            ca: path("ca.pem"),
-            certificate: path("robot-gold.pem"),
-            key: path("robot-gold.key"),
+            ca: text("ca.pem"),
+            certificate: text("robot-gold.pem"),
+            key: text("robot-gold.key"),
             secret: "0123456789abcdef0123456789ABCDEF".to_owned(),
         };
-        assert_eq!(read, expected);
+        assert_eq!(read(&dir).unwrap(), expected);
+        assert_eq!(format!("{expected:?}"), "Keyring(robot-gold)");
+        let names = [
+            "ca.pem",
+            "robot-gold.pem",
+            "robot-gold.key",
+            "robot-gold.secret",
+        ];
+        let files = names.map(|name| (name.to_owned(), text(name)));
+        let in_memory = KeyFiles::Memory(files.into_iter().collect());
+        assert_eq!(Keyring::read(&in_memory, "robot-gold").unwrap(), expected);
+        let other = Keyring::read(&in_memory, "robot-blue").unwrap_err();
+        assert_eq!(
+            other.to_string(),
+            "standard input, robot-blue.pem: is not there; copy it from where `alliance keys` made it"
+        );
     }
 
     #[test]
@@ -233,10 +226,11 @@ mod tests {
             let line = refused(&dir);
             assert!(line.starts_with(&format!("{name}: ")), "{line}");
         }
-        let nowhere = Keyring::read(Path::new("/nowhere/keys"), "world").unwrap_err();
+        let nowhere =
+            Keyring::read(&KeyFiles::Folder("/nowhere/keys".into()), "world").unwrap_err();
         assert_eq!(
             nowhere.to_string(),
-            "/nowhere/keys: is not there; copy it from where `alliance keys` made it"
+            "/nowhere/keys/ca.pem: is not there; copy it from where `alliance keys` made it"
         );
     }
 
@@ -252,7 +246,7 @@ mod tests {
         }
         let dir = keys("robot-gold", 4000);
         fs::set_permissions(dir.path().join("ca.pem"), fs::Permissions::from_mode(0o644)).unwrap();
-        assert!(Keyring::read(dir.path(), "robot-gold").is_ok());
+        assert!(read(&dir).is_ok());
     }
 
     #[test]

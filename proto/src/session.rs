@@ -5,6 +5,8 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::{AsRawFd, OwnedFd};
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD as STANDARD;
 use nix::sys::memfd::{MFdFlags, memfd_create};
 
 use crate::keyring::Keyring;
@@ -94,17 +96,14 @@ const NEVER_WAIT: &str = r#"
   qos: { network: [{ messages: ["put", "delete", "query"], overwrite: { congestion_control: "drop" } }] },
 "#;
 
-/// Both ends of a link prove who they are. Names are checked against the locator that is connected to.
+/// Both ends of a link prove who they are, by what zenoh reads from no file. Names are checked against the locator that is connected to.
 fn tls(keyring: &Keyring) -> String {
-    let Keyring {
-        ca,
-        certificate,
-        key,
-        ..
-    } = keyring;
+    let [ca, certificate, key] =
+        [&keyring.ca, &keyring.certificate, &keyring.key].map(|text| STANDARD.encode(text));
     format!(
-        r"tls: {{ root_ca_certificate: {ca:?}, enable_mtls: true, verify_name_on_connect: true, close_link_on_expiration: false,
-        listen_certificate: {certificate:?}, listen_private_key: {key:?}, connect_certificate: {certificate:?}, connect_private_key: {key:?} }},"
+        r"tls: {{ root_ca_certificate_base64: {ca:?}, enable_mtls: true, verify_name_on_connect: true, close_link_on_expiration: false,
+        listen_certificate_base64: {certificate:?}, listen_private_key_base64: {key:?},
+        connect_certificate_base64: {certificate:?}, connect_private_key_base64: {key:?} }},"
     )
 }
 

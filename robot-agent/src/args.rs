@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use alliance_proto::keys::is_name;
-use alliance_proto::member::{self, Member};
+use alliance_proto::member::{self, Login, Member};
 use alliance_proto::rendezvous::{Rendezvous, RendezvousError};
 use alliance_proto::session::LOG_FILTER;
 use alliance_proto::tell;
@@ -62,11 +62,14 @@ impl AgentArgs {
             tell!("robot-agent: which robot? State --robot NAME, or {ROBOT} in the environment");
             return 2;
         };
-        if let Err(error) = self.far.login(&member::robot(&robot)) {
-            tell!("robot-agent {robot}: {error:#}");
-            return 2;
-        }
-        match self.live(&robot, registry, mind) {
+        let login = match self.far.login(&member::robot(&robot)) {
+            Ok(login) => login.map(|(login, _)| login),
+            Err(error) => {
+                tell!("robot-agent {robot}: {error:#}");
+                return 2;
+            }
+        };
+        match self.live(&robot, login.as_ref(), registry, mind) {
             Ok(End::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
                 0
@@ -93,6 +96,7 @@ impl AgentArgs {
     fn live(
         &self,
         robot: &str,
+        login: Option<&Login>,
         registry: &AgentRegistry,
         mind: Option<&str>,
     ) -> anyhow::Result<End> {
@@ -101,19 +105,20 @@ impl AgentArgs {
             .worker_threads(1)
             .enable_all()
             .build()?;
-        runtime.block_on(self.live_and_again(robot, registry, mind))
+        runtime.block_on(self.live_and_again(robot, login, registry, mind))
     }
 
     /// The way to a world on another host may break: then it is tried again for a while, as a new incarnation.
     async fn live_and_again(
         &self,
         robot: &str,
+        login: Option<&Login>,
         registry: &AgentRegistry,
         mind: Option<&str>,
     ) -> anyhow::Result<End> {
         let mut lost: Option<Instant> = None;
         loop {
-            let found = self.find_member(robot);
+            let found = self.find_member(robot, login);
             let member = match lost {
                 None => found.await?,
                 Some(since) => match timeout_at(since + MENDED, found).await {
@@ -139,9 +144,9 @@ impl AgentArgs {
     }
 
     /// What it needs to take part in the run that it is for.
-    async fn find_member(&self, robot: &str) -> anyhow::Result<Member> {
-        match self.far.login(&member::robot(robot))? {
-            Some(login) => Ok(Member::far(far::find_run(&login).await?, login)),
+    async fn find_member(&self, robot: &str, login: Option<&Login>) -> anyhow::Result<Member> {
+        match login {
+            Some(login) => Ok(Member::far(far::find_run(login).await?, login.clone())),
             None => Ok(self.find_run().await?.member(robot)?),
         }
     }

@@ -1,9 +1,10 @@
 //! From another host: how a world is reached over a network, and how its run is found.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use alliance_proto::handshake::ConnectError;
+use alliance_proto::key_files::KeyFiles;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::keys::{ALIVE_WORLDS, Keys, run_of_world};
 use alliance_proto::locator::Locator;
@@ -28,7 +29,7 @@ pub struct FarArgs {
     /// Where the world, or a router on the way to it, is reached from other hosts, such as tls/10.0.0.1:7447
     #[arg(long, value_name = "LOCATOR", requires = "keys")]
     pub connect: Option<String>,
-    /// Folder with this member's keys, as `alliance keys` makes them
+    /// Folder with this member's keys, as `alliance keys` makes them; or -: they come by standard input, as `cluster up --start` gives them
     #[arg(long, value_name = "DIR")]
     pub keys: Option<PathBuf>,
     /// Take a way over the network that is not encrypted; everybody on it can read along
@@ -37,31 +38,25 @@ pub struct FarArgs {
 }
 
 impl FarArgs {
-    /// How the member of that identity connects; `None` on the world's own machine.
+    /// How the member of that identity connects, and where its keys are; `None` on the world's own machine.
     ///
     /// # Errors
     /// One line that says what is wrong with the locator or the keys.
-    pub fn login(&self, identity: &str) -> anyhow::Result<Option<Login>> {
+    pub fn login(&self, identity: &str) -> anyhow::Result<Option<(Login, KeyFiles)>> {
         let (Some(endpoint), Some(keys)) = (&self.connect, &self.keys) else {
             return Ok(None);
         };
         let locator = Locator::of_option(endpoint, self.unencrypted).context("--connect")?;
-        Ok(Some(login(&locator.to_string(), keys, identity)?))
+        let files = KeyFiles::of_option(keys).context("--keys")?;
+        let keyring = Keyring::read(&files, identity).context("--keys")?;
+        let login = Login {
+            endpoint: locator.to_string(),
+            user: identity.to_owned(),
+            password: keyring.secret.clone(),
+            keyring: Some(keyring),
+        };
+        Ok(Some((login, files)))
     }
-}
-
-/// How the member of that identity connects with the keys of that folder.
-///
-/// # Errors
-/// When they are not there, or not as they should be.
-pub fn login(endpoint: &str, keys: &Path, identity: &str) -> anyhow::Result<Login> {
-    let keyring = Keyring::read(keys, identity).context("--keys")?;
-    Ok(Login {
-        endpoint: endpoint.to_owned(),
-        user: identity.to_owned(),
-        password: keyring.secret.clone(),
-        keyring: Some(keyring),
-    })
 }
 
 /// The run of the world that is reached so; waits until one is there.

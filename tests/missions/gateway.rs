@@ -33,7 +33,8 @@ pub fn of(world: &Process) -> u32 {
 fn an_operator_may_drown_the_gateway_and_not_the_run() {
     let lab = Lab::new();
     lab.mission("quiet", &["--log", "off"]).expect(0);
-    let mut world = lab.start(&["world", "--out", "out", "--speed", "30x", "--paused"]);
+    // Slow: the run must not be over before a busy machine has declared all this.
+    let mut world = lab.start(&["world", "--out", "out", "--speed", "1x", "--paused"]);
     let run = announced(&lab);
     let agents = ROBOTS.map(|robot| lab.start(&["agent", "--robot", robot]));
     world.wait_for_stderr("all robots are here; started");

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use alliance_proto::access::Speaker;
+use alliance_proto::key_files::KeyFiles;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::keys::{LAUNCHER_HOST, is_name};
 use alliance_proto::locator::Locator;
@@ -18,7 +19,7 @@ pub struct NetworkArgs {
     /// Listen for robots and hosts on a network, such as at tls/10.0.0.1:7447
     #[arg(long, value_name = "LOCATOR", requires = "keys")]
     pub listen: Vec<String>,
-    /// Folder with the world's keys, as `alliance keys` makes them
+    /// Folder with the world's keys, as `alliance keys` makes them; or -: they come by standard input, as `cluster up --start` gives them
     #[arg(long, value_name = "DIR")]
     pub keys: Option<PathBuf>,
     /// Robots whose agents are on another host, which speaks for them
@@ -63,9 +64,10 @@ impl NetworkArgs {
                 .or_default()
                 .extend(robots.iter().cloned());
         }
+        let files = KeyFiles::of_option(keys).context("--keys")?;
         Ok(Some(Network {
             listen,
-            keyring: Keyring::read(keys, WORLD).context("--keys")?,
+            keyring: Keyring::read(&files, WORLD).context("--keys")?,
             hosts,
         }))
     }

@@ -50,9 +50,15 @@ struct Contents {
     listen: String,
     #[serde(default)]
     unencrypted: bool,
+    #[serde(default = "usual_keys")]
     keys: String,
     world: String,
     hosts: Vec<Host>,
+}
+
+/// Where `alliance keys` puts them.
+fn usual_keys() -> String {
+    "keys".to_owned()
 }
 
 impl Cluster {
@@ -115,7 +121,15 @@ impl Cluster {
             .map(|(_, host)| host)
     }
 
-    /// Addresses and names by which others connect to the world.
+    /// Where others connect to the world.
+    #[must_use]
+    pub fn reached_at(&self) -> Locator {
+        let mut locator = self.listen.clone();
+        locator.host = self.world_at().swap_remove(0);
+        locator
+    }
+
+    /// Addresses and names by which others connect to the world: at least one.
     #[must_use]
     pub fn world_at(&self) -> Vec<String> {
         let mut at = self.home().at.clone();
@@ -327,6 +341,7 @@ at = ["10.0.0.2"]
         assert_eq!(others, ["h2"]);
         assert_eq!(cluster.hosts[1].at, ["10.0.0.2"]);
         assert_eq!(cluster.world_at(), ["10.0.0.1"]);
+        assert_eq!(cluster.reached_at(), cluster.listen);
     }
 
     #[test]
@@ -338,6 +353,8 @@ at = ["10.0.0.2"]
         assert!(line.starts_with(expected), "{line}");
         let absolute = parse(&GOOD.replace("\"keys\"", "\"/etc/keys\"")).unwrap();
         assert_eq!(absolute.keys, Path::new("/etc/keys"));
+        let usual = parse(&GOOD.replace("keys = \"keys\"\n", "")).unwrap();
+        assert_eq!(usual.keys, Path::new("lab/keys"));
     }
 
     #[test]
@@ -352,7 +369,9 @@ at = ["10.0.0.2"]
             "robots = [\"blue\"]",
             "robots = [\"blue\"]\nat = [\"world\"]",
         );
-        assert_eq!(parse(&named).unwrap().world_at(), ["world"]);
+        let named = parse(&named).unwrap();
+        assert_eq!(named.world_at(), ["world"]);
+        assert_eq!(named.reached_at().to_string(), "tls/world:7447");
     }
 
     #[test]
@@ -361,11 +380,6 @@ at = ["10.0.0.2"]
         check("listen =", "lisen =", unknown);
         let unknown = "c.toml:11: hosts[1].robot: unknown key; did you mean 'robots'?";
         check("robots = [\"gold", "robot = [\"gold", unknown);
-        check(
-            "keys = \"keys\"\n",
-            "",
-            "c.toml: keys: the key is missing; ",
-        );
         check(
             "listen = \"tls/10.0.0.1:7447\"\n",
             "",

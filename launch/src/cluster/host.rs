@@ -1,9 +1,11 @@
 //! `alliance host`: the daemon on each other host of a run, and `alliance router`, which starts nobody.
 
+use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
+use alliance_proto::key_files::KeyFiles;
 use alliance_proto::keys::{LAUNCHER_HOST, is_name};
 use alliance_proto::locator::Locator;
 use alliance_proto::member::{self, Login};
@@ -11,6 +13,8 @@ use alliance_proto::process::ProcessAct;
 use alliance_proto::tell;
 use anyhow::Context;
 use clap::Args;
+use nix::sys::signal::{Signal as NixSignal, kill};
+use nix::unistd::Pid;
 use robot_agent::far::{self, FarArgs};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::sleep;
@@ -86,7 +90,7 @@ impl RouterCommand {
 struct Daemon {
     name: String,
     login: Login,
-    keys: PathBuf,
+    keys: KeyFiles,
     listen: Vec<String>,
     once: bool,
     starts_agents: bool,
@@ -101,9 +105,8 @@ impl Daemon {
             let locator = Locator::of_option(at, far.unencrypted).context("--listen")?;
             places.push(locator.to_string());
         }
-        let login = far.login(&member::host(name))?;
-        let (login, keys) = login
-            .zip(far.keys.clone())
+        let (login, keys) = far
+            .login(&member::host(name))?
             .context("where is the world? State --connect LOCATOR and --keys DIR")?;
         Ok(Self {
             name: name.to_owned(),
@@ -204,6 +207,9 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
                 interrupt: signal(SignalKind::interrupt())?,
                 terminate: signal(SignalKind::terminate())?,
             };
+            if matches!(daemon.keys, KeyFiles::Memory(_)) {
+                end_with_input();
+            }
             while !daemon.take_part(&mut signals).await? && !daemon.once {}
             anyhow::Ok(())
         })
@@ -215,6 +221,16 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
             ExitCode::from(3)
         }
     }
+}
+
+/// Who is started from another machine ends with its standard input: nothing else tells it that whoever started it is gone.
+fn end_with_input() {
+    std::thread::spawn(|| {
+        // However it ends, it has ended.
+        let _ = io::copy(&mut io::stdin(), &mut io::sink());
+        // This process is there.
+        let _ = kill(Pid::this(), NixSignal::SIGTERM);
+    });
 }
 
 fn say(line: &str) {

@@ -1,12 +1,12 @@
 //! A host's router: its robots' agents connect to it, and it to the world.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::time::Duration;
 
 use alliance_proto::access::{self, Speaker};
 use alliance_proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
 use alliance_proto::join::PROTOCOL_VERSION;
+use alliance_proto::key_files::KeyFiles;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::keys::Keys;
 use alliance_proto::member::{self, Login};
@@ -46,11 +46,11 @@ impl Relay {
     /// `listen`, and announces the run on this machine. Waits until there is a run.
     ///
     /// # Errors
-    /// When the world does not want this host, the robots' secrets are not in the folder of keys, or the bus fails.
+    /// When the world does not want this host, the robots' secrets are not among its keys, or the bus fails.
     pub async fn open(
         host: &str,
         login: &Login,
-        keys_folder: &Path,
+        key_files: &KeyFiles,
         listen: &[String],
     ) -> anyhow::Result<Self> {
         let run = far::find_run(login).await?;
@@ -59,7 +59,7 @@ impl Relay {
         let enlisted = enlist(host, login, &keys, &secret).await?;
         let mut robots = BTreeMap::new();
         for robot in &enlisted.robots {
-            let of_robot = Keyring::secret(keys_folder, &member::robot(robot)).context("--keys")?;
+            let of_robot = Keyring::secret(key_files, &member::robot(robot)).context("--keys")?;
             robots.insert(robot.clone(), of_robot);
         }
         let speakers: Vec<Speaker> = robots.keys().map(|robot| Speaker::robot(robot)).collect();

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use alliance_proto::key_files::{KeyFiles, STANDARD_INPUT};
 use alliance_proto::keyring::Keyring;
 use alliance_proto::locator::Transport;
 use alliance_proto::member::WORLD;
@@ -12,6 +13,7 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 
 use super::file::Cluster;
+use super::start::Start;
 use crate::run::args::{Over, RunCommand};
 
 /// Runs over several machines
@@ -32,6 +34,10 @@ struct Up {
     /// Cluster file: the scenario, the hosts, which robots are on which, and where the world is reached
     #[arg(value_name = "CLUSTER.toml")]
     cluster: PathBuf,
+    /// Start `alliance host` on each other host too, with keys of this run that are in no file: command line for a shell that is `alliance` there,
+    /// with {name} and {at} for a host's name and address, such as 'ssh {at} alliance'
+    #[arg(long, value_name = "COMMAND")]
+    start: Option<String>,
     #[command(flatten)]
     run: RunCommand,
 }
@@ -54,17 +60,26 @@ impl ClusterCommand {
 impl Up {
     /// The run that the file asks for.
     fn command(&self) -> anyhow::Result<RunCommand> {
-        let (cluster, _) = Cluster::read(&self.cluster)?;
+        let (cluster, scenario) = Cluster::read(&self.cluster)?;
         let name = self.cluster.display();
         if self.run.is_of_a_scenario() {
             bail!(
                 "{name} says which scenario is run, with which seed; leave SCENARIO, its size and --seed out"
             );
         }
-        Keyring::read(&cluster.keys, WORLD).with_context(|| name.to_string())?;
+        let start = self.start.as_deref();
+        let start = start.map(|command| Start::new(command, &cluster, &scenario));
+        let start = start.transpose()?;
+        let keys = if start.is_some() {
+            PathBuf::from(STANDARD_INPUT)
+        } else {
+            let files = KeyFiles::of_option(&cluster.keys)?;
+            Keyring::read(&files, WORLD).with_context(|| name.to_string())?;
+            cluster.keys.clone()
+        };
         let mut arguments = vec![
             format!("--listen={}", cluster.listen),
-            format!("--keys={}", cluster.keys.display()),
+            format!("--keys={}", keys.display()),
         ];
         if cluster.listen.transport == Transport::Tcp {
             arguments.push("--unencrypted".to_owned());
@@ -77,6 +92,7 @@ impl Up {
         let over = Over {
             arguments,
             elsewhere,
+            start,
         };
         Ok(self.run.clone().over(over, cluster.scenario, cluster.seed))
     }

@@ -7,6 +7,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use alliance_proto::handshake::ConnectError;
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use rcgen::{CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, KeyPair};
 use robot_agent::connect::open_once;
 use tempfile::TempDir;
@@ -62,16 +64,16 @@ fn folder(files: impl IntoIterator<Item = Vec<KeyFile>>) -> TempDir {
 const COMMON: &str =
     "scouting: { delay: 0, multicast: { enabled: false }, gossip: { enabled: false } }";
 
-/// What they prove by who they are: files of a folder.
+/// What they prove by who they are: files of a folder, as the product hands them to zenoh.
 fn tls(dir: &Path, identity: &str, side: &str) -> String {
-    let path = |name: &str| dir.join(name).display().to_string();
+    let read = |name: &str| BASE64_STANDARD.encode(fs::read(dir.join(name)).unwrap());
     let (certificate, key) = (
-        path(&format!("{identity}.pem")),
-        path(&format!("{identity}.key")),
+        read(&format!("{identity}.pem")),
+        read(&format!("{identity}.key")),
     );
-    let ca = path("ca.pem");
+    let ca = read("ca.pem");
     format!(
-        "root_ca_certificate: {ca:?}, enable_mtls: true, {side}_certificate: {certificate:?}, {side}_private_key: {key:?}"
+        "root_ca_certificate_base64: {ca:?}, enable_mtls: true, {side}_certificate_base64: {certificate:?}, {side}_private_key_base64: {key:?}"
     )
 }
 
@@ -179,8 +181,8 @@ fn a_member_gets_in_and_who_shows_what_is_wrong_does_not() {
     let good = team.gold(today());
     assert_eq!(team.said(&good), Ok(()));
 
-    let ca = good.path().join("ca.pem");
-    let none = format!("root_ca_certificate: {ca:?}");
+    let ca = BASE64_STANDARD.encode(fs::read(good.path().join("ca.pem")).unwrap());
+    let none = format!("root_ca_certificate_base64: {ca:?}");
     assert_refused(
         connect(&team.at, &none, "right"),
         "it asks for a certificate, and none is shown; connect with --keys DIR",

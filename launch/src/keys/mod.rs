@@ -50,7 +50,7 @@ pub struct KeysCommand {
 }
 
 /// A team and its places.
-struct Team {
+pub struct Team {
     /// Addresses and names of the world.
     world_at: Vec<String>,
     /// Names of all robots.
@@ -132,18 +132,26 @@ impl KeysCommand {
             bail!("a cluster file names its scenario: leave its size out");
         }
         let (cluster, scenario) = Cluster::read(Path::new(&self.of))?;
-        let team = Team {
-            world_at: cluster.world_at(),
-            robots: robots(&scenario),
-            hosts: cluster.others().cloned().collect(),
-            home: Some(cluster.home().name.clone()),
-        };
+        let team = Team::of_cluster(&cluster, &scenario);
         Ok((team, self.out.clone().unwrap_or(cluster.keys)))
     }
 }
 
 impl Team {
-    fn members(&self) -> Vec<Member> {
+    /// That of a cluster file.
+    #[must_use]
+    pub fn of_cluster(cluster: &Cluster, scenario: &Scenario) -> Self {
+        Self {
+            world_at: cluster.world_at(),
+            robots: robots(scenario),
+            hosts: cluster.others().cloned().collect(),
+            home: Some(cluster.home().name.clone()),
+        }
+    }
+
+    /// Everybody who needs keys.
+    #[must_use]
+    pub fn members(&self) -> Vec<Member> {
         let world = Member {
             identity: member::WORLD.to_owned(),
             at: self.world_at.clone(),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
+use alliance_proto::key_files::KeyFiles;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::secret::derived;
 use x509_parser::certificate::X509Certificate;
@@ -139,8 +140,9 @@ fn the_folder_is_its_owners_alone_and_is_whole_or_not_there() {
         );
     }
     // Both can be read by those who use them.
+    let read = KeyFiles::Folder(folder.clone());
     for identity in ["world", "robot-gold"] {
-        assert!(Keyring::read(&folder, identity).is_ok());
+        assert!(Keyring::read(&read, identity).is_ok());
     }
     // Once more is refused, and so is what is no folder; nothing is left beside it.
     let line = store::write(&folder, &files).unwrap_err().to_string();

@@ -16,6 +16,7 @@ use super::minds::{self, MindCommand};
 use super::one_process;
 use super::plan::Plan;
 use super::supervise::supervise;
+use crate::cluster::start::Start;
 use crate::limits;
 use crate::page::link::{Link, LinkArgs};
 use crate::page::view::stay_with_log;
@@ -58,6 +59,8 @@ pub struct Over {
     pub arguments: Vec<String>,
     /// The robots of other hosts.
     pub elsewhere: BTreeSet<String>,
+    /// Hosts that are started too, and the keys of this run.
+    pub start: Option<Start>,
 }
 
 impl RunCommand {
@@ -118,6 +121,7 @@ impl RunCommand {
             setup,
             minds,
             elsewhere: over.map_or_else(BTreeSet::new, |over| over.elsewhere.clone()),
+            start: over.and_then(|over| over.start.clone()),
             folder,
             paused: self.is_paused(),
             open: self.page.open,

@@ -14,7 +14,8 @@ use nix::sys::signal::{Signal, kill, killpg};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::{Pid, getppid};
 
-use super::minds;
+use super::{minds, shell};
+use crate::cluster::start::{Hold, HostStart};
 
 /// How many of the last lines of a log are shown when its process fails.
 const LAST_LINES: usize = 12;
@@ -65,8 +66,22 @@ impl Process {
     /// # Errors
     /// As of [`Process::start`].
     pub fn start_mind(robot: &str, log: &Path, command: &str, run: &str) -> anyhow::Result<Self> {
-        let (arguments, variables) = minds::invocation(command, robot, run);
+        let arguments = shell::invocation(command, &[]);
+        let variables = minds::variables(robot, run);
         Self::start_with(robot, log, &arguments, Stdio::null(), &variables, true)
+    }
+
+    /// The same of what starts another host's daemon, with its keys as standard input.
+    ///
+    /// # Errors
+    /// As of [`Process::start`].
+    pub fn start_host(host: &HostStart, logs: &Path) -> anyhow::Result<(Self, Hold)> {
+        let (input, hold) = host.input().context("standard input of a host")?;
+        let name = format!("host {}", host.name);
+        let log = logs.join(format!("host-{}.log", host.name));
+        let arguments = shell::invocation(&host.command, &host.arguments);
+        let process = Self::start_with(&name, &log, &arguments, input.into(), &[], true)?;
+        Ok((process, hold))
     }
 
     /// The same, with another standard input and more environment variables.

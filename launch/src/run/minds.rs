@@ -3,15 +3,10 @@
 //! A scenario has their names. Their commands come from the command line alone, for a scenario from elsewhere must not run programs.
 
 use std::collections::BTreeMap;
-use std::os::unix::process::CommandExt;
-use std::process::{Command, ExitCode};
 
 use alliance_proto::keys::is_name;
-use alliance_proto::os_process::LAUNCHER;
 use alliance_proto::scenario::{Scenario, instead};
-use alliance_proto::tell;
 use anyhow::bail;
-use clap::Args;
 use robot_agent::args::{ROBOT, RUN};
 
 /// A mind as `--mind` states it: `NAME[@VERSION]=COMMAND`.
@@ -97,44 +92,14 @@ pub fn commands(
     Ok(commands)
 }
 
-/// The arguments with which this program becomes that one, and the variables that tell it what it is to be.
-pub fn invocation(
-    command: &str,
-    robot: &str,
-    run: &str,
-) -> (Vec<String>, Vec<(&'static str, String)>) {
-    let arguments = vec!["mind".to_owned(), format!("--command={command}")];
-    let variables = vec![
+/// The variables that tell a program whose mind it is to be.
+pub fn variables(robot: &str, run: &str) -> [(&'static str, String); 3] {
+    [
         (ROBOT, robot.to_owned()),
         (RUN, run.to_owned()),
         // So that walking through a set of texts gives the same order each time.
         ("PYTHONHASHSEED", "0".to_owned()),
-    ];
-    (arguments, variables)
-}
-
-/// Become a mind that is a program of its own: it lives and dies as this process, which dies with the launcher.
-#[derive(Args, Clone, Debug)]
-#[command(hide = true)]
-pub struct MindProcess {
-    /// Command line for a shell
-    #[arg(long)]
-    command: String,
-}
-
-impl MindProcess {
-    /// Does not come back, unless there is no shell.
-    #[must_use]
-    pub fn run(&self) -> ExitCode {
-        let error = Command::new("/bin/sh")
-            .arg("-c")
-            .arg(format!("exec {}", self.command))
-            // What it starts in turn is no child of the launcher.
-            .env_remove(LAUNCHER)
-            .exec();
-        tell!("alliance mind: /bin/sh: {error}");
-        ExitCode::from(3)
-    }
+    ]
 }
 
 #[cfg(test)]

@@ -9,5 +9,6 @@ mod one_process;
 mod orders;
 pub mod plan;
 mod progress;
+pub mod shell;
 mod summary;
 pub mod supervise;

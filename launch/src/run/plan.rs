@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use alliance_proto::scenario::Setup;
 
+use crate::cluster::start::Start;
+
 /// What is to be run.
 pub struct Plan {
     /// Id of the run.
@@ -17,6 +19,8 @@ pub struct Plan {
     pub minds: BTreeMap<String, String>,
     /// The robots whose agents are started on other hosts.
     pub elsewhere: BTreeSet<String>,
+    /// Hosts that are started too, and the keys of this run.
+    pub start: Option<Start>,
     /// Folder of the log.
     pub folder: PathBuf,
     /// Whether the clock is held at first.

@@ -1,5 +1,7 @@
 //! Starts the processes of a run, watches them until the world ends, and leaves none behind.
 
+use std::fs::File;
+use std::io::{self, Seek, Write};
 use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::process::Stdio;
@@ -12,6 +14,7 @@ use alliance_proto::rendezvous::Rendezvous;
 use alliance_proto::view::View;
 use anyhow::{Context, Error, bail};
 use missions::Registry;
+use nix::sys::memfd::{MFdFlags, memfd_create};
 use nix::sys::signal::Signal;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
@@ -24,6 +27,7 @@ use super::crew::Crew;
 use super::plan::Plan;
 use super::progress::Progress;
 use super::summary;
+use crate::cluster::start::Hold;
 use crate::page::link::Link;
 use crate::page::server::FAREWELL;
 use crate::runtime;
@@ -33,6 +37,9 @@ pub const GRACE: Duration = Duration::from_secs(3);
 
 /// How long after a request to end the next one is meant as a new one.
 const AGAIN: Duration = Duration::from_millis(500);
+
+/// How long other hosts may take to end their agents, and themselves.
+const HOSTS: Duration = Duration::from_secs(15);
 
 /// How long a run that has not begun outlives one of its agents.
 const STILLBORN: Duration = Duration::from_secs(1);
@@ -66,6 +73,8 @@ pub fn supervise(plan: &Plan, link: Option<Link>) -> anyhow::Result<bool> {
 struct Team {
     world: Process,
     crew: Crew,
+    /// What started the daemons of other hosts, and holds them.
+    hosts: Vec<(Process, Hold)>,
     /// Serves the page. The run does without it.
     page: Option<Process>,
     progress: Progress,
@@ -83,10 +92,17 @@ impl Team {
         arguments.push("--launched".to_owned());
         let command = [(invocation::COMMAND, invocation::command())];
         let log = logs.join("world.log");
-        let world = Process::start_with("world", &log, &arguments, Stdio::null(), &command, false)?;
+        let input = match &plan.start {
+            Some(start) => in_memory(&start.world.to_line())
+                .context("standard input of the world")?
+                .into(),
+            None => Stdio::null(),
+        };
+        let world = Process::start_with("world", &log, &arguments, input, &command, false)?;
         let mut team = Self {
             world,
             crew: Crew::new(plan.run.clone(), plan.minds.clone(), logs),
+            hosts: Vec::new(),
             page: None,
             progress: Progress::new(&plan.setup),
         };
@@ -96,8 +112,14 @@ impl Team {
             // Should one not start, those that run already die with this process.
             team.crew.start(&robot.name)?;
         }
+        for host in plan.start.iter().flat_map(|start| &start.hosts) {
+            let started = Process::start_host(host, &team.crew.logs)?;
+            team.hosts.push(started);
+        }
+        let hosts = team.hosts.iter().map(|(host, _)| host);
         let pids: Vec<String> = std::iter::once(&team.world)
             .chain(&team.crew.agents)
+            .chain(hosts)
             .map(|process| format!("{} {}", process.name(), process.pid()))
             .collect();
         team.progress.say(&format!("run {}", plan.run));
@@ -210,7 +232,7 @@ impl Team {
                         .iter()
                         .any(|robot| robot.state == AgentState::Present)
             });
-            if let Some(agent) = self.failed_agent()
+            if let Some(failed) = self.failed()
                 && !begun
                 && interrupted.is_none()
                 && self.world.ending().is_none()
@@ -218,9 +240,9 @@ impl Team {
             {
                 bail!(
                     "the run could not begin: {} {}:\n{}",
-                    agent.name(),
-                    agent.ending().map_or_else(String::new, Ending::describe),
-                    agent.last_words()
+                    failed.name(),
+                    failed.ending().map_or_else(String::new, Ending::describe),
+                    failed.last_words()
                 );
             }
         }
@@ -242,9 +264,13 @@ impl Team {
         }
     }
 
-    /// An agent without which a run cannot begin: one that failed, or any where all have ended. One that somebody ended is a dead
-    /// robot.
-    fn failed_agent(&self) -> Option<&Process> {
+    /// Somebody without whom a run cannot begin: a host, an agent that failed, or any where all have ended. An agent that somebody ended
+    /// is a dead robot.
+    fn failed(&self) -> Option<&Process> {
+        let mut hosts = self.hosts.iter().map(|(host, _)| host);
+        if let Some(host) = hosts.find(|host| host.ending().is_some()) {
+            return Some(host);
+        }
         let all_ended = self
             .crew
             .agents
@@ -303,6 +329,14 @@ impl Team {
         }
         let progress = &self.progress;
         let say = |line: &str| progress.say(line);
+        for (host, _) in &mut self.hosts {
+            while let Some(change) = host.poll()? {
+                if let (Change::Ended(ending), false) = (change, over) {
+                    say(&format!("{} {}", host.name(), ending.describe()));
+                    say(host.last_words().trim_end());
+                }
+            }
+        }
         self.crew.poll(bus, &say, over).await
     }
 
@@ -348,6 +382,12 @@ impl Team {
             .collect();
         let say = |line: &str| self.progress.say(line);
         end(team, GRACE, &say).await;
+        let mut hosts = Vec::new();
+        for (host, hold) in self.hosts.drain(..) {
+            drop(hold);
+            hosts.push(host);
+        }
+        end(hosts.iter_mut().collect(), HOSTS, &say).await;
         end(self.page.iter_mut().collect(), FAREWELL + GRACE, &say).await;
     }
 
@@ -407,6 +447,14 @@ pub async fn end(
             sleep(Duration::from_millis(10)).await;
         }
     }
+}
+
+/// An input that is in no file system.
+fn in_memory(text: &str) -> io::Result<File> {
+    let mut file = File::from(memfd_create(c"alliance-keys", MFdFlags::MFD_CLOEXEC)?);
+    file.write_all(text.as_bytes())?;
+    file.rewind()?;
+    Ok(file)
 }
 
 /// What comes over the bus next; nothing ever does where there is none.

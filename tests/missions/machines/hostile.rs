@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::{SocketAddrV4, TcpListener, TcpStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -369,12 +369,13 @@ impl Insider {
 
 /// The keys of a member in that folder, with its true secret. What is over is none that it would read by itself.
 fn keyring(folder: &Path, own: &Path, identity: &str) -> Keyring {
-    let file = |ending: &str| folder.join(format!("{identity}.{ending}"));
-    let secret = std::fs::read_to_string(own.join(format!("{identity}.secret"))).unwrap();
+    let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
+    let file = |ending: &str| read(folder.join(format!("{identity}.{ending}")));
+    let secret = read(own.join(format!("{identity}.secret")));
     Keyring {
         identity: identity.to_owned(),
         // That of the team: a stranger, too, wants to talk to this world.
-        ca: own.join("ca.pem"),
+        ca: read(own.join("ca.pem")),
         certificate: file("pem"),
         key: file("key"),
         secret: secret.trim().to_owned(),

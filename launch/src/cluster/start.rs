@@ -1,0 +1,204 @@
+//! Hosts that `cluster up` starts itself, with keys of one run: made in memory, sent by standard input, written nowhere.
+
+use std::io::{self, PipeReader, Write};
+use std::sync::mpsc::{Sender, channel};
+use std::thread;
+
+use alliance_proto::key_files::{KeysInMemory, STANDARD_INPUT};
+use alliance_proto::locator::{Locator, Transport};
+use alliance_proto::member::{self, WORLD};
+use alliance_proto::scenario::Scenario;
+use time::OffsetDateTime;
+
+use super::file::{Cluster, Host};
+use crate::keys::Team;
+use crate::keys::make::{Dates, KeyFile, make};
+
+/// How long certificates of one run hold: longer than any.
+const DAYS: u32 = 30;
+
+/// A team whose keys are of one run.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Keys of the world.
+    pub world: KeysInMemory,
+    /// The other hosts that have robots.
+    pub hosts: Vec<HostStart>,
+}
+
+/// How one of them is started.
+#[derive(Clone, Debug)]
+pub struct HostStart {
+    /// Its name.
+    pub name: String,
+    /// Command line for a shell, that is `alliance` on that host.
+    pub command: String,
+    /// Arguments for it.
+    pub arguments: Vec<String>,
+    /// Its own keys, and the secrets of its robots.
+    pub keys: KeysInMemory,
+}
+
+impl Start {
+    /// Makes the keys. In the command `{name}` and `{at}` stand for a host's name and its first address.
+    ///
+    /// # Errors
+    /// When the system has no random bits, or an address cannot stand in a certificate.
+    pub fn new(command: &str, cluster: &Cluster, scenario: &Scenario) -> anyhow::Result<Self> {
+        let members = Team::of_cluster(cluster, scenario).members();
+        let dates = Dates::days(OffsetDateTime::now_utc(), DAYS);
+        let files = make(&members, dates)?;
+        let hosts = cluster.others().filter(|host| !host.robots.is_empty());
+        Ok(Self {
+            world: keys_of(WORLD, &[], &files),
+            hosts: hosts
+                .map(|host| HostStart {
+                    name: host.name.clone(),
+                    command: command_of(command, host),
+                    arguments: arguments(host, &cluster.reached_at()),
+                    keys: keys_of(&member::host(&host.name), &host.robots, &files),
+                })
+                .collect(),
+        })
+    }
+}
+
+fn command_of(command: &str, host: &Host) -> String {
+    let at = host.at.first().unwrap_or(&host.name);
+    command.replace("{name}", &host.name).replace("{at}", at)
+}
+
+fn arguments(host: &Host, world: &Locator) -> Vec<String> {
+    let connect = world.to_string();
+    let mut arguments = vec!["host", "--name", &host.name, "--connect", &connect];
+    arguments.extend(["--keys", STANDARD_INPUT, "--once"]);
+    if world.transport == Transport::Tcp {
+        arguments.push("--unencrypted");
+    }
+    arguments.into_iter().map(ToOwned::to_owned).collect()
+}
+
+/// What a member has to have, and of those robots the secrets.
+fn keys_of(identity: &str, robots: &[String], files: &[KeyFile]) -> KeysInMemory {
+    let mut names = vec!["ca.pem".to_owned()];
+    names.extend(["pem", "key", "secret"].map(|ending| format!("{identity}.{ending}")));
+    let robots = robots.iter();
+    names.extend(robots.map(|robot| format!("{}.secret", member::robot(robot))));
+    let files = files.iter().filter(|file| names.contains(&file.name));
+    files
+        .map(|file| (file.name.clone(), file.text.clone()))
+        .collect()
+}
+
+/// Holds a standard input open, whose end asks a host to end.
+pub struct Hold(#[expect(dead_code, reason = "it is there to be dropped")] Sender<()>);
+
+impl HostStart {
+    /// A standard input with its keys, which ends when the hold is dropped.
+    ///
+    /// # Errors
+    /// When the operating system has none.
+    pub fn input(&self) -> io::Result<(PipeReader, Hold)> {
+        let (reader, mut writer) = io::pipe()?;
+        let (hold, held) = channel::<()>();
+        let line = self.keys.to_line();
+        // A network may take it slowly, and nobody waits for that.
+        thread::spawn(move || {
+            // Whoever does not read them has ended, which is seen elsewhere.
+            let _ = writer.write_all(line.as_bytes());
+            let _ = held.recv();
+        });
+        Ok((reader, Hold(hold)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+    use std::path::Path;
+
+    use alliance_proto::key_files::KeyFiles;
+    use alliance_proto::keyring::Keyring;
+    use alliance_proto::secret::derived;
+    use world_server::args::read_scenario;
+
+    use super::*;
+
+    const CLUSTER: &str = r#"scenario = "waste-cleanup"
+listen = "tls/0.0.0.0:7447"
+world = "h1"
+[[hosts]]
+name = "h1"
+at = ["10.0.0.1"]
+[[hosts]]
+name = "h2"
+robots = ["gold", "green"]
+at = ["10.0.0.2", "two"]
+[[hosts]]
+name = "h3"
+robots = ["blue"]
+[[hosts]]
+name = "h4"
+"#;
+
+    fn start(text: &str) -> Start {
+        let known = crate::known();
+        let scenario = |asked: &str| read_scenario(asked, &known);
+        let (cluster, scenario) =
+            Cluster::parse("c.toml", text, Path::new("lab"), scenario).unwrap();
+        Start::new("ssh {at} x={name} alliance", &cluster, &scenario).unwrap()
+    }
+
+    #[test]
+    fn each_host_with_robots_is_started_with_what_is_its_own() {
+        let start = start(CLUSTER);
+        let [two, three] = &start.hosts[..] else {
+            panic!("{start:?}");
+        };
+        assert_eq!(two.command, "ssh 10.0.0.2 x=h2 alliance");
+        assert_eq!(three.command, "ssh h3 x=h3 alliance");
+        let arguments = two.arguments.join(" ");
+        assert_eq!(
+            arguments,
+            "host --name h2 --connect tls/10.0.0.1:7447 --keys - --once"
+        );
+        let names = r#"{"ca.pem", "host-h2.key", "host-h2.pem", "host-h2.secret", "robot-gold.secret", "robot-green.secret"}"#;
+        assert_eq!(format!("{:?}", two.keys), names);
+        let world = KeyFiles::Memory(start.world.clone());
+        let world = Keyring::read(&world, WORLD).unwrap();
+        let of_two = KeyFiles::Memory(two.keys.clone());
+        let ring = Keyring::read(&of_two, "host-h2").unwrap();
+        assert_eq!(ring.ca, world.ca);
+        assert_eq!(ring.secret, derived(&world.secret, "host-h2"));
+        assert!(Keyring::secret(&of_two, "robot-blue").is_err());
+    }
+
+    #[test]
+    fn what_is_not_encrypted_is_said_there_too() {
+        let plain = CLUSTER.replace("tls/", "tcp/");
+        let plain = plain.replace("world =", "unencrypted = true\nworld =");
+        let start = start(&plain);
+        let last = start.hosts[1].arguments.last().unwrap();
+        assert_eq!(last, "--unencrypted");
+    }
+
+    #[test]
+    fn keys_of_one_run_are_of_no_other() {
+        assert_ne!(start(CLUSTER).world, start(CLUSTER).world);
+    }
+
+    #[test]
+    fn the_input_of_a_host_is_its_keys_and_ends_with_the_hold() {
+        let host = start(CLUSTER).hosts.remove(0);
+        let (mut reader, hold) = host.input().unwrap();
+        let line = host.keys.to_line();
+        let mut read = vec![0; line.len()];
+        reader.read_exact(&mut read).unwrap();
+        assert_eq!(read, line.as_bytes());
+        let rest = thread::spawn(move || reader.read_to_end(&mut Vec::new()).unwrap());
+        thread::sleep(std::time::Duration::from_millis(20));
+        assert!(!rest.is_finished());
+        drop(hold);
+        assert_eq!(rest.join().unwrap(), 0);
+    }
+}
