@@ -21,7 +21,7 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// The command.
-const ALLIANCE: &str = env!("CARGO_BIN_EXE_alliance-under-test");
+pub const ALLIANCE: &str = env!("CARGO_BIN_EXE_alliance-under-test");
 
 /// A place of its own for the runs of one test: folder, runtime folder, processes.
 pub struct Lab {

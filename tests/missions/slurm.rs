@@ -1,5 +1,7 @@
 //! Shards of a sweep, and a team on several nodes, under a real Slurm, whose daemons run as processes of these tests on loopback.
 
+use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
@@ -244,7 +246,6 @@ const TEAM: &str = r#"
 scenario = "waste-cleanup"
 seed = 1
 listen = "tls/WORLD:PORT"
-keys = "keys"
 world = "h1"
 [[hosts]]
 name = "h1"
@@ -273,15 +274,22 @@ fn slurm_runs_a_team_on_three_nodes() {
     let job = job.trim();
     let log = fs::read_to_string(lab.path(&format!("alliance-team-{job}.log"))).unwrap();
     assert!(submitted.status.success(), "{log}");
-    for host in ["robots gold", "robots green"] {
-        assert!(log.contains(host), "{log}");
+    let folder = format!("alliance-team-{job}");
+    for (host, robot) in [("h2", "gold"), ("h3", "green")] {
+        let said = lab.path(&format!("{folder}/run/logs/host-{host}.log"));
+        let said = fs::read_to_string(said).unwrap();
+        assert!(said.contains(&format!("robots {robot}\n")), "{said}");
     }
     drop(cluster);
 
-    // The same bytes as on one machine, and no keys are left behind.
-    let folder = format!("alliance-team-{job}");
+    // The same bytes as on one machine, and no keys were in the folder that all nodes see.
     lab.mission("alone", &["waste-cleanup", "--seed=1"])
         .expect(0);
     lab.assert_same_bytes(&format!("{folder}/run"), "alone");
-    assert!(!lab.path(&format!("{folder}/keys")).exists());
+    let there = fs::read_dir(lab.path(&folder)).unwrap();
+    let there: BTreeSet<_> = there.map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(
+        there,
+        BTreeSet::from(["run", "runs", "team.toml"].map(OsString::from))
+    );
 }

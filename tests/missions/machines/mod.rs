@@ -5,6 +5,7 @@ mod forged;
 mod hostile;
 mod outages;
 mod returns;
+mod started;
 mod whole;
 
 use std::fs;
