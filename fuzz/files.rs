@@ -11,8 +11,8 @@ use alliance_proto::log::{
     RunFile, RunLog, Table, TableRow, TargetRow, TickRow,
 };
 use alliance_proto::scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
+use in_process::Team;
 use missions::Registry;
-use study::in_process::Team;
 use study::replay::replay;
 use study::sweep::{Plan, parse_journal};
 

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use alliance_proto::log::{LogLevel, Memory, RunFile};
+use in_process::{Team, joins_of};
 use launch::Registry;
 use pyo3::prelude::*;
-use study::in_process::{Team, joins_of};
 use world_server::recorder::{Folder, Sink};
 
 use crate::asked::{Asked, Ready};

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use alliance_proto::log::{LogLevel, RunLog};
 use alliance_proto::scenario::{Scenario, Setup};
+use in_process::Team;
 use serde_json::{Value, json};
-use study::in_process::Team;
 use study::replay::replay;
 use study::report::command::{Look, report};
 use tempfile::TempDir;

@@ -414,7 +414,7 @@ mod tests {
     use missions::waste::data::{WasteSection, default_scenario};
 
     use super::*;
-    use crate::in_process::Team;
+    use in_process::Team;
 
     /// A short run, with an order that an operator gave, if any.
     fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) -> RunLog {

@@ -1,6 +1,6 @@
 //! What is made of runs: they are made again, checked, compared, drawn, counted and written for other tools.
 //!
-//! - [`in_process`]: a whole mission without processes and sockets; [`replay`]: a run again, from its log; [`learned`]: what
+//! - [`replay`]: a run again, from its log; [`learned`]: what
 //!   its robots have learned; [`diff`]: where two runs
 //!   differ; [`retrace`]: a finished run with a view of each tick.
 //! - [`report`]: figures and metrics of a run; [`export`]: it for other tools.
@@ -16,7 +16,6 @@ pub mod check;
 pub mod compare;
 pub mod diff;
 pub mod export;
-pub mod in_process;
 pub mod interrupted;
 pub mod invariants;
 pub mod learned;

@@ -11,8 +11,8 @@ use anyhow::{Context, bail};
 use clap::Args;
 use world_server::simulation::Simulation;
 
-use crate::diff::{Comparison, compare};
-use crate::in_process::{Foreign, ForeignError, Kept, Team, TickError};
+use crate::diff::{Comparison, Difference, compare};
+use in_process::{Foreign, ForeignError, Kept, Team, TickError};
 
 /// Run a logged run again and compare every tick.
 #[derive(Args, Clone, Debug)]
@@ -33,6 +33,11 @@ pub struct ReplayCommand {
 /// Asks the minds themselves that are programs of their own, beside the answers that the log has kept; by the words of `--mind`.
 pub type AskMinds = fn(&RunLog, &[String], Kept) -> anyhow::Result<Box<dyn Foreign>>;
 
+/// A mind answers otherwise than the log says that it did.
+#[derive(Debug, thiserror::Error)]
+#[error("{robot} answers otherwise than it did", robot = .0.robot)]
+pub struct OtherAnswer(pub Difference);
+
 impl ReplayCommand {
     /// Exit status 0 when the replay is identical, 1 when it differs, 2 when the folder holds no run that can be replayed.
     #[must_use]
@@ -40,9 +45,10 @@ impl ReplayCommand {
         match self.replay(ask_minds) {
             Ok(comparison) => comparison.show(self.json),
             Err(error) => {
-                if let Some(TickError::Foreign(ForeignError::Differs(found))) = error.downcast_ref()
+                if let Some(TickError::Foreign(ForeignError::Other(why))) = error.downcast_ref()
+                    && let Some(OtherAnswer(found)) = why.downcast_ref()
                 {
-                    return Comparison::Differs((**found).clone()).show(self.json);
+                    return Comparison::Differs(found.clone()).show(self.json);
                 }
                 tell!("alliance replay: {error:#}");
                 ExitCode::from(2)

@@ -9,8 +9,8 @@ use alliance_proto::mission::Value;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use glam::Vec2;
+use in_process::Team;
 use missions::Registry;
-use study::in_process::Team;
 
 use crate::harness::Lab;
 use crate::negotiation::{NEGOTIATORS, checked};

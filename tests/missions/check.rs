@@ -11,11 +11,11 @@ use alliance_proto::scenario::{
 };
 use alliance_proto::team::{Broadcast, Content, Heartbeat, TaskState};
 use alliance_proto::time::SimTime;
+use in_process::Team;
 use robot_agent::allocator::Outcome;
 use robot_agent::allocators::alliance::{Engine, StepInput};
 use study::check::Check;
 use study::check::forecast::Takeover;
-use study::in_process::Team;
 
 use crate::harness::Lab;
 use crate::recompute::log_of;

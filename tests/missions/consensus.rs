@@ -9,10 +9,10 @@ use alliance_proto::log::{AllocationRow, EventRow, LogLevel, Memory, MessageRow,
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+use in_process::Team;
 use missions::Registry;
 use missions::waste::data::family;
 use serde_json::{Map, json};
-use study::in_process::Team;
 use study::invariants::Invariants;
 
 use crate::harness::Lab;

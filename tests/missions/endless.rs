@@ -5,8 +5,8 @@
 
 use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::{Scenario, Setup};
+use in_process::Team;
 use missions::Registry;
-use study::in_process::Team;
 
 /// What may be kept more after the second half than after the first, bytes: a list that has doubled once. What grows by a byte in each
 /// tick is seen in a hundred thousand.

@@ -10,8 +10,8 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use glam::Vec2;
+use in_process::Team;
 use missions::waste::data::WasteRow;
-use study::in_process::Team;
 use study::invariants::Invariants;
 
 use crate::harness::Lab;

@@ -4,8 +4,8 @@ use alliance_proto::ids::RobotId;
 use alliance_proto::log::{Document, EventRow, LogLevel, Memory, RunLog, Table};
 use alliance_proto::scenario::{Scenario, Setup, StepOrder};
 use alliance_proto::tick::Outcome;
+use in_process::{Command, Spaces, Team};
 use missions::waste::data::default_scenario;
-use study::in_process::{Command, Spaces, Team};
 use world_server::recorder::Recorder;
 
 use crate::harness::Lab;

@@ -7,9 +7,9 @@ use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow, MotivationRow,
 use alliance_proto::mission::Value;
 use alliance_proto::scenario::{Profile, Scenario, Setup};
 use alliance_proto::tick::Outcome;
+use in_process::Team;
 use missions::Registry;
 use serde_json::json;
-use study::in_process::Team;
 
 use crate::allocators::scenario;
 use crate::harness::Lab;

@@ -7,9 +7,9 @@ use alliance_proto::log::{EventRow, LogLevel, Memory, MessageRow, RunLog};
 use alliance_proto::mission::Value;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
+use in_process::Team as InProcess;
 use missions::Registry;
 use missions::waste::data::family;
-use study::in_process::Team as InProcess;
 use study::invariants::{Invariants, Violation};
 use world_server::simulation::Simulation;
 

@@ -8,13 +8,13 @@ use alliance_proto::log::{
 };
 use alliance_proto::scenario::{Robot, Scenario, Setup};
 use alliance_proto::tick::Outcome;
+use in_process::Team as OneProcess;
 use missions::Registry;
 use missions::observe::data::{ObserveSection, Policy};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde_json::Map;
-use study::in_process::Team as OneProcess;
 
 use crate::golden::{assert_as_before, pinned};
 use crate::harness::Lab;

@@ -4,9 +4,9 @@ use alliance_proto::fault::{Fault, MissionFault, Order};
 use alliance_proto::log::{EventRow, LogLevel};
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
+use in_process::Team;
 use missions::Registry;
 use missions::push::data::{BAR_STUCK, family};
-use study::in_process::Team;
 use study::invariants::Invariants;
 
 use crate::harness::Lab;

@@ -10,10 +10,10 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::team::{Content, TaskState};
 use alliance_proto::telemetry::{AllocationRow, BehaviorState};
 use alliance_proto::time::SimTime;
+use in_process::{Team, joins_of};
 use missions::Registry;
 use robot_agent::allocator::{Allocator, Choice, Decision, Input, Me, NoParameters};
 use serde::Deserialize;
-use study::in_process::{Team, joins_of};
 
 #[derive(Clone, Debug)]
 struct Greedy {

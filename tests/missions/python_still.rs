@@ -25,6 +25,7 @@ use alliance_proto::telemetry::{
 use alliance_proto::tick::{Offer, Report, ToAgent};
 use alliance_proto::time::SimTime;
 use glam::Vec2;
+use in_process::{Team, joins_of};
 use missions::Registry;
 use robot_agent::allocator::{
     Allocator, Choice, ConfigError, Decision, Framed, Input, Kind, Me, Mind, NoParameters,
@@ -32,7 +33,6 @@ use robot_agent::allocator::{
 };
 use robot_agent::mission::{Action, AgentMission, Moment, Perception};
 use serde::Deserialize;
-use study::in_process::{Team, joins_of};
 
 use crate::harness::Lab;
 use crate::python::python;

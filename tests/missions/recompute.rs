@@ -12,7 +12,7 @@ use alliance_proto::log::{
 use alliance_proto::scenario::{Preset, Scenario, Setup, StepOrder};
 use alliance_tests::mishaps::{self, Rates};
 use alliance_tests::recompute::{Comparison, compare, recompute};
-use study::in_process::Team as InProcess;
+use in_process::Team as InProcess;
 use world_server::recorder::Recorder;
 
 use crate::harness::Lab;

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use alliance_proto::log::{EventRow, LogLevel, Memory};
 use alliance_proto::scenario::Setup;
 use alliance_proto::time::SimTime;
-use study::in_process::Team;
+use in_process::Team;
 
 use crate::negotiation::NEGOTIATORS;
 use crate::recompute::log_of;

@@ -7,8 +7,8 @@ use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+use in_process::Team;
 use missions::waste::data::ItemCounts;
-use study::in_process::Team;
 
 /// What came of a mission.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,8 @@
 use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::{KnownTimes, Profile, Scenario, Setup};
 use alliance_proto::tick::Outcome;
+use in_process::Team;
 use missions::Registry;
-use study::in_process::Team;
 
 const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 

@@ -1,8 +1,8 @@
 //! Some environments of a batch, and what is seen of them: those of one thread.
 
 use alliance_proto::tick::Outcome;
+use in_process::Spaces;
 use pyo3::prelude::*;
-use study::in_process::Spaces;
 
 use super::world::{Common, DRIVE, World};
 

@@ -14,10 +14,10 @@ use alliance_proto::readings::Readings;
 use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
+use in_process::{Command, Spaces, Team, joins_of};
 use launch::Registry;
 use pyo3::prelude::*;
 use robot_agent::allocator::Choice;
-use study::in_process::{Command, Spaces, Team, joins_of};
 use world_server::recorder::{Folder, RecordError, Sink};
 
 use super::features::{self, Row};

@@ -1,7 +1,7 @@
 //! Hosts that `cluster up` starts itself, with keys of one run: made in memory, sent by standard input, written nowhere.
 
 use std::io::{self, PipeReader, Write};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
 use alliance_proto::key_files::{KeysInMemory, STANDARD_INPUT};
@@ -91,7 +91,7 @@ fn keys_of(identity: &str, robots: &[String], files: &[KeyFile]) -> KeysInMemory
 }
 
 /// Holds a standard input open, whose end asks a host to end.
-pub struct Hold(#[expect(dead_code, reason = "it is there to be dropped")] Sender<()>);
+pub struct Hold(#[expect(dead_code, reason = "it is there to be dropped")] SyncSender<()>);
 
 impl HostStart {
     /// A standard input with its keys, which ends when the hold is dropped.
@@ -100,7 +100,7 @@ impl HostStart {
     /// When the operating system has none.
     pub fn input(&self) -> io::Result<(PipeReader, Hold)> {
         let (reader, mut writer) = io::pipe()?;
-        let (hold, held) = channel::<()>();
+        let (hold, held) = sync_channel::<()>(0);
         let line = self.keys.to_line();
         // A network may take it slowly, and nobody waits for that.
         thread::spawn(move || {

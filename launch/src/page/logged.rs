@@ -219,8 +219,8 @@ mod tests {
 
     use alliance_proto::log::MotivationRow;
     use alliance_proto::scenario::Setup;
+    use in_process::Team;
     use serde_json::{Value, json};
-    use study::in_process::Team;
     use tempfile::TempDir;
     use world_server::recorder::Folder;
 

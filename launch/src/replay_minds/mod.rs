@@ -18,10 +18,11 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::{Report, TickMessage, ToAgent};
 use anyhow::bail;
+use in_process::{Foreign, ForeignError, Kept};
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use study::diff::Difference;
-use study::in_process::{Foreign, ForeignError, Kept};
+use study::replay::OtherAnswer;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
@@ -237,7 +238,7 @@ impl Foreign for Asked {
         broadcasts: &mut Vec<Broadcast>,
     ) -> Result<(), ForeignError> {
         if let Some(why) = self.failed.take() {
-            return Err(ForeignError::Silent(why));
+            return Err(ForeignError::Other(why.into()));
         }
         self.kept.answer(robot, tick, arrived, report, broadcasts)?;
         if self.command(robot).is_none() {
@@ -245,11 +246,11 @@ impl Foreign for Asked {
         }
         let (now, said) = self.ask(robot, tick, arrived).map_err(|why| {
             let name = self.name(robot);
-            ForeignError::Silent(format!("{name}: tick {}: {why}", tick.tick))
+            ForeignError::Other(format!("{name}: tick {}: {why}", tick.tick).into())
         })?;
         match self.difference(robot, tick, (report, broadcasts), (&now, &said)) {
             None => Ok(()),
-            Some(found) => Err(ForeignError::Differs(Box::new(found))),
+            Some(found) => Err(ForeignError::Other(Box::new(OtherAnswer(found)))),
         }
     }
 }

@@ -178,7 +178,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::in_process::Team;
+    use in_process::Team;
 
     fn scenario() -> Scenario {
         Scenario {

@@ -14,7 +14,7 @@ use missions::waste::data::{default_scenario, default_setup};
 use world_server::world::{ComponentId, ObstacleId};
 
 use super::*;
-use crate::in_process::Team;
+use in_process::Team;
 
 const TOP: BehaviorId = BehaviorId(2);
 const BOTTOM: BehaviorId = BehaviorId(3);

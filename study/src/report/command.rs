@@ -276,8 +276,8 @@ mod tests {
     use world_server::recorder::Folder;
 
     use super::*;
-    use crate::in_process::Team;
     use crate::visit;
+    use in_process::Team;
 
     const FILES: [&str; 14] = [
         "every-reported.svg",

@@ -23,8 +23,8 @@ use super::metrics::{Metrics, Moment, Sent};
 use super::page::{Part, page};
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
-use crate::in_process::Team;
 use crate::visit;
+use in_process::Team;
 
 const BLUE: usize = 0;
 const GOLD: usize = 1;

@@ -8,7 +8,7 @@ use missions::Registry;
 use super::design::{Condition, Rule};
 use super::instance::Instance;
 use super::optimum;
-use crate::in_process::Team;
+use in_process::Team;
 
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -59,14 +59,14 @@ fn finish(folder: &Path, header: &Header, rows: &[Row]) -> anyhow::Result<bool> 
     let overall = overall(rows);
     let conditions = by_condition(design, rows);
     let mut figures = Vec::new();
-    for (number, against) in by_column(design, rows).iter().enumerate() {
-        let svg = draw(against)?;
-        let file = format!("by-{number}-{}.svg", plain(&against.column));
+    let columns = by_column(design, rows);
+    let columns = columns.chunk_by(|a, b| a.column == b.column);
+    // No part is empty.
+    for (number, of_column) in columns.enumerate() {
+        let (svg, column) = (draw(of_column)?, of_column[0].column.clone());
+        let file = format!("by-{number}-{}.svg", plain(&column));
         put(folder, &file, svg.as_bytes())?;
-        figures.push(Figure {
-            column: against.column.clone(),
-            svg,
-        });
+        figures.push(Figure { column, svg });
     }
     let page = Page {
         sweep: &header.sweep,

@@ -1,11 +1,11 @@
-//! Completion and makespan against each swept column, as SVG.
+//! Completion, makespan and lateness against each swept column, as SVG. Numbers stand to scale.
 
 use std::ops::Range;
 
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::statistics::Interval;
+use super::statistics::{Estimate, Interval};
 use super::summary::{Against, Summary};
 use crate::palette::colors;
 use crate::report::figures::canvas::{
@@ -34,68 +34,152 @@ const LABELS: Lettering = Lettering {
 /// Series that can be told apart by their marks.
 const MARKS: [Mark; 4] = [Mark::Square, Mark::Diamond, Mark::Triangle, Mark::Cross];
 
-/// Room between the series of a group, in groups.
-const APART: f64 = 0.12;
+/// Room between the series of a group.
+const APART_PX: f64 = 14.0;
+
+/// Positive numbers of which the largest is so many times the smallest stand by their logarithms.
+const LOG_FROM: f64 = 30.0;
 
 /// A panel: what it shows, its axis, and where a summary stands on it with its interval.
 struct Panel {
     what: &'static str,
     y: Range<f64>,
-    at: fn(&Summary) -> Option<(f64, Interval)>,
+    at: At,
 }
 
-/// The figure of a column.
+/// Where a summary stands, with its interval.
+type At = fn(&Summary) -> Option<(f64, Interval)>;
+
+fn spot(estimate: Option<Estimate>) -> Option<(f64, Interval)> {
+    estimate.map(|it| (it.median, it.interval))
+}
+
+/// The figure of a column: a block for each class of faults, one below the other.
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn draw(against: &Against) -> anyhow::Result<String> {
-    let makespan = |summary: &Summary| {
-        let found = summary.makespan_s?;
-        Some((found.median, found.interval))
-    };
-    let summaries = against.series.iter().flat_map(|(_, groups)| groups);
-    let longest = summaries
-        .flatten()
-        .filter_map(makespan)
-        .map(|(_, (_, to))| to)
-        .fold(0.0, f64::max);
-    let panels = [
-        Panel {
+pub fn draw(of_column: &[Against]) -> anyhow::Result<String> {
+    let blocks: Vec<Block> = of_column.iter().map(Block::new).collect();
+    let column = of_column.first().map_or("", |against| &against.column);
+    let title = format!("Completion and times by {column}");
+    svg(&title, blocks.iter().map(Block::height_px).sum(), |area| {
+        let mut top_px = 0.0;
+        for block in &blocks {
+            let within = part(area, (0.0, top_px), (WIDTH_PX, block.height_px()));
+            block.draw(area, &within)?;
+            top_px += block.height_px();
+        }
+        Ok(())
+    })
+}
+
+/// Panels with one axis below them.
+struct Block<'s> {
+    against: &'s Against,
+    panels: Vec<Panel>,
+    /// Rows in which names stand.
+    label_rows: Vec<Option<usize>>,
+}
+
+impl<'s> Block<'s> {
+    fn new(against: &'s Against) -> Self {
+        let share = Panel {
             what: "share of complete runs",
             // The ends, too, are seen.
             y: -0.04..1.04,
             at: |summary| Some((summary.share()?, summary.completion)),
-        },
-        Panel {
-            what: "median makespan in s",
-            y: 0.0..(longest * 1.08).max(1.0),
-            at: makespan,
-        },
-    ];
-    let is_named = against.series.len() > 1;
-    let head_px = if is_named { LEGEND_PX } else { 4.0 };
-    let plots_px = head_px + 2.0 * PLOT_PX + GAP_PX;
-    let label_rows = label_rows(against);
-    let used = label_rows.iter().flatten().max().map_or(0, |row| row + 1);
-    let labels_px = (used as f64 + 1.0) * ROW_PX + 16.0;
-    let colors = colors(against.series.iter().map(|(name, _)| name.as_str()));
-    let title = format!("Completion and makespan by {}", against.column);
-    svg(&title, plots_px + labels_px, |area| {
-        if is_named {
-            legend(area, against, &colors)?;
+        };
+        let times: [(_, At); 2] = [
+            ("median makespan in s", |summary| spot(summary.makespan_s)),
+            ("median lateness in s", |summary| spot(summary.lateness_s)),
+        ];
+        let times = times.map(|(what, at)| time_panel(against, what, at));
+        Self {
+            against,
+            panels: [Some(share)].into_iter().chain(times).flatten().collect(),
+            label_rows: label_rows(against),
         }
-        for (place, panel) in panels.iter().enumerate() {
-            let top_px = head_px + place as f64 * (PLOT_PX + GAP_PX);
-            let within = part(area, (0.0, top_px), (WIDTH_PX, PLOT_PX));
-            draw_panel(area, &within, panel, against, &colors)?;
+    }
+
+    fn has_legend(&self) -> bool {
+        self.against.series.len() > 1
+    }
+
+    fn head_px(&self) -> f64 {
+        if self.has_legend() { LEGEND_PX } else { 4.0 }
+    }
+
+    fn plots_px(&self) -> f64 {
+        self.head_px() + self.panels.len() as f64 * (PLOT_PX + GAP_PX) - GAP_PX
+    }
+
+    fn height_px(&self) -> f64 {
+        let used = self.label_rows.iter().flatten().max();
+        let used = used.map_or(0, |row| row + 1);
+        self.plots_px() + (used as f64 + 1.0) * ROW_PX + 16.0
+    }
+
+    /// Draws it within its part of the area.
+    fn draw(&self, area: &Area<'_>, within: &Area<'_>) -> Drawn {
+        let against = self.against;
+        let colors = colors(against.series.iter().map(|(name, _)| name.as_str()));
+        if self.has_legend() {
+            legend(within, against, &colors)?;
         }
-        labels(area, against, plots_px, &label_rows)?;
-        let below_px = plots_px + labels_px - ROW_PX;
-        LABELS.write(area, &against.column, (WIDTH_PX / 2.0, below_px))
+        for (place, panel) in self.panels.iter().enumerate() {
+            let top_px = self.head_px() + place as f64 * (PLOT_PX + GAP_PX);
+            let plot = part(within, (0.0, top_px), (WIDTH_PX, PLOT_PX));
+            draw_panel(area, &plot, panel, against, &colors)?;
+        }
+        labels(within, against, self.plots_px(), &self.label_rows)?;
+        let scale = if is_log(against) {
+            ", by its logarithm"
+        } else {
+            ""
+        };
+        let under = against.faults.iter();
+        let under: String = under.map(|faults| format!(" (faults: {faults})")).collect();
+        let text = format!("{}{scale}{under}", against.column);
+        LABELS.write(within, &text, (WIDTH_PX / 2.0, self.height_px() - ROW_PX))
+    }
+}
+
+/// A panel of times, as long as all of them with their intervals; none where no run has any.
+fn time_panel(against: &Against, what: &'static str, at: At) -> Option<Panel> {
+    let summaries = against.series.iter().flat_map(|(_, groups)| groups);
+    let intervals = summaries.flatten().filter_map(at).map(|(_, it)| it);
+    let (least, most) =
+        intervals.reduce(|(least, most), (from, to)| (least.min(from), most.max(to)))?;
+    // One value has no length.
+    let margin = ((most - least) * 0.08).max(0.5);
+    Some(Panel {
+        what,
+        y: (least - margin).max(0.0)..most + margin,
+        at,
     })
 }
 
-/// Groups stand at 0, 1, …
+fn is_log(against: &Against) -> bool {
+    let numbers = against.numbers.as_deref().unwrap_or_default();
+    let ends = numbers.first().zip(numbers.last());
+    ends.is_some_and(|(least, most)| *least > 0.0 && most / least >= LOG_FROM)
+}
+
+/// Where a group stands: numbers to scale, from 0 to one less than there are of them; all else at 0, 1, …
+fn place(against: &Against, group: usize) -> f64 {
+    let Some(numbers) = &against.numbers else {
+        return group as f64;
+    };
+    let scaled = |number: f64| match is_log(against) {
+        true => number.ln(),
+        false => number,
+    };
+    let last = numbers.len() - 1;
+    let (least, most) = (scaled(numbers[0]), scaled(numbers[last]));
+    (scaled(numbers[group]) - least) / (most - least) * last as f64
+}
+
+/// As of [`place`].
 fn x_range(against: &Against) -> Range<f64> {
     -0.5..against.groups.len() as f64 - 0.5
 }
@@ -103,7 +187,7 @@ fn x_range(against: &Against) -> Range<f64> {
 /// Of a group, in px.
 fn x_px(against: &Against, group: usize) -> f64 {
     let width = WIDTH_PX - LEFT_PX - RIGHT_PX;
-    LEFT_PX + width * (group as f64 + 0.5) / against.groups.len() as f64
+    LEFT_PX + width * (place(against, group) + 0.5) / against.groups.len() as f64
 }
 
 fn draw_panel(
@@ -125,21 +209,22 @@ fn draw_panel(
     };
     let chart = chart(within, frame, &axes)?;
     let middle = (against.series.len() as f64 - 1.0) / 2.0;
-    for (place, (_, groups)) in against.series.iter().enumerate() {
-        let shift = (place as f64 - middle) * APART;
+    let group_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / against.groups.len() as f64;
+    for (number, (_, groups)) in against.series.iter().enumerate() {
+        let shift = (number as f64 - middle) * APART_PX / group_px;
         let points: Vec<_> = groups
             .iter()
             .enumerate()
             .filter_map(|(group, summary)| {
                 let (at, interval) = (panel.at)(summary.as_ref()?)?;
-                Some((group as f64 + shift, at, interval))
+                Some((place(against, group) + shift, at, interval))
             })
             .collect();
         draw_series(
             area,
             &chart,
             &points,
-            (MARKS[place % MARKS.len()], colors[place]),
+            (MARKS[number % MARKS.len()], colors[number]),
         )?;
     }
     Ok(())
@@ -214,7 +299,7 @@ mod tests {
         ];
         let drawn: Vec<String> = by_column(&design, &rows)
             .iter()
-            .map(|against| draw(against).unwrap())
+            .map(|against| draw(std::slice::from_ref(against)).unwrap())
             .collect();
         assert_eq!(drawn.len(), 2);
         let text = &drawn[0];
@@ -227,8 +312,54 @@ mod tests {
         ] {
             assert!(text.contains(name), "{name}");
         }
-        // Three with a share, two with a makespan, two in the legend.
-        assert_eq!(text.matches("<polygon").count(), 3 + 2 + 2);
-        assert!(drawn[1].contains("<title>Completion and makespan by preset</title>"));
+        // Three with a share, two with a makespan, two with lateness, two in the legend.
+        assert_eq!(text.matches("<polygon").count(), 3 + 2 + 2 + 2);
+        assert!(drawn[1].contains("<title>Completion and times by preset</title>"));
+    }
+
+    #[test]
+    fn numbers_stand_to_scale_and_names_side_by_side() {
+        let by = |values: &str| {
+            let design = design(&format!("[grid]\n{values}\n"));
+            let runs = 0..design.runs().unwrap();
+            let rows: Vec<_> = runs.map(|run| complete(run, 4_000)).collect();
+            by_column(&design, &rows).remove(0)
+        };
+        let places = |against: &Against| -> Vec<f64> {
+            let groups = 0..against.groups.len();
+            groups.map(|group| place(against, group)).collect()
+        };
+        let even = by("body.speed_m_s = [0.5, 0.1, 0.2]");
+        let expected = [0.0, 0.5, 2.0];
+        for (place, expected) in places(&even).iter().zip(expected) {
+            assert!((place - expected).abs() < 1e-9, "{place}");
+        }
+        let wide = by("alliance.defaults.ceased_after_s = [2.0, 20.0, 200.0]");
+        assert!((places(&wide)[1] - 1.0).abs() < 1e-9);
+        let other = Against {
+            faults: Some("gold-dies".to_owned()),
+            ..wide.clone()
+        };
+        let text = draw(&[wide, other]).unwrap();
+        for axis in [
+            "ceased_after_s, by its logarithm\n",
+            "ceased_after_s, by its logarithm (faults: gold-dies)",
+        ] {
+            assert!(text.contains(axis), "{text}");
+        }
+        assert_eq!(
+            places(&by("alliance.switches.waiting = [true, false]")),
+            [0.0, 1.0]
+        );
+    }
+
+    #[test]
+    fn a_time_axis_begins_near_the_times() {
+        let design = design("[grid]\nbody.speed_m_s = [0.5, 0.25]\n");
+        let rows = [complete(0, 400_000), complete(1, 420_000)];
+        let against = by_column(&design, &rows).remove(0);
+        let panel = time_panel(&against, "", |summary| spot(summary.makespan_s)).unwrap();
+        assert_eq!(panel.y, 398.4..421.6);
+        assert!(time_panel(&against, "", |_| None).is_none());
     }
 }

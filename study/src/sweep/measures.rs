@@ -6,10 +6,10 @@ use alliance_proto::log::RunLog;
 use alliance_proto::time::SimTime;
 use serde::{Deserialize, Serialize};
 
-use crate::in_process::Traffic;
 use crate::report::failures::Cause;
 use crate::report::history::{History, HistoryError, RobotHistory};
 use crate::report::metrics::Metrics;
+use in_process::Traffic;
 
 /// Of the whole team, unless it says otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -80,8 +80,8 @@ impl Page<'_> {
                             figure {
                                 (PreEscaped(&figure.svg))
                                 figcaption {
-                                    "Completion and makespan against " (figure.column) ", whatever else was varied; bars are intervals. "
-                                    "Values stand side by side, not to scale."
+                                    "Completion, makespan and lateness against " (figure.column) ", for each class of faults by itself, whatever "
+                                    "else was varied; bars are intervals. Numbers stand to scale; the axes of times need not begin at 0."
                                 }
                             }
                         }

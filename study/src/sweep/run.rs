@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 use super::design::{Change, change};
 use super::measures::Measures;
 use super::plan::{Plan, setup};
-use crate::in_process::Team;
 use crate::invariants::{Invariants, replayed};
+use in_process::Team;
 
 /// Ticks between two looks at whether it shall go on.
 const TICKS_PER_LOOK: u64 = 64;

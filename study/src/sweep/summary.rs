@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use alliance_proto::tick::Outcome;
 
-use super::design::{Cell, Design, PRESET};
+use super::design::{Cell, Design, FAULTS, PRESET};
 use super::results::figures;
 use super::run::{End, FaultCount, Row};
 use super::statistics::{Estimate, Interval, estimate, wilson};
@@ -111,20 +111,25 @@ pub fn by_condition<'d>(design: &'d Design, rows: &[Row]) -> Vec<(Vec<&'d Cell>,
 pub struct Against {
     /// Its name.
     pub column: String,
+    /// Under which faults, where the sweep has several classes of them.
+    pub faults: Option<String>,
     /// Its values, or classes of them, from left to right.
     pub groups: Vec<String>,
+    /// The values themselves, where they are numbers and each is a group of its own.
+    pub numbers: Option<Vec<f64>>,
     /// A line for each preset, or one for all, without a name; by group, `None` without runs.
     pub series: Vec<(String, Vec<Option<Summary>>)>,
 }
 
-/// Every swept column that has more than one value, but for the seed; what else is varied is taken together. `rows` are all
-/// rows, in order.
+/// Every swept column that has more than one value, but for the seed, for each class of faults by itself; what else is varied is taken
+/// together. `rows` are all rows, in order.
 #[must_use]
 pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
-    let presets = design
-        .factors
-        .iter()
-        .position(|factor| factor.columns == [PRESET]);
+    let factor_of = |column: &str| {
+        let mut factors = design.factors.iter();
+        factors.position(|factor| factor.columns == [column])
+    };
+    let (presets, faults) = (factor_of(PRESET), factor_of(FAULTS));
     let mut all = Vec::new();
     // The last factor is the seed.
     let factors = design.factors.iter().enumerate();
@@ -135,7 +140,11 @@ pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
                 .iter()
                 .map(|level| &level.cells[place])
                 .collect();
-            let (groups, group_of) = groups(&cells);
+            let Groups {
+                names: groups,
+                numbers,
+                of: group_of,
+            } = groups(&cells);
             if groups.len() < 2 {
                 continue;
             }
@@ -147,28 +156,55 @@ pub fn by_column(design: &Design, rows: &[Row]) -> Vec<Against> {
                 }
                 None => vec![String::new()],
             };
-            let mut sorted: Vec<Vec<Vec<&Row>>> = vec![vec![Vec::new(); groups.len()]; names.len()];
+            let faults = faults.filter(|faults| *faults != number);
+            let classes: Vec<Option<String>> = match faults {
+                Some(faults) if design.factors[faults].levels.len() > 1 => {
+                    let levels = design.factors[faults].levels.iter();
+                    levels
+                        .map(|level| Some(level.cells[0].to_string()))
+                        .collect()
+                }
+                _ => vec![None],
+            };
+            let empty: Vec<Vec<Vec<&Row>>> = vec![vec![Vec::new(); groups.len()]; names.len()];
+            let mut sorted = vec![empty; classes.len()];
             for row in rows {
                 let places = design.places(row.run);
+                let class = match classes.len() {
+                    1 => 0,
+                    _ => faults.map_or(0, |faults| places[faults]),
+                };
                 let series = apart.map_or(0, |presets| places[presets]);
-                sorted[series][group_of[places[number]]].push(row);
+                sorted[class][series][group_of[places[number]]].push(row);
             }
-            let summaries = sorted.into_iter().map(|groups| {
-                let summary = |rows: Vec<&Row>| (!rows.is_empty()).then(|| Summary::of(rows));
-                groups.into_iter().map(summary).collect()
-            });
-            all.push(Against {
-                column: column.clone(),
-                groups,
-                series: names.into_iter().zip(summaries).collect(),
-            });
+            let summary = |rows: Vec<&Row>| (!rows.is_empty()).then(|| Summary::of(rows));
+            for (faults, sorted) in classes.into_iter().zip(sorted) {
+                let summaries = sorted.into_iter();
+                let summaries = summaries.map(|groups| groups.into_iter().map(summary).collect());
+                all.push(Against {
+                    column: column.clone(),
+                    faults,
+                    groups: groups.clone(),
+                    numbers: numbers.clone(),
+                    series: names.iter().cloned().zip(summaries).collect(),
+                });
+            }
         }
     }
     all
 }
 
-/// Different values of a column, numbers in order, many of them in classes of about as many each; and the group of each cell.
-fn groups(cells: &[&Cell]) -> (Vec<String>, Vec<usize>) {
+/// Cells of a column that count as one.
+struct Groups {
+    names: Vec<String>,
+    /// Their values, where each has one.
+    numbers: Option<Vec<f64>>,
+    /// By cell.
+    of: Vec<usize>,
+}
+
+/// Different values of a column, numbers in order, many of them in classes of about as many each.
+fn groups(cells: &[&Cell]) -> Groups {
     let mut values: Vec<&Cell> = Vec::new();
     for cell in cells {
         if !values.contains(cell) {
@@ -176,17 +212,18 @@ fn groups(cells: &[&Cell]) -> (Vec<String>, Vec<usize>) {
         }
     }
     let numbers: Option<Vec<f64>> = values.iter().map(|cell| cell.number()).collect();
-    let numeric = numbers.is_some();
-    if let Some(numbers) = numbers {
+    let mut numbers = numbers.map(|mut numbers| {
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
         values = order.into_iter().map(|place| values[place]).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers
+    });
+    let mut count = values.len();
+    if numbers.is_some() && count > MOST_GROUPS {
+        count = CLASSES;
+        numbers = None;
     }
-    let count = if numeric && values.len() > MOST_GROUPS {
-        CLASSES
-    } else {
-        values.len()
-    };
     let group = |place: usize| place * count / values.len();
     let names = (0..count).map(|wanted| {
         let mut members = (0..values.len()).filter(|place| group(*place) == wanted);
@@ -204,7 +241,11 @@ fn groups(cells: &[&Cell]) -> (Vec<String>, Vec<usize>) {
         let place = values.iter().position(|value| value == cell);
         group(place.unwrap_or_default())
     });
-    (names.collect(), places.collect())
+    Groups {
+        names: names.collect(),
+        numbers,
+        of: places.collect(),
+    }
 }
 
 /// With three digits, for a class.
@@ -321,11 +362,40 @@ mod tests {
     }
 
     #[test]
+    fn classes_of_faults_stand_apart() {
+        let plan = "[grid]\nbody.speed_m_s = [1.0, 0.5]\n[faults.none]\n\
+             [faults.dies]\ntimeline = [{ fault.kill = 'blue', at_s = 1.0 }]\n";
+        let design = design(plan);
+        let rows: Vec<Row> = (0..4)
+            .map(|run| complete(run, (run as u64 + 1) * 1000))
+            .collect();
+        let found: Vec<_> = by_column(&design, &rows)
+            .into_iter()
+            .map(|against| {
+                let medians = against.series[0].1.iter().flatten();
+                let medians: Vec<f64> = medians.map(|it| it.makespan_s.unwrap().median).collect();
+                (against.column, against.faults, medians)
+            })
+            .collect();
+        let speed = "body.speed_m_s".to_owned();
+        let class = |name: &str| Some(name.to_owned());
+        // A class each, and the classes themselves, all else together.
+        let expected = [
+            (speed.clone(), class("dies"), vec![3.0, 1.0]),
+            (speed, class("none"), vec![4.0, 2.0]),
+            ("faults".to_owned(), None, vec![2.0, 3.0]),
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
     fn many_numbers_in_classes_of_equal_size() {
         let cells: Vec<Cell> = (0..16)
             .map(|i| Cell::Number(1.0 / f64::from(i + 1)))
             .collect();
-        let (names, group_of) = groups(&cells.iter().collect::<Vec<_>>());
+        let found = groups(&cells.iter().collect::<Vec<_>>());
+        let (names, group_of) = (found.names, found.of);
+        assert_eq!(found.numbers, None);
         assert_eq!(names.len(), CLASSES);
         assert_eq!(names[0], "0.0625 to 0.0667");
         assert_eq!(names[7], "0.5 to 1");
@@ -335,10 +405,11 @@ mod tests {
         assert_eq!((group_of[0], group_of[15]), (7, 0));
 
         let few = [Cell::Integer(10), Cell::Integer(9), Cell::Integer(10)];
-        let (names, group_of) = groups(&few.iter().collect::<Vec<_>>());
+        let found = groups(&few.iter().collect::<Vec<_>>());
         assert_eq!(
-            (names, group_of),
+            (found.names, found.of),
             (vec!["9".to_owned(), "10".to_owned()], vec![1, 0, 1])
         );
+        assert_eq!(found.numbers, Some(vec![9.0, 10.0]));
     }
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use alliance_proto::log::LogLevel;
 use alliance_proto::scenario::{Scenario, Setup};
-use study::in_process::Team;
+use in_process::Team;
 use tempfile::TempDir;
 use world_server::recorder::Folder;
 

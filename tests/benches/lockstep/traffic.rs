@@ -7,11 +7,11 @@ use alliance_proto::log::{LogLevel, Memory};
 use alliance_proto::scenario::Setup;
 use alliance_proto::secret::SEAL_BYTES;
 use alliance_proto::tick::ToAgent;
+use in_process::Team;
 use missions::Registry;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
 use robot_agent::radio::Radio;
 use serde::Serialize;
-use study::in_process::Team;
 use world_server::recorder::Recorder;
 use world_server::simulation::Simulation;
 

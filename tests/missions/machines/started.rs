@@ -106,18 +106,20 @@ fn a_host_that_cannot_be_started_is_told_of_before_the_run_begins() {
     );
 }
 
-/// A host that is reached by another program learns by the end of its standard input that nobody holds it.
+/// A host that is reached by another program learns by the end of its standard input that nobody holds it; this one by nothing else, for
+/// it has never found the world.
 #[test]
 fn hosts_end_with_who_started_them() {
     let Some(machines) = enter() else { return };
-    let mut run = machines.up(&["--start", &start(), "--paused"]);
-    let agents =
-        [("h2", "gold"), ("h3", "green")].map(|(host, robot)| agent(&mut run, host, robot));
+    machines.hosts.unplug("h2");
+    let run = machines.up(&["--start", &start()]);
+    let log = machines.lab.path("run/logs/host-h2.log");
+    wait_until("a host that looks for the world", || {
+        let said = fs::read_to_string(&log).unwrap_or_default();
+        said.contains("trying again")
+    });
     run.launcher.signal(Signal::SIGKILL);
     let _ = run.launcher.wait();
-    for agent in agents {
-        wait_until("the end of an agent", || command_line(agent).is_none());
-    }
     wait_until("the end of the hosts", || {
         let processes = fs::read_dir("/proc").unwrap().flatten();
         let ids = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());

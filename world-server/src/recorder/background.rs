@@ -63,9 +63,9 @@ impl<S: Sink + Send + 'static> Background<S> {
     /// # Errors
     /// [`RecordError::Thread`] when the system has no thread.
     pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
-        let names = Names::of(&recorder.setup);
-        let robots = recorder.setup.scenario.robots.len();
-        let work = if recorder.level == LogLevel::Full {
+        let names = Names::of(recorder.encoder.setup());
+        let robots = recorder.encoder.setup().scenario.robots.len();
+        let work = if recorder.encoder.level() == LogLevel::Full {
             let (queue, batches) = sync_channel(WAITING);
             let handle = thread::Builder::new()
                 .name("recorder".to_owned())

@@ -116,7 +116,7 @@ impl Pages {
     ///
     /// # Errors
     /// Those of the sink; the tables after the one that failed are not written.
-    pub fn write_to(&mut self, sink: &mut impl Sink) -> Result<(), RecordError> {
+    pub fn write_to(&mut self, sink: &mut dyn Sink) -> Result<(), RecordError> {
         for (table, page) in Table::ALL.into_iter().zip(&mut self.tables) {
             if !page.bytes.is_empty() {
                 sink.append(table, &page.bytes)?;

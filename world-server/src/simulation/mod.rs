@@ -577,7 +577,7 @@ impl Simulation {
     ///
     /// # Errors
     /// When the log cannot be written.
-    pub fn record(&mut self, recorder: &mut impl Record) -> Result<bool, RecordError> {
+    pub fn record(&mut self, recorder: &mut dyn Record) -> Result<bool, RecordError> {
         let ended = &mut self.ended;
         let Some((tick, now)) = ended.at.take() else {
             return Ok(false);

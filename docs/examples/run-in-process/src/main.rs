@@ -5,7 +5,7 @@ use std::error::Error;
 use alliance_proto::log::{LogLevel, Memory, RunFile};
 use alliance_proto::scenario::Setup;
 use missions::Registry;
-use study::in_process::Team;
+use in_process::Team;
 
 fn main() -> Result<(), Box<dyn Error>> {
     for allocator in Registry::of_this_program().vocabulary().allocators {

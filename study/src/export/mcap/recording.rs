@@ -5,7 +5,7 @@ use std::io::{Seek, Write};
 use std::marker::PhantomData;
 
 use ::mcap::records::{MessageHeader, Metadata};
-use ::mcap::{WriteOptions, Writer};
+use ::mcap::{Compression, WriteOptions, Writer};
 use alliance_proto::time::SimTime;
 use anyhow::Context;
 use foxglove::{Encode, Schema};
@@ -40,8 +40,7 @@ impl<W: Write + Seek> Recording<W> {
     /// # Errors
     /// Those of the file.
     pub fn new(file: W) -> anyhow::Result<Self> {
-        // In this thread: then the same run makes the same bytes on every machine.
-        let options = WriteOptions::new().compression_threads(0);
+        let options = WriteOptions::new().compression(Some(Compression::Lz4));
         Ok(Self {
             writer: options.create(file)?,
             counts: BTreeMap::new(),

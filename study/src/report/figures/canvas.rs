@@ -280,7 +280,7 @@ pub fn chart<'a>(area: &Area<'a>, frame: Frame, axes: &Axes<'_>) -> Drawn<Chart<
     Ok(chart)
 }
 
-/// Fills a rectangle of a plot.
+/// Fills a rectangle of a plot; one that is narrower than a px, such as that of an activation of one tick, is drawn a px wide.
 ///
 /// # Errors
 /// When it cannot be drawn.
@@ -291,9 +291,13 @@ pub fn fill(
     color: RGBColor,
     opacity: f64,
 ) -> Drawn {
-    let corners = [(x.start, y.start), (x.end, y.end)];
+    let area = chart.plotting_area();
+    let (shown, units) = (area.get_x_range(), area.get_x_axis_pixel_range());
+    let least = (shown.end - shown.start) * f64::from(px(1.0)) / f64::from(units.end - units.start);
+    let start = x.start.min(shown.end - least).max(shown.start);
+    let corners = [(start, y.start), (x.end.max(start + least), y.end)];
     let style = color.mix(opacity).filled();
-    chart.plotting_area().draw(&Rectangle::new(corners, style))
+    area.draw(&Rectangle::new(corners, style))
 }
 
 /// Hatches a rectangle of a plot, a part of `area`, with upright lines so many px apart.

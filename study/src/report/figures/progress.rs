@@ -21,14 +21,12 @@ const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;
 const X_AXIS_PX: f64 = 40.0;
 
-/// Of what is done.
-const DONE: RGBColor = RGBColor(0, 114, 178);
-/// Of the other columns, in turn, with the length of dashes and gaps, px.
+/// Of the columns but what is done, in turn, with the length of dashes and gaps, px. Without hues: those are the robots'.
 const OTHERS: [(RGBColor, Option<(f64, f64)>); 4] = [
-    (RGBColor(213, 94, 0), None),
-    (RGBColor(0, 130, 95), Some((5.0, 3.0))),
-    (RGBColor(90, 90, 90), Some((1.5, 3.0))),
-    (RGBColor(160, 90, 140), Some((8.0, 2.0))),
+    (RGBColor(140, 140, 140), None),
+    (INK, Some((9.0, 4.0))),
+    (INK, Some((1.5, 3.5))),
+    (RGBColor(140, 140, 140), Some((9.0, 4.0))),
 ];
 const LATE: RGBColor = RGBColor(213, 94, 0);
 
@@ -77,7 +75,7 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
         .iter()
         .filter_map(|&column| {
             let (color, width_px, dashes) = match column.kind {
-                ColumnKind::Done => (DONE, 2.5, None),
+                ColumnKind::Done => (INK, 2.5, None),
                 _ => {
                     let (color, dashes) = *others.next()?;
                     (color, 1.5, dashes)

@@ -6,6 +6,7 @@ use alliance_proto::scenario::{Scenario, Setup};
 use alliance_proto::time::SimTime;
 use missions::Registry;
 
+use super::canvas::px;
 use super::*;
 use crate::report::history::History;
 use crate::report::tests::run_of;
@@ -95,6 +96,31 @@ fn figures_of_any_team_fit_on_a_screen() {
         if robots > 3 {
             marks_are_there(&history, &Metrics::of(&history, &run));
         }
+    }
+}
+
+/// Gold takes the upper spill for the tick in which blue takes it.
+#[test]
+fn what_lasted_one_tick_can_be_seen() {
+    let text = include_str!("../../../../missions/src/waste/scenarios/waste-cleanup.toml");
+    let vocabulary = Registry::built_in().vocabulary();
+    let mut scenario = Scenario::parse("waste-cleanup", text, &vocabulary).unwrap();
+    scenario.limit_s = 70.0;
+    let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
+    let figures = all(&history, &run);
+    for name in ["gantt", "robot-gold"] {
+        let figure = figures.iter().find(|figure| figure.name == name).unwrap();
+        let widths = figure.svg.split("<rect ").skip(1).map(|rect| {
+            let from = rect.find("width=\"").unwrap() + 7;
+            let width = rect[from..].split('"').next().unwrap();
+            width.parse::<i32>().unwrap()
+        });
+        let least = widths.min().unwrap();
+        // Ends are rounded to units.
+        assert!(
+            (px(1.0) - 1..=px(1.0) + 1).contains(&least),
+            "{name}: {least}"
+        );
     }
 }
 

@@ -11,9 +11,9 @@ mod torn;
 use alliance_proto::ids::{BehaviorId, RobotId, TaskId, Tick};
 use alliance_proto::log::{
     EventRow, Input, Memory, MessageRow, MotivationRow, PoseRow, RUN_SECTION, RobotFigures, RunLog,
-    TickRow,
+    Table, TickRow,
 };
-use alliance_proto::mission::{Bytes, Sensed, Target};
+use alliance_proto::mission::{Bytes, Sensed, Target, Value};
 use alliance_proto::readings::{Actuation, Pose, Readings};
 use alliance_proto::team::{Broadcast, BroadcastKind, TaskState};
 use alliance_proto::telemetry::{

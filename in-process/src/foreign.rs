@@ -1,6 +1,7 @@
 //! Robots whose minds are programs that this one does not have: what they answer is told by somebody else, such as the log.
 
 use std::collections::VecDeque;
+use std::error::Error;
 use std::sync::Arc;
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
@@ -9,8 +10,6 @@ use alliance_proto::scenario::Setup;
 use alliance_proto::team::Broadcast;
 use alliance_proto::tick::{Report, TickMessage};
 use world_server::recorder::RecordError;
-
-use crate::diff::Difference;
 
 /// Answers for robots whose minds this program does not have.
 pub trait Foreign: Send {
@@ -48,12 +47,9 @@ pub enum ForeignError {
         /// When.
         tick: Tick,
     },
-    /// The mind answers otherwise than the log says.
-    #[error("{robot} answers otherwise than it did", robot = .0.robot)]
-    Differs(Box<Difference>),
-    /// The mind itself is asked, and does not answer.
-    #[error("{0}")]
-    Silent(String),
+    /// Whoever is asked does not say, and tells why.
+    #[error(transparent)]
+    Other(Box<dyn Error + Send + Sync>),
 }
 
 /// What can end a run in one process before its time.

@@ -1,32 +1,23 @@
-//! A whole run in one process: the same world, agents, radio and recorder, without processes and sockets, with the same
-//! bytes as the result. What faults ask of processes is done to agents.
-
-mod air;
-mod foreign;
-mod traffic;
+//! World and agents, stepped tick by tick. It knows nobody who writes the log, so that it is compiled once, where it is optimized.
 
 use std::collections::{BTreeMap, VecDeque};
 
-use alliance_proto::event::EventLine;
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
-use alliance_proto::log::{Input, InputLine, LogLevel, RunFile};
-use alliance_proto::mission::Deed;
+use alliance_proto::log::{Input, InputLine};
 use alliance_proto::process::ProcessAct;
-use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Profile, Setup, Vocabulary};
 use alliance_proto::tick::Outcome;
-use alliance_proto::view::View;
 use missions::Registry;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
-use robot_agent::allocator::ConfigError;
 use world_server::barrier::Presence;
-use world_server::mission::UnknownMission;
-use world_server::recorder::{RecordError, Recorder, Sink};
+use world_server::recorder::Record;
 use world_server::simulation::Simulation;
 
-use air::Air;
-pub use foreign::{Foreign, ForeignError, Kept, TickError};
-pub use traffic::{Said, Traffic};
+use crate::StartError;
+use crate::air::Air;
+use crate::driven::Command;
+use crate::foreign::{Foreign, ForeignError, TickError};
+use crate::traffic::Traffic;
 
 /// What comes from outside, by the tick that it changes.
 type Outside = BTreeMap<Tick, Vec<Input>>;
@@ -34,31 +25,6 @@ type Outside = BTreeMap<Tick, Vec<Input>>;
 /// So many robots sense, then perceive, then think, then act, then report: each of these runs through much code, which is in the cache
 /// if several do the same one after the other.
 const TOGETHER: usize = 32;
-
-/// Why a run in one process cannot begin.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    /// The log cannot be written.
-    #[error(transparent)]
-    Log(#[from] RecordError),
-    /// This program does not know an allocator of the run, or not with these parameters.
-    #[error(transparent)]
-    Allocator(#[from] ConfigError),
-    /// This program does not know the mission of the run.
-    #[error(transparent)]
-    Mission(#[from] UnknownMission),
-    /// This program does not have the mind of a robot, and nobody answers for it.
-    #[error(
-        "the mind '{mind}' of {robot} is a program of its own, which runs by processes alone: \
-         `alliance run SCENARIO --mind {mind}=COMMAND`"
-    )]
-    Mind {
-        /// Whose.
-        robot: String,
-        /// Its name.
-        mind: String,
-    },
-}
 
 /// Whoever lives in a robot.
 enum Seat {
@@ -68,36 +34,14 @@ enum Seat {
     Foreign,
 }
 
-/// What somebody else makes of a robot's body in the place of its agent.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Command {
-    /// As [`Actuation::speed_m_s`]; finite.
-    pub speed_m_s: f32,
-    /// As [`Actuation::turn_rad_s`]; finite.
-    pub turn_rad_s: f32,
-    /// What it does beside driving; `None`: what its agent wants.
-    pub deed: Option<Deed>,
-}
-
-impl Command {
-    fn take_over(&self, actuation: &mut Actuation) {
-        actuation.speed_m_s = self.speed_m_s;
-        actuation.turn_rad_s = self.turn_rad_s;
-        if let Some(deed) = self.deed {
-            actuation.deed = deed;
-        }
-    }
-}
-
 /// The workspaces of the robots that are asked at the moment. Whoever steps many teams in turns lends them all the same ones, which
 /// stay in the cache.
 #[derive(Default)]
 pub struct Spaces(Vec<Workspace>);
 
-/// A team and its world, stepped by hand.
-pub struct Team<S> {
-    simulation: Simulation,
-    recorder: Recorder<S>,
+/// A run, but for its log.
+pub(super) struct Run {
+    pub simulation: Simulation,
     /// What all agents are told.
     briefing: Setup,
     /// What they make of it.
@@ -117,77 +61,22 @@ pub struct Team<S> {
     /// By rank, of bodies that somebody else drives; empty where nobody does.
     driven: Vec<Option<Command>>,
     /// What was said, if that is to be counted.
-    traffic: Option<Traffic>,
+    pub traffic: Option<Traffic>,
     /// Which lives faults have begun: one that ended before it took part has a number, too.
     lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
     /// Tells which allocators learn.
     vocabulary: Vocabulary,
 }
 
-impl<S: Sink> Team<S> {
-    /// All robots of the scenario that are not absent, ready for tick 0.
+impl Run {
+    /// Ready for tick 0; somebody may answer for the robots whose minds this program does not have.
     ///
     /// # Errors
-    /// [`StartError`].
-    pub fn new(setup: Setup, log: LogLevel, sink: S) -> Result<Self, StartError> {
-        let joins = joins_of(&setup);
-        Self::with_inputs(setup, joins, log, sink)
-    }
-
-    /// A run to which the same happens from outside as to one that was logged. What a fault asked for happens by itself.
-    ///
-    /// # Errors
-    /// When the log cannot be written.
-    pub fn with_inputs(
-        setup: Setup,
-        inputs: Vec<InputLine>,
-        log: LogLevel,
-        sink: S,
-    ) -> Result<Self, StartError> {
-        Self::with_registry(Registry::of_this_program(), setup, inputs, log, sink)
-    }
-
-    /// The same where somebody answers for the robots whose minds this program does not have.
-    ///
-    /// # Errors
-    /// [`StartError`].
-    pub fn with_foreign(
-        setup: Setup,
-        inputs: Vec<InputLine>,
-        log: LogLevel,
-        sink: S,
-        foreign: Option<Box<dyn Foreign>>,
-    ) -> Result<Self, StartError> {
-        Self::with_all(
-            Registry::of_this_program(),
-            setup,
-            inputs,
-            log,
-            sink,
-            foreign,
-        )
-    }
-
-    /// The same with missions and allocators that need not be those of the program.
-    ///
-    /// # Errors
-    /// [`StartError`].
-    pub fn with_registry(
+    /// [`StartError`], but for that of the log.
+    pub fn new(
         registry: &Registry,
         setup: Setup,
         inputs: Vec<InputLine>,
-        log: LogLevel,
-        sink: S,
-    ) -> Result<Self, StartError> {
-        Self::with_all(registry, setup, inputs, log, sink, None)
-    }
-
-    fn with_all(
-        registry: &Registry,
-        setup: Setup,
-        inputs: Vec<InputLine>,
-        log: LogLevel,
-        sink: S,
         foreign: Option<Box<dyn Foreign>>,
     ) -> Result<Self, StartError> {
         let mut is_foreign = vec![false; setup.scenario.robots.len()];
@@ -207,7 +96,6 @@ impl<S: Sink> Team<S> {
         let briefing = setup.briefing();
         let vocabulary = registry.vocabulary();
         let told_truth = vocabulary.told_truth(&setup.scenario);
-        let recorder = Recorder::new(&setup, log, sink)?;
         let mut outside = Outside::new();
         let mut lives = BTreeMap::new();
         for line in inputs {
@@ -236,7 +124,6 @@ impl<S: Sink> Team<S> {
             asked: Vec::new(),
             spaces: Spaces::default(),
             simulation: Simulation::new(setup, mission, true),
-            recorder,
             outside,
             driven: Vec::new(),
             traffic: None,
@@ -251,13 +138,7 @@ impl<S: Sink> Team<S> {
         Ok(team)
     }
 
-    /// The run.
-    pub fn simulation(&self) -> &Simulation {
-        &self.simulation
-    }
-
-    /// What the robots that learn know by now of how long each of them needs. Who has no agent has lost what it learned in this run,
-    /// and knows what it began it with.
+    /// See [`Team::learned`](crate::Team::learned).
     pub fn learned(&self) -> Profile {
         let setup = self.simulation.setup();
         let vocabulary = &self.vocabulary;
@@ -276,8 +157,7 @@ impl<S: Sink> Team<S> {
         }
     }
 
-    /// From now on the body of that robot does this, whatever its agent wants, which senses, hears and speaks as before; `None`: its
-    /// agent drives again. A run that is driven from outside is not repeated by its inputs.
+    /// See [`Team::drive`](crate::Team::drive).
     pub fn drive(&mut self, robot: RobotId, command: Option<Command>) {
         if self.driven.is_empty() {
             self.driven = vec![None; self.seats.len()];
@@ -285,36 +165,16 @@ impl<S: Sink> Team<S> {
         self.driven[robot.index()] = command;
     }
 
-    /// Exchanges the team's workspaces for these. Nothing in them lasts from one tick to the next.
+    /// See [`Team::exchange`](crate::Team::exchange).
     pub fn exchange(&mut self, spaces: &mut Spaces) {
         std::mem::swap(&mut self.spaces, spaces);
     }
 
-    /// Counts from now on what is said, by kind.
-    pub fn count_traffic(&mut self) {
-        self.traffic = Some(Traffic::default());
-    }
-
-    /// What was said, if it is counted.
-    pub fn traffic(&self) -> Option<&Traffic> {
-        self.traffic.as_ref()
-    }
-
-    /// What has happened since this was asked last, see [`Recorder::take_events`].
-    pub fn take_events(&mut self) -> Vec<EventLine> {
-        self.recorder.take_events()
-    }
-
-    /// A snapshot for eyes, see [`Simulation::glance`].
-    pub fn glance(&self) -> View {
-        self.simulation.glance()
-    }
-
-    /// One tick. Says how the run ended, once it has.
+    /// One tick, which goes to that recorder. Says how the run ended, once it has.
     ///
     /// # Errors
     /// When the log cannot be written, or a foreign mind does not answer.
-    pub fn tick(&mut self) -> Result<Option<Outcome>, TickError> {
+    pub fn tick(&mut self, recorder: &mut dyn Record) -> Result<Option<Outcome>, TickError> {
         let tick = self.simulation.tick();
         let (mut timed, outside) = match self.outside.remove(&tick) {
             Some(outside) => in_order(outside),
@@ -360,80 +220,9 @@ impl<S: Sink> Team<S> {
             self.feed(&mut timed);
             self.admit(tick + 1);
             self.simulation.finish();
-            self.simulation.record(&mut self.recorder)?;
+            self.simulation.record(recorder)?;
         }
         Ok(self.simulation.outcome())
-    }
-
-    /// Runs to the end.
-    ///
-    /// # Errors
-    /// Those of [`Team::tick`].
-    pub fn run(mut self) -> Result<(Outcome, Recorder<S>), TickError> {
-        loop {
-            if let Some(outcome) = self.tick()? {
-                return Ok(self.finish(outcome)?);
-            }
-        }
-    }
-
-    /// Runs to the end, or until that many ticks are done: then it ends as it is told to. `see` looks at the run before the
-    /// first tick and after each.
-    ///
-    /// # Errors
-    /// Those of [`Team::tick`].
-    pub fn run_for(
-        mut self,
-        ticks: u64,
-        then: Outcome,
-        see: impl FnMut(&mut Simulation),
-    ) -> Result<(Outcome, Recorder<S>), TickError> {
-        let outcome = self.go_on_for(ticks, then, see)?;
-        Ok(self.finish(outcome)?)
-    }
-
-    /// The same without the end of the log: says how the run ends.
-    ///
-    /// # Errors
-    /// Those of [`Team::tick`].
-    pub fn go_on_for(
-        &mut self,
-        ticks: u64,
-        then: Outcome,
-        mut see: impl FnMut(&mut Simulation),
-    ) -> Result<Outcome, TickError> {
-        see(&mut self.simulation);
-        while self.simulation.tick() < ticks {
-            let outcome = self.tick()?;
-            see(&mut self.simulation);
-            if let Some(outcome) = outcome {
-                return Ok(outcome);
-            }
-        }
-        // A run that ended for want of robots has begun one more tick: what fell due in it is in the log.
-        let barrier = self.simulation.barrier();
-        let is_deserted = barrier
-            .robots()
-            .all(|robot| barrier.presence(robot) != Presence::Present);
-        if then == Outcome::NoRobotLeft && is_deserted {
-            self.tick()?;
-        }
-        Ok(self.simulation.outcome().unwrap_or(then))
-    }
-
-    /// Ends the log: the run ended like this.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn end(mut self, outcome: Outcome) -> Result<(RunFile, Recorder<S>), RecordError> {
-        let ending = self.simulation.ending();
-        let run = self.recorder.finish(outcome, ending)?;
-        Ok((run, self.recorder))
-    }
-
-    fn finish(self, outcome: Outcome) -> Result<(Outcome, Recorder<S>), RecordError> {
-        let (_, recorder) = self.end(outcome)?;
-        Ok((outcome, recorder))
     }
 
     /// Lets in whoever takes part from that tick on; before it begins.
@@ -741,22 +530,6 @@ impl<S: Sink> Team<S> {
     fn name(&self, robot: RobotId) -> &str {
         &self.simulation.setup().scenario.robots[robot.index()].name
     }
-}
-
-/// What comes from outside where nothing does but all robots of the scenario that are not absent, at the start.
-#[must_use]
-pub fn joins_of(setup: &Setup) -> Vec<InputLine> {
-    let present = setup.scenario.robots.iter().filter(|robot| !robot.absent);
-    let joins = present.map(|robot| InputLine {
-        tick: 0,
-        input: Input::Join {
-            robot: robot.name.clone(),
-            incarnation: 1,
-            moment: None,
-            scripted: false,
-        },
-    });
-    joins.collect()
 }
 
 /// What comes from outside in a tick: what has a moment, in order, and the rest, without those who were let in
