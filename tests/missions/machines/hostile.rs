@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddrV4, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keyring::Keyring;
@@ -14,6 +14,8 @@ use alliance_proto::keys::{ALIVE_WORLDS, Keys, LAUNCHER_HOST, run_of_world};
 use alliance_proto::member::Login;
 use alliance_proto::secret::{Secret, random};
 use alliance_proto::session;
+use nix::sched::{CpuSet, sched_setaffinity};
+use nix::unistd::Pid;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -412,4 +414,84 @@ fn open(login: &Login) -> zenoh::Result<Session> {
 
 fn open_by(config: &str) -> zenoh::Result<Session> {
     zenoh::open(zenoh::Config::from_json5(config)?).wait()
+}
+
+/// What a hostile host costs: ticks per second of a run with and without it, in turns. The run has one core, as a host of its own has, and
+/// the attackers have another.
+///
+/// `cargo test --release -p alliance-tests --test missions -- --ignored --nocapture what_a_hostile_host_costs`
+#[test]
+#[ignore = "a benchmark: it prints figures and asserts none"]
+fn what_a_hostile_host_costs() {
+    const ROUNDS: usize = 9;
+    let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &["gold", "green"])];
+    let Some(machines) = Machines::enter(3, &places) else {
+        return;
+    };
+    // More than they bring away.
+    machines.of_scenario(
+        "name = 'long'\n[[waste.spills]]\nname = 'top'\nitems = 1000\ny_fraction = 0.667\n\
+         [[waste.spills]]\nname = 'bottom'\nitems = 1000\ny_fraction = 0.333\n",
+    );
+    stay_on(0);
+    let mut rates = [Vec::new(), Vec::new()];
+    let mut tries = Tries::new();
+    for round in 0..2 * ROUNDS {
+        let is_attacked = round % 2 == 1;
+        let daemon = machines.daemon("h2", "h2", &["gold", "green"]);
+        let mut run = machines.up(&["--limit", "600", "--speed", "20x", "--stall-after", "60"]);
+        run.wait_for("activated", &["gold"], 1);
+        let rate = machines.hosts.within("h3", || {
+            stay_on(1);
+            let mut attackers = is_attacked.then(|| {
+                let mut stranger = Stranger::of(&machines);
+                stranger.logs_in(&mut tries);
+                stranger.crowds(&mut tries);
+                (stranger, Insider::enter(&machines))
+            });
+            run.pace("max");
+            let (from, began) = (run.now_ms(), Instant::now());
+            while run.launcher.is_running() {
+                match &mut attackers {
+                    Some((stranger, insider)) => {
+                        stranger.dawdles(&mut tries);
+                        insider.tries(&mut tries);
+                    }
+                    None => std::thread::sleep(Duration::from_millis(10)),
+                }
+            }
+            let ticks = (run.now_ms() - from) / 50;
+            if let Some((_, insider)) = attackers {
+                insider.leaves();
+            }
+            ticks as f64 / began.elapsed().as_secs_f64()
+        });
+        println!(
+            "{}: {rate:.0} ticks/s",
+            if is_attacked { "attacked" } else { "alone" }
+        );
+        rates[usize::from(is_attacked)].push(rate);
+        run.end();
+        daemon.wait().expect(0);
+        for folder in ["run", "other", "over", "ahead", "holds"] {
+            let _ = std::fs::remove_dir_all(machines.lab.path(folder));
+        }
+    }
+    let [alone, attacked] = rates.map(|mut rates| {
+        rates.sort_by(f64::total_cmp);
+        rates[ROUNDS / 2]
+    });
+    println!("tries: {tries:?}");
+    println!(
+        "medians: {alone:.0} alone, {attacked:.0} attacked: {:.2}",
+        attacked / alone
+    );
+}
+
+/// This thread, and all that it starts, on one core.
+fn stay_on(core: usize) {
+    let mut cores = CpuSet::new();
+    cores.set(core).unwrap();
+    // Where there is one core, they share it.
+    let _ = sched_setaffinity(Pid::from_raw(0), &cores);
 }

@@ -185,19 +185,21 @@ impl Run<'_> {
     /// Waits until so many further seconds of simulated time have passed, for those who are there.
     #[track_caller]
     fn go_on(&mut self, seconds: u64) {
-        let path = self.machines.lab.path("run/poses.csv");
-        let now = || {
-            let text = fs::read_to_string(&path).unwrap_or_default();
-            let whole = text.rfind('\n').map_or("", |end| &text[..end]);
-            let last = whole.lines().last().unwrap_or_default();
-            last.split(',').next().unwrap().parse().unwrap_or(0)
-        };
-        let until = now() + 1000 * seconds;
-        let launcher = &mut self.launcher;
+        let until = self.now_ms() + 1000 * seconds;
         wait_until(&format!("simulated time {until} ms"), || {
-            assert!(launcher.is_running(), "ended:\n{}", launcher.stderr());
-            now() >= until
+            let is_running = self.launcher.is_running();
+            assert!(is_running, "ended:\n{}", self.launcher.stderr());
+            self.now_ms() >= until
         });
+    }
+
+    /// The latest simulated time in its log.
+    fn now_ms(&self) -> u64 {
+        let path = self.machines.lab.path("run/poses.csv");
+        let text = fs::read_to_string(path).unwrap_or_default();
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        let last = whole.lines().last().unwrap_or_default();
+        last.split(',').next().unwrap().parse().unwrap_or(0)
     }
 
     /// From now on so fast: `max`, or such as `2x`.
