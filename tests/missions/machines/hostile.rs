@@ -444,10 +444,12 @@ fn what_a_hostile_host_costs() {
         let rate = machines.hosts.within("h3", || {
             stay_on(1);
             let mut attackers = is_attacked.then(|| {
+                // First: a crowd keeps newcomers out.
+                let insider = Insider::enter(&machines);
                 let mut stranger = Stranger::of(&machines);
                 stranger.logs_in(&mut tries);
                 stranger.crowds(&mut tries);
-                (stranger, Insider::enter(&machines))
+                (stranger, insider)
             });
             run.pace("max");
             let (from, began) = (run.now_ms(), Instant::now());
