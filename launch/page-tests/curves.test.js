@@ -25,6 +25,12 @@ function highest(columns, column, t, near) {
   return found.length ? Math.max(...found) : null;
 }
 
+test("a robot has the sets of which it has ever had a curve", () => {
+  const curves = new Curves(3);
+  curves.add([{ ...corner(0, 0), robot: 1, set: 2 }, { ...corner(0, 0), robot: 1, set: 0 }, { ...corner(50, 0), robot: 2, set: 1 }]);
+  assert.deepEqual([0, 1, 2, 3].map((rank) => curves.setsOf(rank)), [[], [0, 2], [1], []]);
+});
+
 test("a peak reaches the threshold in every window, and a reset is upright", () => {
   // A rise to the threshold at 123.95 s, active for a moment, and down again.
   const corners = [corner(0, 0), corner(123_950, 100, "Active"), corner(124_000, 0), corner(200_000, 40, "Hibernating", true)];

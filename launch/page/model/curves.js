@@ -34,6 +34,12 @@ export class Curves {
     }
   }
 
+  /** The sets of which that robot has a curve, in order. */
+  setsOf(rank) {
+    const sets = Array.from({ length: this.#sets }, (_, set) => set);
+    return sets.filter((set) => this.#cells.has(rank * this.#sets + set));
+  }
+
   /** The corners of that set of that robot. */
   of(rank, set) {
     return this.#cells.get(rank * this.#sets + set) ?? [];

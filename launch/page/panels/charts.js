@@ -161,16 +161,22 @@ export class Charts {
     this.#buildLegend();
   }
 
-  /** The behavior sets of a robot whose curves are drawn; those that are drawn stay as long as none is missing that matters more. */
+  /**
+   * The behavior sets of a robot whose curves are drawn; those that are drawn stay as long as none is missing that matters more. A robot
+   * that is gone has none at the moment, but it had.
+   */
   #setsOf(rank, drawn) {
     const own = this.#model.view.robots[rank].sets.map(({ motivation }) => motivation);
+    const had = this.#model.curves.setsOf(rank);
     const byWeight = (a, b) => (b.state !== "Hibernating") - (a.state !== "Hibernating") || b.motivation - a.motivation || a.set - b.set;
-    const fewAnyway = new Set([...drawn, ...own.map(({ set }) => set)]);
+    const fewAnyway = new Set([...drawn, ...own.map(({ set }) => set), ...had]);
     if (fewAnyway.size <= MOST_CURVES) return [...fewAnyway].sort((a, b) => a - b);
     const wanted = own.sort(byWeight).filter(({ state, motivation }) => state !== "Hibernating" || motivation > 0);
     const busy = wanted.filter(({ state }) => state !== "Hibernating").map(({ set }) => set);
     if (drawn.length > 0 && busy.every((set) => drawn.includes(set))) return drawn;
-    return [...new Set([...busy, ...drawn.slice(-MOST_CURVES / 2), ...wanted.map(({ set }) => set)])].slice(0, MOST_CURVES).sort((a, b) => a - b);
+    const wasBusy = had.filter((set) => this.#model.corners(rank, set).some(({ state }) => state !== "Hibernating"));
+    const all = [...busy, ...drawn.slice(-MOST_CURVES / 2), ...wanted.map(({ set }) => set), ...wasBusy];
+    return [...new Set(all)].slice(0, MOST_CURVES).sort((a, b) => a - b);
   }
 
   /** From when to when the charts go, ms. A log has something to show after the present, too. */

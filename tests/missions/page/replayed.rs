@@ -46,6 +46,9 @@ fn a_finished_run_is_played_sought_and_jumped_through() {
     ] {
         seek(tick);
         browser.wait_for(&format!("({gold}) == '{state}'"));
+        // Its curves, too, where it is dead: those of the time before.
+        browser
+            .wait_for("document.querySelector('[data-chart=gold] .values').childElementCount >= 4");
     }
     browser.screenshot("page-replay");
     // The event after the start of the kill's tick: the events of gold's death.
