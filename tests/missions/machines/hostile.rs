@@ -422,6 +422,7 @@ fn open_by(config: &str) -> zenoh::Result<Session> {
 /// `cargo test --release -p alliance-tests --test missions -- --ignored --nocapture what_a_hostile_host_costs`
 #[test]
 #[ignore = "a benchmark: it prints figures and asserts none"]
+#[allow(clippy::disallowed_methods)] // The clock on the wall is what it is about.
 fn what_a_hostile_host_costs() {
     const ROUNDS: usize = 9;
     let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &["gold", "green"])];
