@@ -88,6 +88,14 @@ impl ParameterFile {
             line,
             key: key.to_owned(),
         };
+        // The reader takes what begins so for UTF-16, and panics where that is cut or torn.
+        if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+            return Err(Problem {
+                place: place(1, ""),
+                what: "the file is UTF-16".to_owned(),
+                remedy: "save it as ISO 8859-1 or UTF-8".to_owned(),
+            });
+        }
         // Without a line end after it the reader forgets a last line that ends in a backslash.
         for line in PropertiesIter::new(bytes.chain(&b"\n"[..])) {
             // A slice is always read to its end, so that the only thing that can be wrong is an escape.
@@ -219,4 +227,23 @@ fn number(text: &str, unit: &str) -> Result<f64, Refusal> {
     }
     text.parse()
         .map_err(|_| (format!("'{text}' is not a number"), remedy()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fuzzer has found the first one.
+    #[test]
+    fn a_file_in_utf_16_is_refused_in_one_line() {
+        let torn = b"\xff\xfe\xff\xbf\xdc\xd4P\xdc\xdc\xdc\xdc\xdc\xdc\xdc\xdc\xcc\xdc\xdc\xdc\xdc).\xdc\xf7\xff\n";
+        for bytes in [&torn[..], b"\xff\xfe", b"\xfe\xff\0a\0="] {
+            let said = ParameterFile::parse("p.properties", bytes).unwrap_err();
+            assert_eq!(
+                said.to_string(),
+                "p.properties:1: the file is UTF-16; save it as ISO 8859-1 or UTF-8"
+            );
+        }
+        assert!(ParameterFile::parse("p.properties", b"\xef\xbb\xbfthreshold = 90\n").is_ok());
+    }
 }
