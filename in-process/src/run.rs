@@ -113,7 +113,7 @@ impl Run {
                 input => outside.entry(line.tick).or_default().push(input),
             }
         }
-        let mut team = Self {
+        let mut run = Self {
             common: TeamConfig::of(&briefing, registry.agents())?,
             briefing,
             seats: is_foreign.iter().map(|_| Seat::Empty).collect(),
@@ -130,12 +130,12 @@ impl Run {
             lives,
             vocabulary,
         };
-        team.simulation.tell_truth_to(told_truth);
+        run.simulation.tell_truth_to(told_truth);
         // Over at its start, for want of anything to do, a run takes nobody in.
-        if team.simulation.outcome().is_none() {
-            team.admit(0);
+        if run.simulation.outcome().is_none() {
+            run.admit(0);
         }
-        Ok(team)
+        Ok(run)
     }
 
     /// See [`Team::learned`](crate::Team::learned).

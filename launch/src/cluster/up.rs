@@ -73,9 +73,11 @@ impl Up {
         let keys = if start.is_some() {
             PathBuf::from(STANDARD_INPUT)
         } else {
-            let files = KeyFiles::of_option(&cluster.keys)?;
+            // Whole: a folder may be called as standard input is.
+            let folder = std::path::absolute(&cluster.keys).with_context(|| name.to_string())?;
+            let files = KeyFiles::Folder(folder.clone());
             Keyring::read(&files, WORLD).with_context(|| name.to_string())?;
-            cluster.keys.clone()
+            folder
         };
         let mut arguments = vec![
             format!("--listen={}", cluster.listen),

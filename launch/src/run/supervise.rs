@@ -332,8 +332,13 @@ impl Team {
         for (host, _) in &mut self.hosts {
             while let Some(change) = host.poll()? {
                 if let (Change::Ended(ending), false) = (change, over) {
-                    say(&format!("{} {}", host.name(), ending.describe()));
-                    say(host.last_words().trim_end());
+                    let said = format!(
+                        "{} {}\n{}",
+                        host.name(),
+                        ending.describe(),
+                        host.last_words()
+                    );
+                    say(said.trim_end());
                 }
             }
         }
