@@ -1,8 +1,8 @@
 // Plays a log: where it is, how fast it goes. Has the same face as the clock of a live run (see live_clock.js).
 
-/** Views taken in per second at least where there are so many, and of how many robots together at most. */
+/** Views taken in per second at least where there are so many, and of how many robots together; up to twice as many. */
 const VIEWS_PER_S = 30;
-const ROBOT_VIEWS_PER_S = 3000;
+const ROBOT_VIEWS_PER_S = 1500;
 /** What "as fast as possible" means here, times real time. */
 const MAX_SPEED = 500;
 /** Views that are taken in one after the other when the page was slow; more of them are a jump. */
@@ -67,7 +67,7 @@ export class Player {
     const perSecond = (1000 * (this.speed ?? MAX_SPEED)) / this.#log.step_ms;
     // Every view as long as that can be kept up with: for each tells only the messages of its own tick.
     const bearable = Math.max(VIEWS_PER_S, ROBOT_VIEWS_PER_S / this.#model.names.length);
-    const level = 2 ** Math.max(0, Math.ceil(Math.log2(perSecond / bearable)));
+    const level = 2 ** Math.max(0, Math.floor(Math.log2(perSecond / bearable)));
     const last = this.#log.count - 1;
     const place = Math.min(last, this.#place + (elapsed_ms / 1000) * perSecond);
     // The last view belongs to every level.

@@ -69,6 +69,11 @@ mod tests {
     }
 
     #[test]
+    fn a_log_of_any_team_is_played_by_thirty_views_a_second() {
+        super::node(&mut Command::new("node"), "player.test.js");
+    }
+
+    #[test]
     fn the_page_tells_of_a_mission_what_that_declares() {
         super::node(&mut Command::new("node"), "mission.test.js");
     }
