@@ -248,9 +248,7 @@ mod tests {
                 keyring: None,
                 access: alliance_proto::access::of_operators(&Keys::new(&run.run)),
             });
-            let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
-                .await
-                .unwrap();
+            let session = bus::open(&config).await.unwrap();
             session
                 .declare_queryable(wire.key().to_owned())
                 .callback(move |query| {

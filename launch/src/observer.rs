@@ -28,9 +28,8 @@ impl Observer {
     /// # Errors
     /// When its world cannot be reached.
     pub async fn join(run: Rendezvous, user: User) -> anyhow::Result<Self> {
-        let config = zenoh::Config::from_json5(&session::client(&run.login(user)?, false))
-            .map_err(anyhow::Error::from_boxed)?;
-        let session = zenoh::open(config)
+        let config = session::client(&run.login(user)?, false);
+        let session = bus::open(&config)
             .await
             .map_err(anyhow::Error::from_boxed)
             .with_context(|| {

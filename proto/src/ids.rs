@@ -26,6 +26,7 @@ pub struct RobotId(pub u16);
 
 impl RobotId {
     /// The rank as an index into a list with one entry per robot.
+    #[inline]
     #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
@@ -63,6 +64,7 @@ pub struct BehaviorId(pub u16);
 
 impl TaskId {
     /// Index into the catalog's tasks.
+    #[inline]
     #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
@@ -71,6 +73,7 @@ impl TaskId {
 
 impl BehaviorId {
     /// Index into the catalog's behavior sets.
+    #[inline]
     #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)

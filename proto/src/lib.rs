@@ -9,7 +9,7 @@
 //! - [`fault`]: what can go wrong, in one vocabulary; [`link`], [`links`]: what it does to messages; [`control`]: commands to a run.
 //! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
 //! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
-//! - [`locator`]: where somebody is reached over a network; [`handshake`]: why it could not be reached; [`key_files`], [`keyring`]: the keys of one member where the team is on several machines; [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
+//! - [`locator`]: where somebody is reached over a network; [`key_files`], [`keyring`]: the keys of one member where the team is on several machines; [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
 //! - [`terminal`]: what a command says to whoever started it; [`panics`]: what it says when it panics.
 //! - [`testkit`]: a mission for tests of what knows none.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
@@ -21,7 +21,6 @@ pub mod control;
 pub mod enlist;
 pub mod event;
 pub mod fault;
-pub mod handshake;
 pub mod ids;
 pub mod ignored;
 pub mod join;

@@ -47,6 +47,7 @@ pub struct Heard {
 
 impl Heard {
     /// Nothing is heard.
+    #[inline]
     pub fn clear(&mut self) {
         self.inbox.clear();
         self.receptions.clear();
@@ -125,6 +126,7 @@ impl Links {
     }
 
     /// There is something to hear, perhaps.
+    #[inline]
     fn hear_some(
         &mut self,
         tick: &TickMessage,
@@ -178,6 +180,7 @@ impl Links {
     }
 
     /// The manifest's messages.
+    #[inline]
     fn take_in(
         &mut self,
         tick: &TickMessage,

@@ -29,18 +29,21 @@ impl SimTime {
     pub const ZERO: Self = Self(0);
 
     /// Seconds, for formulas and for people.
+    #[inline]
     #[must_use]
     pub fn as_secs_f64(self) -> f64 {
         self.0 as f64 / 1000.0
     }
 
     /// The nearest millisecond to a span in seconds; negative and NaN give 0.
+    #[inline]
     #[must_use]
     pub fn from_secs_f64(seconds: f64) -> Self {
         Self((seconds * 1000.0).round() as u64)
     }
 
     /// The span from `earlier` to here, 0 if `earlier` is later.
+    #[inline]
     #[must_use]
     pub fn since(self, earlier: Self) -> Self {
         Self(self.0.saturating_sub(earlier.0))
@@ -49,6 +52,7 @@ impl SimTime {
 
 impl Add for SimTime {
     type Output = Self;
+    #[inline]
     fn add(self, span: Self) -> Self {
         Self(self.0.saturating_add(span.0))
     }
@@ -56,6 +60,7 @@ impl Add for SimTime {
 
 impl Sub for SimTime {
     type Output = Self;
+    #[inline]
     fn sub(self, span: Self) -> Self {
         Self(self.0.saturating_sub(span.0))
     }

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use alliance_proto::handshake::ConnectError;
 use alliance_proto::key_files::KeyFiles;
 use alliance_proto::keyring::Keyring;
 use alliance_proto::keys::{ALIVE_WORLDS, Keys, run_of_world};
@@ -15,7 +14,7 @@ use clap::Args;
 use tokio::time::{Instant, sleep};
 use zenoh::Session;
 
-use crate::connect::open_once;
+use bus::{ConnectError, open_once};
 
 /// How often a world is looked for that is not there.
 const LOOK_INTERVAL: Duration = Duration::from_millis(200);
@@ -64,11 +63,10 @@ impl FarArgs {
 /// # Errors
 /// When the world, or who is there instead, does not let this member in.
 pub async fn find_run(login: &Login) -> anyhow::Result<String> {
-    let config = zenoh::Config::from_json5(&session::client(login, true));
-    let config = config.map_err(anyhow::Error::from_boxed)?;
+    let config = session::client(login, true);
     let mut said = None;
     loop {
-        let why = match open_once(config.clone(), &login.endpoint) {
+        let why = match open_once(&config, &login.endpoint) {
             Ok(session) => {
                 let found = world_of(&session).await;
                 let _ = session.close().await;

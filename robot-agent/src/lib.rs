@@ -20,7 +20,6 @@ pub mod allocators;
 pub mod args;
 pub mod body;
 pub mod by_rank;
-pub mod connect;
 pub mod far;
 pub mod mission;
 pub mod process;

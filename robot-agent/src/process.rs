@@ -93,14 +93,14 @@ pub async fn live(
     registry: &AgentRegistry,
     mind: Option<&str>,
 ) -> Result<End, AgentError> {
-    let bus = |error| AgentError::Bus {
+    let bus_error = |error| AgentError::Bus {
         endpoint: run.login.endpoint.clone(),
         error,
     };
     let keys = Keys::new(&run.run);
     let secret = Secret::of(&run.secret);
-    let config = zenoh::Config::from_json5(&session::client(&run.login, false)).map_err(bus)?;
-    let session = zenoh::open(config).await.map_err(bus)?;
+    let config = session::client(&run.login, false);
+    let session = bus::open(&config).await.map_err(bus_error)?;
 
     let (ended, end) = oneshot::channel();
     let shared = Arc::new(Mutex::new(Mind::Joining { ended: Some(ended) }));
@@ -109,7 +109,7 @@ pub async fn live(
     // Whatever is sent to this robot after the handshake finds its subscribers there: they are declared before it.
     subscribe(&session, &keys, &secret, robot, &shared, &ignored)
         .await
-        .map_err(bus)?;
+        .map_err(bus_error)?;
     if run.is_far && !far::wait_for_world(&session, &keys).await {
         return Err(AgentError::NoAnswer(run.login.endpoint.clone()));
     }
@@ -117,7 +117,7 @@ pub async fn live(
     let (welcome, mut setup) = join_patiently(&session, &keys, robot, run, &vocabulary).await?;
     let publishers = declare_publishers(&session, &keys, robot, &setup)
         .await
-        .map_err(bus)?;
+        .map_err(bus_error)?;
     setup.scenario.robots[welcome.robot.index()].mind = mind.map(ToOwned::to_owned);
     let team = TeamConfig::of(&setup, registry)?;
     let own = &setup.scenario.robots[welcome.robot.index()];
@@ -161,7 +161,7 @@ pub async fn live(
         .liveliness()
         .declare_token(secret.stamp(&keys.alive(robot, welcome.incarnation)))
         .await
-        .map_err(bus)?;
+        .map_err(bus_error)?;
     tracing::info!(robot, incarnation = welcome.incarnation, "joined");
 
     let end = wait_for_end(end, &shared).await?;

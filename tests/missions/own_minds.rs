@@ -279,6 +279,58 @@ fn a_mind_dies_with_its_launcher_and_its_children_with_it() {
     }
 }
 
+/// What came of an order is told where it is looked for, and not on the run's terminal alone.
+#[test]
+fn an_order_that_fails_says_so_and_why_and_the_run_goes_on() {
+    let lab = Lab::new();
+    write(&lab, "minds.toml", MINDS);
+    write(&lab, "mind.sh", &format!("exec {PROGRAM} agent\n"));
+    let mut team = Team::start(
+        &lab,
+        &[
+            "minds.toml",
+            "--speed=10x",
+            "--mind=agent=sh mind.sh",
+            &mind("other"),
+        ],
+    );
+    team.wait_for_row("poses.csv", &["2000,"]);
+    let order = |arguments: &[&str]| {
+        lab.run(&[&["fault"], arguments].concat()).expect(0);
+    };
+    order(&["kill", "gold", "--id", "end"]);
+    team.wait_for_row("events.csv", &[",gone,gold,"]);
+    write(&lab, "mind.sh", "exit 7\n");
+    order(&["restart", "gold", "--id", "in-vain"]);
+    team.wait_for_row("events.csv", &[",failed,", "in-vain"]);
+    let why = "its process ended before it joined";
+    let list = lab.run(&["fault", "list", "--json"]).expect(0).json();
+    let told = |id: &str| {
+        let faults = list["faults"].as_array().unwrap().iter();
+        faults
+            .clone()
+            .find(|fault| fault["id"] == id)
+            .unwrap()
+            .clone()
+    };
+    assert_eq!(told("in-vain")["failed"], why);
+    assert_eq!(told("in-vain")["hits"], 0);
+    assert_eq!(told("end")["failed"], serde_json::Value::Null);
+    let table = lab.run(&["fault", "list"]).expect(0).stdout;
+    assert!(table.contains("failed: "), "{table}");
+
+    write(&lab, "mind.sh", &format!("exec {PROGRAM} agent\n"));
+    order(&["restart", "gold", "--id", "again"]);
+    team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
+    lab.run(&["clock", "speed", "max"]).expect(0);
+    team.wait().expect(0);
+    let log = lab.log("run");
+    assert_eq!(kinds(&log, "gold"), ["joined", "gone", "joined"]);
+    let failed = log.run.faults.iter().find(|fault| fault.id == "in-vain");
+    assert_eq!(failed.unwrap().failed.as_deref(), Some(why));
+    identical(&lab.run(&["replay", "run"]).expect(0));
+}
+
 /// Runs the reference agent in Python as gold's mind, with a change, among teammates in Rust.
 #[track_caller]
 fn run_changed(lab: &Lab, change: (&str, &str), faults: &str) -> Option<RunLog> {

@@ -108,7 +108,7 @@ impl Plan {
                 keyring: self.keyring.as_ref(),
                 access: self.access.clone(),
             });
-            match zenoh::open(zenoh::Config::from_json5(&config)?).await {
+            match bus::open(&config).await {
                 Ok(session) => return Ok((session, endpoint)),
                 Err(error) if attempt < PORT_ATTEMPTS && at.is_none() => {
                     tracing::debug!(%error, "port taken");

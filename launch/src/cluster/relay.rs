@@ -117,9 +117,10 @@ async fn enlist(
     keys: &Keys,
     secret: &Secret,
 ) -> anyhow::Result<Enlisted> {
-    let bus = anyhow::Error::from_boxed;
-    let config = zenoh::Config::from_json5(&session::client(login, false)).map_err(bus)?;
-    let session = zenoh::open(config).await.map_err(bus)?;
+    let bus_error = anyhow::Error::from_boxed;
+    let session = bus::open(&session::client(login, false))
+        .await
+        .map_err(bus_error)?;
     // Certificates know the clock on the wall, and the simulation does not.
     #[allow(clippy::disallowed_methods)]
     let now = std::time::SystemTime::now();
@@ -139,7 +140,7 @@ async fn enlist(
         .consolidation(ConsolidationMode::None)
         .timeout(PATIENCE)
         .await
-        .map_err(bus)?;
+        .map_err(bus_error)?;
     let mut answer: Option<EnlistReply> = None;
     while let Ok(reply) = replies.recv_async().await {
         let Ok(sample) = reply.into_result() else {

@@ -6,11 +6,10 @@ use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use alliance_proto::handshake::ConnectError;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use bus::{ConnectError, open_once};
 use rcgen::{CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, KeyPair};
-use robot_agent::connect::open_once;
 use tempfile::TempDir;
 use time::OffsetDateTime;
 use zenoh::{Config, Session, Wait};
@@ -87,9 +86,7 @@ fn router(dir: &TempDir, transport: &str) -> (Session, String) {
         r#"{{ mode: "router", {COMMON}, listen: {{ endpoints: ["{endpoint}"] }}, connect: {{ endpoints: [] }},
         transport: {{ auth: {{ usrpwd: {{ dictionary_file: {members:?} }} }}, link: {{ tls: {{ {tls} }} }} }} }}"#
     );
-    let session = zenoh::open(Config::from_json5(&config).unwrap())
-        .wait()
-        .unwrap();
+    let session = open_once(&config, &endpoint).unwrap();
     (session, endpoint)
 }
 
@@ -109,7 +106,7 @@ fn connect_within(
         r#"{{ mode: "client", {COMMON}, listen: {{ endpoints: [] }}, connect: {{ endpoints: ["{endpoint}"], timeout_ms: 10000 }},
         transport: {{ unicast: {{ open_timeout: {patience_ms} }}, auth: {{ usrpwd: {{ user: "gold", password: "{password}" }} }}, link: {{ tls: {{ {tls} }} }} }} }}"#
     );
-    let session = open_once(Config::from_json5(&config).unwrap(), endpoint)?;
+    let session = open_once(&config, endpoint)?;
     session.close().wait().unwrap();
     Ok(())
 }

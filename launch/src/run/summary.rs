@@ -155,3 +155,40 @@ fn robots(plan: &Plan, run: &RunFile) -> Table {
     }
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use alliance_proto::control::Phase;
+    use alliance_proto::fault::{Fault, Order};
+    use alliance_proto::time::SimTime;
+
+    use super::*;
+
+    fn fault(id: &str, applied: bool, hits: u64) -> FaultStatus {
+        FaultStatus {
+            id: id.to_owned(),
+            order: Order::now(Fault::Kill("gold".to_owned())),
+            phase: if applied { Phase::Over } else { Phase::Armed },
+            applied_ms: applied.then_some(SimTime(1000)),
+            healed_ms: None,
+            failed: None,
+            hits,
+        }
+    }
+
+    #[test]
+    fn what_was_due_after_the_end_is_counted_and_not_listed() {
+        let all = [
+            fault("a", true, 1),
+            fault("b", true, 0),
+            fault("random-5", false, 0),
+            fault("random-6", false, 0),
+        ];
+        assert_eq!(faults(&[]), None);
+        assert_eq!(faults(&all[..1]).as_deref(), Some("faults  all 1 have hit"));
+        assert_eq!(
+            faults(&all).as_deref(),
+            Some("faults  1 of 4 have hit; never: b; not due before the end: 2")
+        );
+    }
+}

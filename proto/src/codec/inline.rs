@@ -76,7 +76,7 @@ impl<'a> Encoder<'a> {
         }
     }
 
-    #[inline(never)]
+    #[inline]
     fn wide(&mut self, value: u64) {
         // In one piece.
         let [a, b, c, d, ..] = value.to_le_bytes();

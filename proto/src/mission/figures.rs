@@ -89,18 +89,21 @@ impl Value {
 }
 
 impl From<u32> for Value {
+    #[inline]
     fn from(count: u32) -> Self {
         Self::Count(count.into())
     }
 }
 
 impl From<u64> for Value {
+    #[inline]
     fn from(count: u64) -> Self {
         Self::Count(count)
     }
 }
 
 impl From<f64> for Value {
+    #[inline]
     fn from(number: f64) -> Self {
         Self::Real(number)
     }

@@ -76,8 +76,7 @@ async fn serve() -> anyhow::Result<()> {
     let mut run: Rendezvous = serde_json::from_str(&run).context("the run")?;
     let keys = Keys::new(&run.run);
     let team = session::client(&run.login(User::Team)?, false);
-    let team = zenoh::Config::from_json5(&team).map_err(anyhow::Error::from_boxed)?;
-    let team = zenoh::open(team).await.map_err(anyhow::Error::from_boxed)?;
+    let team = bus::open(&team).await.map_err(anyhow::Error::from_boxed)?;
     let operators = router::open_for_operators(&mut run).await?;
     let refused = Arc::new(Refused::default());
     let wire = Wire::new(&keys, Secret::of(&run.token));

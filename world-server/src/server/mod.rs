@@ -2,12 +2,19 @@
 //!
 //! It sends through publishers that were declared once, writes through the recorder, and reads the wall clock for pace and
 //! deadlines; every decision about the run is the [`Simulation`]'s.
+//!
+//! - `joining`: who comes and goes. `heard`: what comes from robots and launchers. `control`: what operators ask for.
+//! - `acts`: what faults ask of processes. `again`, `standstill`, `clocks`: what waits, or is lost, or differs.
+//! - `seals`: who may say what. `fates`: whether minds that are programs of their own tell what links do to messages.
 
 mod acts;
 mod again;
 mod clocks;
 mod control;
 mod fates;
+
+mod heard;
+mod joining;
 mod seals;
 mod standstill;
 
@@ -16,29 +23,22 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use alliance_proto::codec::{CodecError, decode_first};
-use alliance_proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
 use alliance_proto::event::EventNews;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::ignored::Ignored;
-use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use alliance_proto::keys::Keys;
-use alliance_proto::process::{ProcessNews, ProcessState};
-use alliance_proto::secret::OpenError;
-use alliance_proto::team::Broadcast;
-use alliance_proto::tick::{Outcome, Report, TickMessage, ToAgent};
+use alliance_proto::tick::{Outcome, TickMessage, ToAgent};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 use zenoh::pubsub::Publisher;
 use zenoh::{Session, Wait};
 
-use crate::barrier::{Presence, Verdict};
+use crate::barrier::Presence;
 use crate::pace::Pace;
 use crate::recorder::{Background, Folder, RecordError, Recorder};
 use crate::simulation::Simulation;
 use acts::UnderWay;
 use again::Question;
-use clocks::check_clock;
 use fates::Fates;
 pub use seals::Seals;
 use standstill::Standstill;
@@ -249,278 +249,6 @@ impl Server {
     #[must_use]
     pub fn has_company(&self) -> bool {
         !self.simulation.barrier().is_deserted()
-    }
-
-    /// Answers a request to join that came on that key: the answer, sealed for who asked.
-    ///
-    /// # Errors
-    /// When it is too large to be sent.
-    pub fn join(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
-        let Some(name) = key.strip_prefix(&self.keys.join("")) else {
-            // An agent of an earlier version, which sealed with the token.
-            self.refuse("join", &"of another version");
-            let refusal = JoinReply::Refused(unread(payload));
-            return self.seals.run.seal(&format!("{key}/{:032x}", 0), &refusal);
-        };
-        let secret = self.seals.robot_named(name);
-        let request = secret.open::<JoinRequest>(&self.keys.join(name), payload);
-        let (nonce, reply) = match request {
-            Ok(request) if request.robot == name => (request.nonce, self.answer(request)),
-            Ok(request) => {
-                self.refuse("join", &"on another robot's key");
-                (request.nonce, JoinReply::Refused(Refusal::Malformed))
-            }
-            Err(error) => {
-                self.refuse("join", &error);
-                (0, JoinReply::Refused(unread(payload)))
-            }
-        };
-        secret.seal(&self.keys.join_answer(name, nonce), &reply)
-    }
-
-    /// Answers a request of a host that came on that key.
-    ///
-    /// # Errors
-    /// When there is no such host, or the answer is too large to be sent.
-    pub fn enlist(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
-        let host = Keys::parse_speaker(key).to_owned();
-        let seals = Arc::clone(&self.seals);
-        let Some(secret) = seals.host(&host) else {
-            self.refuse("enlist", &"unknown host");
-            return Err(format!("unknown host '{host}'"));
-        };
-        let request = secret.open::<EnlistRequest>(&self.keys.enlist(&host), payload);
-        let (nonce, reply) = match request {
-            Ok(request) => (request.nonce, self.enlisted(&host, &request)),
-            Err(error) => {
-                self.refuse("enlist", &error);
-                (0, Err(unread(payload).to_string()))
-            }
-        };
-        let answer = secret.seal(&self.keys.enlist_answer(&host, nonce), &reply);
-        answer.map_err(|error| error.to_string())
-    }
-
-    fn enlisted(&mut self, host: &str, request: &EnlistRequest) -> EnlistReply {
-        if request.version != PROTOCOL_VERSION {
-            return Err(version_refusal(request.version).to_string());
-        }
-        check_clock(request.unix_ms)?;
-        let robots = &self.simulation.setup().scenario.robots;
-        let barrier = self.simulation.barrier();
-        let own = barrier
-            .robots()
-            .filter(|robot| self.seals.host_of(*robot) == host);
-        let (mut all, mut start) = (Vec::new(), Vec::new());
-        for robot in own {
-            let name = &robots[robot.index()].name;
-            all.push(name.clone());
-            let is_free = matches!(
-                barrier.presence(robot),
-                Presence::Empty | Presence::Invited | Presence::Silent
-            );
-            // After the clock has started, only those come back whose lives nobody has ended on purpose.
-            if !robots[robot.index()].absent && is_free && !barrier.is_killed(robot) {
-                start.push(name.clone());
-            }
-        }
-        tracing::info!(host, robots = all.join(", "), "a host is here");
-        Ok(Enlisted { robots: all, start })
-    }
-
-    fn answer(&mut self, request: JoinRequest) -> JoinReply {
-        if !self.asked_to_join.insert(request.nonce) {
-            self.refuse("join", &"put again");
-            return JoinReply::Refused(Refusal::Malformed);
-        }
-        if request.version != PROTOCOL_VERSION {
-            return JoinReply::Refused(version_refusal(request.version));
-        }
-        let briefing = self.simulation.setup().briefing_of(&request.robot);
-        let setup = match serde_json::to_string(&briefing) {
-            Ok(setup) => setup,
-            Err(error) => {
-                self.refuse("join", &error);
-                return JoinReply::Refused(Refusal::Malformed);
-            }
-        };
-        self.supersede(&request.robot);
-        match self.simulation.invite(&request.robot) {
-            Err(refusal) => JoinReply::Refused(refusal),
-            Ok((robot, incarnation, first_tick)) => {
-                let pairs = self.seals.pairs_for(robot);
-                let peer = &mut self.peers[robot.index()];
-                peer.pid = Some(request.pid);
-                peer.invited = Some((incarnation, Instant::now()));
-                (peer.stopped, peer.lost) = (false, false);
-                JoinReply::Welcome(Welcome {
-                    robot,
-                    incarnation,
-                    first_tick,
-                    setup,
-                    pairs,
-                })
-            }
-        }
-    }
-
-    /// Over a network a host can vanish without a closed socket: the silent life of a robot ends when a new one proves that it is the same
-    /// robot's.
-    fn supersede(&mut self, robot: &str) {
-        let Some(robot) = self.seals.rank(robot) else {
-            return;
-        };
-        let barrier = self.simulation.barrier();
-        if self.seals.is_networked()
-            && barrier.presence(robot) == Presence::Silent
-            && let Some(incarnation) = barrier.incarnation(robot)
-        {
-            self.simulation.gone(robot, incarnation);
-            self.pump();
-        }
-    }
-
-    /// A liveliness token of an agent came or went.
-    pub fn token(&mut self, key: &str, alive: bool) {
-        let plain = key.rsplit_once('/').map_or(key, |(plain, _)| plain);
-        let Some((name, incarnation)) = self.keys.parse_alive(plain) else {
-            return self.refuse("token", &"of no robot's incarnation");
-        };
-        let Some(robot) = self.robot_named(name) else {
-            return self.refuse("token", &"unknown robot");
-        };
-        if self.seals.robot(robot).stamped(key).is_none() {
-            return self.refuse("token", &"not stamped by the robot");
-        }
-        if alive {
-            self.peers[robot.index()].invited = None;
-            self.simulation.arrive(robot, incarnation);
-        } else {
-            tracing::info!(
-                robot = name,
-                incarnation,
-                tick = self.simulation.tick(),
-                "agent gone"
-            );
-            self.simulation.gone(robot, incarnation);
-        }
-        self.pump();
-    }
-
-    /// A report arrived on that key, or something that is none.
-    pub fn report(&mut self, key: &str, report: Result<Report, OpenError>) {
-        let report = match report {
-            Ok(report) => report,
-            Err(error) => return self.refuse("report", &error),
-        };
-        let name = self.keys.parse_robot(key).unwrap_or_default().to_owned();
-        if self.robot_named(&name) != Some(report.robot) {
-            return self.refuse("report", &"on another robot's key");
-        }
-        let (robot, incarnation) = (report.robot, report.incarnation);
-        let is_foreign = self.simulation.is_foreign(robot);
-        let mut checked = None;
-        // Only what answers the tick at hand can count.
-        if is_foreign && self.simulation.barrier().is_awaited(robot) {
-            let (told, setup) = (self.simulation.message(robot), self.simulation.setup());
-            match self.fates.check(told, &report, setup) {
-                Ok(fates) => checked = Some(fates),
-                Err(why) => return self.dismiss(robot, &report, &why),
-            }
-        }
-        match self.simulation.report(&report) {
-            Verdict::Counted => {
-                self.peers[robot.index()].asked = None;
-                if let Some(checked) = checked {
-                    self.fates.settle(&report, checked);
-                }
-            }
-            Verdict::BackAgain => {
-                tracing::info!(robot = name, "back again");
-                self.peers[robot.index()].stopped = false;
-            }
-            Verdict::Superseded => {
-                self.send(robot, &ToAgent::Dismissed(incarnation));
-                return self.refuse("report", &"of a superseded incarnation");
-            }
-            Verdict::Stale if self.asked_again(robot, report.tick) => return,
-            Verdict::Stale => return self.refuse("report", &"stale"),
-            Verdict::Malformed if is_foreign => {
-                return self.dismiss(robot, &report, &"a report with impossible contents");
-            }
-            Verdict::Malformed => return self.refuse("report", &"impossible contents"),
-        }
-        self.pump();
-    }
-
-    /// Something was said in a team in which some minds are programs of their own, on that key: what these say is kept, and what the
-    /// others say is what they must have heard.
-    pub fn overhear(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
-        let name = self.keys.parse_robot(key).unwrap_or_default();
-        // What is no broadcast its hearers count.
-        if let Ok(broadcast) = broadcast
-            && self.robot_named(name) == Some(broadcast.sender)
-        {
-            if self.simulation.is_foreign(broadcast.sender) {
-                self.simulation.overhear(broadcast.clone());
-            }
-            self.fates.hear(broadcast);
-        }
-    }
-
-    /// Ends a mind that does what none would: the run goes on without it.
-    fn dismiss(&mut self, robot: RobotId, report: &Report, why: &dyn std::fmt::Display) {
-        let peer = &self.peers[robot.index()];
-        tracing::warn!(robot = peer.name, tick = report.tick, %why, "its mind is dismissed");
-        self.send(robot, &ToAgent::Dismissed(report.incarnation));
-        self.refuse("report", why);
-    }
-
-    /// The launcher of a host reports, on its key, the state of an agent's process.
-    pub fn process(&mut self, key: &str, payload: &[u8]) {
-        let host = Keys::parse_speaker(key);
-        let opened = match self.seals.host(host) {
-            Some(secret) => secret.open(&self.keys.process(host), payload),
-            None => Err(OpenError::Unsealed),
-        };
-        let news: ProcessNews = match opened {
-            Ok(news) => news,
-            Err(error) => return self.refuse("process", &error),
-        };
-        let latest = self.latest_news.entry(host.to_owned()).or_default();
-        if news.number <= *latest {
-            return self.refuse("process", &"stale");
-        }
-        *latest = news.number;
-        let Some(robot) = self.robot_named(&news.robot) else {
-            return self.refuse("process", &"unknown robot");
-        };
-        if self.seals.host_of(robot) != host {
-            return self.refuse("process", &"of another host's robot");
-        }
-        self.peers[robot.index()].lost = news.state != ProcessState::Continued;
-        if news.state == ProcessState::Ended {
-            // The death of an agent is told by its token; one that has not joined has none.
-            self.stillborn(news.pid);
-            return self.pump();
-        }
-        let peer = &mut self.peers[robot.index()];
-        if peer.pid != Some(news.pid) && !self.simulation.barrier().started() {
-            // It has not asked to join yet.
-            return;
-        }
-        if peer.pid != Some(news.pid) {
-            return self.refuse("process", &"unknown process");
-        }
-        match news.state {
-            ProcessState::Stopped => {
-                peer.stopped = true;
-                self.stall(robot);
-            }
-            ProcessState::Continued => peer.stopped = false,
-            ProcessState::Ended => {}
-        }
-        self.pump();
     }
 
     /// Somebody wants the run to end.
@@ -747,19 +475,4 @@ impl Server {
 /// A panic ends the process, so a poisoned lock is never seen.
 pub fn lock(server: &Mutex<Server>) -> MutexGuard<'_, Server> {
     server.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Another version may seal or encode in another way, but it says first which one it is.
-fn unread(payload: &[u8]) -> Refusal {
-    match decode_first(payload) {
-        Ok(agent) if agent != PROTOCOL_VERSION => version_refusal(agent),
-        _ => Refusal::Malformed,
-    }
-}
-
-fn version_refusal(agent: u32) -> Refusal {
-    Refusal::Version {
-        agent,
-        world: PROTOCOL_VERSION,
-    }
 }

@@ -4,6 +4,7 @@
 //! [`Simulation::next_act`] asks for, send each [`Simulation::next_question`] its [`Simulation::message`], hand every answer to
 //! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`] and [`Simulation::record`].
 //!
+//! - `presence`: who comes and goes. `reports`: what robots say. `figures`: how far the mission has come.
 //! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
 //! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.
 //! - `truth`: what robots are told that no robot could know, if their allocators ask for it.
@@ -13,7 +14,10 @@ mod acts;
 mod bends;
 mod commands;
 mod effects;
+mod figures;
 mod levels;
+mod presence;
+mod reports;
 #[cfg(test)]
 mod tests;
 mod triggers;
@@ -22,19 +26,16 @@ mod view;
 
 use std::collections::{BTreeMap, VecDeque};
 
-use alliance_proto::ids::{BehaviorId, Incarnation, RobotId, Tick};
-use alliance_proto::join::Refusal;
+use alliance_proto::ids::{BehaviorId, RobotId, Tick};
 use alliance_proto::log::Input;
-use alliance_proto::mission::columns::{ColumnKind, ColumnValue};
-use alliance_proto::process::ProcessAct;
 use alliance_proto::readings::Actuation;
 use alliance_proto::scenario::{Catalog, Setup, StepOrder};
 use alliance_proto::team::Broadcast;
-use alliance_proto::telemetry::{Delivery, Motivation};
-use alliance_proto::tick::{Outcome, Report, TickMessage};
+use alliance_proto::telemetry::Motivation;
+use alliance_proto::tick::{Outcome, TickMessage};
 use alliance_proto::time::SimTime;
 
-use crate::barrier::{Barrier, Gathered, MAX_BROADCASTS, Presence, Verdict};
+use crate::barrier::{Barrier, Gathered};
 use crate::faults::actuators::Actuators;
 use crate::faults::campaign;
 use crate::faults::links::Links;
@@ -43,9 +44,7 @@ use crate::faults::sensors::Sensors;
 use crate::faults::skills::impairments;
 use crate::interruption::{Interruption, InterruptionHandler};
 use crate::mission::{MissionWorld, Target, TeamFigures, Value};
-use crate::recorder::{
-    Answer, Answers, BodyRecord, Ending, Event, FaultEvent, Record, RecordError, TickRecord,
-};
+use crate::recorder::{Answers, BodyRecord, Event, FaultEvent, Record, RecordError, TickRecord};
 use crate::world::{Impairment, World};
 
 use acts::{Act, Acts};
@@ -231,107 +230,6 @@ impl Simulation {
         self.unscripted
     }
 
-    /// See [`Barrier::invite`].
-    ///
-    /// # Errors
-    /// Why the agent may not join.
-    pub fn invite(&mut self, robot: &str) -> Result<(RobotId, Incarnation, Tick), Refusal> {
-        if self.outcome.is_some() {
-            return Err(Refusal::Over);
-        }
-        self.barrier.invite(robot)
-    }
-
-    /// See [`Barrier::arrive`]; the clock starts when every robot of the scenario has arrived.
-    pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
-        self.mark_moment();
-        self.barrier.arrive(robot, incarnation);
-        self.barrier.start_if_all_here();
-        self.moment += self.barrier.take_came();
-        if self.barrier.presence(robot) == Presence::Present {
-            self.conclude_if(robot, &[ProcessAct::Start]);
-        }
-    }
-
-    /// See [`Barrier::start_without`].
-    pub fn start_without(&mut self, robot: RobotId) {
-        self.barrier.start_without(robot);
-        self.barrier.start_if_all_here();
-    }
-
-    /// See [`Barrier::gone`].
-    pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let was_invited = self.barrier.presence(robot) == Presence::Invited;
-        self.mark_moment();
-        let asked_for = self.is_killing(robot);
-        self.barrier.gone(robot, incarnation, asked_for);
-        self.moment += self.barrier.take_came();
-        self.left(robot, was_invited, "its process ended before it joined");
-    }
-
-    /// See [`Barrier::give_up`].
-    pub fn give_up(&mut self, robot: RobotId, incarnation: Incarnation) {
-        let was_invited = self.barrier.presence(robot) == Presence::Invited;
-        self.barrier.give_up(robot, incarnation);
-        self.left(robot, was_invited, "it was welcomed and did not join");
-    }
-
-    /// An agent may have left its place.
-    fn left(&mut self, robot: RobotId, was_invited: bool, why: &str) {
-        let at_once = self.barrier.presence(robot) == Presence::Empty;
-        if at_once {
-            self.let_go(robot);
-        }
-        if self.barrier.is_gone(robot) || at_once {
-            self.conclude_if(robot, &[ProcessAct::Kill, ProcessAct::Terminate]);
-        }
-        if at_once && was_invited {
-            self.fail_start_of(robot, why);
-        }
-        self.settle();
-    }
-
-    /// What a robot carries falls before the current tick is sensed.
-    fn let_go(&mut self, robot: RobotId) {
-        self.active[robot.index()] = None;
-        self.keep_figures();
-        self.events.extend(self.world.lose(robot));
-    }
-
-    /// In a replay: see [`Barrier::skip_to`].
-    pub fn skip_to(&mut self, robot: RobotId, incarnation: Incarnation) {
-        self.barrier.skip_to(robot, incarnation);
-    }
-
-    /// Reports of different robots may come in any order while they are gathered; of everything else the order is kept.
-    fn mark_moment(&mut self) {
-        let gathers = self.opened && !self.settled;
-        self.barrier.set_moment((!gathers).then_some(self.moment));
-    }
-
-    /// In a replay: whether what came from outside at some moment of the current tick is due now.
-    #[must_use]
-    pub fn feeds(&self, input: &Input) -> bool {
-        input.moment().is_none_or(|moment| moment <= self.moment)
-    }
-
-    /// In a replay: see [`Barrier::admit`].
-    pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation, at_once: bool) {
-        self.mark_moment();
-        self.barrier.admit(robot, incarnation, at_once);
-        self.barrier.start_if_all_here();
-        self.moment += self.barrier.take_came();
-    }
-
-    /// See [`Barrier::stall`]. The scenario did not ask for it.
-    pub fn stall(&mut self, robot: RobotId) {
-        if self.barrier.is_awaited(robot) {
-            self.unscripted = true;
-            self.barrier.stall(robot);
-            self.settle();
-        }
-    }
-
     /// Ends the run before the current tick: nothing of that one counts.
     pub fn interrupt(&mut self) {
         self.outcome.get_or_insert(Outcome::Interrupted);
@@ -418,44 +316,6 @@ impl Simulation {
         self.world
             .impair(impaired.map(|(_, impairment)| impairment));
         self.learn_truth();
-    }
-
-    /// An agent's report.
-    pub fn report(&mut self, report: &Report) -> Verdict {
-        if !self.is_well_formed(report) {
-            return Verdict::Malformed;
-        }
-        self.mark_moment();
-        let verdict = self.barrier.report(report);
-        self.moment += self.barrier.take_came();
-        if verdict == Verdict::Counted {
-            debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
-            let robot = report.robot;
-            let told = &self.messages[robot.index()];
-            self.answers.take(&told.readings, report);
-            // Before the next robot is asked, and hears of it.
-            if self.steps_in_order() && self.schedule.waiting().next().is_some() {
-                self.trigger_by_report(report);
-            }
-            self.settle();
-        }
-        verdict
-    }
-
-    /// Whether the robot's mind is a program of its own.
-    #[must_use]
-    pub fn is_foreign(&self, robot: RobotId) -> bool {
-        self.foreign.get(robot.index()).is_some_and(|is| *is)
-    }
-
-    /// A broadcast of a robot whose mind is a program of its own, before the report that lists it: it is kept for the log. Nothing
-    /// else becomes of it here.
-    pub fn overhear(&mut self, broadcast: Broadcast) {
-        let robots = self.foreign.iter().filter(|is| **is).count();
-        let has_room = self.said.len() < robots * usize::from(MAX_BROADCASTS);
-        if has_room && self.is_foreign(broadcast.sender) && broadcast.tick == self.tick() {
-            self.said.push(broadcast);
-        }
     }
 
     fn steps_in_order(&self) -> bool {
@@ -632,171 +492,9 @@ impl Simulation {
         })
     }
 
-    /// What robots are at, for faults of the next tick that befall a role. It follows from what is logged of this tick alone.
-    fn note_reported(&mut self, answers: &[Answer], inputs: &[Input]) {
-        self.reported.fill(None);
-        for answer in answers.iter().filter(|answer| answer.counts) {
-            let report = &answer.report;
-            let has_died = inputs.iter().any(|input| match input {
-                Input::Gone {
-                    robot, incarnation, ..
-                } => {
-                    *incarnation == report.incarnation
-                        && self.robot_named(robot) == Some(report.robot)
-                }
-                _ => false,
-            });
-            self.reported[report.robot.index()] = (!has_died).then_some(report.active);
-        }
-    }
-
-    /// What the run remembers of the answers that count.
-    fn take_note(&mut self, now: SimTime, answers: &[Answer], inputs: &mut Vec<Input>) {
-        let mut hits: Vec<FaultIndex> = Vec::new();
-        for answer in answers.iter().filter(|answer| answer.counts) {
-            let report = &answer.report;
-            self.active[report.robot.index()] = report.active;
-            self.memories.remember(now, report, &self.setup);
-            if !answer.deliveries.are_usual() {
-                self.note_losses(report, inputs);
-                self.note_hits(report, &mut hits);
-            }
-        }
-        for fault in hits {
-            self.hit(fault, 1);
-        }
-        if !inputs.is_empty() {
-            tracing::debug!(tick = self.barrier.tick() - 1, ?inputs, "inputs");
-        }
-    }
-
-    /// What link faults have done to messages.
-    fn note_hits(&self, report: &Report, hits: &mut Vec<FaultIndex>) {
-        for reception in &report.receptions {
-            if reception.delivery != Delivery::Heard {
-                hits.extend(self.links.causes(report.robot, reception));
-            }
-        }
-    }
-
-    /// Losses that nobody asked for are inputs: a replay repeats them.
-    fn note_losses(&mut self, report: &Report, inputs: &mut Vec<Input>) {
-        let mut index = 0;
-        let mut before = None;
-        for reception in &report.receptions {
-            // Receptions come by (sender, tick, index): the index starts again with each sender and tick.
-            let from = Some((reception.sender, reception.sent));
-            index = if from == before { index + 1 } else { 0 };
-            before = from;
-            if reception.delivery == Delivery::Lost {
-                self.unscripted = true;
-                inputs.push(Input::Lost {
-                    receiver: self.name(report.robot).to_owned(),
-                    sender: self.name(reception.sender).to_owned(),
-                    sent_tick: reception.sent.0 / self.setup.scenario.step_ms,
-                    index,
-                });
-            }
-        }
-    }
-
-    /// Whether ids and numbers of a report are such as an agent of this run would send.
-    fn is_well_formed(&self, report: &Report) -> bool {
-        let robots = self.setup.scenario.robots.len();
-        let (sets, tasks) = (
-            self.setup.catalog.sets.len(),
-            self.setup.catalog.tasks.len(),
-        );
-        let threshold = self.setup.alliance.threshold;
-        report.robot.index() < robots
-            && report.active.is_none_or(|active| active.index() < sets)
-            && report.motivations.len() <= sets
-            && report.allocation.len() <= sets
-            && report.allocation.iter().all(|row| {
-                row.task.index() < tasks
-                    && row.behavior.index() < sets
-                    && row.utility.is_finite()
-                    && row.holder.is_none_or(|holder| holder.index() < robots)
-            })
-            && report.changes.len() <= 8 * sets
-            && report.motivations.iter().all(|motivation| {
-                motivation.set.index() < sets
-                    && (0.0..=threshold).contains(&motivation.motivation)
-                    && motivation.impatience.is_finite()
-            })
-            && report
-                .changes
-                .iter()
-                .all(|change| change.set.index() < sets)
-            && report.receptions.iter().all(|reception| {
-                reception.sender.index() < robots
-                    && reception.said.is_none_or(|said| {
-                        said.set.is_none_or(|set| set.index() < sets)
-                            && said.task.is_none_or(|task| task.index() < tasks)
-                    })
-            })
-    }
-
     fn decide_outcome(&self) -> Option<Outcome> {
         let limit = SimTime::from_secs_f64(self.setup.scenario.limit_s);
         let end = self.world.mission().end(self.world.now());
         end.or_else(|| (self.world.now() >= limit).then_some(Outcome::TimeLimit))
-    }
-
-    /// Before anything changes the mission between two ticks: its figures are those of the tick that has ended, as all that is
-    /// in the log.
-    fn keep_figures(&mut self) {
-        if self.ended.figures.is_none() {
-            self.ended.figures = Some(Box::new(self.figures()));
-        }
-    }
-
-    /// Those that the mission tells, how far it has come if it does not say so itself, and what energy all robots have used, if that is
-    /// simulated.
-    fn figures(&self) -> TeamFigures {
-        let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
-        self.world.mission().figures(&mut figures);
-        for column in self.mission_columns() {
-            let counts = matches!(column.kind, ColumnKind::Done | ColumnKind::Left);
-            if counts && figures.mission.column(&column.name).is_none() {
-                figures.mission.add(&column.name, column.value);
-            }
-        }
-        if let Some(energy) = &self.setup.scenario.energy {
-            let left = self
-                .barrier
-                .robots()
-                .filter_map(|it| self.world.energy_j(it));
-            let used = left.map(|left_j| f64::from(energy.capacity_j - left_j));
-            figures.mission.add("energy_used_j", used.sum::<f64>());
-        }
-        figures
-    }
-
-    /// The values of mission.csv now, in the order of its columns.
-    #[must_use]
-    pub fn mission_row(&self) -> Vec<Value> {
-        let mut row = Vec::new();
-        self.world.mission().row(&mut row);
-        row
-    }
-
-    /// The same with their columns.
-    #[must_use]
-    pub fn mission_columns(&self) -> Vec<ColumnValue> {
-        let columns = self.setup.catalog.mission.terms().columns.iter();
-        let columns = columns.zip(self.mission_row());
-        columns.map(|(column, value)| column.with(value)).collect()
-    }
-
-    /// What the end of the log tells of the run.
-    #[must_use]
-    pub fn ending(&self) -> Ending {
-        let kept = self.ended.figures.as_deref().cloned();
-        Ending {
-            unscripted: self.unscripted,
-            faults: self.faults(),
-            figures: kept.unwrap_or_else(|| self.figures()),
-        }
     }
 }

@@ -2,9 +2,11 @@
 
 use alliance_proto::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
 use alliance_proto::testkit::default_setup;
+use alliance_proto::tick::Report;
 use glam::Vec2;
 
 use super::*;
+use crate::barrier::Verdict;
 use crate::drill::DRILL;
 
 const BLUE: RobotId = RobotId(0);

@@ -3,27 +3,28 @@
 use std::fmt::{Debug, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use alliance_proto::handshake::{ConnectError, failure};
 use tracing::field::{Field, Visit};
 use tracing::{Dispatch, Event, Level, Subscriber};
 use tracing_subscriber::Layer;
 use tracing_subscriber::layer::{Context, SubscriberExt};
 use zenoh::{Config, Session, Wait};
 
-/// A session that is opened by one try, whatever the configuration says of retries. While it lasts, what zenoh warns of goes into the
+use crate::handshake::{ConnectError, failure};
+
+/// A session by that configuration, in JSON5, that is opened by one try, whatever the configuration says of retries. While it lasts, what zenoh warns of goes into the
 /// error instead of the log.
 ///
 /// # Errors
 /// Why there is none, in one line for people.
-pub fn open_once(mut config: Config, endpoint: &str) -> Result<Session, ConnectError> {
+pub fn open_once(config: &str, endpoint: &str) -> Result<Session, ConnectError> {
+    let wrong = |error: zenoh::Error| failure(endpoint, &error.to_string());
+    let mut config = Config::from_json5(config).map_err(wrong)?;
     // Zenoh's own words for "try once"; a configuration takes both.
     for (key, value) in [
         ("connect/timeout_ms", "0"),
         ("connect/exit_on_failure", "true"),
     ] {
-        config
-            .insert_json5(key, value)
-            .map_err(|error| failure(endpoint, &error.to_string()))?;
+        config.insert_json5(key, value).map_err(wrong)?;
     }
     let said = Arc::default();
     let listener = Listener {

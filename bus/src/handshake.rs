@@ -108,8 +108,7 @@ const CLOSED: &str =
     "the connection was closed before it stood; do both sides say tls, or both tcp?";
 
 /// What zenoh said when it could not connect there.
-#[must_use]
-pub fn failure(endpoint: &str, said: &str) -> ConnectError {
+pub(crate) fn failure(endpoint: &str, said: &str) -> ConnectError {
     let endpoint = endpoint.to_owned();
     let heard = |(words, _): &&(&str, &str)| said.contains(words);
     if let Some(reason) = wrong_name(said) {

@@ -1,0 +1,129 @@
+//! What comes from robots and from the launchers of their hosts: reports, broadcasts, states of processes.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::keys::Keys;
+use alliance_proto::process::{ProcessNews, ProcessState};
+use alliance_proto::secret::OpenError;
+use alliance_proto::team::Broadcast;
+use alliance_proto::tick::{Report, ToAgent};
+
+use super::Server;
+use crate::barrier::Verdict;
+
+impl Server {
+    /// A report arrived on that key, or something that is none.
+    pub fn report(&mut self, key: &str, report: Result<Report, OpenError>) {
+        let report = match report {
+            Ok(report) => report,
+            Err(error) => return self.refuse("report", &error),
+        };
+        let name = self.keys.parse_robot(key).unwrap_or_default().to_owned();
+        if self.robot_named(&name) != Some(report.robot) {
+            return self.refuse("report", &"on another robot's key");
+        }
+        let (robot, incarnation) = (report.robot, report.incarnation);
+        let is_foreign = self.simulation.is_foreign(robot);
+        let mut checked = None;
+        // Only what answers the tick at hand can count.
+        if is_foreign && self.simulation.barrier().is_awaited(robot) {
+            let (told, setup) = (self.simulation.message(robot), self.simulation.setup());
+            match self.fates.check(told, &report, setup) {
+                Ok(fates) => checked = Some(fates),
+                Err(why) => return self.dismiss(robot, &report, &why),
+            }
+        }
+        match self.simulation.report(&report) {
+            Verdict::Counted => {
+                self.peers[robot.index()].asked = None;
+                if let Some(checked) = checked {
+                    self.fates.settle(&report, checked);
+                }
+            }
+            Verdict::BackAgain => {
+                tracing::info!(robot = name, "back again");
+                self.peers[robot.index()].stopped = false;
+            }
+            Verdict::Superseded => {
+                self.send(robot, &ToAgent::Dismissed(incarnation));
+                return self.refuse("report", &"of a superseded incarnation");
+            }
+            Verdict::Stale if self.asked_again(robot, report.tick) => return,
+            Verdict::Stale => return self.refuse("report", &"stale"),
+            Verdict::Malformed if is_foreign => {
+                return self.dismiss(robot, &report, &"a report with impossible contents");
+            }
+            Verdict::Malformed => return self.refuse("report", &"impossible contents"),
+        }
+        self.pump();
+    }
+
+    /// Something was said in a team in which some minds are programs of their own, on that key: what these say is kept, and what the
+    /// others say is what they must have heard.
+    pub fn overhear(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
+        let name = self.keys.parse_robot(key).unwrap_or_default();
+        // What is no broadcast its hearers count.
+        if let Ok(broadcast) = broadcast
+            && self.robot_named(name) == Some(broadcast.sender)
+        {
+            if self.simulation.is_foreign(broadcast.sender) {
+                self.simulation.overhear(broadcast.clone());
+            }
+            self.fates.hear(broadcast);
+        }
+    }
+
+    /// Ends a mind that does what none would: the run goes on without it.
+    fn dismiss(&mut self, robot: RobotId, report: &Report, why: &dyn std::fmt::Display) {
+        let peer = &self.peers[robot.index()];
+        tracing::warn!(robot = peer.name, tick = report.tick, %why, "its mind is dismissed");
+        self.send(robot, &ToAgent::Dismissed(report.incarnation));
+        self.refuse("report", why);
+    }
+
+    /// The launcher of a host reports, on its key, the state of an agent's process.
+    pub fn process(&mut self, key: &str, payload: &[u8]) {
+        let host = Keys::parse_speaker(key);
+        let opened = match self.seals.host(host) {
+            Some(secret) => secret.open(&self.keys.process(host), payload),
+            None => Err(OpenError::Unsealed),
+        };
+        let news: ProcessNews = match opened {
+            Ok(news) => news,
+            Err(error) => return self.refuse("process", &error),
+        };
+        let latest = self.latest_news.entry(host.to_owned()).or_default();
+        if news.number <= *latest {
+            return self.refuse("process", &"stale");
+        }
+        *latest = news.number;
+        let Some(robot) = self.robot_named(&news.robot) else {
+            return self.refuse("process", &"unknown robot");
+        };
+        if self.seals.host_of(robot) != host {
+            return self.refuse("process", &"of another host's robot");
+        }
+        self.peers[robot.index()].lost = news.state != ProcessState::Continued;
+        if news.state == ProcessState::Ended {
+            // The death of an agent is told by its token; one that has not joined has none.
+            self.stillborn(news.pid);
+            return self.pump();
+        }
+        let peer = &mut self.peers[robot.index()];
+        if peer.pid != Some(news.pid) && !self.simulation.barrier().started() {
+            // It has not asked to join yet.
+            return;
+        }
+        if peer.pid != Some(news.pid) {
+            return self.refuse("process", &"unknown process");
+        }
+        match news.state {
+            ProcessState::Stopped => {
+                peer.stopped = true;
+                self.stall(robot);
+            }
+            ProcessState::Continued => peer.stopped = false,
+            ProcessState::Ended => {}
+        }
+        self.pump();
+    }
+}

@@ -1,0 +1,186 @@
+//! Who comes and goes: requests to join, hosts, and tokens of life.
+
+use std::sync::Arc;
+
+use alliance_proto::codec::{CodecError, decode_first};
+use alliance_proto::enlist::{EnlistReply, EnlistRequest, Enlisted};
+use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
+use alliance_proto::keys::Keys;
+use tokio::time::Instant;
+
+use super::Server;
+use super::clocks::check_clock;
+use crate::barrier::Presence;
+
+impl Server {
+    /// Answers a request to join that came on that key: the answer, sealed for who asked.
+    ///
+    /// # Errors
+    /// When it is too large to be sent.
+    pub fn join(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
+        let Some(name) = key.strip_prefix(&self.keys.join("")) else {
+            // An agent of an earlier version, which sealed with the token.
+            self.refuse("join", &"of another version");
+            let refusal = JoinReply::Refused(unread(payload));
+            return self.seals.run.seal(&format!("{key}/{:032x}", 0), &refusal);
+        };
+        let secret = self.seals.robot_named(name);
+        let request = secret.open::<JoinRequest>(&self.keys.join(name), payload);
+        let (nonce, reply) = match request {
+            Ok(request) if request.robot == name => (request.nonce, self.answer(request)),
+            Ok(request) => {
+                self.refuse("join", &"on another robot's key");
+                (request.nonce, JoinReply::Refused(Refusal::Malformed))
+            }
+            Err(error) => {
+                self.refuse("join", &error);
+                (0, JoinReply::Refused(unread(payload)))
+            }
+        };
+        secret.seal(&self.keys.join_answer(name, nonce), &reply)
+    }
+
+    /// Answers a request of a host that came on that key.
+    ///
+    /// # Errors
+    /// When there is no such host, or the answer is too large to be sent.
+    pub fn enlist(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
+        let host = Keys::parse_speaker(key).to_owned();
+        let seals = Arc::clone(&self.seals);
+        let Some(secret) = seals.host(&host) else {
+            self.refuse("enlist", &"unknown host");
+            return Err(format!("unknown host '{host}'"));
+        };
+        let request = secret.open::<EnlistRequest>(&self.keys.enlist(&host), payload);
+        let (nonce, reply) = match request {
+            Ok(request) => (request.nonce, self.enlisted(&host, &request)),
+            Err(error) => {
+                self.refuse("enlist", &error);
+                (0, Err(unread(payload).to_string()))
+            }
+        };
+        let answer = secret.seal(&self.keys.enlist_answer(&host, nonce), &reply);
+        answer.map_err(|error| error.to_string())
+    }
+
+    fn enlisted(&mut self, host: &str, request: &EnlistRequest) -> EnlistReply {
+        if request.version != PROTOCOL_VERSION {
+            return Err(version_refusal(request.version).to_string());
+        }
+        check_clock(request.unix_ms)?;
+        let robots = &self.simulation.setup().scenario.robots;
+        let barrier = self.simulation.barrier();
+        let own = barrier
+            .robots()
+            .filter(|robot| self.seals.host_of(*robot) == host);
+        let (mut all, mut start) = (Vec::new(), Vec::new());
+        for robot in own {
+            let name = &robots[robot.index()].name;
+            all.push(name.clone());
+            let is_free = matches!(
+                barrier.presence(robot),
+                Presence::Empty | Presence::Invited | Presence::Silent
+            );
+            // After the clock has started, only those come back whose lives nobody has ended on purpose.
+            if !robots[robot.index()].absent && is_free && !barrier.is_killed(robot) {
+                start.push(name.clone());
+            }
+        }
+        tracing::info!(host, robots = all.join(", "), "a host is here");
+        Ok(Enlisted { robots: all, start })
+    }
+
+    fn answer(&mut self, request: JoinRequest) -> JoinReply {
+        if !self.asked_to_join.insert(request.nonce) {
+            self.refuse("join", &"put again");
+            return JoinReply::Refused(Refusal::Malformed);
+        }
+        if request.version != PROTOCOL_VERSION {
+            return JoinReply::Refused(version_refusal(request.version));
+        }
+        let briefing = self.simulation.setup().briefing_of(&request.robot);
+        let setup = match serde_json::to_string(&briefing) {
+            Ok(setup) => setup,
+            Err(error) => {
+                self.refuse("join", &error);
+                return JoinReply::Refused(Refusal::Malformed);
+            }
+        };
+        self.supersede(&request.robot);
+        match self.simulation.invite(&request.robot) {
+            Err(refusal) => JoinReply::Refused(refusal),
+            Ok((robot, incarnation, first_tick)) => {
+                let pairs = self.seals.pairs_for(robot);
+                let peer = &mut self.peers[robot.index()];
+                peer.pid = Some(request.pid);
+                peer.invited = Some((incarnation, Instant::now()));
+                (peer.stopped, peer.lost) = (false, false);
+                JoinReply::Welcome(Welcome {
+                    robot,
+                    incarnation,
+                    first_tick,
+                    setup,
+                    pairs,
+                })
+            }
+        }
+    }
+
+    /// Over a network a host can vanish without a closed socket: the silent life of a robot ends when a new one proves that it is the same
+    /// robot's.
+    fn supersede(&mut self, robot: &str) {
+        let Some(robot) = self.seals.rank(robot) else {
+            return;
+        };
+        let barrier = self.simulation.barrier();
+        if self.seals.is_networked()
+            && barrier.presence(robot) == Presence::Silent
+            && let Some(incarnation) = barrier.incarnation(robot)
+        {
+            self.simulation.gone(robot, incarnation);
+            self.pump();
+        }
+    }
+
+    /// A liveliness token of an agent came or went.
+    pub fn token(&mut self, key: &str, alive: bool) {
+        let plain = key.rsplit_once('/').map_or(key, |(plain, _)| plain);
+        let Some((name, incarnation)) = self.keys.parse_alive(plain) else {
+            return self.refuse("token", &"of no robot's incarnation");
+        };
+        let Some(robot) = self.robot_named(name) else {
+            return self.refuse("token", &"unknown robot");
+        };
+        if self.seals.robot(robot).stamped(key).is_none() {
+            return self.refuse("token", &"not stamped by the robot");
+        }
+        if alive {
+            self.peers[robot.index()].invited = None;
+            self.simulation.arrive(robot, incarnation);
+        } else {
+            tracing::info!(
+                robot = name,
+                incarnation,
+                tick = self.simulation.tick(),
+                "agent gone"
+            );
+            self.simulation.gone(robot, incarnation);
+        }
+        self.pump();
+    }
+}
+
+/// Another version may seal or encode in another way, but it says first which one it is.
+fn unread(payload: &[u8]) -> Refusal {
+    match decode_first(payload) {
+        Ok(agent) if agent != PROTOCOL_VERSION => version_refusal(agent),
+        _ => Refusal::Malformed,
+    }
+}
+
+fn version_refusal(agent: u32) -> Refusal {
+    Refusal::Version {
+        agent,
+        world: PROTOCOL_VERSION,
+    }
+}

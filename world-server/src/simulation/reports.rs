@@ -1,0 +1,158 @@
+//! What robots report: whether it can be, what it triggers, and what of it is remembered.
+
+use alliance_proto::ids::RobotId;
+use alliance_proto::log::Input;
+use alliance_proto::team::Broadcast;
+use alliance_proto::telemetry::Delivery;
+use alliance_proto::tick::Report;
+use alliance_proto::time::SimTime;
+
+use super::Simulation;
+use crate::barrier::{MAX_BROADCASTS, Verdict};
+use crate::faults::schedule::FaultIndex;
+use crate::recorder::Answer;
+
+impl Simulation {
+    /// An agent's report.
+    pub fn report(&mut self, report: &Report) -> Verdict {
+        if !self.is_well_formed(report) {
+            return Verdict::Malformed;
+        }
+        self.mark_moment();
+        let verdict = self.barrier.report(report);
+        self.moment += self.barrier.take_came();
+        if verdict == Verdict::Counted {
+            debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
+            let robot = report.robot;
+            let told = &self.messages[robot.index()];
+            self.answers.take(&told.readings, report);
+            // Before the next robot is asked, and hears of it.
+            if self.steps_in_order() && self.schedule.waiting().next().is_some() {
+                self.trigger_by_report(report);
+            }
+            self.settle();
+        }
+        verdict
+    }
+
+    /// Whether the robot's mind is a program of its own.
+    #[must_use]
+    pub fn is_foreign(&self, robot: RobotId) -> bool {
+        self.foreign.get(robot.index()).is_some_and(|is| *is)
+    }
+
+    /// A broadcast of a robot whose mind is a program of its own, before the report that lists it: it is kept for the log. Nothing
+    /// else becomes of it here.
+    pub fn overhear(&mut self, broadcast: Broadcast) {
+        let robots = self.foreign.iter().filter(|is| **is).count();
+        let has_room = self.said.len() < robots * usize::from(MAX_BROADCASTS);
+        if has_room && self.is_foreign(broadcast.sender) && broadcast.tick == self.tick() {
+            self.said.push(broadcast);
+        }
+    }
+
+    /// What the run remembers of the answers that count.
+    pub(super) fn take_note(&mut self, now: SimTime, answers: &[Answer], inputs: &mut Vec<Input>) {
+        let mut hits: Vec<FaultIndex> = Vec::new();
+        for answer in answers.iter().filter(|answer| answer.counts) {
+            let report = &answer.report;
+            self.active[report.robot.index()] = report.active;
+            self.memories.remember(now, report, &self.setup);
+            if !answer.deliveries.are_usual() {
+                self.note_losses(report, inputs);
+                self.note_hits(report, &mut hits);
+            }
+        }
+        for fault in hits {
+            self.hit(fault, 1);
+        }
+        if !inputs.is_empty() {
+            tracing::debug!(tick = self.barrier.tick() - 1, ?inputs, "inputs");
+        }
+    }
+
+    /// What robots are at, for faults of the next tick that befall a role. It follows from what is logged of this tick alone.
+    pub(super) fn note_reported(&mut self, answers: &[Answer], inputs: &[Input]) {
+        self.reported.fill(None);
+        for answer in answers.iter().filter(|answer| answer.counts) {
+            let report = &answer.report;
+            let has_died = inputs.iter().any(|input| match input {
+                Input::Gone {
+                    robot, incarnation, ..
+                } => {
+                    *incarnation == report.incarnation
+                        && self.robot_named(robot) == Some(report.robot)
+                }
+                _ => false,
+            });
+            self.reported[report.robot.index()] = (!has_died).then_some(report.active);
+        }
+    }
+
+    /// What link faults have done to messages.
+    fn note_hits(&self, report: &Report, hits: &mut Vec<FaultIndex>) {
+        for reception in &report.receptions {
+            if reception.delivery != Delivery::Heard {
+                hits.extend(self.links.causes(report.robot, reception));
+            }
+        }
+    }
+
+    /// Losses that nobody asked for are inputs: a replay repeats them.
+    fn note_losses(&mut self, report: &Report, inputs: &mut Vec<Input>) {
+        let mut index = 0;
+        let mut before = None;
+        for reception in &report.receptions {
+            // Receptions come by (sender, tick, index): the index starts again with each sender and tick.
+            let from = Some((reception.sender, reception.sent));
+            index = if from == before { index + 1 } else { 0 };
+            before = from;
+            if reception.delivery == Delivery::Lost {
+                self.unscripted = true;
+                inputs.push(Input::Lost {
+                    receiver: self.name(report.robot).to_owned(),
+                    sender: self.name(reception.sender).to_owned(),
+                    sent_tick: reception.sent.0 / self.setup.scenario.step_ms,
+                    index,
+                });
+            }
+        }
+    }
+
+    /// Whether ids and numbers of a report are such as an agent of this run would send.
+    fn is_well_formed(&self, report: &Report) -> bool {
+        let robots = self.setup.scenario.robots.len();
+        let (sets, tasks) = (
+            self.setup.catalog.sets.len(),
+            self.setup.catalog.tasks.len(),
+        );
+        let threshold = self.setup.alliance.threshold;
+        report.robot.index() < robots
+            && report.active.is_none_or(|active| active.index() < sets)
+            && report.motivations.len() <= sets
+            && report.allocation.len() <= sets
+            && report.allocation.iter().all(|row| {
+                row.task.index() < tasks
+                    && row.behavior.index() < sets
+                    && row.utility.is_finite()
+                    && row.holder.is_none_or(|holder| holder.index() < robots)
+            })
+            && report.changes.len() <= 8 * sets
+            && report.motivations.iter().all(|motivation| {
+                motivation.set.index() < sets
+                    && (0.0..=threshold).contains(&motivation.motivation)
+                    && motivation.impatience.is_finite()
+            })
+            && report
+                .changes
+                .iter()
+                .all(|change| change.set.index() < sets)
+            && report.receptions.iter().all(|reception| {
+                reception.sender.index() < robots
+                    && reception.said.is_none_or(|said| {
+                        said.set.is_none_or(|set| set.index() < sets)
+                            && said.task.is_none_or(|task| task.index() < tasks)
+                    })
+            })
+    }
+}
