@@ -12,7 +12,7 @@ use alliance_proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use alliance_proto::keys::Keys;
 use alliance_proto::member::Member;
 use alliance_proto::panics;
-use alliance_proto::scenario::{Setup, SetupFile, Vocabulary};
+use alliance_proto::scenario::{Setup, Vocabulary};
 use alliance_proto::secret::{self, OpenError, Pairs, Secret};
 use alliance_proto::session;
 use alliance_proto::team::{Broadcast, BroadcastKind};
@@ -308,10 +308,7 @@ async fn join(
                 incarnation: welcome.incarnation,
                 pairs: welcome.pairs,
             },
-            serde_json::from_str::<SetupFile>(&welcome.setup)
-                .map_err(|error| AgentError::Answer(error.to_string()))?
-                .read(vocabulary)
-                .map_err(|error| AgentError::Answer(error.to_string()))?,
+            Setup::from_json(&welcome.setup, vocabulary).map_err(AgentError::Answer)?,
         )),
     }
 }

@@ -12,7 +12,7 @@ use bus::{ConnectError, open_once};
 use rcgen::{CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, KeyPair};
 use tempfile::TempDir;
 use time::OffsetDateTime;
-use zenoh::{Config, Session, Wait};
+use zenoh::{Session, Wait};
 
 use super::make::{Authority, Dates, KeyFile, Member};
 

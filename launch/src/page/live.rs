@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use alliance_proto::control::{ControlCommand, Reply};
 use alliance_proto::event::EventNews;
 use alliance_proto::rendezvous::{Rendezvous, User};
-use alliance_proto::scenario::SetupFile;
+use alliance_proto::scenario::Setup;
 use alliance_proto::tick::Outcome;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::View;
@@ -64,9 +64,9 @@ impl Live {
             bail!("run '{}' does not say what it is", observer.run.run);
         };
         let described = "the world's description of the run";
-        let setup: SetupFile = serde_json::from_str(&description.setup).context(described)?;
-        let setup = setup
-            .read(&Registry::of_this_program().vocabulary())
+        let vocabulary = Registry::of_this_program().vocabulary();
+        let setup = Setup::from_json(&description.setup, &vocabulary)
+            .map_err(anyhow::Error::msg)
             .context(described)?;
         let heard = Arc::new(Heard::new(SimTime(setup.scenario.step_ms)));
 

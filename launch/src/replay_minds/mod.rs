@@ -95,7 +95,7 @@ impl Asked {
             return Ok(());
         };
         let name = self.name(robot).to_owned();
-        let setup = serde_json::to_string(&self.setup.briefing_of(&name));
+        let setup = self.setup.briefing_of(&name).to_json();
         let welcome = Welcome {
             robot,
             incarnation,

@@ -38,6 +38,14 @@ pub struct RunFile<S = Setup> {
 }
 
 impl RunFile {
+    /// As it stands in run.json.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let text = serde_json::to_string_pretty(self);
+        // Every key is a string and the destination is memory, so nothing is left to fail.
+        text.expect("run.json can be encoded") + "\n"
+    }
+
     /// Reads run.json and checks it: whoever touched it may have broken anything, and what it holds is run again.
     ///
     /// # Errors

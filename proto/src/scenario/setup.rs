@@ -77,6 +77,26 @@ impl Serialize for Setup {
     }
 }
 
+// Here once, and not in each crate that asks for it.
+impl Setup {
+    /// As JSON, in one line.
+    ///
+    /// # Errors
+    /// When a section of a mission cannot be written.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+
+    /// What [`Setup::to_json`] has made, not checked: see [`Setup::check`].
+    ///
+    /// # Errors
+    /// Where it is no JSON, or the first value of the scenario that does not fit.
+    pub fn from_json(text: &str, vocabulary: &Vocabulary) -> Result<Self, String> {
+        let file: SetupFile = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        file.read(vocabulary).map_err(|error| error.to_string())
+    }
+}
+
 impl SetupFile {
     /// The setup, not checked: see [`Setup::check`].
     ///

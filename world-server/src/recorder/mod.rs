@@ -182,10 +182,7 @@ impl<S: Sink> Recorder<S> {
 
     fn write_run(&mut self, outcome: RunOutcome, ending: Ending) -> Result<RunFile, RecordError> {
         let run = self.encoder.run_file(outcome, ending);
-        let text = serde_json::to_string_pretty(&run)
-            // Every key is a string and the destination is memory, so nothing is left to fail.
-            .expect("run.json can be encoded");
-        self.sink.replace(Document::Run, &(text + "\n"))?;
+        self.sink.replace(Document::Run, &run.to_json())?;
         Ok(run)
     }
 }

@@ -120,7 +120,7 @@ impl Server {
         let mut setup = self.simulation.setup().clone();
         // They grow with the square of the team.
         setup.alliance.robots.clear();
-        let setup = serde_json::to_string(&setup);
+        let setup = setup.to_json();
         let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
         Ok(Description {
             run: self.run.clone(),

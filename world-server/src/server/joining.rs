@@ -99,7 +99,7 @@ impl Server {
             return JoinReply::Refused(version_refusal(request.version));
         }
         let briefing = self.simulation.setup().briefing_of(&request.robot);
-        let setup = match serde_json::to_string(&briefing) {
+        let setup = match briefing.to_json() {
             Ok(setup) => setup,
             Err(error) => {
                 self.refuse("join", &error);
