@@ -29,7 +29,7 @@ impl ScenariosCommand {
             Ok(None) => self.list_or_print(&vocabulary),
             Ok(Some(sized)) => {
                 // Its keys are strings and the destination is memory, so nothing is left to fail.
-                say(toml::to_string(&sized).expect("a scenario can be written"))
+                say(sized.to_toml().expect("a scenario can be written"))
             }
             Err(error) => {
                 tell!("alliance scenarios: {error:#}");

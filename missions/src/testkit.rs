@@ -77,7 +77,7 @@ pub fn mission(parts: MissionParts, scenario: &str) {
 
 fn scenario_text(scenario: &Scenario) -> String {
     // Its keys are strings and the destination is memory.
-    toml::to_string(scenario).expect("a scenario can be written")
+    scenario.to_toml().expect("a scenario can be written")
 }
 
 fn catalog(setup: &Setup) {

@@ -71,7 +71,7 @@ fn processes_and_one_process_write_the_same_bytes() {
             scenario.allocator = Some(allocator.to_owned());
             scenario.limit_s = 8.0;
             scenario.faults.timeline = trouble(victim, 4.0);
-            std::fs::write(lab.path("s.toml"), toml::to_string(&scenario).unwrap()).unwrap();
+            std::fs::write(lab.path("s.toml"), scenario.to_toml().unwrap()).unwrap();
             let many = lab.mission("many", &["s.toml"]);
             let one = lab.run(&["run", "--in-process", "--out", "one", "s.toml"]);
             assert!(matches!(one.status.code(), Some(0 | 1)), "{}", one.stderr);

@@ -113,7 +113,7 @@ impl Lab {
             spill.items = items / 2;
         }
         let file = format!("mission-of-{items}.toml");
-        std::fs::write(self.path(&file), toml::to_string(&scenario).unwrap()).unwrap();
+        std::fs::write(self.path(&file), scenario.to_toml().unwrap()).unwrap();
         file
     }
 

@@ -283,7 +283,7 @@ fn a_run_by_processes_with_a_kill_is_repeated_to_the_byte() {
     let file = lab.path("scenario.toml");
     let killed = "[faults]\ntimeline = [{ fault.kill = 'gold', at_s = 40.0 }]\n";
     let scenario = scenario("cmommt-crowded", Policy::ACmommt, killed);
-    std::fs::write(&file, toml::to_string(&scenario).unwrap()).unwrap();
+    std::fs::write(&file, scenario.to_toml().unwrap()).unwrap();
     let checked = ["scenario.toml", "--in-process", "--check"];
     lab.mission("checked", &checked).expect(0);
 }

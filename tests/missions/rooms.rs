@@ -20,7 +20,7 @@ fn assert_completes(name: &str, scenario: Scenario, limit_s: &str) {
         .sum();
     let lab = Lab::new();
     let file = format!("{name}.toml");
-    std::fs::write(lab.path(&file), toml::to_string(&scenario).unwrap()).unwrap();
+    std::fs::write(lab.path(&file), scenario.to_toml().unwrap()).unwrap();
     let finished = lab.mission(
         "run",
         &[&file, "--limit", limit_s, "--log", "summary", "--json"],

@@ -45,7 +45,7 @@ fn scenario(step_ms: u64, phi_s: f64, robots: &[(&str, f64)]) -> Scenario {
 /// The scenario as a file of the lab.
 fn write(lab: &Lab, scenario: &Scenario) -> String {
     let file = format!("step-{}.toml", scenario.step_ms);
-    std::fs::write(lab.path(&file), toml::to_string(scenario).unwrap()).unwrap();
+    std::fs::write(lab.path(&file), scenario.to_toml().unwrap()).unwrap();
     file
 }
 

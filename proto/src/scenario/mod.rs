@@ -163,6 +163,14 @@ impl Scenario {
 }
 
 impl Scenario {
+    /// The text of a scenario file that says the same. It is made here, for else each crate that asks for it compiles how.
+    ///
+    /// # Errors
+    /// When a section of a mission cannot be written.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
     /// What it says of its mission, in the mission's own type.
     ///
     /// # Panics

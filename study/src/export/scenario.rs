@@ -80,7 +80,7 @@ fn text(scenario: &Scenario, seed: u64) -> anyhow::Result<String> {
         text,
         "# What was done to a run with `--seed {seed}` is on the timeline here."
     )?;
-    text += &toml::to_string(scenario)?;
+    text += &scenario.to_toml()?;
     Ok(text)
 }
 

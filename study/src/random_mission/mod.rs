@@ -229,7 +229,7 @@ mod tests {
                 kinds.insert(order.fault.name().to_owned());
             }
             // Also by its text, which is what a failed run leaves.
-            let text = toml::to_string(&scenario).unwrap();
+            let text = scenario.to_toml().unwrap();
             assert_eq!(
                 Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap(),
                 scenario
@@ -261,7 +261,7 @@ mod tests {
                 assert_eq!(scenario.mission().name(), name);
                 let again = random.draw(default_scenario(), seed);
                 assert_eq!(scenario, again);
-                let text = toml::to_string(&scenario).unwrap();
+                let text = scenario.to_toml().unwrap();
                 let vocabulary = Registry::built_in().vocabulary();
                 let read = Scenario::parse("mission.toml", &text, &vocabulary);
                 assert_eq!(read.unwrap(), scenario, "seed {seed}");

@@ -86,7 +86,7 @@ fn a_policy_has_its_tasks() {
 fn the_family_is_valid_in_every_size_and_covers_the_same_share() {
     for (robots, targets) in [(1, 1), (1, 10_000), (5, 5), (100, 100), (10_000, 10_000)] {
         let scenario = OBSERVE.family(robots, targets).unwrap();
-        let text = toml::to_string(&scenario).unwrap();
+        let text = scenario.to_toml().unwrap();
         let vocabulary = Registry::built_in().vocabulary();
         assert_eq!(
             Scenario::parse("f.toml", &text, &vocabulary).unwrap(),

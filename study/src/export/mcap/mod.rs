@@ -71,7 +71,7 @@ pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     seen.sort_by_key(|message| message.at);
 
     let mut facts = facts(logged);
-    let scenario = toml::to_string(&setup.scenario).context("the scenario as TOML")?;
+    let scenario = setup.scenario.to_toml().context("the scenario as TOML")?;
     facts.insert("scenario_toml".to_owned(), scenario);
     recording.write_metadata("run", facts)?;
     let frames = frames.stream(&again.log, &end);

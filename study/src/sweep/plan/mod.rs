@@ -227,7 +227,7 @@ impl Plan {
             Scenario::from_table(&table, &vocabulary()).map_err(|error| error.to_string())?;
         let drawn = self.mission.draw(scenario, self.design.seed(run));
         // By its text, as the scenario itself.
-        let text = toml::to_string(&drawn).map_err(|error| error.to_string())?;
+        let text = drawn.to_toml().map_err(|error| error.to_string())?;
         toml::from_str(&text).map_err(|error| error.to_string())
     }
 }

@@ -50,7 +50,7 @@ proptest! {
         scenario.room.width_m = width;
         scenario.limit_s = limit;
         scenario.alliance.defaults.broadcast_rate_hz = Some(rate);
-        let text = toml::to_string(&scenario).unwrap();
+        let text = scenario.to_toml().unwrap();
         prop_assert_eq!(Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap(), scenario);
     }
 }
