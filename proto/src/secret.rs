@@ -124,11 +124,13 @@ impl Pairs {
     }
 }
 
+#[inline]
 fn hasher(key: [u8; 16]) -> SipHasher24 {
     SipHasher24::new_with_key(&key)
 }
 
 /// The seal of these bytes for that key.
+#[inline]
 fn mark(mut hasher: SipHasher24, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
     hasher.write(key.as_bytes());
     // No key expression has a zero byte, so key and message cannot be cut differently.
@@ -213,6 +215,7 @@ impl Secret {
     }
 
     /// The seal of these bytes for that key.
+    #[inline]
     #[must_use]
     pub fn mark(&self, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
         mark(self.keyed, key, message)
