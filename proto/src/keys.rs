@@ -87,6 +87,7 @@ impl Keys {
     }
 
     /// The robot and incarnation of an agent's token without its stamp, `None` for any other key.
+    #[inline]
     #[must_use]
     pub fn parse_alive<'k>(&self, key: &'k str) -> Option<(&'k str, Incarnation)> {
         let rest = key.strip_prefix(&self.prefix)?.strip_prefix("/alive/")?;
@@ -125,6 +126,7 @@ impl Keys {
     }
 
     /// The robot a `robot/<robot>/…` or `team/<robot>/…` key speaks of, `None` for any other key.
+    #[inline]
     #[must_use]
     pub fn parse_robot<'k>(&self, key: &'k str) -> Option<&'k str> {
         let rest = key.strip_prefix(&self.prefix)?;
@@ -147,6 +149,7 @@ impl Keys {
     }
 
     /// The last chunk of a `join/…`, `enlist/…` or `process/…` key: who speaks.
+    #[inline]
     #[must_use]
     pub fn parse_speaker(key: &str) -> &str {
         key.rsplit_once('/').map_or(key, |(_, name)| name)
