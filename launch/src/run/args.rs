@@ -8,7 +8,7 @@ use alliance_proto::tell;
 use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
-use study::export::export_mcap;
+use study::export::{export_mcap, mcap_is_there};
 use study::learned;
 use world_server::args::{MissionArgs, RunArgs, drawn_run_id, run_id_for};
 
@@ -86,6 +86,9 @@ impl RunCommand {
             }
             if let Some(profile) = &self.mission.profile {
                 learned::check_place(profile).context("--profile")?;
+            }
+            if self.mcap {
+                mcap_is_there()?;
             }
             let link = self.link()?;
             Ok((self.run.folder(&setup)?, setup, minds, link))

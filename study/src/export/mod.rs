@@ -4,6 +4,10 @@
 //! - `parquet`: the tables of its log, a file each.
 //! - `scenario`: what was done to it, as a scenario to run again, to change and to sweep over.
 
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(not(feature = "mcap"))]
+#[path = "without_mcap.rs"]
 mod mcap;
 mod parquet;
 mod scenario;
@@ -62,6 +66,9 @@ impl ExportCommand {
     }
 
     fn export(&self) -> anyhow::Result<()> {
+        if self.formats.mcap.is_some() {
+            mcap_is_there()?;
+        }
         let log = open(&self.folder)?;
         if let Some(folder) = &self.formats.parquet {
             let folder = folder
@@ -96,6 +103,17 @@ impl ExportCommand {
         }
         Ok(())
     }
+}
+
+/// Whether this program can make MCAP files.
+///
+/// # Errors
+/// How to get one that can.
+pub fn mcap_is_there() -> anyhow::Result<()> {
+    if cfg!(feature = "mcap") {
+        return Ok(());
+    }
+    anyhow::bail!("--mcap: this program is built without it; build it with --features mcap")
 }
 
 /// Writes the run in that folder as DIR/run.mcap.
