@@ -9,7 +9,7 @@ use super::Simulation;
 use crate::barrier::Presence;
 
 impl Simulation {
-    /// See [`Barrier::invite`].
+    /// See [`Barrier::invite`](crate::barrier::Barrier::invite).
     ///
     /// # Errors
     /// Why the agent may not join.
@@ -20,7 +20,7 @@ impl Simulation {
         self.barrier.invite(robot)
     }
 
-    /// See [`Barrier::arrive`]; the clock starts when every robot of the scenario has arrived.
+    /// See [`Barrier::arrive`](crate::barrier::Barrier::arrive); the clock starts when every robot of the scenario has arrived.
     pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.mark_moment();
         self.barrier.arrive(robot, incarnation);
@@ -31,13 +31,13 @@ impl Simulation {
         }
     }
 
-    /// See [`Barrier::start_without`].
+    /// See [`Barrier::start_without`](crate::barrier::Barrier::start_without).
     pub fn start_without(&mut self, robot: RobotId) {
         self.barrier.start_without(robot);
         self.barrier.start_if_all_here();
     }
 
-    /// See [`Barrier::gone`].
+    /// See [`Barrier::gone`](crate::barrier::Barrier::gone).
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;
         self.mark_moment();
@@ -47,7 +47,7 @@ impl Simulation {
         self.left(robot, was_invited, "its process ended before it joined");
     }
 
-    /// See [`Barrier::give_up`].
+    /// See [`Barrier::give_up`](crate::barrier::Barrier::give_up).
     pub fn give_up(&mut self, robot: RobotId, incarnation: Incarnation) {
         let was_invited = self.barrier.presence(robot) == Presence::Invited;
         self.barrier.give_up(robot, incarnation);
@@ -76,7 +76,7 @@ impl Simulation {
         self.events.extend(self.world.lose(robot));
     }
 
-    /// In a replay: see [`Barrier::skip_to`].
+    /// In a replay: see [`Barrier::skip_to`](crate::barrier::Barrier::skip_to).
     pub fn skip_to(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.barrier.skip_to(robot, incarnation);
     }
@@ -93,7 +93,7 @@ impl Simulation {
         input.moment().is_none_or(|moment| moment <= self.moment)
     }
 
-    /// In a replay: see [`Barrier::admit`].
+    /// In a replay: see [`Barrier::admit`](crate::barrier::Barrier::admit).
     pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation, at_once: bool) {
         self.mark_moment();
         self.barrier.admit(robot, incarnation, at_once);
@@ -101,7 +101,7 @@ impl Simulation {
         self.moment += self.barrier.take_came();
     }
 
-    /// See [`Barrier::stall`]. The scenario did not ask for it.
+    /// See [`Barrier::stall`](crate::barrier::Barrier::stall). The scenario did not ask for it.
     pub fn stall(&mut self, robot: RobotId) {
         if self.barrier.is_awaited(robot) {
             self.unscripted = true;
