@@ -9,7 +9,7 @@
 //! - [`testkit`]: what every allocator must keep, for tests of other crates too.
 //! - [`by_rank`]: lists of what is kept of each teammate.
 //!
-//! The shell: [`process`] puts an agent on the bus, [`connect`] says why it could not be put there, [`far`] finds a run on another host, [`args`] is its command line.
+//! The shell: [`process`] puts an agent on the bus, [`far`] finds a run on another host, [`args`] is its command line.
 
 // They panic where nothing can be written; `alliance_proto::terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
