@@ -316,7 +316,7 @@ fn an_order_that_fails_says_so_and_why_and_the_run_goes_on() {
     assert_eq!(told("in-vain")["failed"], why);
     assert_eq!(told("in-vain")["hits"], 0);
     assert_eq!(told("end")["failed"], serde_json::Value::Null);
-    let table = lab.run(&["fault", "list"]).expect(0).stdout;
+    let table = lab.run(&["fault", "list"]).expect(0).stderr;
     assert!(table.contains("failed: "), "{table}");
 
     write(&lab, "mind.sh", &format!("exec {PROGRAM} agent\n"));
