@@ -1,7 +1,7 @@
 //! Sessions on the bus: how each program opens one, and why it could not.
 //!
-//! A crate of its own, for how zenoh opens a session is compiled anew by each crate that asks for it: a tenth of a million lines
-//! for the compiler's back end.
+//! A crate of its own to keep builds short: zenoh's code for opening a session is generic, and each crate that calls it would compile
+//! its own copy. So the functions here are not generic.
 
 mod handshake;
 mod once;

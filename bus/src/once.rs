@@ -11,8 +11,8 @@ use zenoh::{Config, Session, Wait};
 
 use crate::handshake::{ConnectError, failure};
 
-/// A session by that configuration, in JSON5, that is opened by one try, whatever the configuration says of retries. While it lasts, what zenoh warns of goes into the
-/// error instead of the log.
+/// A session by that configuration, in JSON5, opened by one try, whatever the configuration says of retries. During the try, what zenoh
+/// warns of goes into the error instead of the log.
 ///
 /// # Errors
 /// Why there is none, in one line for people.

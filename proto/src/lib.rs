@@ -13,6 +13,9 @@
 //! - [`terminal`]: what a command says to whoever started it; [`panics`]: what it says when it panics.
 //! - [`testkit`]: a mission for tests of what knows none.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
+//!
+//! A release builds this crate at level 1, for most of it reads and writes files. What a step calls is marked `inline`, and so compiled
+//! at level 3 by the crates that call it.
 
 pub mod access;
 pub mod allocation;

@@ -20,6 +20,7 @@ pub mod interrupted;
 pub mod invariants;
 pub mod learned;
 mod new_file;
+mod optional;
 mod page_head;
 mod palette;
 pub mod random_mission;

@@ -239,7 +239,7 @@ export function paintItems(c, p, view, body_m, palette) {
     c.lineTo(x + size, y);
     c.lineTo(x, y + size);
     c.lineTo(x - size, y);
-    // Not by closePath, which takes the longer the more items there are.
+    // Not by closePath, which costs more the longer the path already is.
     c.lineTo(x, y - size);
   }
   c.fill();

@@ -73,7 +73,7 @@ impl Up {
         let keys = if start.is_some() {
             PathBuf::from(STANDARD_INPUT)
         } else {
-            // Whole: a folder may be called as standard input is.
+            // Absolute, so that a folder called `-` is not taken for standard input.
             let folder = std::path::absolute(&cluster.keys).with_context(|| name.to_string())?;
             let files = KeyFiles::Folder(folder.clone());
             Keyring::read(&files, WORLD).with_context(|| name.to_string())?;

@@ -163,7 +163,7 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// The text of a scenario file that says the same. It is made here, for else each crate that asks for it compiles how.
+    /// The text of a scenario file that says the same. Not generic, so that serde's code for it is compiled in this crate alone.
     ///
     /// # Errors
     /// When a section of a mission cannot be written.

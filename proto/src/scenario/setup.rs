@@ -77,7 +77,7 @@ impl Serialize for Setup {
     }
 }
 
-// Here once, and not in each crate that asks for it.
+// Not generic, so that the code that serde makes for these types is compiled in this crate alone.
 impl Setup {
     /// As JSON, in one line.
     ///

@@ -24,6 +24,7 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 
 use crate::new_file::NewFile;
+use crate::optional;
 
 /// Write a run as MCAP, for Foxglove, Lichtblick and PlotJuggler, as Parquet, for notebooks, or what was done to it as a scenario.
 #[derive(Args, Clone, Debug)]
@@ -110,10 +111,7 @@ impl ExportCommand {
 /// # Errors
 /// How to get one that can.
 pub fn mcap_is_there() -> anyhow::Result<()> {
-    if cfg!(feature = "mcap") {
-        return Ok(());
-    }
-    anyhow::bail!("--mcap: this program is built without it; build it with --features mcap")
+    optional::check("mcap", cfg!(feature = "mcap"))
 }
 
 /// Writes the run in that folder as DIR/run.mcap.

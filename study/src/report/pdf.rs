@@ -1,14 +1,13 @@
 //! A figure as PDF, with its fonts in it, so that it looks the same wherever it is opened.
 
+use crate::optional;
+
 /// Whether this program can make PDF files.
 ///
 /// # Errors
 /// How to get one that can.
 pub fn is_there() -> anyhow::Result<()> {
-    if cfg!(feature = "pdf") {
-        return Ok(());
-    }
-    anyhow::bail!("--pdf: this program is built without it; build it with --features pdf")
+    optional::check("pdf", cfg!(feature = "pdf"))
 }
 
 /// An SVG as PDF of the same size.

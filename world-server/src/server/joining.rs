@@ -1,4 +1,4 @@
-//! Who comes and goes: requests to join, hosts, and tokens of life.
+//! How agents and hosts come to the run: requests to join, requests of hosts, liveliness tokens.
 
 use std::sync::Arc;
 

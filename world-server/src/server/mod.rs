@@ -3,7 +3,7 @@
 //! It sends through publishers that were declared once, writes through the recorder, and reads the wall clock for pace and
 //! deadlines; every decision about the run is the [`Simulation`]'s.
 //!
-//! - `joining`: who comes and goes. `heard`: what comes from robots and launchers. `control`: what operators ask for.
+//! - `joining`: how agents and hosts come to the run. `heard`: what comes from robots and launchers. `control`: what operators ask for.
 //! - `acts`: what faults ask of processes. `again`, `standstill`, `clocks`: what waits, or is lost, or differs.
 //! - `seals`: who may say what. `fates`: whether minds that are programs of their own tell what links do to messages.
 
@@ -12,7 +12,6 @@ mod again;
 mod clocks;
 mod control;
 mod fates;
-
 mod heard;
 mod joining;
 mod seals;

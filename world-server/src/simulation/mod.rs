@@ -4,7 +4,7 @@
 //! [`Simulation::next_act`] asks for, send each [`Simulation::next_question`] its [`Simulation::message`], hand every answer to
 //! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`] and [`Simulation::record`].
 //!
-//! - `presence`: who comes and goes. `reports`: what robots say. `figures`: how far the mission has come.
+//! - `presence`: which robots take part. `reports`: what robots say. `figures`: how far the mission has come.
 //! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
 //! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.
 //! - `truth`: what robots are told that no robot could know, if their allocators ask for it.

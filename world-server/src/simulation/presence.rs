@@ -1,4 +1,4 @@
-//! Who comes and goes.
+//! Which robots take part: who joins, dies, falls silent, comes back.
 
 use alliance_proto::ids::{Incarnation, RobotId, Tick};
 use alliance_proto::join::Refusal;
