@@ -1,99 +1,97 @@
-//! Why somebody could not connect, in words for people: what zenoh and its TLS say, translated.
+//! Messages for people about failed connections, translated from the errors of zenoh and its TLS library.
 
-/// Why there is no session.
+/// An error of opening a session.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ConnectError {
-    /// One of the two does not accept the other, and will not when it is asked again.
+    /// A side rejects the other; a retry fails as well.
     #[error("{endpoint}: {reason}")]
     Refused {
-        /// Zenoh locator that was tried.
         endpoint: String,
-        /// What is wrong, and what would be right.
+        /// The problem and the remedy.
         reason: String,
     },
-    /// Nobody has answered, which may be otherwise in a moment.
+    /// The other side did not answer; a retry can succeed.
     #[error("{endpoint}: {reason}")]
     NotThere {
-        /// Zenoh locator that was tried.
         endpoint: String,
-        /// What the network says.
+        /// The problem as the network reports it.
         reason: String,
     },
 }
 
-/// What they say of one who is there and does not want, or is not wanted. The first that fits holds.
+/// Error texts of permanent failures with their messages. The first match applies.
 const REFUSED: &[(&str, &str)] = &[
-    // Of files on this side.
+    // Errors of local files.
     (
         "KeyMismatch",
-        "the private key here is not that of the certificate; copy both files again",
+        "the local private key does not match the local certificate; copy both files again",
     ),
     (
         "No private key found",
-        "the .key file here holds no private key; copy it again",
+        "the local .key file contains no private key; copy it again",
     ),
-    // Of the other side's certificate, by this side.
+    // Errors of the other side's certificate, found by this side.
     (
         "invalid peer certificate: UnknownIssuer",
-        "its certificate is not signed by the ca.pem here; copy the files of one `alliance keys` to both sides",
+        "its certificate is not signed by the local ca.pem; copy the files of one `alliance keys` run to both sides",
     ),
     (
         "invalid peer certificate: BadSignature",
-        "its certificate is not signed by the ca.pem here; copy the files of one `alliance keys` to both sides",
+        "its certificate is not signed by the local ca.pem; copy the files of one `alliance keys` run to both sides",
     ),
     (
         "invalid peer certificate: certificate expired",
-        "by this machine's clock its certificate has expired; set the clock right, or make new keys",
+        "its certificate has expired according to this machine's clock; correct the clock or create new keys",
     ),
     (
         "invalid peer certificate: certificate not valid yet",
-        "by this machine's clock its certificate is not valid yet; set the clock right, or make new keys",
+        "its certificate is not valid yet according to this machine's clock; correct the clock or create new keys",
     ),
     (
         "extended key usage for server authentication",
-        "its certificate is not that of one who listens; make keys that say where it is reached",
+        "its certificate is not valid for a listener; create keys that contain its address",
     ),
-    // Of this side's certificate, by the other.
+    // Errors of this side's certificate, found by the other side.
     (
         "received fatal alert: CertificateRequired",
-        "it asks for a certificate, and none is shown; connect with --keys DIR",
+        "the other side requires a certificate; connect with --keys DIR",
     ),
     (
         "received fatal alert: UnknownCA",
-        "its ca.pem has not signed the certificate here; copy the files of one `alliance keys` to both sides",
+        "its ca.pem has not signed the local certificate; copy the files of one `alliance keys` run to both sides",
     ),
     (
         "received fatal alert: DecryptError",
-        "its ca.pem has not signed the certificate here; copy the files of one `alliance keys` to both sides",
+        "its ca.pem has not signed the local certificate; copy the files of one `alliance keys` run to both sides",
     ),
     (
         "received fatal alert: CertificateExpired",
-        "by its clock the certificate here has expired or is not valid yet; set both clocks right, or make new keys",
+        "the local certificate has expired or is not valid yet according to its clock; correct both clocks or create new keys",
     ),
     (
         "received fatal alert: UnsupportedCertificate",
-        "the certificate here is not that of one who connects; use those of `alliance keys`",
+        "the local certificate is not valid for a client; use the certificates of `alliance keys`",
     ),
-    // Of the rest.
+    // Other errors of the handshake.
     (
         "received corrupt message",
-        "who answers there does not speak TLS; is that the port of a world or a host?",
+        "the listener there does not use TLS; check that the port belongs to a world or a host",
     ),
     (
         "Received a close message (reason GENERIC)",
-        "it does not know this name and secret; copy the .secret file of its `alliance keys` again",
+        "it rejects this name and secret; copy the .secret file of its `alliance keys` again",
     ),
 ];
 
-/// What they say where nobody has answered yet.
+/// Error texts of temporary failures with their messages.
 const NOT_THERE: &[(&str, &str)] = &[
-    ("Connection refused", "nobody listens there"),
+    ("Connection refused", "no program listens there"),
     (
         "failed to lookup address",
-        "the network knows no machine of that name",
+        "the network has no machine with that name",
     ),
-    ("No route to host", "the network has no way there"),
-    ("Network is unreachable", "the network has no way there"),
+    ("No route to host", "the network has no route there"),
+    ("Network is unreachable", "the network has no route there"),
     ("deadline has elapsed", SILENT),
     ("timed out", SILENT),
     ("Connection reset", CLOSED),
@@ -101,50 +99,50 @@ const NOT_THERE: &[(&str, &str)] = &[
     ("early eof", CLOSED),
 ];
 
-/// Each of two that speak differently waits for the other to go on.
-const SILENT: &str = "nobody answers there; do both sides say tls, or both tcp?";
+/// The cause can be different transports: each side then waits for the other one.
+const SILENT: &str = "no answer from there; check that both sides use tls, or both tcp";
 
 const CLOSED: &str =
-    "the connection was closed before it stood; do both sides say tls, or both tcp?";
+    "the connection was closed during setup; check that both sides use tls, or both tcp";
 
-/// What zenoh said when it could not connect there.
-pub(crate) fn failure(endpoint: &str, said: &str) -> ConnectError {
+/// Translates the error text of zenoh for a connection to `endpoint`.
+pub(crate) fn failure(endpoint: &str, text: &str) -> ConnectError {
     let endpoint = endpoint.to_owned();
-    let heard = |(words, _): &&(&str, &str)| said.contains(words);
-    if let Some(reason) = wrong_name(said) {
+    let is_contained = |(words, _): &&(&str, &str)| text.contains(words);
+    if let Some(reason) = wrong_name(text) {
         return ConnectError::Refused { endpoint, reason };
     }
-    if let Some((_, reason)) = REFUSED.iter().find(heard) {
+    if let Some((_, reason)) = REFUSED.iter().find(is_contained) {
         let reason = (*reason).to_owned();
         return ConnectError::Refused { endpoint, reason };
     }
-    if let Some((_, reason)) = NOT_THERE.iter().find(heard) {
+    if let Some((_, reason)) = NOT_THERE.iter().find(is_contained) {
         let reason = (*reason).to_owned();
         return ConnectError::NotThere { endpoint, reason };
     }
-    // Better the words of a library than none: its first line, without the place in its source.
-    let line = said.lines().next().unwrap_or_default();
+    // An untranslated text is better than none: the first line, without the position in zenoh's source.
+    let line = text.lines().next().unwrap_or_default();
     let line = line.split(" at /").next().unwrap_or_default();
     ConnectError::Refused {
         endpoint,
-        reason: format!("{}; zenoh says no more", line.trim()),
+        reason: format!("{}; zenoh gives no further reason", line.trim()),
     }
 }
 
-/// `… not valid for name "10.0.0.1"; certificate is only valid for IpAddress(10.0.0.9) at …`.
-fn wrong_name(said: &str) -> Option<String> {
-    let (_, rest) = said.split_once("not valid for name \"")?;
-    let (asked, rest) = rest.split_once('"')?;
-    let holds = rest.split_once("only valid for ").map(|(_, names)| names);
-    let holds = holds.and_then(|names| names.split(" at /").next());
-    let holds = holds
+/// Parses `… not valid for name "10.0.0.1"; certificate is only valid for IpAddress(10.0.0.9) at …`.
+fn wrong_name(text: &str) -> Option<String> {
+    let (_, rest) = text.split_once("not valid for name \"")?;
+    let (requested, rest) = rest.split_once('"')?;
+    let names = rest.split_once("only valid for ").map(|(_, names)| names);
+    let names = names.and_then(|names| names.split(" at /").next());
+    let names = names
         .unwrap_or("another")
         .replace("IpAddress(", "")
         .replace("DnsName(", "")
         .replace(['(', ')', '"'], "");
     Some(format!(
-        "its certificate is for {}, not for {asked}; connect by a name that it has, or make keys in which it is reached at {asked}",
-        holds.trim()
+        "its certificate is for {}, not for {requested}; connect by one of its names, or create keys for {requested}",
+        names.trim()
     ))
 }
 
@@ -155,52 +153,52 @@ mod tests {
     const PLACE: &str = " at /home/somebody/zenoh-link-tls/src/unicast.rs:378.";
 
     #[track_caller]
-    fn refused(said: &str, expected: &str) {
-        let error = failure("tls/h:1", said);
+    fn refused(text: &str, expected: &str) {
+        let error = failure("tls/h:1", text);
         assert!(matches!(error, ConnectError::Refused { .. }), "{error:?}");
         assert_eq!(error.to_string(), format!("tls/h:1: {expected}"));
     }
 
-    /// Texts as zenoh 1.10.2 with rustls 0.23 has them. That these are what it says, handshakes on loopback tell in `launch`.
+    /// The texts are those of zenoh 1.10.2 with rustls 0.23. Handshakes on loopback in the crate `launch` check them.
     #[test]
-    fn one_line_says_what_is_wrong_and_what_would_be_right() {
+    fn a_known_error_becomes_one_line_with_the_remedy() {
         refused(
             &format!(
                 "Unable to connect to tls/h:1! received fatal alert: CertificateRequired{PLACE}\nUnable"
             ),
-            "it asks for a certificate, and none is shown; connect with --keys DIR",
+            "the other side requires a certificate; connect with --keys DIR",
         );
         refused(
             &format!(
                 "certificate not valid for name \"10.0.0.1\"; certificate is only valid for IpAddress(10.0.0.9){PLACE}"
             ),
-            "its certificate is for 10.0.0.9, not for 10.0.0.1; connect by a name that it has, or make keys in which it is reached at 10.0.0.1",
+            "its certificate is for 10.0.0.9, not for 10.0.0.1; connect by one of its names, or create keys for 10.0.0.1",
         );
         refused(
             &format!(
                 "not valid for name \"a\"; certificate is only valid for DnsName(\"b\") or IpAddress(::1){PLACE}"
             ),
-            "its certificate is for b or ::1, not for a; connect by a name that it has, or make keys in which it is reached at a",
+            "its certificate is for b or ::1, not for a; connect by one of its names, or create keys for a",
         );
         refused(
             "not valid for name \"a\"",
-            "its certificate is for another, not for a; connect by a name that it has, or make keys in which it is reached at a",
+            "its certificate is for another, not for a; connect by one of its names, or create keys for a",
         );
     }
 
     #[test]
-    fn what_is_not_known_is_passed_on_in_one_line() {
+    fn an_unknown_error_is_shortened_to_one_line() {
         refused(
             &format!("received fatal alert: ProtocolVersion{PLACE}\nand more"),
-            "received fatal alert: ProtocolVersion; zenoh says no more",
+            "received fatal alert: ProtocolVersion; zenoh gives no further reason",
         );
-        refused("", "; zenoh says no more");
+        refused("", "; zenoh gives no further reason");
     }
 
     #[test]
-    fn who_does_not_answer_may_answer_later() {
+    fn a_refused_connection_is_a_temporary_failure() {
         let error = failure("tls/h:1", "Connection refused (os error 111)");
         assert!(matches!(error, ConnectError::NotThere { .. }), "{error:?}");
-        assert_eq!(error.to_string(), "tls/h:1: nobody listens there");
+        assert_eq!(error.to_string(), "tls/h:1: no program listens there");
     }
 }

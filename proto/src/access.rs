@@ -1,26 +1,25 @@
-//! Access control of a run's routers, for zenoh: who may put, ask, hear and declare what. Whatever is not allowed is denied, so that an
-//! expression with wildcards opens nothing. A client sees no error of what is denied: it does not arrive.
+//! The access control of a run's routers, in zenoh's configuration format. Everything that is not allowed is denied,
+//! and the router drops denied messages without an error.
 //!
-//! Each link is that of one user, by name and password and, where it is one of TLS, by the name in the certificate.
+//! Each link belongs to one user, identified by a name and a password, and on TLS links also by the name in the
+//! certificate.
 
 use serde_json::{Value, json};
 
 use crate::keys::{ALIVE_WORLDS, Keys};
 use crate::member;
 
-/// Those that speak over one link: a robot that connects by itself, or a host with all of its robots.
+/// The robots behind one link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Speaker {
-    /// [Identity](crate::member) of the link.
+    /// The [identity](crate::member) of the link.
     pub identity: String,
-    /// The host's name, if it is one.
+    /// The name of the host, if the link belongs to one.
     pub host: Option<String>,
-    /// Names of the robots.
     pub robots: Vec<String>,
 }
 
 impl Speaker {
-    /// A robot that connects by itself.
     #[must_use]
     pub fn robot(name: &str) -> Self {
         Self {
@@ -30,7 +29,6 @@ impl Speaker {
         }
     }
 
-    /// A host, for its robots.
     #[must_use]
     pub fn host(name: &str, robots: Vec<String>) -> Self {
         Self {
@@ -41,16 +39,16 @@ impl Speaker {
     }
 }
 
-/// Links of TLS, in words of zenoh.
+/// The name of TLS links in zenoh.
 const TLS: &str = "tls";
 
-/// Links without certificates.
+/// The names of links without certificates.
 const UNCERTIFIED: [&str; 2] = ["unixsock-stream", "tcp"];
 
-/// For those who order and watch, at the gateway: they hear everything, and ask on the control topic. What goes out has come from the team.
+/// Returns the access control of the gateway. Its clients receive everything and send queries on the control topic.
 #[must_use]
 pub fn of_operators(keys: &Keys) -> String {
-    let hear = [
+    let receive = [
         "declare_subscriber",
         "declare_liveliness_subscriber",
         "liveliness_query",
@@ -63,7 +61,7 @@ pub fn of_operators(keys: &Keys) -> String {
         "liveliness_token",
     ];
     let mut rules = Rules::default();
-    rules.allow("anybody", "ingress", &hear, vec![keys.all()]);
+    rules.allow("anybody", "ingress", &receive, vec![keys.all()]);
     rules.allow(
         "anybody",
         "ingress",
@@ -75,8 +73,8 @@ pub fn of_operators(keys: &Keys) -> String {
     rules.into_text()
 }
 
-/// For the router of a run over a network. Whoever logs in as `trusted`, a process of the router's own machine, may do everything; so may
-/// who is connected to by one of the `uplink` protocols.
+/// Returns the access control of the router of a network run. The user `trusted`, a process on the router's machine,
+/// may do everything. So may the peer of an outgoing connection by the protocol `uplink`.
 #[must_use]
 pub fn of_team(keys: &Keys, speakers: &[Speaker], trusted: &str, uplink: Option<&str>) -> String {
     let all = [
@@ -100,7 +98,7 @@ pub fn of_team(keys: &Keys, speakers: &[Speaker], trusted: &str, uplink: Option<
         if protocol == TLS {
             subject["cert_common_names"] = json!([member::WORLD]);
         }
-        rules.also("trusted", "uplink", subject);
+        rules.add_subject("trusted", "uplink", subject);
     }
     for speaker in speakers {
         rules.speaker(keys, speaker);
@@ -116,7 +114,6 @@ struct Rules {
 }
 
 impl Rules {
-    /// A rule of that group.
     fn allow(&mut self, group: &str, flow: &str, messages: &[&str], keys: Vec<String>) {
         if keys.is_empty() {
             return;
@@ -127,15 +124,15 @@ impl Rules {
         }));
     }
 
-    /// For whom the rules of a group are; they are there already.
-    fn subject(&mut self, group: &str, who: Value) {
-        self.also(group, group, who);
+    /// Applies the complete rules of a group to a subject.
+    fn subject(&mut self, group: &str, subject: Value) {
+        self.add_subject(group, group, subject);
     }
 
-    /// For whom else.
-    fn also(&mut self, group: &str, id: &str, mut who: Value) {
-        who["id"] = json!(id);
-        self.subjects.push(who);
+    /// Applies the rules of a group to another subject.
+    fn add_subject(&mut self, group: &str, id: &str, mut subject: Value) {
+        subject["id"] = json!(id);
+        self.subjects.push(subject);
         let prefix = format!("{group}-");
         let of_group = |id: &&str| {
             id.strip_prefix(&prefix)
@@ -160,14 +157,14 @@ impl Rules {
             speaker.host.iter().map(|host| key(host)).collect()
         };
         let ticks = of_each(&|robot| keys.tick(robot));
-        let asks = [
+        let queries = [
             of_each(&|robot| keys.join(robot)),
             of_host(&|host| keys.enlist(host)),
         ]
         .concat();
         let process = of_host(&|host| keys.process(host));
-        let heard = [ticks, vec![keys.team_all()]].concat();
-        let said = [
+        let received = [ticks, vec![keys.team_all()]].concat();
+        let sent = [
             of_each(&|robot| keys.report(robot)),
             of_each(&|robot| keys.team(robot, "*")),
             process.clone(),
@@ -175,11 +172,11 @@ impl Rules {
         .concat();
         let alive = of_each(&|robot| keys.alive_of(robot));
         let watch = ["declare_liveliness_subscriber", "liveliness_query"];
-        self.allow(id, "ingress", &["put"], said);
-        self.allow(id, "ingress", &["query"], asks.clone());
-        self.allow(id, "egress", &["reply"], asks);
-        self.allow(id, "ingress", &["declare_subscriber"], heard.clone());
-        self.allow(id, "egress", &["put"], heard);
+        self.allow(id, "ingress", &["put"], sent);
+        self.allow(id, "ingress", &["query"], queries.clone());
+        self.allow(id, "egress", &["reply"], queries);
+        self.allow(id, "ingress", &["declare_subscriber"], received.clone());
+        self.allow(id, "egress", &["put"], received);
         self.allow(id, "ingress", &["liveliness_token"], alive);
         self.allow(id, "ingress", &watch, vec![ALIVE_WORLDS.to_owned()]);
         self.allow(
@@ -188,7 +185,7 @@ impl Rules {
             &["liveliness_token"],
             vec![keys.alive_world()],
         );
-        // Without knowing who listens nobody puts anything.
+        // A client publishes only if it receives the declarations of the subscribers.
         self.allow(
             id,
             "egress",
@@ -214,7 +211,7 @@ impl Rules {
         );
         let certified =
             json!({ "usernames": [id], "link_protocols": [TLS], "cert_common_names": [id] });
-        self.also(id, &format!("{id}-certified"), certified);
+        self.add_subject(id, &format!("{id}-certified"), certified);
     }
 
     fn into_text(self) -> String {

@@ -1,5 +1,5 @@
-//! The wire codec: the only file that calls bincode (unmaintained, pinned; DESIGN §3). What bincode would write is written by
-//! `inline`, with the same bytes.
+//! The wire codec. Only this file calls bincode, which is pinned because it is unmaintained. `inline` writes the same
+//! bytes as bincode's serializer.
 
 mod inline;
 
@@ -8,13 +8,13 @@ use serde::de::DeserializeOwned;
 
 use inline::Encoder;
 
-/// Largest encoded message, bytes. A tick of a robot in a crowded room takes a few kilobytes.
+/// The size limit of an encoded message, bytes. A tick of a robot in a crowded room takes a few kilobytes.
 pub const LIMIT_BYTES: usize = 256 * 1024;
 
-/// Memory that is asked for at first: most messages of a run fit, with their seal.
+/// The initial buffer size, bytes. Most messages of a run fit, with their seal.
 const USUAL_BYTES: usize = 256;
 
-/// A message that cannot be put on, or taken from, the bus.
+/// An error of encoding or decoding a message.
 #[derive(Debug, thiserror::Error)]
 pub enum CodecError {
     /// The message is larger than [`LIMIT_BYTES`].
@@ -23,7 +23,7 @@ pub enum CodecError {
     /// The bytes are not an encoding of the expected type.
     #[error("malformed message: {0}")]
     Malformed(String),
-    /// The bytes hold a message and something after it.
+    /// The bytes continue after the message.
     #[error("{0} trailing bytes after the message")]
     Trailing(usize),
 }
@@ -35,7 +35,7 @@ fn configuration() -> impl bincode::config::Config {
 /// Encodes a message.
 ///
 /// # Errors
-/// [`CodecError::TooLarge`] above the size limit.
+/// Returns [`CodecError::TooLarge`] above the size limit.
 pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
     let mut bytes = vec![0; USUAL_BYTES];
     let length = encode_into(message, &mut bytes)?;
@@ -46,11 +46,10 @@ pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
     Ok(bytes)
 }
 
-/// Writes the encoding of a value of any size to where `room` begins, and tells its length. The room grows if that takes more;
-/// whoever encodes much keeps it for the next value.
+/// Writes the encoding of a value of any size to the start of `room`, which grows if necessary, and returns its length.
 ///
 /// # Errors
-/// [`CodecError::Malformed`] for a value that bincode cannot represent; plain data always can.
+/// Returns [`CodecError::Malformed`] for a value that bincode cannot represent. Plain data is always representable.
 #[inline]
 pub fn encode_into<T: Serialize>(value: &T, room: &mut Vec<u8>) -> Result<usize, CodecError> {
     let length = write(value, room)?;
@@ -61,10 +60,10 @@ pub fn encode_into<T: Serialize>(value: &T, room: &mut Vec<u8>) -> Result<usize,
     Ok(length)
 }
 
-/// How many bytes the encoding of a message takes.
+/// Returns the length of a message's encoding, bytes.
 ///
 /// # Errors
-/// [`CodecError::TooLarge`] above the size limit.
+/// Returns [`CodecError::TooLarge`] above the size limit.
 pub fn encoded_len<T: Serialize>(message: &T) -> Result<usize, CodecError> {
     match write(message, &mut [])? {
         length if length > LIMIT_BYTES => Err(CodecError::TooLarge(length)),
@@ -72,15 +71,11 @@ pub fn encoded_len<T: Serialize>(message: &T) -> Result<usize, CodecError> {
     }
 }
 
-/// Writes the encoding of a value to where `place` begins, as far as it fits, and tells its length.
-///
-/// # Errors
-/// See [`encode_into`].
+/// Writes the part of an encoding that fits to the start of `place`, and returns the length of the whole encoding.
 pub fn encode_to_slice<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError> {
     write(value, place)
 }
 
-/// The length of the encoding, of which as much is written as fits.
 #[inline]
 fn write<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError> {
     let mut encoder = Encoder::new(place);
@@ -90,10 +85,10 @@ fn write<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError>
     Ok(encoder.length())
 }
 
-/// Decodes a message that takes up all of `bytes`.
+/// Decodes a message that fills `bytes` completely.
 ///
 /// # Errors
-/// Any [`CodecError`]; arbitrary bytes never panic and never allocate more than the size limit allows.
+/// Returns any [`CodecError`]. Arbitrary bytes cause no panic and allocate no more than the size limit allows.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     if bytes.len() > LIMIT_BYTES {
         return Err(CodecError::TooLarge(bytes.len()));
@@ -106,10 +101,7 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     }
 }
 
-/// Decodes only what a message begins with, whatever follows.
-///
-/// # Errors
-/// See [`decode`].
+/// Decodes the beginning of a message and ignores the rest.
 pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     bincode::serde::decode_from_slice(bytes, configuration())
         .map(|(first, _)| first)

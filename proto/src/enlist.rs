@@ -1,28 +1,26 @@
-//! The handshake of a host with the world: which robots are its own (key `enlist/<host>`).
+//! The handshake of a host with the world, which returns the robots of the host (key `enlist/<host>`).
 
 use serde::{Deserialize, Serialize};
 
-/// Host → world: "which robots are mine?"
+/// Host → world: a request for the robots of this host.
 ///
-/// The version comes first and alone decides whether the rest is understood.
+/// The version is the first field. If it differs, the rest is not decoded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EnlistRequest {
-    /// [`crate::join::PROTOCOL_VERSION`] of the host.
+    /// The [`crate::join::PROTOCOL_VERSION`] of the host.
     pub version: u32,
-    /// Random: the answer is sealed for this request alone.
+    /// A random number. The answer is sealed for this request only.
     pub nonce: u128,
-    /// The clock on the host's wall, ms since 1970: certificates hold from one time to another.
+    /// The wall clock of the host, ms since 1970. The world compares it with the validity period of certificates.
     pub unix_ms: u64,
 }
 
-/// World → host: the names of its robots that are in the mission from the beginning, and of the others; or why it may not take part.
+/// World → host: the robots of the host, or the reason why it may not take part.
 pub type EnlistReply = Result<Enlisted, String>;
 
-/// What a host is to do.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Enlisted {
-    /// All robots of that host.
     pub robots: Vec<String>,
-    /// Those that it starts at once.
+    /// The robots that the host starts immediately. The others join later.
     pub start: Vec<String>,
 }

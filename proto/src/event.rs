@@ -1,32 +1,26 @@
-//! What happened, for observers, on the key `event` (DESIGN §3): the rows of events.csv as they are made.
+//! Events for observers on the key `event`: the rows of events.csv, sent tick by tick.
 
 use serde::{Deserialize, Serialize};
 
 use crate::ids::Tick;
 use crate::time::SimTime;
 
-/// The events of one tick.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventNews {
-    /// The tick.
     pub tick: Tick,
-    /// Its events, in order.
     pub events: Vec<EventLine>,
 }
 
-/// A row of events.csv, field by field as text.
+/// A row of events.csv with every field as text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventLine {
-    /// Simulated time.
+    /// The simulated time of the event, ms.
     pub t_ms: SimTime,
-    /// What happened.
     pub kind: String,
-    /// To or by whom; empty: to the world.
+    /// The robot of the event; empty for an event of the world.
     pub robot: String,
-    /// What it is about.
+    /// The object of the event.
     pub subject: String,
-    /// Why.
     pub reason: String,
-    /// Anything else.
     pub detail: String,
 }

@@ -1,13 +1,14 @@
-//! Identifiers. On the bus a robot goes by its rank; names appear in key expressions, files and on the screen.
+//! Identifiers of robots, tasks, behavior sets and items. Messages use ids; key expressions, files and the screen use
+//! names.
 
 use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A robot, by its rank: its place in the scenario's list of robots, counted from 0.
+/// A robot's rank: its index in the scenario's list of robots, from 0.
 ///
-/// The rank is also its place in every fixed order: of commands, of same-step claims, of in-order stepping (DESIGN §4).
+/// The rank also fixes every order of robots: commands, claims in the same tick, and stepping in order.
 #[derive(
     Clone,
     Copy,
@@ -25,7 +26,7 @@ use serde::{Deserialize, Serialize};
 pub struct RobotId(pub u16);
 
 impl RobotId {
-    /// The rank as an index into a list with one entry per robot.
+    /// Returns the rank as an index into a list with one entry per robot.
     #[inline]
     #[must_use]
     pub fn index(self) -> usize {
@@ -39,13 +40,13 @@ impl fmt::Display for RobotId {
     }
 }
 
-/// A high-level task of the mission, by its place in [`crate::scenario::Catalog::tasks`].
+/// A task of the mission: its index in [`crate::scenario::Catalog::tasks`].
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
 pub struct TaskId(pub u16);
 
-/// A behavior set, by its place in [`crate::scenario::Catalog::sets`]; the same for every robot that has it.
+/// A behavior set: its index in [`crate::scenario::Catalog::sets`], the same for every robot that has the set.
 #[derive(
     Clone,
     Copy,
@@ -63,7 +64,7 @@ pub struct TaskId(pub u16);
 pub struct BehaviorId(pub u16);
 
 impl TaskId {
-    /// Index into the catalog's tasks.
+    /// Returns the index into the catalog's tasks.
     #[inline]
     #[must_use]
     pub fn index(self) -> usize {
@@ -72,7 +73,7 @@ impl TaskId {
 }
 
 impl BehaviorId {
-    /// Index into the catalog's behavior sets.
+    /// Returns the index into the catalog's behavior sets.
     #[inline]
     #[must_use]
     pub fn index(self) -> usize {
@@ -80,21 +81,21 @@ impl BehaviorId {
     }
 }
 
-/// An item that robots take, counted from 0.
+/// An item that robots can carry, numbered from 0.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
 pub struct ItemId(pub u32);
 
-/// As the log has it: `item-7`.
+/// Formats the id as in the log: `item-7`.
 impl fmt::Display for ItemId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "item-{}", self.0)
     }
 }
 
-/// Incarnation of a robot's agent, counted by the world from 1; a restarted agent gets the next one.
+/// The incarnation of a robot's agent. The world counts from 1; a restarted agent gets the next number.
 pub type Incarnation = u32;
 
-/// Step number, from 0. The readings of tick `t` show the world at `t · step`.
+/// A step number, from 0. The sensor readings of tick `t` show the world at time `t · step`.
 pub type Tick = u64;

@@ -1,4 +1,4 @@
-//! Where the files of `alliance keys` come from: a folder, or standard input, by which those of one run come that are in no folder.
+//! The source of the files of `alliance keys`: a folder, or standard input for keys that are used in a single run.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,23 +9,20 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// The place of an option that means standard input.
+/// The option value for standard input.
 pub const STANDARD_INPUT: &str = "-";
 
-/// Files of one member, or of several.
 #[derive(Clone, Debug)]
 pub enum KeyFiles {
-    /// In that folder.
     Folder(PathBuf),
-    /// In no folder.
     Memory(KeysInMemory),
 }
 
-/// The text of each file by its name.
+/// The contents of each file by its name.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeysInMemory(BTreeMap<String, String>);
 
-/// Nothing that is secret.
+/// Omits the secret contents.
 impl fmt::Debug for KeysInMemory {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.debug_set().entries(self.0.keys()).finish()
@@ -39,55 +36,43 @@ impl FromIterator<(String, String)> for KeysInMemory {
 }
 
 impl KeysInMemory {
-    /// Reads what [`to_line`](Self::to_line) has written.
-    ///
-    /// # Errors
-    /// When it is something else.
+    /// Parses the output of [`to_line`](Self::to_line).
     pub fn of_line(line: &str) -> Result<Self, KeyFilesError> {
         serde_json::from_str(line).map_err(KeyFilesError::Line)
     }
 
-    /// As one line, by which they go to another process.
+    /// Returns the files as one line for another process.
     #[must_use]
     pub fn to_line(&self) -> String {
         serde_json::json!(self).to_string() + "\n"
     }
 }
 
-/// Why a file of keys cannot be had.
+/// An error of reading a key file.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyFilesError {
-    /// There is no such folder, or no such file in it.
-    #[error("{0}: is not there; copy it from where `alliance keys` made it")]
+    /// The folder or the file does not exist.
+    #[error("{0}: file not found; copy it from the folder that `alliance keys` created")]
     Missing(String),
-    /// The file system refused.
     #[error("{place}: {error}")]
-    Io {
-        /// Which file.
-        place: String,
-        /// What it said.
-        error: io::Error,
-    },
-    /// Others than its owner may read a file that is secret.
-    #[error("{0}: others may read or change it; `chmod 600` it")]
+    Io { place: String, error: io::Error },
+    /// Other users can access a secret file.
+    #[error("{0}: other users can read or change it; run `chmod 600` on it")]
     Open(String),
-    /// Not what [`KeysInMemory::to_line`] writes.
+    /// The line is not an output of [`KeysInMemory::to_line`].
     #[error(
-        "standard input: {0}; write one line of JSON, an object with the text of each file by its name"
+        "standard input: {0}; write one line of JSON: an object that maps file names to file contents"
     )]
     Line(serde_json::Error),
 }
 
 impl KeyFiles {
-    /// Those of an option: a folder, or [`STANDARD_INPUT`], of which one line is read.
-    ///
-    /// # Errors
-    /// When that line cannot be read, or is something else; or the folder is named from here, and here is nowhere.
+    /// Returns the key files that a command-line option selects. For [`STANDARD_INPUT`] it reads one line.
     pub fn of_option(place: &Path) -> Result<Self, KeyFilesError> {
         if place == Path::new(STANDARD_INPUT) {
             let mut line = String::new();
-            let read = io::stdin().read_line(&mut line);
-            read.map_err(|error| at("standard input".to_owned(), error))?;
+            let result = io::stdin().read_line(&mut line);
+            result.map_err(|error| at("standard input".to_owned(), error))?;
             return KeysInMemory::of_line(&line).map(Self::Memory);
         }
         let folder = std::path::absolute(place);
@@ -95,10 +80,7 @@ impl KeyFiles {
         Ok(Self::Folder(folder))
     }
 
-    /// A certificate.
-    ///
-    /// # Errors
-    /// When it is missing or cannot be read.
+    /// Reads a public file, such as a certificate.
     pub fn public(&self, name: &str) -> Result<String, KeyFilesError> {
         match self {
             Self::Folder(folder) => {
@@ -111,10 +93,7 @@ impl KeyFiles {
         }
     }
 
-    /// What is nobody's but its owner's.
-    ///
-    /// # Errors
-    /// As of [`public`](Self::public), and where others may read it.
+    /// Reads a secret file, and checks that it is private.
     pub fn private(&self, name: &str) -> Result<String, KeyFilesError> {
         if let Self::Folder(folder) = self {
             let metadata = fs::metadata(folder.join(name));
@@ -126,7 +105,7 @@ impl KeyFiles {
         self.public(name)
     }
 
-    /// For people: where that file is.
+    /// Returns the location of a file for messages.
     #[must_use]
     pub fn place(&self, name: &str) -> String {
         match self {
@@ -148,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_go_to_another_process_in_one_line() {
+    fn files_survive_a_round_trip_through_one_line() {
         let files = [("ca.pem", "a\nb\n"), ("world.key", "\"ö\"")];
         let files = files.map(|(name, text)| (name.to_owned(), text.to_owned()));
         let files = KeysInMemory::from_iter(files);
@@ -159,15 +138,15 @@ mod tests {
     }
 
     #[test]
-    fn another_line_is_refused() {
+    fn a_malformed_line_is_rejected() {
         for line in ["", "ca.pem\n", "[]", r#"{"ca.pem": 1}"#] {
-            let said = KeysInMemory::of_line(line).unwrap_err().to_string();
-            assert_eq!(said.lines().count(), 1);
+            let error = KeysInMemory::of_line(line).unwrap_err().to_string();
+            assert_eq!(error.lines().count(), 1);
             let remedy =
-                "; write one line of JSON, an object with the text of each file by its name";
+                "; write one line of JSON: an object that maps file names to file contents";
             assert!(
-                said.starts_with("standard input: ") && said.ends_with(remedy),
-                "{said}"
+                error.starts_with("standard input: ") && error.ends_with(remedy),
+                "{error}"
             );
         }
     }

@@ -1,4 +1,4 @@
-//! The keys of one member of a team on several machines, as `alliance keys` makes them: found and checked before anything starts.
+//! The keys of one member of a network run, as `alliance keys` creates them.
 
 use std::fmt;
 
@@ -7,72 +7,59 @@ use x509_parser::time::ASN1Time;
 
 use crate::key_files::{KeyFiles, KeyFilesError};
 
-/// By what somebody proves to be that member.
+/// The keys that prove the identity of a member.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Keyring {
-    /// `world`, `robot-NAME` or `host-NAME`: stem of its files, name in its certificate, and user name on the bus.
+    /// `world`, `robot-NAME` or `host-NAME`: the stem of the file names, the name in the certificate and the user name
+    /// on the bus.
     pub identity: String,
-    /// Certificate of the authority that has signed those of all members, PEM like the other two.
+    /// The certificate of the authority for all members. PEM, like the other two.
     pub ca: String,
-    /// Its certificate.
     pub certificate: String,
-    /// The private key of that.
     pub key: String,
-    /// Its secret, which is its password and seals what it says: 32 hexadecimal digits.
+    /// The secret, 32 hexadecimal digits: the password of the member, which also seals its messages.
     pub secret: String,
 }
 
-/// Nothing that is secret.
+/// Omits the secret contents.
 impl fmt::Debug for Keyring {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "Keyring({})", self.identity)
     }
 }
 
-/// Why the keys of a member cannot be used. Files are named with their place.
+/// An error of a member's keys. Messages name files with their location.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyringError {
-    /// One is not to be had.
+    /// A file is missing, unreadable or not private.
     #[error(transparent)]
     File(#[from] KeyFilesError),
-    /// It is no secret.
-    #[error("{0}: does not hold 32 hexadecimal digits; copy it again")]
+    #[error("{0}: does not contain 32 hexadecimal digits; copy it again")]
     Secret(String),
-    /// It is no certificate.
-    #[error("{0}: holds no certificate; copy it again")]
+    #[error("{0}: contains no certificate; copy it again")]
     Certificate(String),
-    /// Somebody has copied a file to the wrong name.
-    #[error("{file}: is the certificate of '{of}'; copy that of '{identity}'")]
+    /// The certificate belongs to another member.
+    #[error("{file}: is the certificate of '{of}'; copy the certificate of '{identity}'")]
     Another {
-        /// Which file.
         file: String,
-        /// Whose it is.
+        /// The member in the certificate.
         of: String,
-        /// Whose it ought to be.
         identity: String,
     },
-    /// Today is not within its dates.
+    /// The certificate is not valid at the current time.
     #[error(
-        "{file}: is valid from {from} to {to}, and here it is {now}; set this machine's clock right, or make new keys"
+        "{file}: is valid from {from} to {to}, but this machine's clock shows {now}; correct the clock or create new keys"
     )]
     Date {
-        /// Which file.
         file: String,
-        /// The first second of it.
         from: String,
-        /// The last.
         to: String,
-        /// The clock of this machine.
         now: String,
     },
 }
 
 impl Keyring {
-    /// The keys of that member.
-    ///
-    /// # Errors
-    /// The first file that is missing, cannot be read, is no such file or another's, is open to others though it is secret, or whose
-    /// dates are over or still to come.
+    /// Reads and checks the keys of a member.
     pub fn read(files: &KeyFiles, identity: &str) -> Result<Self, KeyringError> {
         let now = ASN1Time::now();
         let certificate = format!("{identity}.pem");
@@ -85,10 +72,7 @@ impl Keyring {
         })
     }
 
-    /// The secret alone of that member: all that a host needs of its robots.
-    ///
-    /// # Errors
-    /// When it is missing, cannot be read, is no such file, or is open to others.
+    /// Reads only the secret of a member: all that a host needs of its robots.
     pub fn secret(files: &KeyFiles, identity: &str) -> Result<String, KeyringError> {
         let name = format!("{identity}.secret");
         let text = files.private(&name)?;
@@ -100,7 +84,7 @@ impl Keyring {
     }
 }
 
-/// A certificate, of that member if one is named, and of today.
+/// Reads a certificate and checks that it is valid now. If `of` is given, the certificate must belong to that member.
 fn read_certificate(
     files: &KeyFiles,
     name: &str,
@@ -108,9 +92,9 @@ fn read_certificate(
     now: ASN1Time,
 ) -> Result<String, KeyringError> {
     let text = files.public(name)?;
-    let none = || KeyringError::Certificate(files.place(name));
-    let (_, pem) = parse_x509_pem(text.as_bytes()).map_err(|_| none())?;
-    let certificate = pem.parse_x509().map_err(|_| none())?;
+    let malformed = || KeyringError::Certificate(files.place(name));
+    let (_, pem) = parse_x509_pem(text.as_bytes()).map_err(|_| malformed())?;
+    let certificate = pem.parse_x509().map_err(|_| malformed())?;
     let mut names = certificate.subject().iter_common_name();
     let found = names.next().and_then(|name| name.as_str().ok());
     if let Some(identity) = of.filter(|identity| found != Some(identity)) {
@@ -142,7 +126,8 @@ mod tests {
 
     use super::*;
 
-    /// A folder with the keys of gold, whose certificate is of that name and valid from 2020 to the end of that year.
+    /// Creates a folder with the keys of gold. The certificate has the given name and is valid from 2020 to the end of
+    /// `last_year`.
     fn keys(name: &str, last_year: i32) -> TempDir {
         let dir = tempfile::tempdir().unwrap();
         let key = KeyPair::generate().unwrap();
@@ -169,7 +154,7 @@ mod tests {
         Keyring::read(&KeyFiles::Folder(dir.path().to_owned()), "robot-gold")
     }
 
-    /// What is said of the keys of gold, without the folder.
+    /// Returns the error message for the keys of gold, without the folder.
     #[track_caller]
     fn refused(dir: &TempDir) -> String {
         let error = read(dir).unwrap_err();
@@ -179,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_there_is_found() {
+    fn keys_are_read_from_a_folder_or_from_memory() {
         let dir = keys("robot-gold", 4000);
         let text = |name| fs::read_to_string(dir.path().join(name)).unwrap();
         let expected = Keyring {
@@ -203,12 +188,12 @@ mod tests {
         let other = Keyring::read(&in_memory, "robot-blue").unwrap_err();
         assert_eq!(
             other.to_string(),
-            "standard input, robot-blue.pem: is not there; copy it from where `alliance keys` made it"
+            "standard input, robot-blue.pem: file not found; copy it from the folder that `alliance keys` created"
         );
     }
 
     #[test]
-    fn each_file_that_is_missing_is_named() {
+    fn the_error_names_the_missing_file() {
         for name in [
             "ca.pem",
             "robot-gold.pem",
@@ -217,10 +202,11 @@ mod tests {
         ] {
             let dir = keys("robot-gold", 4000);
             fs::remove_file(dir.path().join(name)).unwrap();
-            let expected =
-                format!("{name}: is not there; copy it from where `alliance keys` made it");
+            let expected = format!(
+                "{name}: file not found; copy it from the folder that `alliance keys` created"
+            );
             assert_eq!(refused(&dir), expected);
-            // Where a folder stands in its place, it is not a file.
+            // A folder of the same name does not count as the file.
             fs::create_dir(dir.path().join(name)).unwrap();
             fs::set_permissions(dir.path().join(name), fs::Permissions::from_mode(0o700)).unwrap();
             let line = refused(&dir);
@@ -230,18 +216,18 @@ mod tests {
             Keyring::read(&KeyFiles::Folder("/nowhere/keys".into()), "world").unwrap_err();
         assert_eq!(
             nowhere.to_string(),
-            "/nowhere/keys/ca.pem: is not there; copy it from where `alliance keys` made it"
+            "/nowhere/keys/ca.pem: file not found; copy it from the folder that `alliance keys` created"
         );
     }
 
     #[test]
-    fn what_is_secret_is_its_owners_alone() {
+    fn secret_files_must_be_private() {
         for (name, mode) in [("robot-gold.key", 0o640), ("robot-gold.secret", 0o604)] {
             let dir = keys("robot-gold", 4000);
             fs::set_permissions(dir.path().join(name), fs::Permissions::from_mode(mode)).unwrap();
             assert_eq!(
                 refused(&dir),
-                format!("{name}: others may read or change it; `chmod 600` it")
+                format!("{name}: other users can read or change it; run `chmod 600` on it")
             );
         }
         let dir = keys("robot-gold", 4000);
@@ -250,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_holds_something_else_is_refused() {
+    fn malformed_files_are_rejected() {
         let cases = [
             ("robot-gold.secret", "0123456789abcdef0123456789abcde"),
             ("robot-gold.secret", "0123456789abcdef0123456789abcdeg"),
@@ -261,7 +247,7 @@ mod tests {
             fs::write(dir.path().join(name), text).unwrap();
             assert_eq!(
                 refused(&dir),
-                format!("{name}: does not hold 32 hexadecimal digits; copy it again")
+                format!("{name}: does not contain 32 hexadecimal digits; copy it again")
             );
         }
         for name in ["ca.pem", "robot-gold.pem"] {
@@ -269,24 +255,26 @@ mod tests {
             fs::copy(dir.path().join("robot-gold.key"), dir.path().join(name)).unwrap();
             assert_eq!(
                 refused(&dir),
-                format!("{name}: holds no certificate; copy it again")
+                format!("{name}: contains no certificate; copy it again")
             );
         }
         assert_eq!(
             refused(&keys("robot-blue", 4000)),
-            "robot-gold.pem: is the certificate of 'robot-blue'; copy that of 'robot-gold'"
+            "robot-gold.pem: is the certificate of 'robot-blue'; copy the certificate of 'robot-gold'"
         );
     }
 
     #[test]
-    fn dates_and_the_clock_go_together() {
+    fn an_expired_certificate_is_rejected_with_its_dates() {
         let line = refused(&keys("robot-gold", 2020));
-        let (dates, rest) = line.split_once(", and here it is ").unwrap();
+        let (dates, rest) = line
+            .split_once(", but this machine's clock shows ")
+            .unwrap();
         assert_eq!(
             dates,
             "robot-gold.pem: is valid from Jan  1 00:00:00 2020 +00:00 to Dec 31 00:00:00 2020 +00:00"
         );
         let (_, remedy) = rest.split_once("; ").unwrap();
-        assert_eq!(remedy, "set this machine's clock right, or make new keys");
+        assert_eq!(remedy, "correct the clock or create new keys");
     }
 }

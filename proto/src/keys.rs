@@ -1,15 +1,14 @@
-//! Key expressions below `alliance/<run>/` (DESIGN §3).
+//! The key expressions of the bus, below `alliance/<run>/`.
 
 use crate::ids::Incarnation;
 
-/// Builds the key expressions of one run, so that runs on one machine never hear each other.
+/// A builder of the key expressions of one run. Different keys separate the runs on one machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Keys {
     prefix: String,
 }
 
 impl Keys {
-    /// Keys of the run of that id.
     #[must_use]
     pub fn new(run: &str) -> Self {
         Self {
@@ -17,13 +16,13 @@ impl Keys {
         }
     }
 
-    /// Everything of the run.
+    /// Matches everything in the run.
     #[must_use]
     pub fn all(&self) -> String {
         format!("{}/**", self.prefix)
     }
 
-    /// Everything of the run that is put, but for what operators put.
+    /// Matches all published data except that of operators.
     #[must_use]
     pub fn news(&self) -> [String; 6] {
         let ticks = format!("{}/robot/*/tick", self.prefix);
@@ -31,62 +30,62 @@ impl Keys {
         [view, event, process, ticks, self.reports(), self.team_all()]
     }
 
-    /// Where a robot asks to [join](crate::join).
+    /// Returns the key of a robot's [join](crate::join) request.
     #[must_use]
     pub fn join(&self, robot: &str) -> String {
         format!("{}/join/{robot}", self.prefix)
     }
 
-    /// Queryable of the world: all of them, and that on which robots asked up to version 9 of the protocol.
+    /// Returns the world's queryable for join requests. It also matches the key of protocol versions up to 9.
     #[must_use]
     pub fn joins(&self) -> String {
         self.join("**")
     }
 
-    /// Where a host asks which robots are its own: [`crate::enlist`].
+    /// Returns the key of a host's [request](crate::enlist) for its robots.
     #[must_use]
     pub fn enlist(&self, host: &str) -> String {
         format!("{}/enlist/{host}", self.prefix)
     }
 
-    /// What an answer to that is sealed for.
+    /// Returns the key that seals the answer to an enlist request.
     #[must_use]
     pub fn enlist_answer(&self, host: &str, nonce: u128) -> String {
         format!("{}/{nonce:032x}", self.enlist(host))
     }
 
-    /// Liveliness token of the world.
+    /// Returns the liveliness token of the world.
     #[must_use]
     pub fn alive_world(&self) -> String {
         format!("{}/alive/world", self.prefix)
     }
 
-    /// What an answer to a join request is sealed for: that request and no other.
+    /// Returns the key that seals the answer to a join request. It is unique to the request.
     #[must_use]
     pub fn join_answer(&self, robot: &str, nonce: u128) -> String {
         format!("{}/{nonce:032x}", self.join(robot))
     }
 
-    /// Liveliness token of one incarnation of a robot's agent, to be stamped ([`crate::secret::Secret::stamp`]): a token that is there
-    /// before its agent, or without one, must not be taken for it.
+    /// Returns the liveliness token of an incarnation of a robot's agent. The token must be stamped
+    /// ([`crate::secret::Secret::stamp`]), so that others cannot forge it.
     #[must_use]
     pub fn alive(&self, robot: &str, incarnation: Incarnation) -> String {
         format!("{}/alive/{robot}/{incarnation}", self.prefix)
     }
 
-    /// All liveliness tokens of a robot's agents, stamps included.
+    /// Matches all liveliness tokens of a robot's agents, stamps included.
     #[must_use]
     pub fn alive_of(&self, robot: &str) -> String {
         format!("{}/alive/{robot}/*/*", self.prefix)
     }
 
-    /// All agents' liveliness tokens, stamps included.
+    /// Matches all agents' liveliness tokens, stamps included.
     #[must_use]
     pub fn alive_agents(&self) -> String {
         self.alive_of("*")
     }
 
-    /// The robot and incarnation of an agent's token without its stamp, `None` for any other key.
+    /// Parses the robot and incarnation of an agent's token without its stamp; `None` for any other key.
     #[inline]
     #[must_use]
     pub fn parse_alive<'k>(&self, key: &'k str) -> Option<(&'k str, Incarnation)> {
@@ -95,37 +94,37 @@ impl Keys {
         Some((robot, incarnation.parse().ok()?))
     }
 
-    /// World → one agent: [`crate::tick::ToAgent`].
+    /// Returns the key of [`crate::tick::ToAgent`] messages to one agent.
     #[must_use]
     pub fn tick(&self, robot: &str) -> String {
         format!("{}/robot/{robot}/tick", self.prefix)
     }
 
-    /// One agent → world: [`crate::tick::Report`].
+    /// Returns the key of one agent's [`crate::tick::Report`]s.
     #[must_use]
     pub fn report(&self, robot: &str) -> String {
         format!("{}/robot/{robot}/report", self.prefix)
     }
 
-    /// All agents' reports.
+    /// Matches all agents' reports.
     #[must_use]
     pub fn reports(&self) -> String {
         format!("{}/robot/*/report", self.prefix)
     }
 
-    /// One agent → all agents: [`crate::team::Broadcast`] of the [kind](crate::team::BroadcastKind::name) of that name.
+    /// Returns the key of one agent's [`crate::team::Broadcast`]s of a [kind](crate::team::BroadcastKind::name).
     #[must_use]
     pub fn team(&self, robot: &str, kind: &str) -> String {
         format!("{}/team/{robot}/{kind}", self.prefix)
     }
 
-    /// All broadcasts of the team.
+    /// Matches all broadcasts of the team.
     #[must_use]
     pub fn team_all(&self) -> String {
         format!("{}/team/*/*", self.prefix)
     }
 
-    /// The robot a `robot/<robot>/…` or `team/<robot>/…` key speaks of, `None` for any other key.
+    /// Parses the robot of a `robot/<robot>/…` or `team/<robot>/…` key; `None` for any other key.
     #[inline]
     #[must_use]
     pub fn parse_robot<'k>(&self, key: &'k str) -> Option<&'k str> {
@@ -136,55 +135,56 @@ impl Keys {
         rest.split_once('/').map(|(robot, _)| robot)
     }
 
-    /// Launcher of a host → world: what the operating system says of its agents' processes; and the launcher's queryable.
+    /// Returns the key of a launcher's process news to the world. The launcher's queryable has the same key.
     #[must_use]
     pub fn process(&self, host: &str) -> String {
         format!("{}/process/{host}", self.prefix)
     }
 
-    /// All hosts' news.
+    /// Matches all hosts' process news.
     #[must_use]
     pub fn processes(&self) -> String {
         self.process("*")
     }
 
-    /// The last chunk of a `join/…`, `enlist/…` or `process/…` key: who speaks.
+    /// Returns the sender of a `join/…`, `enlist/…` or `process/…` key: its last chunk.
     #[inline]
     #[must_use]
     pub fn parse_speaker(key: &str) -> &str {
         key.rsplit_once('/').map_or(key, |(_, name)| name)
     }
 
-    /// Anyone → world: [`crate::control::Request`]; put, or query for a [`crate::control::Reply`].
+    /// Returns the key of [`crate::control::Request`]s to the world, as a put or as a query for a
+    /// [`crate::control::Reply`].
     #[must_use]
     pub fn control(&self) -> String {
         format!("{}/control", self.prefix)
     }
 
-    /// What a query on [`Keys::process`] is sealed for, [`crate::process::ProcessOrder`], and its answer: so neither passes
-    /// for the launcher's news.
+    /// Returns the key that seals a [`crate::process::ProcessOrder`] and its answer. It differs from [`Keys::process`],
+    /// so neither can be mistaken for news.
     #[must_use]
     pub fn process_order(&self, host: &str) -> String {
         format!("{}/order", self.process(host))
     }
 
-    /// World → observers: [`crate::event::EventNews`], droppable.
+    /// Returns the key of [`crate::event::EventNews`] to observers, droppable.
     #[must_use]
     pub fn event(&self) -> String {
         format!("{}/event", self.prefix)
     }
 
-    /// World → observers: [`crate::view::View`], at a bounded rate, droppable.
+    /// Returns the key of the [`crate::view::View`] for observers, at a bounded rate, droppable.
     #[must_use]
     pub fn view(&self) -> String {
         format!("{}/view", self.prefix)
     }
 }
 
-/// Liveliness tokens of the worlds of all runs: who comes from another host finds the run by it.
+/// A pattern of all worlds' liveliness tokens, with which a remote host finds the run.
 pub const ALIVE_WORLDS: &str = "alliance/*/alive/world";
 
-/// The run whose world's token has that key.
+/// Returns the run whose world has this liveliness token.
 #[must_use]
 pub fn run_of_world(key: &str) -> Option<&str> {
     let run = key
@@ -193,11 +193,11 @@ pub fn run_of_world(key: &str) -> Option<&str> {
     is_name(run).then_some(run)
 }
 
-/// The host of the launcher that started the world; no other has this name.
+/// The host name of the launcher that started the world; no other host can use it.
 pub const LAUNCHER_HOST: &str = "launcher";
 
-/// Whether a name may stand as one chunk of a key expression, in a file name and in a CSV column: letters, digits, `-`
-/// and `_`, at most 32, starting with a letter or digit.
+/// Returns whether a name is valid in key expressions, file names and CSV columns: letters, digits, `-` and `_`, at
+/// most 32, starting with a letter or digit.
 #[must_use]
 pub fn is_name(name: &str) -> bool {
     name.len() <= 32

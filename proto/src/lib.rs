@@ -1,21 +1,25 @@
-//! What crosses the bus between world-server and robot-agents, and what is written down of a run (DESIGN §2, §3, §8).
+//! Messages between the world server and the robot agents, and the file formats of a run.
 //!
-//! - [`ids`], [`time`]: robots by rank, tasks, sets, ticks, simulated time in ms.
-//! - [`tick`]: the lockstep, [`TickMessage`](tick::TickMessage) out and [`Report`](tick::Report) back, with [`readings`]
-//!   and [`telemetry`] inside; [`join`]: the handshake before it.
-//! - [`mission`]: what only one mission senses and does. [`team`]: what robots tell each other; [`allocation`]: what their
-//!   allocators do.
-//! - [`process`]: the agents' processes, which the launcher owns; [`os_process`]: what the system says of one; [`view`], [`event`]: what observers see.
-//! - [`fault`]: what can go wrong, in one vocabulary; [`link`], [`links`]: what it does to messages; [`control`]: commands to a run.
-//! - [`scenario`]: what a run is made of; [`mission`]: what missions add to it; [`log`]: what it leaves on the disk.
-//! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, bytes, zenoh settings, where a live run is found.
-//! - [`locator`]: where somebody is reached over a network; [`key_files`], [`keyring`]: the keys of one member where the team is on several machines; [`secret`]: who may speak; [`ignored`]: the count of what is not listened to.
-//! - [`terminal`]: what a command says to whoever started it; [`panics`]: what it says when it panics.
-//! - [`testkit`]: a mission for tests of what knows none.
+//! - [`ids`], [`time`]: ids of robots, tasks and behavior sets, ticks, and simulated time in ms.
+//! - [`tick`]: the lockstep protocol, with [`TickMessage`](tick::TickMessage) to an agent and [`Report`](tick::Report)
+//!   back. They contain [`readings`] and [`telemetry`]. [`join`]: the handshake before the first tick.
+//! - [`mission`]: sensor readings and actions of one mission. [`team`]: messages between robots. [`allocation`]:
+//!   actions of their allocators.
+//! - [`process`]: the agents' processes, which the launcher owns. [`os_process`]: process data from the operating
+//!   system. [`view`], [`event`]: data for observers.
+//! - [`fault`]: the vocabulary of faults. [`link`], [`links`]: their effect on messages. [`control`]: commands to a
+//!   run.
+//! - [`scenario`]: the inputs of a run. [`log`]: the files of its run folder.
+//! - [`keys`], [`codec`], [`session`], [`rendezvous`]: key expressions, encoding, zenoh settings, and the addresses of
+//!   live runs.
+//! - [`locator`]: network addresses. [`key_files`], [`keyring`]: the keys of one member of a team on several machines.
+//!   [`secret`]: authentication of messages. [`ignored`]: counts of ignored messages.
+//! - [`terminal`]: output of commands. [`panics`]: handling of panics.
+//! - [`testkit`]: a mission for tests that need no particular one.
 //! - [`rng`]: one stream of random numbers per purpose and robot.
 //!
-//! A release builds this crate at level 1, for most of it reads and writes files. What a step calls is marked `inline`, and so compiled
-//! at level 3 by the crates that call it.
+//! Release builds compile this crate at optimization level 1, because most of it reads and writes files. Functions that
+//! a step calls are marked `inline`, so the calling crates compile them at level 3.
 
 pub mod access;
 pub mod allocation;

@@ -1,10 +1,10 @@
-//! The state of a radio link in a tick, as the world tells it to the receiver, whose radio applies it (DESIGN §4, §6).
+//! The state of a radio link in a tick. The world sends it to the receiver, whose radio applies it.
 
 use serde::{Deserialize, Serialize};
 
 use crate::time::SimTime;
 
-/// A probability in parts of 2³², so that a draw of 32 bits decides it the same way everywhere.
+/// A probability in units of 2⁻³². Integer arithmetic makes a draw of 32 bits give the same result on every machine.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -12,68 +12,64 @@ use crate::time::SimTime;
 pub struct Probability(u64);
 
 impl Probability {
-    /// It never happens.
     pub const NEVER: Self = Self(0);
-    /// It always happens.
     pub const ALWAYS: Self = Self(1 << 32);
 
-    /// The nearest to that share; what is outside 0 to 1 counts as the nearer of them, and NaN as 0.
+    /// Creates the nearest probability. Values outside 0 to 1 are clamped, and NaN counts as 0.
     #[must_use]
     pub fn of(share: f64) -> Self {
         Self((share.clamp(0.0, 1.0) * (1_u64 << 32) as f64).round() as u64)
     }
 
-    /// Whether a draw of 32 random bits makes it happen.
+    /// Returns whether a draw of 32 random bits is a hit.
     #[must_use]
     pub fn decides(self, draw: u32) -> bool {
         u64::from(draw) < self.0
     }
 
-    /// The probability that this or that happens, independently of each other.
+    /// Returns the probability that at least one of two independent events happens.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
-        // At most 2³² each, so the product of the complements fits into 64 bits.
+        // Each factor is at most 2³², so their product needs at most 65 bits.
         let neither = u128::from((1 << 32) - self.0) * u128::from((1 << 32) - other.0);
         Self((1 << 32) - (neither >> 32) as u64)
     }
 }
 
-/// What befalls the messages of one sender at one receiver in one tick. The default is an undisturbed link.
+/// The effect of faults on the messages of one sender at one receiver in one tick. The default is an undisturbed link.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
 pub struct LinkState {
-    /// Nothing gets through: mute, deaf, partition or out of range.
+    /// `true` if all messages are lost because of mute, deaf, partition or range.
     pub cut: bool,
-    /// What comes is held back for as long as the sender is among [`crate::tick::TickMessage::held`].
+    /// `true` if messages are held back while [`crate::tick::TickMessage::held`] lists the sender.
     pub hold: bool,
-    /// Loss of each message.
+    /// The loss probability of each message.
     pub drop: Probability,
-    /// Delay of each message.
     pub delay: SimTime,
-    /// Up to this much more.
+    /// The largest additional random delay.
     pub jitter: SimTime,
-    /// A second copy of each message.
+    /// The probability of a second copy.
     pub duplicate: Probability,
-    /// Each message is overtaken by the next one of its sender.
+    /// The probability that the next message of the same sender overtakes a message.
     pub reorder: Probability,
 }
 
 impl LinkState {
-    /// Whether it changes nothing.
     #[must_use]
     pub fn is_clear(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Whether a message that is not held may come late.
+    /// Returns whether a message that is not held can be late.
     #[must_use]
     pub fn may_delay(&self) -> bool {
         let late = self.delay > SimTime::ZERO || self.jitter > SimTime::ZERO;
         late || self.reorder > Probability::NEVER
     }
 
-    /// Both states at once: delays add up, chances are independent of each other.
+    /// Combines two states. Delays add up, and probabilities are independent of each other.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -1,20 +1,21 @@
-//! What becomes of a manifest's broadcasts on their way to this robot: the state of each link, applied (DESIGN §4, §6).
+//! Delivery of broadcasts to one robot: applies the state of each link to the messages of a manifest.
 //!
-//! The state that the link has in the tick whose manifest lists a message decides the message's delivery; what befalls the link
-//! later does not. In this order:
+//! The link state of the tick whose manifest lists a message determines its delivery. Later changes of the link have no
+//! effect on it. The rules apply in this order:
 //!
-//! 1. **cut** or **dropped**: the message is gone.
-//! 2. **held**: it is kept until the world no longer says that its sender is held, and audible in that tick; of ticks in which
-//!    the robot took no part it knows nothing, so one that was let go meanwhile is audible when the robot is back.
-//! 3. **overtaken**: it is kept until a later message of its sender is audible, and audible one step after that, but no
-//!    earlier than its delay allows. The one that overtakes is not overtaken itself, so that even with probability 1 messages
-//!    get through, each pair the wrong way round.
-//! 4. **delayed**: by delay and jitter, rounded up to whole steps.
+//! 1. **cut** or **dropped**: the message is lost.
+//! 2. **held**: the message is kept until the world no longer lists its sender as held, and is received in that tick. A
+//!    robot gets no information about ticks in which it does not take part. If the sender was released in such a tick,
+//!    the message is received when the robot is back.
+//! 3. **overtaken**: the message is kept until a later message of its sender is received. It is received one step after
+//!    that, but not before its delay is over. The overtaking message itself is not overtaken. With probability 1,
+//!    messages are therefore still received, each pair in reverse order.
+//! 4. **delayed**: by delay plus jitter, rounded up to whole steps.
 //!
-//! A message that was due while the robot took no part is cut: a robot is deaf then. A **duplicate** comes one step after
-//! the message itself becomes audible, and goes unheard.
+//! A message that was due while the robot did not take part is cut. A **duplicate** arrives one step after the message
+//! is received, and is ignored.
 //!
-//! All of this is part of what a step changes, and goes back with it when the step does not count.
+//! These changes belong to the step, and are undone if the step does not count.
 
 mod draws;
 #[cfg(test)]
@@ -32,21 +33,21 @@ use crate::time::SimTime;
 
 use draws::Draws;
 
-/// Most messages that are kept. More of them, let go at once, would make a report that is too large for the bus; what comes
-/// beyond is dropped, as by any full queue.
+/// The largest number of kept messages. The release of more messages at once would exceed the size limit of a report.
+/// Further messages are dropped, as by any full queue.
 const CAPACITY: usize = 4096;
 
-/// What one step's listening gave.
+/// The messages of one step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Heard {
-    /// Audible broadcasts, by (sender rank, incarnation, sequence number).
+    /// The received broadcasts, by (sender rank, incarnation, sequence number).
     pub inbox: Vec<Arc<Broadcast>>,
-    /// The delivery of each broadcast that was listed, by (sender, tick, index); then of those kept from earlier ticks.
+    /// The delivery of each listed broadcast, by (sender, tick, index), then the deliveries of messages kept from
+    /// earlier ticks.
     pub receptions: Vec<Reception>,
 }
 
 impl Heard {
-    /// Nothing is heard.
     #[inline]
     pub fn clear(&mut self) {
         self.inbox.clear();
@@ -54,48 +55,46 @@ impl Heard {
     }
 }
 
-/// All links to one robot, in one incarnation of it.
+/// The links to one incarnation of a robot.
 #[derive(Clone, Debug)]
 pub struct Links {
     seed: u64,
     robot: RobotId,
     step: SimTime,
-    /// In the order in which they came.
     kept: Vec<Kept>,
-    /// Second copies, each due in the step after its message was audible.
+    /// Second copies, each due one step after its message was received.
     copies: Vec<Reception>,
 }
 
-/// A message on its way.
+/// A message in flight.
 #[derive(Clone, Debug)]
 struct Kept {
-    /// Shared with whoever else hears it in the same process.
+    /// The message, shared with other receivers in the same process.
     broadcast: Arc<Broadcast>,
     until: Until,
-    /// Whether a second copy follows.
+    /// `true` if a second copy follows.
     twice: bool,
 }
 
-/// When a kept message becomes audible.
+/// The condition for the reception of a kept message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Until {
-    /// When its sender is held no more.
-    LetGo,
-    /// One step after a later message of its sender, but not before this.
+    /// The sender is no longer held.
+    Released,
+    /// A later message of the sender was received in an earlier step, and this time has come.
     Overtaken(SimTime),
-    /// Then.
     Due(SimTime),
 }
 
-/// What a link does to a message.
+/// The effect of a link on a message.
 enum Passage {
-    Audible,
-    Gone(Delivery),
+    Received,
+    Lost(Delivery),
     Kept(Until),
 }
 
 impl Links {
-    /// A new incarnation: nothing is on its way.
+    /// Creates the links of a new incarnation, without messages in flight.
     #[must_use]
     pub fn new(robot: RobotId, setup: &Setup) -> Self {
         Self {
@@ -107,8 +106,8 @@ impl Links {
         }
     }
 
-    /// Writes to `heard` what the robot hears in this tick. `arrived` has a place for each broadcast of the manifest, in its
-    /// order, and is emptied; `None` is one that has not arrived.
+    /// Writes the messages of a tick to `heard`. `arrived` has an element per broadcast of the manifest, in the same
+    /// order, and `None` for a missing one. It is emptied.
     #[inline]
     pub fn hear(
         &mut self,
@@ -118,30 +117,31 @@ impl Links {
     ) {
         heard.clear();
         if tick.manifest.is_empty() && self.kept.is_empty() && self.copies.is_empty() {
-            // As in most ticks.
+            // Most ticks have no messages.
             arrived.clear();
         } else {
-            self.hear_some(tick, arrived, heard);
+            self.receive(tick, arrived, heard);
         }
     }
 
-    /// There is something to hear, perhaps.
+    /// Handles a tick with messages.
     #[inline]
-    fn hear_some(
+    fn receive(
         &mut self,
         tick: &TickMessage,
         arrived: &mut Vec<Option<Arc<Broadcast>>>,
         heard: &mut Heard,
     ) {
         if self.kept.is_empty() && self.copies.is_empty() {
-            self.take_in(tick, arrived, heard);
+            self.take_arrived(tick, arrived, heard);
         } else {
-            // Before what ripens now leaves its own copies. Of one that came while the robot took no part nothing is left to say.
+            // Copies are taken before `take_due` adds new ones. A copy that was due while the robot did not take part
+            // is discarded.
             let copies = std::mem::take(&mut self.copies);
             let copies = copies.into_iter().filter(|copy| copy.at == tick.now);
-            let mut late = self.ripen(tick);
+            let mut late = self.take_due(tick);
             late.receptions.extend(copies);
-            self.take_in(tick, arrived, heard);
+            self.take_arrived(tick, arrived, heard);
             heard.inbox.append(&mut late.inbox);
             heard.receptions.append(&mut late.receptions);
         }
@@ -152,12 +152,12 @@ impl Links {
         self.overtake(&heard.inbox, tick.now);
     }
 
-    /// The kept messages whose wait is over.
-    fn ripen(&mut self, tick: &TickMessage) -> Heard {
+    /// Removes the kept messages that are due and returns them with their deliveries.
+    fn take_due(&mut self, tick: &TickMessage) -> Heard {
         let mut heard = Heard::default();
         for kept in std::mem::take(&mut self.kept) {
             let due = match kept.until {
-                Until::LetGo if !tick.held.contains(&kept.broadcast.sender) => tick.now,
+                Until::Released if !tick.held.contains(&kept.broadcast.sender) => tick.now,
                 Until::Due(due) if due <= tick.now => due,
                 _ => {
                     self.kept.push(kept);
@@ -179,9 +179,9 @@ impl Links {
         heard
     }
 
-    /// The manifest's messages.
+    /// Applies the links to the messages of the manifest.
     #[inline]
-    fn take_in(
+    fn take_arrived(
         &mut self,
         tick: &TickMessage,
         arrived: &mut Vec<Option<Arc<Broadcast>>>,
@@ -204,15 +204,15 @@ impl Links {
                     });
                     continue;
                 };
-                let index = &mut indices[broadcast.body.kind() as usize];
+                let count = &mut indices[broadcast.body.kind() as usize];
                 let (passage, twice) = match link {
-                    Some(link) => self.pass(*link, &broadcast, *index, now),
-                    None => (Passage::Audible, false),
+                    Some(link) => self.pass(*link, &broadcast, *count, now),
+                    None => (Passage::Received, false),
                 };
-                *index += 1;
+                *count += 1;
                 let (delivery, at) = match passage {
-                    Passage::Audible => (Delivery::Heard, now),
-                    Passage::Gone(delivery) => (delivery, now),
+                    Passage::Received => (Delivery::Heard, now),
+                    Passage::Lost(delivery) => (delivery, now),
                     Passage::Kept(Until::Due(due)) => (Delivery::Pending, due),
                     Passage::Kept(_) => (Delivery::Pending, now),
                 };
@@ -220,13 +220,13 @@ impl Links {
                     .receptions
                     .push(self.reception(&broadcast, delivery, at));
                 match passage {
-                    Passage::Audible => {
+                    Passage::Received => {
                         if twice {
                             self.copy(&broadcast, now);
                         }
                         heard.inbox.push(broadcast);
                     }
-                    Passage::Gone(_) => {}
+                    Passage::Lost(_) => {}
                     Passage::Kept(until) => self.kept.push(Kept {
                         broadcast,
                         until,
@@ -237,7 +237,8 @@ impl Links {
         }
     }
 
-    /// What a link in that state does to a message, the `index`-th of its kind in its tick, and whether it doubles it.
+    /// Returns the effect of a link on the `index`-th message of its kind in its tick, and whether a second copy
+    /// follows.
     fn pass(
         &self,
         link: LinkState,
@@ -249,21 +250,21 @@ impl Links {
         let twice = link.duplicate.decides(draws.duplicate);
         let due = now + self.whole_steps(link.delay + draws.share_of(link.jitter));
         let passage = if link.cut {
-            Passage::Gone(Delivery::Cut)
+            Passage::Lost(Delivery::Cut)
         } else if link.drop.decides(draws.drop) {
-            Passage::Gone(Delivery::Dropped)
+            Passage::Lost(Delivery::Dropped)
         } else if link.hold {
-            Passage::Kept(Until::LetGo)
+            Passage::Kept(Until::Released)
         } else if link.reorder.decides(draws.reorder) && !self.awaits_overtaking(broadcast.sender) {
             Passage::Kept(Until::Overtaken(due))
         } else if due > now {
             Passage::Kept(Until::Due(due))
         } else {
-            Passage::Audible
+            Passage::Received
         };
         match passage {
             Passage::Kept(_) if self.kept.len() >= CAPACITY => {
-                (Passage::Gone(Delivery::Dropped), false)
+                (Passage::Lost(Delivery::Dropped), false)
             }
             _ => (passage, twice),
         }
@@ -275,8 +276,8 @@ impl Links {
         })
     }
 
-    /// The messages that one of the audible ones overtakes have one step left to wait.
-    fn overtake(&mut self, audible: &[Arc<Broadcast>], now: SimTime) {
+    /// Schedules the messages that a received message overtakes for the next step or later.
+    fn overtake(&mut self, received: &[Arc<Broadcast>], now: SimTime) {
         for kept in &mut self.kept {
             let Until::Overtaken(earliest) = kept.until else {
                 continue;
@@ -284,13 +285,13 @@ impl Links {
             let overtakes = |other: &Broadcast| {
                 other.sender == kept.broadcast.sender && order(other) > order(&kept.broadcast)
             };
-            if audible.iter().any(|other| overtakes(other)) {
+            if received.iter().any(|other| overtakes(other)) {
                 kept.until = Until::Due(earliest.max(now + self.step));
             }
         }
     }
 
-    /// A second copy of a message that is audible at `at`.
+    /// Adds a second copy of a message that is received at `at`.
     fn copy(&mut self, broadcast: &Broadcast, at: SimTime) {
         let copy = self.reception(broadcast, Delivery::Duplicate, at + self.step);
         self.copies.push(copy);
@@ -303,7 +304,7 @@ impl Links {
             incarnation: broadcast.incarnation,
             sent: self.sent(broadcast.tick),
             delivery,
-            said: Some(said(broadcast)),
+            said: Some(summary(broadcast)),
         }
     }
 
@@ -311,19 +312,19 @@ impl Links {
         SimTime(tick.saturating_mul(self.step.0))
     }
 
-    /// The shortest span of whole steps that is no shorter.
+    /// Rounds a time span up to whole steps.
     fn whole_steps(&self, span: SimTime) -> SimTime {
         SimTime(span.0.div_ceil(self.step.0).saturating_mul(self.step.0))
     }
 }
 
-/// What comes first of two messages.
+/// Returns the sort key of a message.
 fn order(broadcast: &Broadcast) -> (RobotId, u32, u64) {
     (broadcast.sender, broadcast.incarnation, broadcast.seq)
 }
 
-/// The part of a broadcast that goes into the log.
-fn said(broadcast: &Broadcast) -> Said {
+/// Returns the logged part of a broadcast.
+fn summary(broadcast: &Broadcast) -> Said {
     let (state, since, set, task, progress) = match &broadcast.body {
         Content::Heartbeat(heartbeat) => (
             Some(heartbeat.state),
@@ -333,8 +334,8 @@ fn said(broadcast: &Broadcast) -> Said {
             Some(heartbeat.progress),
         ),
         Content::Bulletin(Bulletin { about, .. }) => {
-            let (set, task) = (about.map(|it| it.set), about.map(|it| it.task));
-            (None, None, set, task, about.map(|it| it.progress))
+            let (set, task) = (about.map(|about| about.set), about.map(|about| about.task));
+            (None, None, set, task, about.map(|about| about.progress))
         }
         Content::Allocation(_) => (None, None, None, None, None),
     };

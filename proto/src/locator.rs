@@ -1,53 +1,46 @@
-//! Where somebody is reached over a network, in zenoh's words: `tls/10.0.0.1:7447`.
+//! Network addresses in zenoh's locator format, for example `tls/10.0.0.1:7447`.
 
 use std::fmt;
 use std::net::{IpAddr, Ipv6Addr};
 use std::str::FromStr;
 
-/// How bytes go over the network.
+/// The transport protocol of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transport {
-    /// Encrypted, and both ends prove who they are.
+    /// Encrypted, with certificates on both sides.
     Tls,
-    /// As they are, for everybody on the way to read.
+    /// Unencrypted: every machine on the path can read the data.
     Tcp,
 }
 
-/// A place where somebody listens.
+/// The network address of a listener.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Locator {
-    /// How.
     pub transport: Transport,
-    /// Address or name of the machine; an IPv6 address has no brackets here.
+    /// The address or name of the machine. An IPv6 address has no brackets here.
     pub host: String,
-    /// Port, not 0: others are told of it.
+    /// The port. It is not 0, because other processes connect to it.
     pub port: u16,
 }
 
-/// Why a locator is refused.
+/// The reason why a locator is rejected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LocatorError {
-    /// It is none.
-    #[error("'{0}' is no place on a network; write tls/HOST:PORT, such as tls/10.0.0.1:7447")]
+    #[error("'{0}' is not a network address; write tls/HOST:PORT, for example tls/10.0.0.1:7447")]
     Shape(String),
-    /// Everybody on the way could read what is said.
-    #[error("'{0}' is not encrypted; write tls/…, or say that this is wanted: {1}")]
+    /// An unencrypted connection to another machine is not permitted.
+    #[error("'{0}' is not encrypted; use tls/…, or allow it with {1}")]
     Plain(String, &'static str),
 }
 
 impl Locator {
-    /// Reads what an option of the command line names, which `--unencrypted` may accompany.
-    ///
-    /// # Errors
-    /// Any [`LocatorError`].
+    /// Parses a command-line option; `unencrypted` is the state of the option `--unencrypted`.
     pub fn of_option(text: &str, unencrypted: bool) -> Result<Self, LocatorError> {
         text.parse::<Self>()?.allowed(unencrypted, "--unencrypted")
     }
 
-    /// The same, if it is encrypted, stays on this machine, or may be unencrypted; `word` is how people say so.
-    ///
-    /// # Errors
-    /// [`LocatorError::Plain`].
+    /// Accepts the locator if it is encrypted, stays on this machine, or `unencrypted` is set. The error recommends
+    /// `word`, the option or key for `unencrypted`.
     pub fn allowed(self, unencrypted: bool, word: &'static str) -> Result<Self, LocatorError> {
         let is_safe = self.transport == Transport::Tls || self.is_loopback() || unencrypted;
         match is_safe {
@@ -56,14 +49,14 @@ impl Locator {
         }
     }
 
-    /// Whether nothing leaves this machine.
+    /// Returns whether the connection stays on this machine.
     #[must_use]
     pub fn is_loopback(&self) -> bool {
         let is_loopback = |address: IpAddr| address.is_loopback();
         self.host == "localhost" || self.host.parse().is_ok_and(is_loopback)
     }
 
-    /// Whether it stands for all addresses of a machine: to be listened at, but not to be connected to.
+    /// Returns whether the locator means all addresses of a machine. It is then valid for listening only.
     #[must_use]
     pub fn is_everywhere(&self) -> bool {
         let is_unspecified = |address: IpAddr| address.is_unspecified();
@@ -102,7 +95,9 @@ fn read(text: &str) -> Option<Locator> {
         _ => return None,
     };
     let (host, port) = address.rsplit_once(':')?;
-    let bracketed = host.strip_prefix('[').and_then(|it| it.strip_suffix(']'));
+    let bracketed = host
+        .strip_prefix('[')
+        .and_then(|host| host.strip_suffix(']'));
     let host = match bracketed {
         Some(inner) => inner.parse::<Ipv6Addr>().ok()?.to_string(),
         None if host.contains(':') || !is_address(host) => return None,
@@ -117,7 +112,8 @@ fn read(text: &str) -> Option<Locator> {
     })
 }
 
-/// Whether this may stand in a certificate as the place of a machine: an IP address without brackets, or a name as of DNS.
+/// Returns whether a text is valid as the machine address in a certificate: an IP address without brackets, or a DNS
+/// name.
 #[must_use]
 pub fn is_address(text: &str) -> bool {
     const LONGEST_NAME: usize = 253;
@@ -129,7 +125,7 @@ pub fn is_address(text: &str) -> bool {
             && label.starts_with(ends)
             && label.ends_with(ends)
     };
-    // A name whose last part is a number is an address with a mistake in it.
+    // A name with a number as its last part is a malformed IP address.
     let is_number = |label: &str| label.bytes().all(|byte| byte.is_ascii_digit());
     let is_name = text.len() <= LONGEST_NAME
         && text.split('.').all(is_label)
@@ -142,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_read_and_written_the_same() {
+    fn locators_survive_a_round_trip() {
         for text in [
             "tls/10.0.0.1:7447",
             "tcp/127.0.0.1:1",
@@ -157,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_place_is_refused_with_one_that_is() {
+    fn malformed_locators_are_rejected() {
         for text in [
             "",
             "tls",
@@ -186,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leaves_the_machine_unencrypted_must_be_said_twice() {
+    fn unencrypted_connections_to_other_machines_need_permission() {
         let allowed = |text: &str, unencrypted| {
             let locator: Locator = text.parse().unwrap();
             locator.allowed(unencrypted, "--unencrypted").is_ok()
@@ -194,20 +190,20 @@ mod tests {
         for local in ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "tcp/localhost:7447"] {
             assert!(allowed(local, false), "{local}");
         }
-        for far in [
+        for remote in [
             "tcp/10.0.0.1:7447",
             "tcp/0.0.0.0:7447",
             "tcp/localhost.example.org:7447",
         ] {
-            assert!(!allowed(far, false), "{far}");
-            assert!(allowed(far, true), "{far}");
+            assert!(!allowed(remote, false), "{remote}");
+            assert!(allowed(remote, true), "{remote}");
         }
         assert!(allowed("tls/10.0.0.1:7447", false));
-        let far: Locator = "tcp/10.0.0.1:7447".parse().unwrap();
-        let error = far.allowed(false, "--unencrypted").unwrap_err();
+        let remote: Locator = "tcp/10.0.0.1:7447".parse().unwrap();
+        let error = remote.allowed(false, "--unencrypted").unwrap_err();
         assert_eq!(
             error.to_string(),
-            "'tcp/10.0.0.1:7447' is not encrypted; write tls/…, or say that this is wanted: --unencrypted"
+            "'tcp/10.0.0.1:7447' is not encrypted; use tls/…, or allow it with --unencrypted"
         );
     }
 }

@@ -1,53 +1,47 @@
-//! Who takes part in a run, and with what it proves it: the world, the robots, the hosts of a run over a network.
+//! The members of a run (world, robots and hosts) with their credentials.
 
 use crate::keyring::Keyring;
 use crate::secret::derived;
 
-/// Identity of the world: first name in its certificate, and the stem of its files.
+/// The identity of the world: the first name in its certificate, and the stem of its file names.
 pub const WORLD: &str = "world";
 
-/// Identity of a robot.
 #[must_use]
 pub fn robot(name: &str) -> String {
     format!("robot-{name}")
 }
 
-/// Identity of a host.
 #[must_use]
 pub fn host(name: &str) -> String {
     format!("host-{name}")
 }
 
-/// How somebody connects to a router.
+/// The data for a connection to a router.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Login {
-    /// Zenoh locator of the router.
     pub endpoint: String,
-    /// The name that the router knows.
+    /// The user name, which the router must have in its list.
     pub user: String,
-    /// Password.
     pub password: String,
-    /// Certificates, where the locator is one of TLS.
+    /// The certificates, for TLS locators.
     pub keyring: Option<Keyring>,
 }
 
-/// What a robot's agent needs to take part in a run.
+/// The data that a robot's agent needs to take part in a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// Id of the run.
     pub run: String,
-    /// How it connects.
     pub login: Login,
-    /// What it and the world seal with what they tell each other.
+    /// The secret that seals the messages between the agent and the world.
     pub secret: String,
-    /// The run's secret, where this machine has it.
+    /// The run's secret, if this machine has it.
     pub token: Option<String>,
-    /// Whether the way to the world may break and be mended: it is tried again.
+    /// `true` if the connection to the world can be interrupted, so that the agent must reconnect.
     pub is_far: bool,
 }
 
 impl Member {
-    /// A robot that connects from another host, as itself.
+    /// Creates the data of a robot on another host, which connects with its own identity.
     #[must_use]
     pub fn far(run: String, login: Login) -> Self {
         Self {
@@ -59,7 +53,7 @@ impl Member {
         }
     }
 
-    /// A robot on the world's own machine, by the run's token.
+    /// Creates the data of a robot on the world's machine. The run's token is enough.
     #[must_use]
     pub fn near(run: String, robot: &str, login: Login, token: String) -> Self {
         Self {

@@ -1,25 +1,26 @@
-//! What the operating system says of a process.
+//! The state of a process according to the operating system.
 
 use std::fs;
 
-/// Environment variable that tells a child which process started it, with which it is to end.
+/// The environment variable with the process id of the launcher. A child process ends together with its launcher.
 pub const LAUNCHER: &str = "ALLIANCE_LAUNCHER";
 
-/// A process that there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OsProcess {
-    /// Whether a signal has stopped it.
+    /// `true` if a signal has stopped the process.
     pub is_stopped: bool,
-    /// When it started, clock ticks since the machine did: with the id, this tells it from an earlier process of the same id.
+    /// The start time, in clock ticks since the machine started. Together with the id it distinguishes processes that
+    /// reuse an id.
     pub started: u64,
 }
 
 impl OsProcess {
-    /// The process of that id, unless it has ended.
+    /// Returns the process with this id, unless it has ended.
     #[must_use]
     pub fn of(pid: u32) -> Option<Self> {
         let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-        // The name, in brackets, may hold anything; the state is the field after it, and the start the nineteenth after that.
+        // The name is in parentheses and can contain any character. The state is the next field, and the start time the
+        // 19th after that.
         let mut fields = stat.rsplit_once(')')?.1.split_whitespace();
         let state = fields.next()?;
         let started = fields.nth(18)?.parse().ok()?;
@@ -37,12 +38,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_process_is_known_by_its_id_and_its_start() {
-        let me = OsProcess::of(id()).unwrap();
-        assert!(!me.is_stopped);
+    fn a_process_is_found_until_it_ends() {
+        let this = OsProcess::of(id()).unwrap();
+        assert!(!this.is_stopped);
         let mut child = Command::new("sleep").arg("60").spawn().unwrap();
         let other = OsProcess::of(child.id()).unwrap();
-        assert!(other.started >= me.started);
+        assert!(other.started >= this.started);
         child.kill().unwrap();
         child.wait().unwrap();
         assert_eq!(OsProcess::of(child.id()), None);

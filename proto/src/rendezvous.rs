@@ -1,4 +1,4 @@
-//! Where a live run is found: one file per run in the user's runtime folder, readable by that user alone (DESIGN §3).
+//! Discovery of live runs: one file per run in the user's runtime folder, readable only by that user.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,59 +14,57 @@ use crate::member::{self, Login, Member};
 use crate::os_process::OsProcess;
 use crate::secret;
 
-/// How to reach the world of a live run.
+/// The connection data of a live run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rendezvous {
-    /// The run's id, first chunk of its keys.
+    /// The id of the run, which is the first chunk of its keys.
     pub run: String,
-    /// Zenoh locator of its gateway, for those who order and watch, such as
+    /// The zenoh locator of the gateway, for operators and observers. Example:
     /// `unixsock-stream//run/user/1000/alliance/thesis-10929.10931.alliance.sock`.
     pub endpoint: String,
-    /// Process id of the world.
+    /// The process id of the world.
     pub pid: u32,
-    /// Secret of the run: who can read this file may change the run. Password at the gateway.
+    /// The secret of the run, which is the password at the gateway. A user with access to this file can change the run.
     pub token: String,
-    /// Of the robots and of the launcher.
+    /// The endpoint for robots and the launcher.
     pub team: Entrance,
-    /// When that process started, see [`OsProcess::started`]; 0: not known.
+    /// The start time of the world's process, see [`OsProcess::started`]; 0 if unknown.
     #[serde(default)]
     pub started: u64,
-    /// Of a run whose world is on another host; then all the above is that of the router of this host.
+    /// Data of a run whose world is on another host. All other data is then that of this host's router.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub far: Option<Far>,
 }
 
-/// A host's part in a run whose world is on another one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Far {
-    /// Name of this host.
     pub host: String,
-    /// Zenoh locator of the world.
+    /// The zenoh locator of the world.
     pub world: String,
-    /// The secrets of its robots, by name.
+    /// The secrets of the host's robots, by name.
     pub robots: BTreeMap<String, String>,
 }
 
-/// How the members of the team reach the world.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entrance {
-    /// Zenoh locator of the world.
+    /// The zenoh locator of the world.
     pub endpoint: String,
-    /// Password.
     pub password: String,
 }
 
-/// As whom somebody connects to a run.
+/// The role of a connection to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum User {
-    /// A robot's agent, the launcher or the gateway, at the world itself: puts and hears everything.
+    /// A robot's agent, the launcher or the gateway: connects to the world directly, and publishes and receives
+    /// everything.
     Team,
-    /// Whoever orders and watches, at the gateway: asks on the control topic, and hears everything. What else it puts is not passed on.
+    /// An operator or observer: connects to the gateway, sends queries on the control topic, and receives everything.
+    /// The gateway drops all other data from it.
     Operator,
 }
 
 impl User {
-    /// The name that zenoh knows, and that of the socket.
+    /// Returns the user name in zenoh, which is also part of the socket's name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -75,7 +73,6 @@ impl User {
         }
     }
 
-    /// Password.
     #[must_use]
     pub fn password(self, run: &Rendezvous) -> &str {
         match self {
@@ -84,7 +81,7 @@ impl User {
         }
     }
 
-    /// Where it connects.
+    /// Returns the locator that this user connects to.
     #[must_use]
     pub fn endpoint(self, run: &Rendezvous) -> &str {
         match self {
@@ -94,56 +91,37 @@ impl User {
     }
 }
 
-/// Why no run was found, or none could be announced.
+/// An error of finding or announcing a run.
 #[derive(Debug, thiserror::Error)]
 pub enum RendezvousError {
-    /// No live run of that id.
     #[error("no live run '{asked}'; live runs: {}", if live.is_empty() { "none".to_owned() } else { live.join(", ") })]
     Unknown {
-        /// What was asked for.
         asked: String,
-        /// What there is, newest first.
+        /// The ids of the live runs, newest first.
         live: Vec<String>,
     },
-    /// No live run at all.
     #[error("no run is live; start one with `alliance run` or `alliance world`")]
     None,
-    /// The run's world is elsewhere, and the robot is not one of this host's.
+    /// The world is on another host, and the robot does not belong to this host.
     #[error("run '{run}' has no robot '{robot}' on host {host}; its robots here are {}", here.join(", "))]
     NotHere {
-        /// The run.
         run: String,
-        /// The robot.
         robot: String,
-        /// This host.
         host: String,
-        /// The robots that are.
+        /// The robots of this host.
         here: Vec<String>,
     },
-    /// The run's world is elsewhere.
-    #[error("the world of run '{run}' is at {world}: order and watch it on that host")]
-    Elsewhere {
-        /// The run.
-        run: String,
-        /// Where.
-        world: String,
-    },
-    /// The folder is not this user's alone.
-    #[error("{0} is not a folder of this user alone: remove it")]
+    /// The world is on another host.
+    #[error("the world of run '{run}' is at {world}: control and observe the run from that host")]
+    Elsewhere { run: String, world: String },
+    #[error("{0} is not a private folder of this user: remove it")]
     Unsafe(PathBuf),
-    /// The file system refused.
     #[error("{path}: {error}")]
-    Io {
-        /// Which file or folder.
-        path: PathBuf,
-        /// What it said.
-        error: io::Error,
-    },
+    Io { path: PathBuf, error: io::Error },
 }
 
-/// Removes the announcement of a run, and its sockets, when the run ends.
 #[derive(Debug)]
-#[must_use = "the announcement goes with the guard"]
+#[must_use = "the announcement is removed when the guard is dropped"]
 pub struct Announcement {
     path: PathBuf,
     run: Rendezvous,
@@ -155,30 +133,23 @@ impl Drop for Announcement {
     }
 }
 
-/// The zenoh locator of a run's socket for those users in the runtime folder, which nobody else's programs reach; `None` where such a
-/// path is no locator or too long for a socket. `pid` is the world's.
-///
-/// # Errors
-/// When the runtime folder cannot be made, or belongs to somebody else.
+/// Returns the zenoh locator of a run's socket in the private runtime folder. `None` if the path is not a valid locator
+/// or too long for a socket. `pid` is the process id of the world.
 pub fn socket(run: &str, pid: u32, user: User) -> Result<Option<String>, RendezvousError> {
-    // Of that process alone: one that is left over is removed without a look at who has taken its name since.
+    // The process id in the name makes leftover sockets distinguishable from those of newer processes.
     let path = folder()?.join(format!("{run}.{pid}.{}.sock", user.name()));
     let path = path.to_str().filter(|path| path.len() <= LONGEST_SOCKET);
     let path = path.filter(|path| !path.contains(['?', '#']));
     Ok(path.map(|path| format!("{SOCKET}{path}")))
 }
 
-/// How locators of such sockets begin.
 const SOCKET: &str = "unixsock-stream/";
 
-/// Bytes of the longest path of a socket: `sun_path` of unix(7) without its zero.
+/// The maximum length of a socket path, bytes: `sun_path` of unix(7) without its zero byte.
 const LONGEST_SOCKET: usize = 107;
 
 impl Rendezvous {
-    /// Of a run whose world is this process, with secrets of its own; nobody can reach it yet.
-    ///
-    /// # Errors
-    /// When the system has no random bits.
+    /// Creates the data of a run whose world is this process, with new secrets and without endpoints.
     pub fn new(run: String) -> io::Result<Self> {
         let random = || secret::random().map(|number| format!("{number:032x}"));
         let pid = std::process::id();
@@ -191,20 +162,17 @@ impl Rendezvous {
                 endpoint: String::new(),
                 password: random()?,
             },
-            started: OsProcess::of(pid).map_or(0, |me| me.started),
+            started: OsProcess::of(pid).map_or(0, |process| process.started),
             far: None,
         })
     }
 
-    /// How a process of this machine connects.
-    ///
-    /// # Errors
-    /// For those who order and watch, when the world is elsewhere.
+    /// Returns the login of a process on this machine. Fails for operators if the world is on another host.
     pub fn login(&self, user: User) -> Result<Login, RendezvousError> {
-        if let (Some(far), User::Operator) = (&self.far, user) {
+        if let (Some(remote), User::Operator) = (&self.far, user) {
             return Err(RendezvousError::Elsewhere {
                 run: self.run.clone(),
-                world: far.world.clone(),
+                world: remote.world.clone(),
             });
         }
         Ok(Login {
@@ -215,24 +183,22 @@ impl Rendezvous {
         })
     }
 
-    /// What the agent of that robot needs on this machine.
-    ///
-    /// # Errors
-    /// When the world is elsewhere and the robot is not one of this host's.
+    /// Returns the data that a robot's agent needs on this machine. Fails if the world is on another host and the robot
+    /// does not belong to this host.
     pub fn member(&self, robot: &str) -> Result<Member, RendezvousError> {
-        let Some(far) = &self.far else {
+        let Some(remote) = &self.far else {
             let login = self.login(User::Team)?;
             let (run, token) = (self.run.clone(), self.token.clone());
             return Ok(Member::near(run, robot, login, token));
         };
-        let secret = far
+        let secret = remote
             .robots
             .get(robot)
             .ok_or_else(|| RendezvousError::NotHere {
                 run: self.run.clone(),
                 robot: robot.to_owned(),
-                host: far.host.clone(),
-                here: far.robots.keys().cloned().collect(),
+                host: remote.host.clone(),
+                here: remote.robots.keys().cloned().collect(),
             })?;
         Ok(Member {
             run: self.run.clone(),
@@ -248,10 +214,7 @@ impl Rendezvous {
         })
     }
 
-    /// Leaves this run where others find it, until the guard goes.
-    ///
-    /// # Errors
-    /// When the runtime folder cannot be made or written, or belongs to somebody else.
+    /// Announces the run in the runtime folder until the guard is dropped.
     pub fn announce(&self) -> Result<Announcement, RendezvousError> {
         let folder = folder()?;
         let path = folder.join(format!("{}.json", self.run));
@@ -260,7 +223,7 @@ impl Rendezvous {
             error,
         };
         let text = serde_json::to_string(self).map_err(|error| at(error.into()))?;
-        // Written beside and renamed: a reader never sees half of it.
+        // The rename is atomic, so a reader never gets a part of the file.
         let fresh = folder.join(format!("{}.new", self.run));
         let mut file = fs::OpenOptions::new()
             .write(true)
@@ -275,7 +238,7 @@ impl Rendezvous {
         Ok(Announcement { path, run })
     }
 
-    /// Removes what its world leaves behind. What cannot be removed is harmless: nobody takes it for a live run's.
+    /// Removes the files that the world leaves behind. Failures are harmless: a leftover announcement is not live.
     fn withdraw(&self, announcement: &Path) {
         let _ = fs::remove_file(announcement);
         let endpoints = [&self.endpoint, &self.team.endpoint];
@@ -285,16 +248,13 @@ impl Rendezvous {
         }
     }
 
-    /// Whether its world lives; another process may have its id by now.
+    /// Returns whether the world is live. The start time detects another process that reuses the id.
     fn is_live(&self) -> bool {
         let world = OsProcess::of(self.pid);
         world.is_some_and(|world| self.started == 0 || world.started == self.started)
     }
 
-    /// The run of that id, or the newest live one.
-    ///
-    /// # Errors
-    /// When there is none, or the runtime folder cannot be read.
+    /// Finds the run with this id, or the newest live run.
     pub fn find(run: Option<&str>) -> Result<Self, RendezvousError> {
         let live = live()?;
         match run {
@@ -310,10 +270,7 @@ impl Rendezvous {
     }
 }
 
-/// All live runs of this user, newest first; announcements of dead worlds are removed.
-///
-/// # Errors
-/// When the runtime folder cannot be read.
+/// Lists the live runs of this user, newest first. Removes the announcements of ended worlds.
 pub fn live() -> Result<Vec<Rendezvous>, RendezvousError> {
     let folder = folder()?;
     let entries = fs::read_dir(&folder).map_err(|error| RendezvousError::Io {
@@ -325,7 +282,7 @@ pub fn live() -> Result<Vec<Rendezvous>, RendezvousError> {
         if path.extension().is_none_or(|extension| extension != "json") {
             continue;
         }
-        // A file that vanishes or cannot be read meanwhile is that of a run which is ending.
+        // A file that cannot be read or vanishes meanwhile belongs to a run that is ending.
         let Some((changed, run)) = read(&path) else {
             continue;
         };
@@ -345,22 +302,25 @@ fn read(path: &Path) -> Option<(SystemTime, Rendezvous)> {
     Some((changed, run))
 }
 
-/// `$XDG_RUNTIME_DIR/alliance`; without it `alliance-<uid>` in the folder for temporary files, and where somebody else has made that
-/// one, `.cache/alliance` at home.
+/// Returns `$XDG_RUNTIME_DIR/alliance`, or else `alliance-<uid>` in the folder for temporary files. If another user has
+/// created that folder, the result is `.cache/alliance` in the home folder.
 fn folder() -> Result<PathBuf, RendezvousError> {
     let base = |name: &str| std::env::var_os(name).map(PathBuf::from);
     if let Some(base) = base("XDG_RUNTIME_DIR").filter(|base| base.is_dir()) {
-        return own_folder(base.join("alliance"));
+        return private_folder(base.join("alliance"));
     }
-    let folder = own_folder(std::env::temp_dir().join(format!("alliance-{}", Uid::effective())));
+    let folder =
+        private_folder(std::env::temp_dir().join(format!("alliance-{}", Uid::effective())));
     match (&folder, base("HOME")) {
-        (Err(RendezvousError::Unsafe(_)), Some(home)) => own_folder(home.join(".cache/alliance")),
+        (Err(RendezvousError::Unsafe(_)), Some(home)) => {
+            private_folder(home.join(".cache/alliance"))
+        }
         _ => folder,
     }
 }
 
-/// A folder that this user alone can look into, made if it is not there.
-fn own_folder(folder: PathBuf) -> Result<PathBuf, RendezvousError> {
+/// Returns the folder if only this user can access it. Creates it if it is missing.
+fn private_folder(folder: PathBuf) -> Result<PathBuf, RendezvousError> {
     let at = |error| RendezvousError::Io {
         path: folder.clone(),
         error,

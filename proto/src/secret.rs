@@ -1,12 +1,12 @@
-//! Who may speak in a run: every message is sealed. The run's secret is the `token` of its [`crate::rendezvous`]; each robot and host has
-//! one of its own, [`derived`] from it, for what it and the world tell each other.
+//! Authentication of messages: every message is sealed. The run's secret is the `token` of its [`crate::rendezvous`].
+//! Each robot and host has its own secret, [`derived`] from the token, for its messages to and from the world.
 //!
-//! A seal is a keyed hash (SipHash-2-4) over the key expression and the message. It tells bytes that a holder of the secret made
-//! for this very key from all others: noise, forgeries, a true message of one robot on another's key. It hides nothing, and a
-//! true message put again still bears a true seal: what is old is told by tick, incarnation, nonce or number.
+//! A seal is a keyed hash (SipHash-2-4) over the key expression and the message. It proves that a holder of the secret
+//! created the bytes for this key expression, which excludes noise, forgeries and messages of other keys. It does not
+//! encrypt. A repeated message still has a valid seal; the tick, incarnation, nonce or number identifies it as old.
 //!
-//! Broadcasts are for many. On one machine, where all processes of a user can read the token anyway, the token seals them. In a run
-//! over a network there are [`Pairs`]: nobody can speak for another.
+//! Broadcasts have many receivers. On one machine the token seals them: all processes of a user can read it anyway. In
+//! a network run [`Pairs`] seal them, so no member can impersonate another one.
 
 use std::fs::File;
 use std::hash::Hasher;
@@ -22,18 +22,18 @@ use xxhash_rust::xxh3::xxh3_128;
 use crate::codec::{CodecError, decode, encode};
 use crate::member;
 
-/// Bytes of a seal, after the message.
+/// The size of a seal, bytes. The seal follows the message.
 pub const SEAL_BYTES: usize = 8;
 
-/// The secret of a run.
+/// The secret of a run or of a member.
 #[derive(Clone)]
 pub struct Secret {
     keyed: SipHasher24,
     hmac: Hmac<Sha256>,
 }
 
-/// The secret of a [`member`] of the run of that token: 32 hexadecimal digits, the first 16 bytes of HMAC-SHA256 with the
-/// token's text as the key, over the identity.
+/// Derives the secret of a [`member`] from the run's token: 32 hexadecimal digits. They are the first 16 bytes of
+/// HMAC-SHA256 over the identity, with the token's text as the key.
 #[must_use]
 pub fn derived(token: &str, identity: &str) -> String {
     let digest = keyed(token).chain_update(identity).finalize().into_bytes();
@@ -41,7 +41,6 @@ pub fn derived(token: &str, identity: &str) -> String {
 }
 
 fn keyed(token: &str) -> Hmac<Sha256> {
-    // HMAC takes a key of any length.
     Hmac::new_from_slice(token.as_bytes()).expect("any token is a key")
 }
 
@@ -49,33 +48,33 @@ fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Seals of broadcasts in a run over a network: behind the message a mark for each member, robots in order of rank and then the world,
-/// by the key that the sender and this member have in common, and nobody else but the world.
+/// Seals of broadcasts in a network run. A message is followed by one seal per member: the robots in order of rank,
+/// then the world. Each seal uses the key that the sender and that member share; apart from them only the world has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pairs {
-    /// Place of whose these are.
-    own: usize,
-    /// By place; that of its own is not used.
+    /// The index of this member among all members.
+    index: usize,
+    /// The shared keys by member. The entry of this member is not used.
     keys: Vec<u128>,
 }
 
 impl Pairs {
-    /// Those of a member, by its place among all of them.
+    /// Creates the keys of the member with this index among all members.
     #[must_use]
-    pub fn new(own: usize, keys: Vec<u128>) -> Self {
-        Self { own, keys }
+    pub fn new(index: usize, keys: Vec<u128>) -> Self {
+        Self { index, keys }
     }
 
-    /// The keys that the member of that name has in common with each of the members of the run of that token.
+    /// Returns the keys that a member shares with each of the members, for the run of a token.
     #[must_use]
-    pub fn keys(token: &str, own: &str, members: &[&str]) -> Vec<u128> {
+    pub fn keys(token: &str, identity: &str, members: &[&str]) -> Vec<u128> {
         let common = |other: &str| {
-            let (first, second) = if own < other {
-                (own, other)
+            let (first, second) = if identity < other {
+                (identity, other)
             } else {
-                (other, own)
+                (other, identity)
             };
-            // No identity has a space.
+            // Identities contain no space, so the concatenation is unambiguous.
             let pair = keyed(token)
                 .chain_update(first)
                 .chain_update(" ")
@@ -86,10 +85,7 @@ impl Pairs {
         members.iter().map(|other| common(other)).collect()
     }
 
-    /// Encodes a message for that key and seals it for everybody.
-    ///
-    /// # Errors
-    /// See [`encode`].
+    /// Encodes a message and seals it for a key expression and all members.
     pub fn seal<T: Serialize>(&self, key: &str, message: &T) -> Result<Vec<u8>, CodecError> {
         let mut bytes = encode(message)?;
         let length = bytes.len();
@@ -101,10 +97,7 @@ impl Pairs {
         Ok(bytes)
     }
 
-    /// Decodes a message that the member at that place has sealed for that key.
-    ///
-    /// # Errors
-    /// Any [`OpenError`].
+    /// Decodes a message that the member with index `sender` has sealed for a key expression.
     pub fn open<T: DeserializeOwned>(
         &self,
         key: &str,
@@ -116,7 +109,7 @@ impl Pairs {
             return Err(OpenError::Unsealed);
         };
         let (message, marks) = sealed.split_at(length);
-        let place = self.own * SEAL_BYTES..(self.own + 1) * SEAL_BYTES;
+        let place = self.index * SEAL_BYTES..(self.index + 1) * SEAL_BYTES;
         if marks[place] != mark(hasher(pair.to_le_bytes()), key, message) {
             return Err(OpenError::Unsealed);
         }
@@ -129,32 +122,29 @@ fn hasher(key: [u8; 16]) -> SipHasher24 {
     SipHasher24::new_with_key(&key)
 }
 
-/// The seal of these bytes for that key.
 #[inline]
 fn mark(mut hasher: SipHasher24, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
     hasher.write(key.as_bytes());
-    // No key expression has a zero byte, so key and message cannot be cut differently.
+    // Key expressions contain no zero byte, so the boundary between key and message is unambiguous.
     hasher.write_u8(0);
     hasher.write(message);
     hasher.finish().to_le_bytes()
 }
 
-/// Why a sealed message was not opened.
+/// The reason why a sealed message was not opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// Nobody who knows the secret made these bytes for this key.
+    /// The seal is not that of a member of the run for this key expression.
     #[error("not sealed by a member of this run for this key")]
     Unsealed,
-    /// A member made them, yet they are no such message.
     #[error(transparent)]
     Codec(#[from] CodecError),
 }
 
 impl Secret {
-    /// The secret that a run's token stands for.
     #[must_use]
     pub fn of(token: &str) -> Self {
-        // The token is random: all that is needed here is to make a key of its text, whatever its length.
+        // The token is random, so a plain hash is enough to turn a text of any length into a key.
         let key = xxh3_128(token.as_bytes()).to_le_bytes();
         Self {
             keyed: hasher(key),
@@ -162,16 +152,13 @@ impl Secret {
         }
     }
 
-    /// That of a robot of the run of that token.
+    /// Creates the secret of a robot from the run's token.
     #[must_use]
     pub fn of_robot(token: &str, name: &str) -> Self {
         Self::of(&derived(token, &member::robot(name)))
     }
 
-    /// Encodes a message for that key and seals it.
-    ///
-    /// # Errors
-    /// See [`encode`].
+    /// Encodes a message and seals it for a key expression.
     pub fn seal<T: Serialize>(&self, key: &str, message: &T) -> Result<Vec<u8>, CodecError> {
         let mut bytes = encode(message)?;
         let mark = self.mark(key, &bytes);
@@ -179,10 +166,7 @@ impl Secret {
         Ok(bytes)
     }
 
-    /// Decodes a message that was sealed for that key.
-    ///
-    /// # Errors
-    /// Any [`OpenError`].
+    /// Decodes a message that was sealed for a key expression.
     pub fn open<T: DeserializeOwned>(&self, key: &str, sealed: &[u8]) -> Result<T, OpenError> {
         match sealed.split_last_chunk::<SEAL_BYTES>() {
             Some((message, mark)) if self.mark(key, message) == *mark => Ok(decode(message)?),
@@ -190,21 +174,21 @@ impl Secret {
         }
     }
 
-    /// Seals a key that carries no payload, a liveliness token's, by a last chunk of its own.
+    /// Appends a seal to a key without payload, such as a liveliness token, as its last chunk.
     #[must_use]
     pub fn stamp(&self, key: &str) -> String {
         format!("{key}/{:016x}", u64::from_le_bytes(self.mark(key, &[])))
     }
 
-    /// The key that was stamped; `None` if no member of the run did it.
+    /// Returns the key without its stamp, or `None` if the stamp is invalid.
     #[must_use]
     pub fn stamped<'k>(&self, key: &'k str) -> Option<&'k str> {
         let (plain, _) = key.rsplit_once('/')?;
         (self.stamp(plain) == key).then_some(plain)
     }
 
-    /// The seal of a JSON request or reply for that key, for its attachment: HMAC-SHA256 in hexadecimal, with the run's token
-    /// as the key, over the key expression, a zero byte and the text.
+    /// Returns the seal of a JSON request or reply, for its attachment. The seal is the HMAC-SHA256 in hexadecimal over
+    /// the key expression, a zero byte and the text, with the run's token as the key.
     #[must_use]
     pub fn mark_text(&self, key: &str, text: &[u8]) -> String {
         let mut mac = self.hmac.clone();
@@ -214,7 +198,6 @@ impl Secret {
         hexadecimal(&mac.finalize().into_bytes())
     }
 
-    /// The seal of these bytes for that key.
     #[inline]
     #[must_use]
     pub fn mark(&self, key: &str, message: &[u8]) -> [u8; SEAL_BYTES] {
@@ -222,10 +205,8 @@ impl Secret {
     }
 }
 
-/// 128 random bits from the operating system: for what must not be guessed, and never for the simulation.
-///
-/// # Errors
-/// When the system has none.
+/// Reads 128 random bits from the operating system, for values that must not be guessed. Never use them in the
+/// simulation.
 pub fn random() -> io::Result<u128> {
     let mut bytes = [0; 16];
     File::open("/dev/urandom")?.read_exact(&mut bytes)?;
@@ -245,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn another_runs_secret_another_key_or_another_bit_does_not_open_it() {
+    fn another_secret_another_key_or_a_changed_bit_is_rejected() {
         let secret = Secret::of("abc");
         let sealed = secret.seal(KEY, &"text".to_owned()).unwrap();
         let unsealed = |opened: Result<String, OpenError>| {
@@ -264,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sealed_message_of_another_type_is_malformed_not_misread() {
+    fn a_sealed_message_of_another_type_is_malformed() {
         let secret = Secret::of("abc");
         let sealed = secret.seal(KEY, &[1_u8; 9]).unwrap();
         assert!(matches!(
@@ -274,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_holds_for_its_key_alone() {
+    fn a_stamp_is_valid_only_for_its_key() {
         let secret = Secret::of("abc");
         let stamped = secret.stamp("alliance/r/alive/blue/1");
         assert_eq!(secret.stamped(&stamped), Some("alliance/r/alive/blue/1"));
@@ -285,7 +266,7 @@ mod tests {
         assert_eq!(secret.stamped(""), None);
     }
 
-    /// By Python: `hmac.new(b"abc", b"robot-gold", "sha256").hexdigest()[:32]`.
+    /// The expected value is from Python: `hmac.new(b"abc", b"robot-gold", "sha256").hexdigest()[:32]`.
     #[test]
     fn a_members_secret_is_derived_from_the_token() {
         assert_eq!(
@@ -296,27 +277,36 @@ mod tests {
     }
 
     #[test]
-    fn a_broadcast_is_opened_by_everybody_as_its_senders_and_nobody_elses() {
+    fn all_members_open_a_broadcast_and_only_as_its_senders() {
         let members = ["robot-blue", "robot-gold", "robot-green", "world"];
-        let of = |own: usize| Pairs::new(own, Pairs::keys("abc", members[own], &members));
-        let sealed = of(1).seal(KEY, &7_u32).unwrap();
-        for own in [0, 2, 3] {
-            assert_eq!(of(own).open::<u32>(KEY, &sealed, 1).unwrap(), 7);
+        let pairs = |index: usize| Pairs::new(index, Pairs::keys("abc", members[index], &members));
+        let sealed = pairs(1).seal(KEY, &7_u32).unwrap();
+        for receiver in [0, 2, 3] {
+            assert_eq!(pairs(receiver).open::<u32>(KEY, &sealed, 1).unwrap(), 7);
             for other in [0, 2, 3, 4] {
-                if other != own {
-                    assert!(of(own).open::<u32>(KEY, &sealed, other).is_err());
+                if other != receiver {
+                    assert!(pairs(receiver).open::<u32>(KEY, &sealed, other).is_err());
                 }
             }
-            assert!(of(own).open::<u32>("alliance/r/other", &sealed, 1).is_err());
+            assert!(
+                pairs(receiver)
+                    .open::<u32>("alliance/r/other", &sealed, 1)
+                    .is_err()
+            );
             for length in 0..sealed.len() {
-                assert!(of(own).open::<u32>(KEY, &sealed[..length], 1).is_err());
+                assert!(
+                    pairs(receiver)
+                        .open::<u32>(KEY, &sealed[..length], 1)
+                        .is_err()
+                );
             }
         }
-        // Who is told gold's words can say them again to nobody else as gold's: the marks for others are by keys that it does not have.
-        let mut forged = of(0).seal(KEY, &8_u32).unwrap();
-        assert!(of(2).open::<u32>(KEY, &forged, 1).is_err());
+        // A receiver of gold's broadcasts cannot forge them for others, because it lacks the keys that gold shares with
+        // them.
+        let mut forged = pairs(0).seal(KEY, &8_u32).unwrap();
+        assert!(pairs(2).open::<u32>(KEY, &forged, 1).is_err());
         forged.rotate_left(SEAL_BYTES);
-        assert!(of(2).open::<u32>(KEY, &forged, 1).is_err());
+        assert!(pairs(2).open::<u32>(KEY, &forged, 1).is_err());
     }
 
     #[test]

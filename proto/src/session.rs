@@ -1,5 +1,4 @@
-//! Zenoh configuration of both ends of the star (ZENOH.md "Configuration"): every value that differs from zenoh's default,
-//! and why.
+//! The zenoh configuration of routers and clients: every value that differs from zenoh's default, with the reason.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -13,17 +12,17 @@ use crate::keyring::Keyring;
 use crate::member::Login;
 use crate::panics;
 
-/// Value of `ZENOH_RUNTIME` for every process: one worker for everything.
-/// Measured with 10 agents: 3,300 ticks/s against 1,730 with zenoh's own seven threads a process.
+/// The value of `ZENOH_RUNTIME` for every process: one worker thread for everything. A larger number of threads per
+/// process makes runs slower.
 const RUNTIME: &str = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))";
 
-/// What the processes tell without `RUST_LOG`. Of every connection by a socket zenoh says that it cannot be made, and makes it; of every failed handshake
-/// that files may be too few.
+/// The log filter without `RUST_LOG`. It hides two false warnings of zenoh: one for every connection by a socket, and
+/// one about open files for every failed handshake.
 pub const LOG_FILTER: &str =
     "warn,zenoh_link_unixsock_stream=error,zenoh_link_tls=error,world_server=info,robot_agent=info";
 
-/// What every process of a run does first thing in `main`, before it opens a session or starts a thread: sets zenoh's
-/// runtime, and makes every panic that nobody catches end the process ([`panics`]).
+/// Prepares a process of a run. Call it first in `main`, before the process opens a session or starts a thread. It sets
+/// zenoh's runtime and makes every uncaught panic end the process ([`panics`]).
 pub fn prepare_process() {
     // SAFETY: no other thread exists yet that could read the environment at the same time.
     #[allow(unsafe_code)]
@@ -33,16 +32,15 @@ pub fn prepare_process() {
     panics::prepare();
 }
 
-/// Who may connect to a router of a run: whoever knows a password. Nobody else has a session, so that nobody else can fill
-/// its queues or hold its liveliness tokens. On the bus zenoh sends a hash of the password and a number drawn by the router.
+/// The users that may connect to a router of a run, with their passwords. Other users get no session, so they can
+/// neither fill the router's queues nor hold its liveliness tokens. Zenoh transmits a hash of the password and a random
+/// number of the router.
 #[derive(Debug)]
 pub struct Members(OwnedFd);
 
 impl Members {
-    /// Those users, each with the password. Needed until the router's session is open.
-    ///
-    /// # Errors
-    /// When the operating system has no file for the list: zenoh reads it from one, which nobody else sees and nothing leaves behind.
+    /// Creates the list of users and passwords, which must live until the router's session is open. Zenoh reads it from
+    /// a file; an anonymous file is private and leaves nothing behind.
     pub fn of<'a>(users: impl IntoIterator<Item = (&'a str, &'a str)>) -> io::Result<Self> {
         let list = memfd_create(c"alliance-members", MFdFlags::MFD_CLOEXEC)?;
         let mut file = File::from(list.try_clone()?);
@@ -57,18 +55,20 @@ impl Members {
     }
 }
 
-/// What both ends share, with how they prove who they are.
-/// - Nobody is searched for: default scouting costs 500 ms in every open, and leaves the machine. A router
-///   waits those 500 ms even with scouting off, unless told not to.
-/// - Simulated time is the only clock.
-/// - A token that goes means a closed socket and nothing else: the lease is a day, so a process that is stopped for shorter keeps its token.
-/// - A stopped receiver fills its queue, and whoever sends to it does not wait for it: no wait before a drop. Lockstep bounds
-///   what is under way to a live one; its queue holds a tick's worth many times over (16 batches of 64 KiB).
-/// - Ticks, reports and team messages all go with one priority, interactive-high, and so keep their order; what anybody else
-///   puts on the bus has a queue of its own and waits behind them.
-/// - No message is larger than 1 MiB: what claims to be is not buffered.
-/// - Who connects and does not go on keeps nobody else out.
-/// - Senders die here on purpose, and shared mappings of a dead sender leak.
+/// Returns the configuration that routers and clients share, including their authentication.
+///
+/// - Discovery is off: scouting takes 500 ms per session and sends packets to other machines. A router waits these 500
+///   ms even with scouting off, so the delay is set to 0.
+/// - Timestamps are off: simulated time is the only clock.
+/// - The lease is one day, so a stopped process keeps its liveliness token. Only a closed socket removes a token.
+/// - Senders do not wait before they drop messages for a full queue: a stopped receiver fills its queue and must not
+///   block others. Lockstep bounds the messages in flight to a live receiver, and the queue (16 batches of 64 KiB) is
+///   many times larger.
+/// - Ticks, reports and broadcasts use the same priority, interactive-high, and so keep their order. Messages of other
+///   programs use a separate queue with lower priority.
+/// - Messages are at most 1 MiB. Larger announced messages are not buffered.
+/// - Up to 10,000 connections can be pending, so an incomplete handshake does not block others.
+/// - Shared memory is off: senders are killed on purpose, and shared mappings of a dead sender leak.
 fn common(auth: &str, keyring: Option<&Keyring>) -> String {
     let tls = keyring.map_or_else(String::new, tls);
     format!(
@@ -89,14 +89,15 @@ fn common(auth: &str, keyring: Option<&Keyring>) -> String {
     )
 }
 
-/// What the world passes on, it drops rather than waits with, whatever the sender asked for: a message for a stopped or slow
-/// receiver that must not be dropped would hold the world's one worker for five seconds, and then cut the receiver off.
-/// Answers go the way of their query.
+/// The rule that the world drops forwarded messages instead of waiting, even if the sender requested reliable delivery.
+/// A slow receiver would otherwise block the world's only worker for five seconds and then lose its connection. Replies
+/// use the settings of their query.
 const NEVER_WAIT: &str = r#"
   qos: { network: [{ messages: ["put", "delete", "query"], overwrite: { congestion_control: "drop" } }] },
 "#;
 
-/// Both ends of a link prove who they are, by what zenoh reads from no file. Names are checked against the locator that is connected to.
+/// Returns the TLS configuration: both sides authenticate, with inline certificates. The name in the certificate is
+/// compared with the locator of the connection.
 fn tls(keyring: &Keyring) -> String {
     let [ca, certificate, key] =
         [&keyring.ca, &keyring.certificate, &keyring.key].map(|text| STANDARD.encode(text));
@@ -107,22 +108,21 @@ fn tls(keyring: &Keyring) -> String {
     )
 }
 
-/// A router in the middle of a star.
 #[derive(Debug)]
 pub struct Router<'a> {
-    /// Where it listens: zenoh locators.
+    /// The zenoh locators that the router listens on.
     pub listen: &'a [String],
-    /// The router that it is connected to for good: tried until it is there, and again whenever it is lost.
+    /// The router that this router is connected to. The connection is retried until it succeeds, and again after every
+    /// loss.
     pub uplink: Option<&'a Login>,
-    /// Who may connect.
     pub members: &'a Members,
-    /// Its certificates, where it listens or connects by TLS.
+    /// The certificates of the router, if it uses TLS.
     pub keyring: Option<&'a Keyring>,
-    /// What those may do: contents of `access_control`; empty: everything.
+    /// The contents of `access_control`; empty to allow everything.
     pub access: String,
 }
 
-/// Configuration (JSON5) of a router.
+/// Returns the configuration (JSON5) of a router.
 #[must_use]
 pub fn router(router: &Router<'_>) -> String {
     let path = router.members.path();
@@ -153,7 +153,7 @@ pub fn router(router: &Router<'_>) -> String {
     )
 }
 
-/// Configuration (JSON5) of everybody else: a client of a router. It is tried for ten seconds, or once.
+/// Returns the configuration (JSON5) of a client of a router. It tries to connect for ten seconds, or only once.
 #[must_use]
 pub fn client(login: &Login, once: bool) -> String {
     let Login {

@@ -1,4 +1,4 @@
-//! What robots tell each other: ALLIANCE broadcasts (ALLIANCE.md §3 "Messages", thesis §3.3.4 and §4.2.3).
+//! Broadcasts between robots (thesis §3.3.4 and §4.2.3).
 
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -13,50 +13,42 @@ use crate::time::SimTime;
 /// A message from one robot to all others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Broadcast {
-    /// Who sends it.
     pub sender: RobotId,
-    /// The sender's incarnation.
     pub incarnation: Incarnation,
-    /// Tick in which it was sent.
+    /// The tick in which it was sent.
     pub tick: Tick,
-    /// Place among the sender's broadcasts of that tick, from 0.
+    /// The index among the sender's broadcasts of that tick, from 0.
     pub index: u16,
-    /// Running number within the incarnation, from 0.
+    /// The running number within the incarnation, from 0.
     pub seq: u64,
-    /// Simulated time of sending.
+    /// The simulated time of sending.
     pub sent: SimTime,
-    /// What it says.
     pub body: Content,
 }
 
-/// Contents of a broadcast.
+/// The contents of a broadcast.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Content {
-    /// "I am here and this is what I do."
+    /// The state of the sender, sent regularly.
     Heartbeat(Heartbeat),
-    /// What the mission tells at once, beside what heartbeats repeat.
+    /// A message of the mission, sent immediately. Heartbeats repeat shared knowledge later.
     Bulletin(Bulletin),
-    /// What the sender's allocator says.
+    /// A message of the sender's allocator.
     Allocation(AllocationMessage),
 }
 
-/// The kinds of broadcast; each has its own key below `team/<robot>/`.
+/// The kinds of broadcast. Each has its own key below `team/<robot>/`.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
 pub enum BroadcastKind {
-    /// [`Content::Heartbeat`].
     Heartbeat,
-    /// [`Content::Bulletin`] of the [first](BulletinKind::First) kind.
     FirstBulletin,
-    /// [`Content::Bulletin`] of the [second](BulletinKind::Second) kind.
     SecondBulletin,
-    /// [`Content::Allocation`].
     Allocation,
 }
 
 impl BroadcastKind {
-    /// All kinds, in the order of their declaration.
     pub const ALL: [Self; 4] = [
         Self::Heartbeat,
         Self::FirstBulletin,
@@ -64,8 +56,8 @@ impl BroadcastKind {
         Self::Allocation,
     ];
 
-    /// Last chunk of the key expression, and the `kind` column of messages.csv, where the mission's bulletins have
-    /// [these names](crate::mission::data::Terms::bulletins).
+    /// Returns the last chunk of the key expression, and the `kind` column of messages.csv. `bulletins` are the
+    /// [names](crate::mission::data::Terms::bulletins) of the mission's bulletins.
     #[must_use]
     pub fn name(self, bulletins: [&'static str; 2]) -> &'static str {
         match self {
@@ -78,7 +70,6 @@ impl BroadcastKind {
 }
 
 impl Content {
-    /// The kind of this message.
     #[must_use]
     pub fn kind(&self) -> BroadcastKind {
         match self {
@@ -92,19 +83,17 @@ impl Content {
     }
 }
 
-/// A broadcast of the mission's own.
+/// A broadcast with contents of the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bulletin {
-    /// Which of the mission's kinds it is.
+    /// The kind, among those of the mission.
     pub kind: BulletinKind,
-    /// The task that it counts as a message about; `None`: about none.
+    /// The task that the message is about, if there is one.
     pub about: Option<About>,
-    /// What it says.
     pub payload: Payload,
 }
 
 impl ItemsBulletin {
-    /// As it is broadcast.
     #[must_use]
     pub fn about(self, about: Option<About>) -> Bulletin {
         Bulletin {
@@ -118,40 +107,38 @@ impl ItemsBulletin {
     }
 }
 
-/// The kinds of bulletins that a mission may have. There are two at most: the draws of a link number all kinds of broadcasts, and heartbeats and allocation come beside them.
+/// The kinds of bulletins of a mission. There are at most two: the draws of a link number all kinds of broadcasts,
+/// including heartbeats and allocation messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs)] // What they are for is the mission's.
+#[allow(missing_docs)] // The mission defines their meaning.
 pub enum BulletinKind {
     First,
     Second,
 }
 
-/// What a bulletin is about.
+/// The subject of a bulletin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
-    /// The task.
     pub task: TaskId,
-    /// The sender's behavior set for it.
     pub set: BehaviorId,
-    /// The sender's progress count on it.
+    /// The sender's progress count of the task.
     pub progress: u32,
 }
 
-/// What a robot does about a task, as its heartbeats say it.
+/// The state of a robot with respect to a task, as in its heartbeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum TaskState {
-    /// Its behavior set for the task is active.
     Executing,
-    /// Its behavior set is at the threshold and waits for a teammate to leave the task.
+    /// The behavior set is at the threshold and waits for a teammate to leave the task.
     Waiting,
-    /// It does nothing; idle is not dead.
+    /// The robot executes no task, but is alive.
     Idle,
-    /// It has just left the task.
+    /// The robot has just left the task.
     Released,
 }
 
 impl TaskState {
-    /// The `state` column of messages.csv.
+    /// Returns the `state` column of messages.csv.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -163,23 +150,18 @@ impl TaskState {
     }
 }
 
-/// A heartbeat: sent at once on a change of state or progress, and every 1/ρ after that.
+/// A heartbeat: sent immediately on a change of state or progress, and otherwise every 1/ρ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Heartbeat {
-    /// What the sender does.
     pub state: TaskState,
-    /// Since when it has been in that state.
     pub since: SimTime,
-    /// The behavior set; `None` when idle.
     pub set: Option<BehaviorId>,
-    /// Its task; `None` when idle.
     pub task: Option<TaskId>,
-    /// Effects on the world that the sender has achieved on the task so far (ALLIANCE.md §3 "Progress").
+    /// The number of effects on the world that the sender has achieved on the task so far.
     pub progress: u32,
-    /// Where the sender believes to be, m.
+    /// The sender's estimate of its position, m.
     pub position: Option<Vec2>,
-    /// Whether it carries an item.
     pub carrying: bool,
-    /// What it knows about the mission.
+    /// The sender's shared knowledge about the mission.
     pub lore: Lore,
 }

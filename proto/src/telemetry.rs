@@ -1,5 +1,5 @@
-//! What an agent tells the world for the log: its motivations with their factors, why its states changed, and the delivery of
-//! every message.
+//! Data that an agent sends to the world for the log: motivations with their factors, reasons of state changes, and the
+//! delivery of every message.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use crate::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use crate::team::{BroadcastKind, TaskState};
 use crate::time::SimTime;
 
-/// State of a behavior set (thesis §3.3.1).
+/// The state of a behavior set (thesis §3.3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BehaviorState {
     /// Below the threshold, or suppressed.
@@ -16,12 +16,11 @@ pub enum BehaviorState {
     Hibernating,
     /// At the threshold while a teammate executes the exclusive task.
     Waiting,
-    /// Executing.
     Active,
 }
 
 impl BehaviorState {
-    /// The `state` column of motivations.csv.
+    /// Returns the `state` column of motivations.csv.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -32,68 +31,62 @@ impl BehaviorState {
     }
 }
 
-/// One row of motivations.csv: a motivational behavior at the end of a step, with the factors of eq. 2.7.
+/// A row of motivations.csv: a motivational behavior at the end of a step, with the factors of eq. 2.7.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Motivation {
-    /// The behavior set.
     pub set: BehaviorId,
-    /// m, in [0, θ].
+    /// The motivation m, in [0, θ].
     pub motivation: f64,
-    /// Rate of this step, motivation/s (eq. 2.4).
+    /// The rate of this step, motivation/s (eq. 2.4).
     pub impatience: f64,
-    /// Factor (eq. 2.1).
+    /// The factor of eq. 2.1.
     pub sensory_feedback: bool,
-    /// Factor (eq. 2.3); `false` = another set of the robot is active.
+    /// The factor of eq. 2.3; `false` if another set of the robot is active.
     pub activity_suppression: bool,
-    /// Factor (eq. 2.5); `false` = reset in this step.
+    /// The factor of eq. 2.5; `false` for a reset in this step.
     pub impatience_reset: bool,
-    /// Factor (eq. 2.6); `false` = yields or gives up.
+    /// The factor of eq. 2.6; `false` if the robot yields or gives up.
     pub acquiescence: bool,
-    /// State at the end of the step.
     pub state: BehaviorState,
 }
 
-/// Why the state of a behavior set changed.
+/// The reason for a change of a behavior set's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reason {
-    /// The motivation reached θ.
     Threshold,
-    /// sensory_feedback became 0.
+    /// The factor sensory_feedback became 0.
     NotApplicable,
     /// Another set of the robot is active.
     Suppressed,
-    /// impatience_reset by the first message of this teammate.
+    /// The first message of this teammate caused an impatience_reset.
     ResetBy(RobotId),
-    /// Active longer than ψ and a teammate wants the task.
+    /// The set was active longer than ψ and a teammate claims the task.
     AcquiescedPsi,
-    /// Active longer than λ.
+    /// The set was active longer than λ.
     GaveUpLambda,
-    /// Lost against an earlier or lower-ranked claim to the same exclusive task.
+    /// An earlier or lower-ranked claim to the same exclusive task won.
     Arbitration,
-    /// Waited, and nobody executes the task any more.
+    /// The set waited, and no robot executes the task any more.
     WaitOver,
-    /// Waited its own ψ + τ in vain: the incumbent may be deaf or babbling.
+    /// The set waited for its own ψ + τ without success; the incumbent may be deaf or babbling.
     WaitBound,
-    /// The allocator prefers it.
     Chosen,
-    /// The allocator prefers another.
+    /// The allocator prefers another set.
     Reassigned,
-    /// Nobody was known to have the task.
+    /// The task had no known executor.
     Claimed,
     /// A teammate's claim or bid is better.
     Outbid,
-    /// An auction was won.
     Awarded,
     /// A contract was not renewed in time.
     LeaseEnded,
-    /// Whoever watches it saw no progress.
+    /// The supervisor of the task observed no progress.
     NoProgress,
-    /// Chance chose it.
     Drawn,
 }
 
 impl Reason {
-    /// The `reason` column of events.csv, with teammates by name.
+    /// Returns the `reason` column of events.csv, with teammates by name.
     #[must_use]
     pub fn describe<'a>(self, name: impl Fn(RobotId) -> &'a str) -> String {
         match self {
@@ -118,40 +111,35 @@ impl Reason {
     }
 }
 
-/// A change of state in one step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StateChange {
-    /// The behavior set.
     pub set: BehaviorId,
-    /// Before.
     pub from: BehaviorState,
-    /// After.
     pub to: BehaviorState,
-    /// Why.
     pub reason: Reason,
 }
 
-/// What became of a broadcast at one receiver.
+/// The delivery of a broadcast at one receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Delivery {
-    /// Heard in the step after it was sent.
+    /// Received in the step after it was sent.
     Heard,
-    /// Listed by the world but never arrived: a real loss.
+    /// Listed by the world but not arrived: a real loss on the network.
     Lost,
-    /// Heard later, for a fault of the link delayed it, held it back or had it overtaken.
+    /// Received late, because a fault of the link delayed it, held it back or let it be overtaken.
     Delayed,
-    /// A second copy, ignored.
+    /// A second copy, which is ignored.
     Duplicate,
-    /// Lost by a fault of the link.
+    /// Lost because of a fault of the link.
     Dropped,
-    /// Cut off: mute, deaf, partition, out of range, or due when the receiver took no part.
+    /// Cut off: mute, deaf, partition, out of range, or due when the receiver did not take part.
     Cut,
-    /// On its way: [`Delivery::Delayed`] or [`Delivery::Cut`] will follow, unless the receiver or the run ends first.
+    /// In flight. [`Delivery::Delayed`] or [`Delivery::Cut`] follows, unless the receiver or the run ends first.
     Pending,
 }
 
 impl Delivery {
-    /// The `delivery` column of messages.csv.
+    /// Returns the `delivery` column of messages.csv.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -166,75 +154,65 @@ impl Delivery {
     }
 }
 
-/// One row of messages.csv: a broadcast at one receiver.
+/// A row of messages.csv: a broadcast at one receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Reception {
-    /// When it was, or would have been, audible.
+    /// The time at which it was received, or would have been.
     pub at: SimTime,
-    /// Who sent it.
     pub sender: RobotId,
-    /// In which incarnation.
     pub incarnation: Incarnation,
-    /// When it was sent.
     pub sent: SimTime,
-    /// What became of it.
     pub delivery: Delivery,
-    /// What it said; `None` when it never arrived.
+    /// The logged contents; `None` if the broadcast did not arrive.
     pub said: Option<Said>,
 }
 
 /// The logged part of a broadcast's contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Said {
-    /// Running number within the incarnation.
     pub seq: u64,
-    /// Its kind.
     pub kind: BroadcastKind,
-    /// State it claims; heartbeats only.
+    /// The sender's state; heartbeats only.
     pub state: Option<TaskState>,
-    /// Since when; heartbeats only.
+    /// The start of the sender's state; heartbeats only.
     pub since: Option<SimTime>,
-    /// Behavior set it is about.
     pub set: Option<BehaviorId>,
-    /// Task it is about.
     pub task: Option<TaskId>,
-    /// Progress count it claims.
     pub progress: Option<u32>,
 }
 
-/// Something an agent decided or learned that the log should say, beside state changes.
+/// A log entry of an agent other than a state change.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Note {
     /// The `kind` column of events.csv.
     pub kind: NoteKind,
-    /// The `detail` column.
+    /// The `detail` column of events.csv.
     pub detail: String,
 }
 
-/// Kinds of [`Note`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "u32", into = "u32")]
 pub enum NoteKind {
-    /// An effect on the world (ALLIANCE.md §3 "Progress").
+    /// An effect on the world.
     Progress,
-    /// Goes round an obstacle (memory of the detour in the detail).
+    /// A detour around an obstacle. The detail contains the stored detour.
     Detour,
-    /// One of the mission's own, by its place among those that the mission declares.
+    /// A note of the mission, by its index among the mission's declared notes.
     Mission(u8),
 }
 
 impl NoteKind {
-    /// The numbers of the common ones on the bus; the mission's have those below and above.
+    /// The numbers of the common kinds on the bus. The mission's kinds use the other numbers.
     const PROGRESS: u32 = 5;
     const DETOUR: u32 = 6;
 
-    /// The `kind` column of events.csv; `own` are those that the mission declares.
+    /// Returns the `kind` column of events.csv. `declared` are the kinds of the mission.
     #[must_use]
-    pub fn as_str(self, own: &'static [&'static str]) -> &'static str {
+    pub fn as_str(self, declared: &'static [&'static str]) -> &'static str {
         match self {
             Self::Progress => "progress",
             Self::Detour => "detour",
-            Self::Mission(index) => own.get(usize::from(index)).copied().unwrap_or("?"),
+            Self::Mission(index) => declared.get(usize::from(index)).copied().unwrap_or("?"),
         }
     }
 }
@@ -252,7 +230,7 @@ impl From<NoteKind> for u32 {
     }
 }
 
-/// A number that is none of a note's is that of one that no mission declares.
+/// Numbers without a kind become a mission kind that no mission declares.
 impl From<u32> for NoteKind {
     fn from(number: u32) -> Self {
         match number {
@@ -264,17 +242,14 @@ impl From<u32> for NoteKind {
     }
 }
 
-/// One row of allocation.csv: what a robot's allocator holds of one of its behaviors at the end of a step.
+/// A row of allocation.csv: an allocator's state of one behavior at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AllocationRow {
-    /// The behavior's task.
     pub task: TaskId,
-    /// The behavior.
     pub behavior: BehaviorId,
-    /// What it is worth to the robot, in the allocator's own measure; finite.
+    /// The utility for the robot, in the allocator's own unit; finite.
     pub utility: f64,
-    /// Who has the task as far as the robot knows.
+    /// The robot that executes the task, according to this robot.
     pub holder: Option<RobotId>,
-    /// What the robot does about it.
     pub state: BehaviorState,
 }

@@ -1,11 +1,11 @@
-//! What every command writes to its standard output and error. Nobody may be there to read it, for a pipe may be closed and a
-//! disk full: a run goes on without its words, where `println!` would panic.
+//! Output of commands to stdout and stderr. A closed pipe or a full disk does not end a run, where `println!` would
+//! panic.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// Tells a person a line on stderr, if it can be told; arguments as of `format!`.
+/// Writes a line to stderr and ignores failures; takes the arguments of `format!`.
 #[macro_export]
 macro_rules! tell {
     ($($line:tt)*) => {
@@ -13,16 +13,16 @@ macro_rules! tell {
     };
 }
 
-/// Writes a line to stderr, if it can be written.
+/// Writes a line to stderr and ignores failures.
 pub fn tell(line: impl Display) {
-    // Whole, so that lines of several processes do not mix; and there is nowhere else to complain.
+    // One write per line keeps the lines of several processes apart. A failure cannot be reported anywhere else.
     let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
-/// Writes a command's result to stdout. Whoever closes the pipe has read enough.
+/// Writes a command's result to stdout. A closed pipe counts as success.
 ///
 /// # Errors
-/// Why it could not be written.
+/// Returns the error of any other failed write.
 pub fn print(text: impl Display) -> io::Result<()> {
     print_to(&mut io::stdout().lock(), text)
 }
@@ -38,8 +38,8 @@ fn print_to(out: &mut impl Write, text: impl Display) -> io::Result<()> {
     }
 }
 
-/// The same at the end of that command: the status that it would have, or 3 when the result could not be written, which is told
-/// in a line.
+/// Writes a command's result to stdout and returns `status`. If this fails, writes the error to stderr and returns
+/// status 3.
 pub fn answer(command: &str, text: impl Display, status: ExitCode) -> ExitCode {
     match print(text) {
         Ok(()) => status,
@@ -54,7 +54,7 @@ pub fn answer(command: &str, text: impl Display, status: ExitCode) -> ExitCode {
 mod tests {
     use super::*;
 
-    /// Where nothing can be written, for that reason.
+    /// A writer that fails with this kind of error.
     struct Broken(io::ErrorKind);
 
     impl Write for Broken {

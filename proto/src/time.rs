@@ -1,4 +1,4 @@
-//! Simulated time in whole milliseconds: sums of a step length stay exact for a mission of any length.
+//! Simulated time in whole milliseconds. Sums of step lengths stay exact for a mission of any length.
 
 use std::fmt;
 use std::ops::{Add, Sub};
@@ -6,7 +6,7 @@ use std::ops::{Add, Sub};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Simulated time since the mission's start, in milliseconds; also used for spans of it.
+/// The simulated time since the mission's start, or a span of it, in milliseconds.
 #[derive(
     Clone,
     Copy,
@@ -25,24 +25,24 @@ use serde::{Deserialize, Serialize};
 pub struct SimTime(pub u64);
 
 impl SimTime {
-    /// The mission's start.
+    /// The start of the mission.
     pub const ZERO: Self = Self(0);
 
-    /// Seconds, for formulas and for people.
+    /// Returns the time in seconds, for formulas and for display.
     #[inline]
     #[must_use]
     pub fn as_secs_f64(self) -> f64 {
         self.0 as f64 / 1000.0
     }
 
-    /// The nearest millisecond to a span in seconds; negative and NaN give 0.
+    /// Creates a span from seconds, rounded to milliseconds. Negative numbers and NaN give 0.
     #[inline]
     #[must_use]
     pub fn from_secs_f64(seconds: f64) -> Self {
         Self((seconds * 1000.0).round() as u64)
     }
 
-    /// The span from `earlier` to here, 0 if `earlier` is later.
+    /// Returns the span from `earlier` to this time, or 0 if `earlier` is later.
     #[inline]
     #[must_use]
     pub fn since(self, earlier: Self) -> Self {
@@ -72,10 +72,7 @@ impl fmt::Display for SimTime {
     }
 }
 
-/// A span of time in seconds, from `60s`, `60`, `1.5s`, `500ms` or `2min`, as people write it.
-///
-/// # Errors
-/// What would be right.
+/// Parses a span such as `60s`, `60`, `1.5s`, `500ms` or `2min` and returns it in seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
     let units = [("ms", 0.001), ("min", 60.0), ("s", 1.0), ("", 1.0)];
     let spans = units.iter().filter_map(|(unit, unit_s)| {

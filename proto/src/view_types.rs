@@ -1,11 +1,13 @@
-//! The types of what the page is sent, for those who check its code: `launch/page-tests/types.d.ts`, made from the Rust types.
+//! TypeScript declarations of the data that the page receives, for type checks of its code:
+//! `launch/page-tests/types.d.ts`, generated from the Rust types.
 
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
 
 use crate::view::{Bend, View};
 
-/// What the page reads is written, not read, here: what may be missing when it is read is always there.
+/// Returns the JSON schemas of all types. They describe serialization: the page receives even fields that are optional
+/// for parsing.
 fn definitions() -> Map<String, Value> {
     let mut generator = SchemaSettings::draft2020_12()
         .for_serialize()
@@ -15,33 +17,33 @@ fn definitions() -> Map<String, Value> {
     generator.take_definitions(true)
 }
 
-/// A declaration file of TypeScript.
+/// Returns the TypeScript declaration file.
 fn declarations() -> String {
     let mut text = String::from(
-        "// Made from the Rust types by the test `the_page_s_types_are_those_of_rust`; not to be changed by hand.\n",
+        "// Generated from the Rust types by the test `the_page_types_are_up_to_date`. Do not edit.\n",
     );
     for (name, schema) in &definitions() {
         text += &format!(
             "\n{}export type {name} = {};\n",
             comment(schema, ""),
-            of(schema, "")
+            type_of(schema, "")
         );
     }
     text
 }
 
-/// The first line of what the schema says of itself.
+/// Returns the first paragraph of a schema's description as a comment.
 fn comment(schema: &Value, indent: &str) -> String {
-    let said = schema["description"].as_str();
-    let first = said.and_then(|said| said.split("\n\n").next());
+    let description = schema["description"].as_str();
+    let first = description.and_then(|description| description.split("\n\n").next());
     let line = first.map(|first| first.replace('\n', " ").replace("*/", "* /"));
     line.map_or_else(String::new, |line| {
         format!("{indent}/** {line} */\n{indent}")
     })
 }
 
-/// A schema as a type.
-fn of(schema: &Value, indent: &str) -> String {
+/// Converts a schema to a TypeScript type.
+fn type_of(schema: &Value, indent: &str) -> String {
     if let Some(path) = schema["$ref"].as_str() {
         return path.rsplit('/').next().unwrap_or_default().to_owned();
     }
@@ -55,7 +57,7 @@ fn of(schema: &Value, indent: &str) -> String {
     };
     for key in ["oneOf", "anyOf"] {
         if let Some(choices) = schema[key].as_array() {
-            return several(choices, &|choice| of(choice, indent));
+            return several(choices, &|choice| type_of(choice, indent));
         }
     }
     if let Some(values) = schema["enum"].as_array() {
@@ -65,7 +67,7 @@ fn of(schema: &Value, indent: &str) -> String {
         return several(kinds, &|kind| {
             let mut one = schema.clone();
             one["type"] = kind.clone();
-            of(&one, indent)
+            type_of(&one, indent)
         });
     }
     match schema["type"].as_str() {
@@ -78,14 +80,14 @@ fn of(schema: &Value, indent: &str) -> String {
 }
 
 fn array(schema: &Value, indent: &str) -> String {
-    let items = of(&schema["items"], indent);
+    let items = type_of(&schema["items"], indent);
     match (
         schema["prefixItems"].as_array(),
         schema["minItems"].as_u64(),
         schema["maxItems"].as_u64(),
     ) {
         (Some(places), ..) => {
-            let places: Vec<String> = places.iter().map(|place| of(place, indent)).collect();
+            let places: Vec<String> = places.iter().map(|place| type_of(place, indent)).collect();
             format!("[{}]", places.join(", "))
         }
         (None, Some(least), Some(most)) if least == most => {
@@ -99,31 +101,33 @@ fn object(schema: &Value, indent: &str) -> String {
     let Some(fields) = schema["properties"].as_object() else {
         return format!(
             "Record<string, {}>",
-            of(&schema["additionalProperties"], indent)
+            type_of(&schema["additionalProperties"], indent)
         );
     };
     let required = schema["required"].as_array();
     let inner = format!("{indent}  ");
     let lines = fields.iter().map(|(name, field)| {
-        let is_required = required.is_some_and(|names| names.iter().any(|it| it == name));
+        let is_required =
+            required.is_some_and(|names| names.iter().any(|required| required == name));
         let mark = if is_required { "" } else { "?" };
-        let key = match name
-            .chars()
-            .all(|it| it.is_ascii_alphanumeric() || it == '_')
-        {
+        let key = match name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
             true => name.clone(),
             false => format!("\"{name}\""),
         };
-        let said = comment(field, &inner);
-        let lead = if said.is_empty() { inner.clone() } else { said };
-        format!("{lead}{key}{mark}: {};\n", of(field, &inner))
+        let comment_line = comment(field, &inner);
+        let lead = if comment_line.is_empty() {
+            inner.clone()
+        } else {
+            comment_line
+        };
+        format!("{lead}{key}{mark}: {};\n", type_of(field, &inner))
     });
     format!("{{\n{}{indent}}}", lines.collect::<String>())
 }
 
-/// With ALLIANCE_WRITE_TYPES=1 it writes them instead.
+/// With ALLIANCE_WRITE_TYPES=1 the test updates the file.
 #[test]
-fn the_page_s_types_are_those_of_rust() {
+fn the_page_types_are_up_to_date() {
     let file =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../launch/page-tests/types.d.ts");
     let made = declarations();
@@ -136,7 +140,7 @@ fn the_page_s_types_are_those_of_rust() {
         "{} is out of date: run this test with ALLIANCE_WRITE_TYPES=1",
         file.display()
     );
-    // What the page depends on.
+    // Declarations that the page depends on.
     for line in [
         "now: SimTime;",
         "export type SimTime = number;",

@@ -1,4 +1,4 @@
-//! The one message of BLE.
+//! The message of the BLE allocator.
 
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
@@ -7,25 +7,24 @@ use super::few;
 use crate::ids::TaskId;
 use crate::time::SimTime;
 
-/// Most entries of an [`Eligibility`]: with their longest encoding they stay below
-/// [`OPEN_MESSAGE_MAX`](super::OPEN_MESSAGE_MAX).
+/// The largest number of entries of an [`Eligibility`]. With the longest encoding of each entry, the message is smaller
+/// than [`OPEN_MESSAGE_MAX`](super::OPEN_MESSAGE_MAX).
 pub const ELIGIBLE_MAX: usize = 64;
 
-/// How eligible the sender is for each task that it could begin now.
+/// The sender's eligibility for each task that it can start now.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Eligibility {
-    /// At most [`ELIGIBLE_MAX`], the best first.
+    /// The entries in descending order of utility, at most [`ELIGIBLE_MAX`].
     #[serde(with = "few")]
     pub entries: SmallVec<[Eligible; 6]>,
 }
 
-/// How eligible a robot is for a task.
+/// The eligibility of a robot for a task.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Eligible {
-    /// The task.
     pub task: TaskId,
-    /// Since when the task has been due again, as far as the sender knows.
+    /// The time since which the task has been due again, according to the sender.
     pub round: SimTime,
-    /// The sender's utility for a unit of it.
+    /// The sender's utility for one unit of the task.
     pub utility: f32,
 }

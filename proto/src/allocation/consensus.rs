@@ -1,87 +1,86 @@
-//! Messages of the consensus-based auctions CBAA and CBBA (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009), and of ACBBA (Johnson,
-//! Ponda, Choi, How, AIAA 2010).
+//! Messages of the consensus-based auctions CBAA and CBBA (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009), and of
+//! ACBBA (Johnson, Ponda, Choi, How, AIAA 2010).
 //!
-//! In CBAA and CBBA a robot's beliefs go out in parts of at most [`BLOCK_TASKS`] tasks, so that a message has a bounded length however many tasks there
-//! are. Each part is negotiated by itself, with times of news of its own: a part that is lost takes nothing from another.
+//! CBAA and CBBA send their tables in blocks of at most [`BLOCK_TASKS`] tasks, which bounds the length of a message for
+//! any number of tasks. Each block is negotiated separately, with its own time stamps. The loss of one block does not
+//! affect the others.
 
 use serde::{Deserialize, Serialize};
 
 use crate::ids::{RobotId, TaskId};
 use crate::time::SimTime;
 
-/// Tasks of a part: those with ids from `block * BLOCK_TASKS` on.
+/// The number of tasks in a block: the tasks with ids from `block * BLOCK_TASKS` on.
 pub const BLOCK_TASKS: u16 = 32;
 
-/// Most robots of which a part tells the news. With as many, and all tasks of a block, a message takes less than 1,200 bytes.
+/// The largest number of time stamps in a block. With all of them and all tasks of a block, a message takes less than
+/// 1,200 bytes.
 pub const NEWS_MAX: usize = 64;
 
-/// What a robot believes of one part of the tasks.
+/// A robot's winning bids for one block of tasks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// Which tasks the part has; see [`BLOCK_TASKS`].
+    /// The number of the block; see [`BLOCK_TASKS`].
     pub block: u16,
-    /// Which place of each of them; an exclusive task has only place 0.
+    /// The slot of each task that the table is about. An exclusive task has only slot 0.
     pub slot: u16,
-    /// Of the tasks that the sender has, in ascending order: y, z, and the round.
+    /// The entries of the tasks that the sender can execute, in ascending order: y, z, and the round.
     pub beliefs: Vec<Belief>,
-    /// s: of whom the sender has news, in ascending order; without itself.
+    /// s: the time stamps of the other robots, in ascending order of rank.
     pub news: Vec<News>,
 }
 
-/// What a robot believes of one place of one task.
+/// A robot's entry for one slot of one task.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Belief {
-    /// The task.
     pub task: TaskId,
-    /// Since when the task has been due, ms; what was said about an older round is void.
+    /// The time since which the task has been due, ms. Entries of an older round are void.
     pub round: SimTime,
-    /// Who has it; `None`: nobody.
+    /// The winning bid; `None` if there is no winner.
     pub claim: Option<Claim>,
 }
 
-/// A winning bid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
-    /// z, the winner.
     pub robot: RobotId,
-    /// y, what the winner bids; finite and not negative.
+    /// The bid y of the winner; finite and not negative.
     pub value: f32,
 }
 
 impl Claim {
-    /// Whether it goes before another: the larger bid, of equal ones that of the lower rank.
+    /// Returns whether this claim wins against another one. The larger bid wins; of equal bids, the one of the lower
+    /// rank wins.
     #[must_use]
     pub fn beats(&self, other: &Self) -> bool {
         self.value > other.value || (self.value == other.value && self.robot < other.robot)
     }
 }
 
-/// How old the latest news of a robot is that has reached the sender, directly or by others.
+/// The age of the latest information from a robot that has reached the sender, directly or through other robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct News {
-    /// Of whom.
     pub robot: RobotId,
-    /// Its age at the time of sending, ms.
+    /// The age at the time of sending, ms.
     pub age_ms: u32,
 }
 
-/// Most entries of [`Deltas`]. With as many a message takes less than 1,200 bytes.
+/// The largest number of entries of [`Deltas`]. With all of them a message takes less than 1,200 bytes.
 pub const DELTAS_MAX: usize = 36;
 
-/// What has changed in what a robot knows of bids, each by itself: what ACBBA says in the place of [`Table`]s.
+/// Single changes of winning bids. ACBBA sends them instead of [`Table`]s.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Deltas {
-    /// At most [`DELTAS_MAX`].
+    /// The changes, at most [`DELTAS_MAX`].
     pub entries: Vec<Delta>,
 }
 
-/// The newest word about one robot's bid for one place of one task.
+/// The latest information about one robot's bid for one slot of one task.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Delta {
-    /// The task, its round, and whose bid: one of 0 has been taken back. `None`: nobody has the place, and the round is all that is told.
+    /// The task, its round and the bid. A bid of 0 has been withdrawn. `None` means that the slot is free and only the
+    /// round is transmitted.
     pub belief: Belief,
-    /// Which place of the task.
     pub slot: u16,
-    /// t: when that robot made the bid, or took it back.
+    /// t: the time at which the robot made or withdrew the bid.
     pub made: SimTime,
 }

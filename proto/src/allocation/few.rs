@@ -1,4 +1,4 @@
-//! Lists that are short as a rule, written as any list: a message with a few entries takes no memory of its own.
+//! Serialization of short lists. The encoding is that of any list, and a list with few entries needs no heap memory.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -7,7 +7,7 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 use smallvec::{Array, SmallVec};
 
-/// More entries than this make a message too long for an allocator's.
+/// The largest number of entries. Longer lists exceed the size limit of an allocator's message.
 const MOST: usize = super::OPEN_MESSAGE_MAX;
 
 pub fn serialize<A: Array, S: Serializer>(list: &SmallVec<A>, to: S) -> Result<S::Ok, S::Error>

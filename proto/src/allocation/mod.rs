@@ -1,7 +1,7 @@
-//! What allocators tell each other: a file for the messages of each.
+//! Messages between allocators of different robots, with one file per allocator.
 //!
-//! - [`ble`], [`murdoch`], [`grape`]: of those.
-//! - [`consensus`]: of CBAA, CBBA and ACBBA.
+//! - [`ble`], [`murdoch`], [`grape`]: the messages of the allocator with that name.
+//! - [`consensus`]: the messages of CBAA, CBBA and ACBBA.
 
 pub mod ble;
 pub mod consensus;
@@ -11,32 +11,27 @@ pub mod murdoch;
 
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of an [`OpenMessage`].
+/// The size limit of an [`OpenMessage`], bytes.
 pub const OPEN_MESSAGE_MAX: usize = 1200;
 
-/// What an allocator tells the team. One kind for all of them: the draws of a link are numbered by kind, so the same losses fall on
-/// each. An allocator ignores what is not its own.
+/// A message between allocators. All allocators share one broadcast kind: a link numbers its draws by kind, so all
+/// allocators get the same losses. An allocator ignores messages of other allocators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AllocationMessage {
-    /// Of an allocator that has no place of its own here.
+    /// A message of an allocator without its own variant here.
     Open(OpenMessage),
-    /// Of BLE.
     Ble(ble::Eligibility),
-    /// Of MURDOCH.
     Murdoch(murdoch::Negotiation),
-    /// Of CBAA and CBBA.
     Table(consensus::Table),
-    /// Of ACBBA.
     Deltas(consensus::Deltas),
-    /// Of GRAPE.
     Partition(grape::Partition),
 }
 
-/// A message in an encoding of its allocator's own.
+/// A message in the allocator's own encoding.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OpenMessage {
-    /// Which allocator's, and which kind of message: `NAME` or `NAME/KIND`.
+    /// The allocator and optionally the kind of message: `NAME` or `NAME/KIND`.
     pub schema: String,
-    /// At most [`OPEN_MESSAGE_MAX`] bytes.
+    /// The encoded message, at most [`OPEN_MESSAGE_MAX`] bytes.
     pub bytes: Vec<u8>,
 }

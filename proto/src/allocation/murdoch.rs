@@ -1,68 +1,53 @@
-//! The messages of MURDOCH.
+//! The messages of the MURDOCH allocator.
 
 use serde::{Deserialize, Serialize};
 
 use crate::ids::{Incarnation, RobotId, TaskId};
 use crate::time::SimTime;
 
-/// A word in an auction, or about the contract that came of it.
+/// A message of an auction, or about the contract that resulted from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Negotiation {
-    /// What is auctioned.
     pub task: TaskId,
-    /// Since when the task has been due again, as far as the sender knows.
+    /// The time since which the task has been due again, according to the sender.
     pub round: SimTime,
-    /// Which auction.
     pub auction: AuctionId,
-    /// The word.
     pub word: Word,
 }
 
-/// An auction, told from all others of a run.
+/// The identification of an auction, unique within a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AuctionId {
-    /// Who opened it.
     pub auctioneer: RobotId,
-    /// In which of its incarnations.
     pub incarnation: Incarnation,
-    /// Running number within that.
     pub number: u32,
 }
 
-/// What is said.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Word {
-    /// The auctioneer: the task is to be had.
+    /// The auctioneer offers the task.
     Announce {
-        /// Bids count until then.
+        /// The time until which bids count.
         closes: SimTime,
     },
-    /// A free robot that could do it: this is what a unit by me is worth.
-    Bid {
-        /// Its utility.
-        utility: f32,
-    },
-    /// The auctioneer, again and again: this robot has it. The first one is the award.
-    Renew {
-        /// Who has it.
-        winner: RobotId,
-    },
-    /// Who has it.
+    /// A free robot that can do the task bids.
+    Bid { utility: f32 },
+    /// The auctioneer confirms the winner repeatedly. The first confirmation is the award.
+    Renew { winner: RobotId },
+    /// The winner acknowledges the contract.
     Ack {
-        /// Whether it goes on.
         status: Status,
-        /// Effects that it has achieved on the task since it began.
+        /// The number of effects on the task since the winner started it.
         progress: u32,
     },
 }
 
-/// How a contract stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// At work.
+    /// The winner works on the task.
     Ongoing,
-    /// There is no more to do.
+    /// The task has no more work.
     Done,
-    /// Given back, or not taken.
+    /// The winner returned or rejected the contract.
     Abort,
 }

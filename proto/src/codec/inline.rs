@@ -1,41 +1,45 @@
-//! bincode's format, written inline: a run sends and hashes all that its robots sense and do in every tick, and bincode's own
-//! serializer, which is called for every field, took a tenth of a whole run in one process. The tests compare the two byte by
-//! byte.
+//! An inline serializer for the format of bincode. Every tick of a run encodes and hashes all readings and reports, and
+//! bincode's own serializer is called for every field. The tests compare both encoders byte by byte.
 //!
-//! The format (bincode 2, standard configuration): floats and bytes as they are, in little-endian order; unsigned integers of
-//! more than a byte, lengths and numbers of variants in one byte up to 250, else in a byte that tells their width and then that
-//! many bytes; signed ones the same after zigzag; an option is a byte and perhaps a value; structs and tuples are their fields.
+//! The format (bincode 2, standard configuration):
+//!
+//! - Floats and bytes: unchanged, in little-endian order.
+//! - Unsigned integers wider than a byte, lengths and variant numbers: one byte up to 250. For larger values, a byte
+//!   with the width precedes the bytes of the value.
+//! - Signed integers: as unsigned integers after zigzag encoding.
+//! - Options: a byte, and the value if there is one.
+//! - Structs and tuples: their fields in order.
 
 use std::fmt::Display;
 
 use serde::ser::{self, Serialize};
 
-/// What cannot be encoded.
+/// A value that cannot be encoded.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Refused {
-    /// A list that does not know how long it is.
+    /// A list without a known length.
     #[error("a sequence of unknown length")]
     UnknownLength,
-    /// The value itself refuses. In a small box: each field hands a result on that has room for this.
+    /// The value reports an error. The box keeps the result of each field small.
     #[error("{0}")]
     Other(Box<str>),
 }
 
 impl ser::Error for Refused {
-    fn custom<T: Display>(why: T) -> Self {
-        Self::Other(why.to_string().into())
+    fn custom<T: Display>(reason: T) -> Self {
+        Self::Other(reason.to_string().into())
     }
 }
 
-/// Writes to a place of given size. What does not fit is counted only: whoever wants it provides more room and writes again. So
-/// a field costs a comparison and no call.
+/// A serializer into a buffer of fixed size. Bytes beyond its end are only counted; the caller then repeats the call
+/// with a larger buffer. A field thus costs a comparison and no call.
 pub(super) struct Encoder<'a> {
     place: &'a mut [u8],
-    /// Length of the encoding so far.
+    /// The length of the encoding so far, bytes.
     length: usize,
 }
 
-/// The largest number that is one byte.
+/// The largest number that takes one byte.
 const ONE_BYTE_MAX: u8 = 250;
 
 impl<'a> Encoder<'a> {
@@ -44,7 +48,7 @@ impl<'a> Encoder<'a> {
         Self { place, length: 0 }
     }
 
-    /// How many bytes the encoding takes, written or not.
+    /// Returns the length of the encoding, bytes, including bytes that did not fit.
     #[inline(always)]
     pub fn length(&self) -> usize {
         self.length
@@ -78,7 +82,7 @@ impl<'a> Encoder<'a> {
 
     #[inline]
     fn wide(&mut self, value: u64) {
-        // In one piece.
+        // A single write of prefix and value.
         let [a, b, c, d, ..] = value.to_le_bytes();
         if value <= u64::from(u16::MAX) {
             self.put([ONE_BYTE_MAX + 1, a, b]);
@@ -313,7 +317,7 @@ impl ser::Serializer for &mut Encoder<'_> {
     }
 }
 
-/// Whatever has parts is its parts, one after the other.
+/// Implements a compound serializer that encodes its parts one after the other.
 macro_rules! parts {
     ($trait:ident, $part:ident $(, $name:ident)?) => {
         impl ser::$trait for &mut Encoder<'_> {

@@ -1,4 +1,4 @@
-//! Every message survives the bus; nothing else gets through, and nothing makes the decoder panic.
+//! Round trips of every message; malformed bytes are rejected without a panic.
 
 use glam::Vec2;
 use proptest::collection::vec;
@@ -51,7 +51,7 @@ fn time() -> impl Strategy<Value = SimTime> {
     any::<u64>().prop_map(SimTime)
 }
 
-/// Any number that equals itself.
+/// Any number except NaN, which does not equal itself.
 fn real() -> impl Strategy<Value = f32> {
     use prop::num::f32::{INFINITE, NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
     POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO | INFINITE
@@ -243,8 +243,8 @@ fn bulletin() -> impl Strategy<Value = Bulletin> {
         progress,
     });
     let payload = prop_oneof![
-        locations().prop_map(|told| Payload::Items(ItemsBulletin::PositionUpdate(told))),
-        withdrawal().prop_map(|told| Payload::Items(ItemsBulletin::Withdrawal(told))),
+        locations().prop_map(|value| Payload::Items(ItemsBulletin::PositionUpdate(value))),
+        withdrawal().prop_map(|value| Payload::Items(ItemsBulletin::Withdrawal(value))),
         vec(any::<u8>(), 0..9).prop_map(Payload::Open),
     ];
     (kind, option::of(about), payload).prop_map(|(kind, about, payload)| Bulletin {
@@ -378,8 +378,8 @@ fn change() -> impl Strategy<Value = StateChange> {
 }
 
 fn note() -> impl Strategy<Value = Note> {
-    let own = any::<u8>().prop_map(NoteKind::Mission);
-    let kind = prop_oneof![Just(NoteKind::Progress), Just(NoteKind::Detour), own];
+    let mission = any::<u8>().prop_map(NoteKind::Mission);
+    let kind = prop_oneof![Just(NoteKind::Progress), Just(NoteKind::Detour), mission];
     (kind, any::<String>()).prop_map(|(kind, detail)| Note { kind, detail })
 }
 
@@ -654,7 +654,7 @@ fn fault() -> impl Strategy<Value = FaultStatus> {
     )
 }
 
-/// The inline encoding of any value is bincode's, however much room there is at first.
+/// Checks that the inline encoding equals bincode's for every initial buffer size.
 fn check_inline<T: Serialize>(value: &T) -> Result<(), TestCaseError> {
     let bincode = bincode::serde::encode_to_vec(value, configuration()).unwrap();
     let length = bincode.len();
@@ -667,7 +667,7 @@ fn check_inline<T: Serialize>(value: &T) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// The message comes back; not with a byte less, and not with a byte more.
+/// Checks that the message survives a round trip, and that decoding fails with one byte less or more.
 fn check<T>(message: &T) -> Result<(), TestCaseError>
 where
     T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug,
@@ -726,9 +726,9 @@ proptest! {
         check(&message)?;
     }
 
-    /// Numbers of every width, near the limits of each, and all shapes that serde knows.
+    /// Numbers of every width, near the limits of each, and all shapes of serde's data model.
     #[test]
-    fn everything_is_encoded_inline_as_by_bincode(bits in 0..=127_u32, off in 0..12_u128, text: String, letter: char, real: f64) {
+    fn the_inline_encoding_of_every_shape_equals_bincode(bits in 0..=127_u32, off in 0..12_u128, text: String, letter: char, real: f64) {
         #[derive(Serialize)]
         enum Shape {
             Unit,
@@ -758,7 +758,7 @@ proptest! {
         let _ = decode::<View>(&bytes);
     }
 
-    /// Nearer to real messages than arbitrary bytes: one byte of a broadcast is another.
+    /// Replaces one byte of a broadcast, which tests more code than arbitrary bytes.
     #[test]
     fn a_damaged_message_never_panics(message in broadcast(), place: prop::sample::Index, byte: u8) {
         let mut bytes = encode(&message).unwrap();
@@ -782,9 +782,10 @@ fn too_large_to_read() {
     ));
 }
 
-/// The first bytes announce 2^62 elements and none of them follows: refused before memory is set aside for them.
+/// The first bytes announce 2^62 elements, and no element follows. The decoder must fail before it allocates memory for
+/// them.
 #[test]
-fn announced_length_is_not_believed() {
+fn an_announced_length_without_data_is_rejected() {
     let mut bytes = vec![253];
     bytes.extend((1_u64 << 62).to_le_bytes());
     assert!(matches!(

@@ -1,9 +1,9 @@
-//! Commands to a running mission, on the key `control` (DESIGN §3, §6), and its answers.
+//! Commands to a running mission on the key `control`, and the replies.
 //!
-//! Two forms of the same types ([`wire`]). Members of the run's own programs send bincode, sealed like every message
-//! ([`crate::secret`]). Everybody else sends JSON with the encoding `application/json` and, as the attachment, the seal
-//! [`crate::secret::Secret::mark_text`]: HMAC-SHA256 in hexadecimal, which any language can make. Answers come in the form of
-//! the request. A put is obeyed without an answer, a query is answered. `docs/CONTROL.md` tells it to people.
+//! The types have two encodings ([`wire`]). Programs of the run send bincode, sealed like every message
+//! ([`crate::secret`]). Other clients send JSON with the encoding `application/json`. Their attachment is the seal
+//! [`crate::secret::Secret::mark_text`]: HMAC-SHA256 in hexadecimal, available in any language. A reply has the
+//! encoding of its request. A put gets no reply; a query gets one. `docs/CONTROL.md` documents the topic.
 
 #[cfg(test)]
 mod tests;
@@ -20,7 +20,7 @@ use crate::ids::{Incarnation, Tick};
 use crate::mission::columns::ColumnValue;
 use crate::time::SimTime;
 
-/// JSON Schema (draft 2020-12) of a [`Request`], with that of a [`Reply`] under its key `reply`.
+/// Returns the JSON Schema (draft 2020-12) of a [`Request`], with the schema of a [`Reply`] under its key `reply`.
 #[must_use]
 pub fn schema() -> serde_json::Value {
     let mut generator = SchemaSettings::draft2020_12().into_generator();
@@ -30,7 +30,7 @@ pub fn schema() -> serde_json::Value {
     let mut schema = schema.to_value();
     if let Some(Value::Array(faults)) = schema.pointer_mut("/$defs/Fault/oneOf") {
         faults.push(json!({
-            "description": "What only the mission knows.",
+            "description": "A fault that the mission defines.",
             "type": "object",
             "minProperties": 1,
             "maxProperties": 1,
@@ -44,216 +44,196 @@ pub fn schema() -> serde_json::Value {
     schema
 }
 
-/// Somebody → world.
+/// A request to the world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// Any text that no other request of the run has, 1 to 64 bytes without control characters: a request that is put again is
+    /// A text that no other request of the run uses: 1 to 64 bytes without control characters. A repeated put is
     /// ignored.
     pub nonce: String,
-    /// What is asked for.
     pub command: ControlCommand,
 }
 
-/// What can be asked for.
+/// The commands that a request can contain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlCommand {
-    /// Let this happen.
+    /// A fault to arm.
     Fault(Order),
-    /// Heal the fault of that id, or disarm it; `null`: all of them.
+    /// The id of the fault to heal or disarm; `null` clears all faults.
     Clear(Option<String>),
-    /// Which faults are there?
+    /// A query for the list of faults.
     List,
-    /// How does the run go?
+    /// A query for the state of the run.
     Status,
-    /// What is being run, and where is its log?
+    /// A query for the setup and the log folder of the run.
     Describe,
-    /// The step clock; changes no byte of the run.
+    /// A command to the step clock. It changes no byte of the run.
     Clock(ClockCommand),
 }
 
-/// Commands to the step clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClockCommand {
-    /// No further tick begins.
+    /// A pause before the next tick.
     Pause,
-    /// The clock goes on.
+    /// The end of a pause.
     Resume,
-    /// This many further ticks, then a pause.
+    /// The number of ticks to run before the next pause.
     Step(u64),
-    /// A multiple of real time, above 0; `null`: as fast as possible.
+    /// A multiple of real time, above 0; `null` runs as fast as possible.
     Speed(Option<f64>),
 }
 
-/// World → who asked.
+/// A reply from the world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reply {
-    /// The fault is armed.
+    /// The confirmation of an armed fault.
     Armed(Armed),
-    /// These faults are healed or disarmed.
+    /// The faults that were healed or disarmed.
     Cleared(Cleared),
     /// The run's faults, in the order in which they were armed.
     Faults(Vec<FaultStatus>),
-    /// The run.
+    /// The state of the run.
     Status(Box<Status>),
-    /// What is being run.
+    /// The setup and the log folder of the run.
     Description(Description),
-    /// The clock does as it was told.
+    /// The state of the step clock after a command.
     Clock(ClockStatus),
-    /// Nothing was done; what is wrong, and what would be right.
+    /// A refusal with the problem and its remedy. Nothing has changed.
     Refused(String),
 }
 
-/// An armed fault.
+/// An armed fault and its start.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Armed {
-    /// The fault's id.
+    /// The id that clears the fault.
     pub id: String,
-    /// Tick at which it takes effect; `null` if it waits for an event.
+    /// The tick at which the fault takes effect; `null` if it waits for an event.
     pub tick: Option<Tick>,
-    /// Simulated time of that tick.
+    /// The simulated time of that tick, ms.
     pub t_ms: Option<SimTime>,
 }
 
-/// Cleared faults.
+/// The faults that a command cleared.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Cleared {
-    /// Their ids.
     pub ids: Vec<String>,
-    /// Tick from which they are healed.
+    /// The first tick without the faults.
     pub tick: Tick,
-    /// Simulated time of that tick.
     pub t_ms: SimTime,
 }
 
-/// A fault as the world sees it now.
+/// The present state of a fault.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultStatus {
-    /// Its id.
     pub id: String,
-    /// What was ordered.
+    /// The order that armed the fault.
     pub order: Order,
-    /// Where it stands.
     pub phase: Phase,
-    /// When it last took effect.
+    /// The simulated time at which the fault last took effect, ms.
     pub applied_ms: Option<SimTime>,
-    /// When it last healed.
+    /// The simulated time at which the fault last healed, ms.
     pub healed_ms: Option<SimTime>,
-    /// How often it has changed something: messages, ticks with a false reading or a disobeyed command, signals.
+    /// The number of effects: messages, ticks with a false reading or an ignored command, and signals.
     pub hits: u64,
-    /// Why it could not be done when it last should; `null` when it could.
+    /// The reason if the latest attempt failed; `null` after a success.
     #[serde(default)]
     pub failed: Option<String>,
 }
 
-/// Where a fault stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// It waits for its trigger.
+    /// The fault waits for its trigger.
     Armed,
-    /// It is in force.
+    /// The fault is in effect.
     InForce,
-    /// It is over.
+    /// The fault has ended or was disarmed.
     Over,
 }
 
-/// How a run goes.
+/// The state of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Status {
-    /// Id of the run.
     pub run: String,
-    /// Name of the scenario.
     pub scenario: String,
-    /// Seed.
     pub seed: u64,
-    /// The tick under way.
     pub tick: Tick,
-    /// Its simulated time.
     pub t_ms: SimTime,
-    /// The step clock.
     pub clock: ClockStatus,
-    /// How far the mission has come: its columns of mission.csv.
+    /// The mission's progress: its columns of mission.csv.
     pub mission: Vec<ColumnValue>,
-    /// The robots, by rank.
+    /// The robots in the order of their ranks.
     pub robots: Vec<RobotStatus>,
-    /// Faults that are armed or in force.
+    /// The faults that are armed or in effect.
     pub faults: Vec<FaultStatus>,
 }
 
-/// What does not change during a run.
+/// The properties of a run that do not change.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Description {
-    /// Id of the run.
     pub run: String,
-    /// Folder of its log, on the world's machine.
+    /// The run folder, on the world's machine.
     pub folder: String,
-    /// JSON text of `seed`, `scenario` as resolved, and `alliance`, as in run.json, but for the robots' own parameters.
+    /// JSON text with `seed`, the resolved `scenario` and `alliance`, as in run.json but without the robots' own
+    /// parameters.
     pub setup: String,
 }
 
-/// The step clock.
+/// The state of the step clock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ClockStatus {
-    /// Whether no further tick begins.
+    /// True if no further tick starts.
     pub paused: bool,
-    /// Multiple of real time; `null`: as fast as possible.
+    /// The multiple of real time; `null` runs as fast as possible.
     pub speed: Option<f64>,
-    /// Ticks that a step command has left.
+    /// The number of ticks left of a step command.
     pub steps_left: u64,
-    /// The tick under way, or the next one.
+    /// The tick in progress, or the next one.
     pub tick: Tick,
-    /// For whom it waits, and what would help, once it has stood still for some seconds though nobody holds it.
+    /// The missing robots or processes and a remedy, after an unpaused clock has stood still for some seconds.
     #[serde(default)]
     pub waits_for: Option<String>,
 }
 
-/// A robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RobotStatus {
-    /// Its name.
     pub robot: String,
-    /// Process id of its agent.
     pub pid: Option<u32>,
-    /// Incarnation of its agent, if it has one.
     pub incarnation: Option<Incarnation>,
-    /// What its agent is up to.
     pub state: AgentState,
-    /// Center, m.
+    /// The coordinates of the center, m.
     pub x_m: f32,
-    /// Center, m.
     pub y_m: f32,
-    /// Heading, rad counter-clockwise from x.
+    /// The heading, rad counter-clockwise from the x axis.
     pub heading_rad: f32,
-    /// Whether it carries an item.
+    /// True if the robot carries an item.
     pub carrying: bool,
-    /// Task of its active behavior set.
+    /// The task of the active behavior set.
     pub task: Option<String>,
-    /// Its behavior sets, in the order of the catalog.
+    /// The robot's behavior sets, in the order of the catalog.
     pub sets: Vec<SetStatus>,
 }
 
-/// What an agent is up to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AgentState {
-    /// Its robot is not in the mission.
+    /// The robot is not in the mission.
     Absent,
-    /// There is none.
+    /// The robot has no agent.
     Dead,
-    /// It has been invited or is about to enter.
+    /// The agent has been invited or is about to join.
     Coming,
-    /// It takes part.
+    /// The agent takes part in the mission.
     Present,
-    /// It does not answer, or is stopped.
+    /// The agent does not answer, or is stopped.
     Silent,
 }
 
 impl AgentState {
-    /// In a word.
+    /// Returns the name of the state as in JSON.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -266,13 +246,10 @@ impl AgentState {
     }
 }
 
-/// A behavior set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SetStatus {
-    /// Its name.
     pub behavior_set: String,
-    /// Its motivation.
     pub motivation: f64,
-    /// hibernating, waiting or active.
+    /// The state: hibernating, waiting or active.
     pub state: String,
 }

@@ -1,22 +1,22 @@
-//! The published schema, and the page that tells people of the topic.
+//! Tests of the published schema.
 
 use std::collections::BTreeSet;
 
 use super::*;
 use crate::fault::Fault;
 
-/// Names of all faults, as the schema has them.
+/// Returns the names of the common faults in the schema.
 fn vocabulary() -> BTreeSet<String> {
     let schema = schema();
     let faults = schema["$defs"]["Fault"]["oneOf"].as_array().unwrap();
-    // The last one is that of missions.
+    // The last entry stands for the faults of missions.
     let (_, common) = faults.split_last().unwrap();
     let names = common.iter().map(|fault| fault["required"][0].as_str());
     names.map(|name| name.unwrap().to_owned()).collect()
 }
 
 #[test]
-fn the_schema_tells_of_requests_and_replies() {
+fn the_schema_describes_requests_and_replies() {
     let schema = schema();
     assert_eq!(schema["title"], "Request");
     assert_eq!(schema["reply"]["$ref"], "#/$defs/Reply");

@@ -1,4 +1,4 @@
-//! Requests and replies as bytes, in either form: for the world and for its clients.
+//! Encoding of requests and replies, for the world and its clients.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -8,13 +8,13 @@ use crate::codec::{CodecError, LIMIT_BYTES};
 use crate::keys::Keys;
 use crate::secret::{OpenError, SEAL_BYTES, Secret};
 
-/// Longest nonce, bytes.
+/// The maximum length of a nonce, bytes.
 const MAX_NONCE_BYTES: usize = 64;
 
-/// What is quoted of an error that quotes what was sent, characters.
+/// The maximum number of characters quoted from an invalid message.
 const MAX_QUOTED: usize = 300;
 
-/// How a request is written, and then its reply.
+/// The encoding of a request and of its reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// bincode, with the seal at its end.
@@ -24,17 +24,16 @@ pub enum Form {
 }
 
 impl Form {
-    /// The form that an encoding announces, in zenoh's words: everything but `application/json` is bincode.
+    /// Returns the form for a zenoh encoding. Every encoding except `application/json` means bincode.
     #[must_use]
     pub fn of(encoding: &str) -> Self {
-        // What may follow is a parameter, such as the character set.
+        // A parameter such as the character set may follow.
         match encoding.split(';').next() {
             Some("application/json") => Self::Json,
             _ => Self::Bincode,
         }
     }
 
-    /// The encoding that announces it.
     #[must_use]
     pub fn encoding(self) -> &'static str {
         match self {
@@ -44,52 +43,52 @@ impl Form {
     }
 }
 
-/// A message as it is put on the bus.
+/// A message in the form that is sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Written {
-    /// Its payload.
     pub payload: Vec<u8>,
-    /// Its attachment, if the form has one.
+    /// The seal, if the form puts it into the attachment.
     pub attachment: Option<String>,
 }
 
-/// A message that cannot be read or written. It displays as one line.
+/// An error while a message is read or written. It displays as one line.
 #[derive(Debug, thiserror::Error)]
 pub enum WireError {
-    /// The message is larger than [`LIMIT_BYTES`].
+    /// A message larger than [`LIMIT_BYTES`].
     #[error("{0} bytes are more than the limit of {LIMIT_BYTES}")]
     TooLarge(usize),
-    /// A JSON message has no attachment.
+    /// A JSON message without an attachment.
     #[error(
         "no seal; attach the HMAC-SHA256 of key expression, zero byte and text in hexadecimal, with the run's token as the key"
     )]
     NoSeal,
-    /// The seal is that of another text, key or run.
+    /// A seal of another text, key or run.
     #[error(
         "wrong seal; attach the HMAC-SHA256 of key expression, zero byte and text in hexadecimal, with the run's token as the key"
     )]
     WrongSeal,
-    /// Bytes that are not sealed.
+    /// Bytes without a valid seal.
     #[error(
         "not sealed by a member of this run for this key{}",
         if *.looks_like_json { "; send JSON with the encoding application/json" } else { "" }
     )]
     Unsealed {
-        /// The encoding has been forgotten, it seems.
+        /// True if the payload looks like JSON, so that its encoding is probably missing.
         looks_like_json: bool,
     },
-    /// The text is sealed, but no such message.
+    /// A sealed text that is not a message of the expected type.
     #[error("malformed JSON: {}", quotable(.0))]
     Json(serde_json::Error),
-    /// The bytes are sealed, but no such message.
+    /// Sealed bytes that are not a message of the expected type.
     #[error(transparent)]
     Codec(#[from] CodecError),
-    /// The nonce is none.
+    /// A nonce with a wrong length or with control characters.
     #[error("nonce: use 1 to {MAX_NONCE_BYTES} bytes without control characters")]
     Nonce,
 }
 
-/// What somebody sent is quoted here: nothing in it may break the line, command a terminal, or fill a log.
+/// Returns an error's text, which quotes the sender's message. Escapes and a length limit keep the quote from breaking
+/// the line, controlling a terminal or filling a log.
 fn quotable(error: &serde_json::Error) -> String {
     let mut text: String = error
         .to_string()
@@ -107,7 +106,7 @@ fn quotable(error: &serde_json::Error) -> String {
     text
 }
 
-/// The control topic of a run.
+/// The encoder and decoder of a run's control topic.
 #[derive(Clone)]
 pub struct Wire {
     key: String,
@@ -115,7 +114,7 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// That of the run with these keys and this secret.
+    /// Creates the control topic of the run with these keys and this secret.
     #[must_use]
     pub fn new(keys: &Keys, secret: Secret) -> Self {
         Self {
@@ -124,25 +123,25 @@ impl Wire {
         }
     }
 
-    /// Its key expression.
+    /// Returns the topic's key expression.
     #[must_use]
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// A client writes a request.
+    /// Encodes and seals a client's request.
     ///
     /// # Errors
-    /// When it is too large or its nonce is none.
+    /// Returns an error if the request is too large or its nonce is invalid.
     pub fn write_request(&self, form: Form, request: &Request) -> Result<Written, WireError> {
         check_nonce(&request.nonce)?;
         self.write(form, &self.key, request)
     }
 
-    /// The world reads a request. Whatever the bytes are, it neither panics nor allocates more than the size limit allows.
+    /// Decodes a request in the world. Invalid bytes cause neither a panic nor an allocation above the size limit.
     ///
     /// # Errors
-    /// Any [`WireError`], for the asker's eyes: as the text of zenoh's error reply.
+    /// Returns any [`WireError`]. Its text goes to the client in zenoh's error reply.
     pub fn read_request(
         &self,
         form: Form,
@@ -154,10 +153,7 @@ impl Wire {
         Ok(request)
     }
 
-    /// The world writes its reply to the request of that form and nonce.
-    ///
-    /// # Errors
-    /// When it is too large.
+    /// Encodes and seals the world's reply to the request of this form and nonce.
     pub fn write_reply(
         &self,
         form: Form,
@@ -167,10 +163,10 @@ impl Wire {
         self.write(form, &self.reply_key(nonce), reply)
     }
 
-    /// A client reads the reply to its request of that form and nonce.
+    /// Decodes the reply to a client's request of this form and nonce.
     ///
     /// # Errors
-    /// Any [`WireError`]; the reply to another request is not sealed for this one.
+    /// Returns any [`WireError`]. The seal of a reply to another request is wrong.
     pub fn read_reply(
         &self,
         form: Form,
@@ -181,7 +177,7 @@ impl Wire {
         self.read(form, &self.reply_key(nonce), payload, attachment)
     }
 
-    /// What a reply is sealed for: that request and no other.
+    /// Returns the key that binds the seal of a reply to its request.
     fn reply_key(&self, nonce: &str) -> String {
         format!("{}/{nonce}", self.key)
     }
@@ -246,7 +242,7 @@ fn check_size(bytes: usize, limit: usize) -> Result<(), WireError> {
     Ok(())
 }
 
-/// The nonce becomes a part of what the reply is sealed for, where a zero byte would have a meaning.
+/// Checks a nonce. The seal of the reply covers it, where a zero byte would be a separator.
 fn check_nonce(nonce: &str) -> Result<(), WireError> {
     let fits = (1..=MAX_NONCE_BYTES).contains(&nonce.len());
     if fits && !nonce.chars().any(char::is_control) {
@@ -290,7 +286,7 @@ mod tests {
         wire.read_request(form, &written.payload, attachment)
     }
 
-    /// Reads JSON that is sealed as it should be.
+    /// Reads JSON with a valid seal.
     fn read_text(text: &[u8]) -> Result<Request, WireError> {
         let wire = wire();
         let mark = wire.secret.mark_text(wire.key(), text);
@@ -340,13 +336,13 @@ mod tests {
             let read = |nonce| wire().read_reply(form, nonce, &written.payload, attachment);
             assert_eq!(read("n").unwrap(), reply);
             assert!(read("m").is_err());
-            // Nor is it a request.
+            // A reply is not accepted as a request either.
             assert!(reread(&wire(), form, &written).is_err());
         }
     }
 
     #[test]
-    fn the_encoding_tells_the_form() {
+    fn the_encoding_determines_the_form() {
         for form in FORMS {
             assert_eq!(Form::of(form.encoding()), form);
         }
@@ -356,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_has_no_seal_is_told_how_to_get_one() {
+    fn a_missing_or_wrong_seal_is_refused_with_a_remedy() {
         let wire = wire();
         let json = wire.write_request(Form::Json, &kill()).unwrap();
         let how = "attach the HMAC-SHA256 of key expression, zero byte and text in hexadecimal, with the run's token as the key";
@@ -367,8 +363,8 @@ mod tests {
             .secret
             .mark_text("alliance/other/control", &json.payload);
         refused(read(Some(other.as_bytes())), &format!("wrong seal; {how}"));
-        let loud = json.attachment.as_ref().unwrap().to_uppercase();
-        assert_eq!(read(Some(loud.as_bytes())).unwrap(), kill());
+        let upper_case = json.attachment.as_ref().unwrap().to_uppercase();
+        assert_eq!(read(Some(upper_case.as_bytes())).unwrap(), kill());
         refused(
             wire.read_request(Form::Bincode, &json.payload, None),
             "not sealed by a member of this run for this key; send JSON with the encoding application/json",
@@ -380,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_changed_bit_anywhere_is_noticed() {
+    fn any_changed_bit_is_detected() {
         for form in FORMS {
             let written = wire().write_request(form, &kill()).unwrap();
             for bit in 0..8 * written.payload.len() {
@@ -392,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn malformed_text_is_refused_in_one_line_that_says_where() {
+    fn malformed_text_is_refused_in_one_line_with_its_position() {
         refused(
             read_text(b"{"),
             "malformed JSON: EOF while parsing an object at line 1 column 1",
@@ -409,7 +405,7 @@ mod tests {
             read_text(
                 br#"{"nonce":"n","command":{"fault":{"fault":{"kill":"gold"},"when":"blue"}}}"#,
             ),
-            "malformed JSON: 'blue' names no event; write ROBOT or any, then a verb, then a behavior set or a thing if need be, \
+            "malformed JSON: 'blue' is not an event; write ROBOT or any, a verb, and if needed a behavior set or an object, \
              as in \"blue activates report-progress\" at line 1 column 71",
         );
         refused(
@@ -433,7 +429,7 @@ mod tests {
             for form in FORMS {
                 let error = wire().write_request(form, &request).unwrap_err();
                 assert_eq!(error.to_string(), line);
-                // One who writes it all the same is not read.
+                // The receiver rejects such a nonce, too.
                 let written = wire().write(form, wire().key(), &request).unwrap();
                 refused(reread(&wire(), form, &written), line);
             }
@@ -443,7 +439,7 @@ mod tests {
     }
 
     #[test]
-    fn too_large() {
+    fn too_large_messages_are_refused() {
         let robot = "x".repeat(LIMIT_BYTES);
         let request = request("n", ControlCommand::Fault(Order::now(Fault::Kill(robot))));
         for form in FORMS {
@@ -465,7 +461,7 @@ mod tests {
             }
         }
 
-        /// Behind a true seal anything may come: a member may be mad.
+        /// Checks that arbitrary bytes with a valid seal never panic, because a member may be faulty.
         #[test]
         fn arbitrary_sealed_bytes_never_panic(mut bytes: Vec<u8>) {
             let _ = read_text(&bytes);
@@ -475,7 +471,7 @@ mod tests {
             let _ = wire.read_request(Form::Bincode, &bytes, None);
         }
 
-        /// Nearer to requests than arbitrary bytes: one byte of a sealed text is another.
+        /// Checks sealed requests with one changed byte, which are closer to valid ones than arbitrary bytes.
         #[test]
         fn damaged_text_never_panics(index: prop::sample::Index, place: prop::sample::Index, byte: u8) {
             let fault = index.get(&one_of_each()).clone();

@@ -1,27 +1,27 @@
-//! Random faults: how often, how long, of which kinds.
+//! Random faults: their rate, duration and kinds.
 
 use serde::{Deserialize, Serialize};
 
-/// Random faults of every robot that is there from the start: times between them and repair times are exponentially
-/// distributed, from a random stream of each robot's own.
+/// Random faults of every robot that is present from the start. The times between faults and the repair times are
+/// exponentially distributed. Each robot has its own random stream.
 ///
-/// The default time between failures is what is reported of mobile robots in use, about 8 h (Carlson and Murphy, Reliability
-/// Analysis of Mobile Robots, ICRA 2003; 6 to 20 h in their survey of ten studies, How UGVs Physically Fail in the Field, IEEE
-/// Transactions on Robotics 21(3), 2005), made 240 times shorter so that a mission of ten minutes sees some. The default
-/// repair time is our choice: at the field's, robots were out of order about half of the time.
+/// The default time between failures is that of mobile robots in use, about 8 h, divided by 240, so that a mission of
+/// ten minutes has some faults. Sources: Carlson and Murphy, Reliability Analysis of Mobile Robots, ICRA 2003; How UGVs
+/// Physically Fail in the Field, IEEE Transactions on Robotics 21(3), 2005 (6 to 20 h in ten studies). The default
+/// repair time is our choice: in the field, robots were out of order about half of the time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Campaign {
-    /// Mean time that a robot works before it fails, s of simulated time, counted from its last repair.
+    /// The mean working time from a repair to the next failure, s of simulated time.
     pub mtbf_s: f64,
-    /// Mean time to repair, s of simulated time.
+    /// The mean time to repair, s of simulated time.
     pub mttr_s: f64,
-    /// How often each kind comes, relative to the others.
+    /// The relative frequencies of the kinds of faults.
     pub mix: Mix,
 }
 
 impl Campaign {
-    /// How the ids of random faults begin; a number follows.
+    /// The prefix of the ids of random faults. A number follows.
     pub const ID_PREFIX: &'static str = "random-";
 }
 
@@ -35,23 +35,23 @@ impl Default for Campaign {
     }
 }
 
-/// Relative frequencies of the kinds of random faults; 0 leaves a kind out.
+/// Relative frequencies of the kinds of random faults; 0 excludes a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mix {
-    /// The process is killed, and restarted when repaired.
+    /// A killed process, which the repair restarts.
     pub kill: f64,
-    /// The process is stopped, and continued when repaired.
+    /// A stopped process, which the repair continues.
     pub pause: f64,
-    /// The robot's radio loses messages, delays them, or is cut off; in both directions, as two faults.
+    /// Message loss, message delay or isolation of a robot, in both directions, as two faults.
     pub link: f64,
-    /// A sensor is dead, stuck, noisy, biased or drops out.
+    /// A sensor that is dead, stuck, noisy or biased, or that drops out.
     pub sensor: f64,
-    /// The drive is slow, pulls to one side, has one wheel or is dead, or the gripper fails.
+    /// A drive that is slow, turns to one side, has one wheel or is dead, or a failed gripper.
     pub actuator: f64,
-    /// The power is gone.
+    /// A robot without power.
     pub power: f64,
-    /// The robot babbles.
+    /// A robot that broadcasts its activity but does not act.
     pub babble: f64,
 }
 

@@ -1,35 +1,32 @@
-//! What is wrong with an order, whatever form it came in.
+//! Checks of an order, independent of its source.
 
 use super::{ActuatorMode, Device, Fault, Happening, MissionFault, Order, Role, SensorMode, Who};
 use crate::keys::is_name;
 use crate::obstacle::Obstacle;
 use crate::scenario::{Catalog, Robot, Scenario, instead};
 
-/// Longest times, s; as in scenario files.
+/// The longest time, s, as in scenario files.
 const LONGEST_S: f64 = 1e9;
 
-/// Farthest places and largest sizes, m; as in scenario files.
+/// The farthest place and the largest size, m, as in scenario files.
 const FARTHEST_M: f64 = 1e3;
 
-/// An order that cannot be obeyed. It displays as one line: where, what is wrong; what would be right.
+/// An order that is not valid. It displays as one line: field, problem and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {what}; {remedy}", field.join("."))]
 pub struct OrderError {
-    /// Way to the value, from the order down.
+    /// The path to the value, from the order down.
     pub field: Vec<String>,
-    /// What is wrong.
+    /// The problem with the value.
     pub what: String,
-    /// What would be right.
+    /// A remedy for the problem.
     pub remedy: String,
 }
 
 type Checked = Result<(), OrderError>;
 
 impl Order {
-    /// Checks robots, behavior sets and ranges; `catalog` is the scenario's.
-    ///
-    /// # Errors
-    /// The first mistake.
+    /// Checks robots, behavior sets and ranges. `catalog` must be the scenario's.
     pub fn check(&self, scenario: &Scenario, catalog: &Catalog) -> Checked {
         if let Some(id) = &self.id
             && !is_name(id)
@@ -53,18 +50,18 @@ impl Order {
         if let Some(for_s) = self.for_s {
             above_zero(&["for_s"], for_s, LONGEST_S, "s")?;
             if self.fault.is_momentary() {
-                let what = format!("'{}' happens in a moment", self.fault.name());
-                return Err(wrong(&["for_s"], what, "leave the duration out"));
+                let what = format!("'{}' is instantaneous", self.fault.name());
+                return Err(wrong(&["for_s"], what, "omit the duration"));
             }
             if let Some(every_s) = self.every_s
                 && for_s >= every_s
             {
-                let what = format!("{for_s} s is no shorter than every {every_s} s");
-                return Err(wrong(&["for_s"], what, "let it heal before it comes again"));
+                let what = format!("{for_s} s is not shorter than the interval of {every_s} s");
+                return Err(wrong(&["for_s"], what, "make it heal before it repeats"));
             }
         } else if self.every_s.is_some() && !self.fault.is_momentary() {
-            let what = "it comes again but never heals".to_owned();
-            return Err(wrong(&["every_s"], what, "give it a duration as well"));
+            let what = "the fault repeats but never heals".to_owned();
+            return Err(wrong(&["every_s"], what, "give it a duration"));
         }
         checker
             .catalog
@@ -74,15 +71,15 @@ impl Order {
             return Ok(());
         };
         if self.at_s.is_some() || self.every_s.is_some() {
-            let what = "both an event and a time trigger it".to_owned();
-            return Err(wrong(&["when"], what, "give one of them"));
+            let what = "both an event and a time trigger the fault".to_owned();
+            return Err(wrong(&["when"], what, "give only one of them"));
         }
         if let Some(robot) = &when.robot {
             checker.robot(&["when"], robot)?;
         }
         let mut verbs = Happening::verbs(checker.catalog.mission);
         if !verbs.clone().any(|verb| verb == when.what) {
-            let what = format!("nothing of that name happens: '{}'", when.what);
+            let what = format!("there is no event '{}'", when.what);
             return Err(wrong(&["when"], what, &instead(&when.what, &mut verbs)));
         }
         match &when.subject {
@@ -142,7 +139,8 @@ impl Checker<'_> {
                     SensorMode::Dropout(p) => share(&field, p),
                     SensorMode::Noise(error) | SensorMode::Bias(error) => {
                         if !fault.device.tells_lengths(mission) {
-                            let what = format!("'{}' tells no lengths", fault.device.as_str());
+                            let what =
+                                format!("'{}' does not measure lengths", fault.device.as_str());
                             return Err(wrong(&field, what, "use dead, stuck or dropout"));
                         }
                         within(&field, error.m, -FARTHEST_M, FARTHEST_M, "m")?;
@@ -188,12 +186,12 @@ impl Checker<'_> {
 
     fn mission(&self, fault: &MissionFault) -> Checked {
         let MissionFault { name, values } = fault;
-        let own = self.catalog.mission.faults();
-        let Some(spec) = own.iter().find(|spec| spec.name == name) else {
+        let mission_faults = self.catalog.mission.faults();
+        let Some(spec) = mission_faults.iter().find(|spec| spec.name == name) else {
             let what = format!("there is no choice '{name}'");
             let known = &mut Fault::COMMON
                 .into_iter()
-                .chain(own.iter().map(|spec| spec.name));
+                .chain(mission_faults.iter().map(|spec| spec.name));
             return Err(wrong(&["fault"], what, &instead(name, known)));
         };
         for key in values.keys() {
@@ -215,7 +213,7 @@ impl Checker<'_> {
             };
             let (from, to) = argument.range.bounds(self.scenario.room);
             if argument.range.is_whole() && value.fract() != 0.0 {
-                let what = format!("{value} is no whole number");
+                let what = format!("{value} is not a whole number");
                 return Err(wrong(&at, what, &format!("write one from {from} to {to}")));
             }
             let (_, unit) = argument.stem_and_unit();
@@ -242,13 +240,14 @@ impl Checker<'_> {
         Err(wrong(field, what, &instead(set, &mut known)))
     }
 
-    /// Whoever executes a task has a process, a radio and power, and other devices perhaps.
+    /// Checks the role that a fault targets. Any robot that executes a task has a process, a radio and power, but
+    /// perhaps no other device.
     fn role(&self, name: &str, role: Role<'_>) -> Checked {
         let field = ["fault", name];
         if !Fault::OF_A_ROLE.contains(&name) {
-            let what = format!("'{name}' befalls no role");
+            let what = format!("'{name}' cannot target a role");
             let known = Fault::OF_A_ROLE.join(", ");
-            let remedy = format!("name a robot, or take one of {known}");
+            let remedy = format!("name a robot, or use one of {known}");
             return Err(wrong(&field, what, &remedy));
         }
         match role {
@@ -265,7 +264,7 @@ impl Checker<'_> {
         let what = format!("'{robot}' is in the mission from its start");
         let known = &mut absent.by_ref().map(|robot| robot.name.as_str());
         let remedy = format!(
-            "name a robot that the scenario calls absent: {}",
+            "name a robot that the scenario marks as absent: {}",
             instead(robot, known)
         );
         Err(wrong(field, what, &remedy))
@@ -280,14 +279,14 @@ impl Checker<'_> {
         if let (Who::Robot(from), Who::Robot(to)) = (from, to)
             && from == to
         {
-            let what = format!("'{to}' does not hear itself");
+            let what = format!("'{to}' does not receive its own messages");
             let remedy = "name two robots, or all";
             return Err(wrong(&["fault", name, "to"], what, remedy));
         }
         Ok(())
     }
 
-    /// A device that a robot lacks cannot fail.
+    /// Checks that a robot has a device. A missing device cannot fail.
     fn has(&self, field: &[&str], robot: &str, device: &str) -> Checked {
         let has = |robot: &&Robot| robot.has_device(device);
         let mut with = self.scenario.robots.iter().filter(has);
@@ -304,7 +303,7 @@ impl Checker<'_> {
         ))
     }
 
-    /// A robot gets worse only at what it can do.
+    /// Checks that a robot has a skill. Only an existing skill can get worse.
     fn can(&self, field: &[&str], robot: &str, skill: &str) -> Checked {
         let known = self.catalog.mission.skills(self.scenario);
         let mut known = known.iter().map(String::as_str);
@@ -323,7 +322,7 @@ impl Checker<'_> {
         Err(wrong(field, what, &remedy))
     }
 
-    /// An obstacle that changes something, and leaves something.
+    /// Checks that an obstacle lies in the room and does not fill it.
     fn in_the_room(&self, field: &[&str], rectangle: &Obstacle) -> Checked {
         let room = self.scenario.room;
         let along = |from: f32, size: f32, room: f32| {
@@ -372,7 +371,7 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// What lies on the floor lies inside the border.
+    /// Checks that a place lies inside the border.
     fn inside(&self, name: &str, x_m: f32, y_m: f32) -> Checked {
         let room = self.scenario.room;
         within(
@@ -432,7 +431,7 @@ fn wrong(field: &[&str], what: String, remedy: &str) -> OrderError {
 }
 
 impl OrderError {
-    /// A mistake at that place of the order.
+    /// Creates an error at a field of the order.
     #[must_use]
     pub fn at(field: &[&str], what: String, remedy: &str) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! The sensing devices of a robot that can break.
+//! The sensing devices of a robot, which faults can break.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mission::known::Mission;
 
-/// A sensing device, by its name: one of [`Device::COMMON`], or one of the mission's own.
+/// The name of a sensing device: one of [`Device::COMMON`] or one of the mission's own.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
@@ -16,18 +16,18 @@ use crate::mission::known::Mission;
 pub struct Device(#[schemars(with = "String")] ArrayString<32>);
 
 impl Device {
-    /// Position and heading.
+    /// The sensor of position and heading.
     pub const POSITION: &str = "position";
-    /// Distance to the border ahead.
+    /// The sensor of the distance to the border ahead.
     pub const FRONT_BORDER: &str = "front-border";
-    /// Distance to the border at the left side.
+    /// The sensor of the distance to the border at the left side.
     pub const SIDE_BORDER: &str = "side-border";
-    /// Collision avoidance.
+    /// The sensor for collision avoidance.
     pub const AVOIDANCE: &str = "avoidance";
-    /// Penetrability of the ground.
+    /// The sensor of the ground's penetrability.
     pub const GROUND: &str = "ground";
 
-    /// Those of every mission.
+    /// The devices of every mission.
     pub const COMMON: [&str; 5] = [
         Self::POSITION,
         Self::FRONT_BORDER,
@@ -36,24 +36,24 @@ impl Device {
         Self::GROUND,
     ];
 
-    /// The device of that name.
+    /// Creates the device with this name.
     ///
     /// # Panics
-    /// If the name has more than 32 bytes.
+    /// Panics if the name has more than 32 bytes.
     #[must_use]
     pub fn named(name: &str) -> Self {
-        // Names of devices are constants of missions: a longer one is a mistake in a program.
+        // Device names are constants of missions, so a longer name is a programming error.
         Self(ArrayString::from(name).expect("at most 32 bytes"))
     }
 
-    /// All that robots of a mission have, in the order in which they are listed to people.
+    /// Returns all devices of a mission's robots, in display order.
     pub fn of(mission: Mission) -> impl Iterator<Item = &'static str> {
         let [first @ .., last] = Self::COMMON;
-        let own = mission.terms().devices.iter().copied();
-        first.into_iter().chain(own).chain([last])
+        let mission_devices = mission.terms().devices.iter().copied();
+        first.into_iter().chain(mission_devices).chain([last])
     }
 
-    /// What people call the device of that name.
+    /// Returns the display name of a device.
     #[must_use]
     pub fn label(name: &str) -> String {
         match name {
@@ -62,19 +62,18 @@ impl Device {
         }
     }
 
-    /// Whether there may be robots without the device of that name.
+    /// Returns true if robots may lack the device.
     #[must_use]
     pub fn is_optional(name: &str, mission: Mission) -> bool {
         name == Self::SIDE_BORDER || mission.terms().optional_devices.contains(&name)
     }
 
-    /// Its name.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// Whether it tells lengths, so that it can be noisy or biased.
+    /// Returns true if the device measures lengths, so that faults can make it noisy or biased.
     #[must_use]
     pub fn tells_lengths(&self, mission: Mission) -> bool {
         let name = self.as_str();

@@ -1,4 +1,5 @@
-//! A fault in files: a table with the fault's name as its only key. A name that is none of the common ones is a mission's.
+//! Serialization of a fault in files: a table with the fault's name as its only key. A name that is not common belongs
+//! to a mission.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,7 +22,7 @@ impl Serialize for Fault {
                 map.serialize_entry(&fault.name, &Values(&fault.values))?;
                 map.end()
             }
-            // The derived one.
+            // The derived implementation serializes all other cases.
             _ => Self::serialize(self, serializer),
         }
     }
@@ -30,22 +31,22 @@ impl Serialize for Fault {
 impl<'de> Deserialize<'de> for Fault {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         if deserializer.is_human_readable() {
-            deserializer.deserialize_map(Table)
+            deserializer.deserialize_map(FaultVisitor)
         } else {
-            // The derived one.
+            // The derived implementation reads the binary form.
             Self::deserialize(deserializer)
         }
     }
 }
 
-/// The numbers of a mission's fault.
+/// The values of a mission's fault, by key.
 struct Values<'a>(&'a BTreeMap<String, f64>);
 
 impl Serialize for Values<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (key, value) in self.0 {
-            // Counts and numbers of things are written as such.
+            // Whole numbers are written as integers.
             if value.fract() == 0.0 && value.abs() < 1e9 {
                 map.serialize_entry(key, &(*value as i64))?;
             } else {
@@ -56,14 +57,14 @@ impl Serialize for Values<'_> {
     }
 }
 
-/// What is said of a fault that is none of the common ones; nothing if that is a word, as common ones have.
+/// The values of a fault that is not common. `None` if the file contains a string, as for many common faults.
 struct Numbers(Option<BTreeMap<String, f64>>);
 
 impl<'de> Deserialize<'de> for Numbers {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Said;
+        struct NumbersVisitor;
 
-        impl<'de> Visitor<'de> for Said {
+        impl<'de> Visitor<'de> for NumbersVisitor {
             type Value = Numbers;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -83,14 +84,14 @@ impl<'de> Deserialize<'de> for Numbers {
             }
         }
 
-        deserializer.deserialize_any(Said)
+        deserializer.deserialize_any(NumbersVisitor)
     }
 }
 
-/// The table of a fault.
-struct Table;
+/// The visitor that reads the table of a fault.
+struct FaultVisitor;
 
-impl<'de> Visitor<'de> for Table {
+impl<'de> Visitor<'de> for FaultVisitor {
     type Value = Fault;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -98,10 +99,10 @@ impl<'de> Visitor<'de> for Table {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fault, A::Error> {
-        let one = || A::Error::custom("a fault is one name and what there is to say of it");
-        let name: String = map.next_key()?.ok_or_else(one)?;
+        let wrong_form = || A::Error::custom("a fault is a table with a single key, its name");
+        let name: String = map.next_key()?.ok_or_else(wrong_form)?;
         let fault = if Fault::COMMON.contains(&name.as_str()) {
-            // The derived one.
+            // The derived implementation reads common faults.
             let variant = Variant {
                 name,
                 map: &mut map,
@@ -115,12 +116,12 @@ impl<'de> Visitor<'de> for Table {
         };
         match map.next_key::<String>()? {
             None => Ok(fault),
-            Some(_) => Err(one()),
+            Some(_) => Err(wrong_form()),
         }
     }
 }
 
-/// A variant whose name has been read, and whose value is the next one of the map.
+/// A fault whose name has been read and whose value comes next in the map.
 struct Variant<'m, A> {
     name: String,
     map: &'m mut A,
@@ -166,7 +167,7 @@ impl<'de, A: MapAccess<'de>> VariantAccess<'de> for Content<'_, A> {
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, A::Error> {
-        Err(A::Error::custom("no fault is a list"))
+        Err(A::Error::custom("a fault cannot be a list"))
     }
 
     fn struct_variant<V: Visitor<'de>>(
@@ -174,6 +175,6 @@ impl<'de, A: MapAccess<'de>> VariantAccess<'de> for Content<'_, A> {
         _: &'static [&'static str],
         _: V,
     ) -> Result<V::Value, A::Error> {
-        Err(A::Error::custom("no fault has fields of its own"))
+        Err(A::Error::custom("a fault cannot have named fields"))
     }
 }

@@ -1,4 +1,4 @@
-//! Faults that only a mission knows. They change its world in a moment, and do not heal.
+//! Faults that a mission defines. They change its world instantly and do not heal.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,18 +7,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::scenario::Room;
 
-/// A fault of a mission's own, by the name that the mission gives it. In JSON and TOML it reads like any other:
-/// `{"NAME": {"KEY": NUMBER, …}}`.
+/// A fault that a mission defines. JSON and TOML write it like any other: `{"NAME": {"KEY": NUMBER, …}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MissionFault {
-    /// Its name.
+    /// The name, unique among all faults.
     pub name: String,
-    /// What is stated of it, by key.
+    /// The stated arguments, by key.
     pub values: BTreeMap<String, f64>,
 }
 
 impl MissionFault {
-    /// The fault of that name with those values.
+    /// Creates a fault with this name and these values.
     #[must_use]
     pub fn new(name: &str, values: &[(&str, f64)]) -> Self {
         let values = values
@@ -30,14 +29,14 @@ impl MissionFault {
         }
     }
 
-    /// What is stated under that key.
+    /// Returns the value of an argument if it is stated.
     #[must_use]
     pub fn get(&self, key: &str) -> Option<f64> {
         self.values.get(key).copied()
     }
 }
 
-/// As the command line takes it.
+/// Formats the arguments as on the command line.
 impl fmt::Display for MissionFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.values
@@ -46,25 +45,25 @@ impl fmt::Display for MissionFault {
     }
 }
 
-/// What can be stated of a fault of a mission.
+/// The declaration of a mission's fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultSpec {
-    /// Its name: a word of its own among all faults.
+    /// The name, unique among all faults.
     pub name: &'static str,
-    /// What it does, in a line.
+    /// The effect in one line.
     pub about: &'static str,
-    /// What is to be stated of it, and after that what may be left out.
+    /// The arguments: required ones first, then optional ones.
     pub arguments: &'static [FaultArgument],
 }
 
 impl FaultSpec {
-    /// The keys of the place on the floor that it is about, x and y, if there is one.
+    /// Returns the keys of the fault's place on the floor, x and y, if it has one.
     #[must_use]
     pub fn place(&self) -> Option<[&'static str; 2]> {
         Some([self.key_of(FaultRange::X)?, self.key_of(FaultRange::Y)?])
     }
 
-    /// The key of the item that it is about, if there is one.
+    /// Returns the key of the fault's item, if it has one.
     #[must_use]
     pub fn item(&self) -> Option<&'static str> {
         self.key_of(FaultRange::Item)
@@ -76,21 +75,21 @@ impl FaultSpec {
     }
 }
 
-/// A number that is stated of a fault.
+/// A numeric argument of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultArgument {
-    /// Its key, which ends with its unit.
+    /// The key, which ends with the unit.
     pub key: &'static str,
-    /// What it means, in a line.
+    /// The meaning in one line.
     pub about: &'static str,
-    /// What it may be.
+    /// The range of allowed values.
     pub range: FaultRange,
-    /// What it is if it is left out; `None`: it must be stated.
+    /// The default value; `None` makes the argument required.
     pub default: Option<f64>,
 }
 
 impl FaultArgument {
-    /// All of it.
+    /// Creates an argument from all its fields.
     #[must_use]
     pub const fn new(
         key: &'static str,
@@ -106,7 +105,7 @@ impl FaultArgument {
         }
     }
 
-    /// What keys end with, and the unit that it stands for; one that ends with another comes before it.
+    /// The suffixes of keys and their units. A suffix stands before any suffix that it ends with.
     const UNITS: [(&str, &str); 10] = [
         ("_deg_s", "degrees/s"),
         ("_m_s", "m/s"),
@@ -120,7 +119,7 @@ impl FaultArgument {
         ("_w", "W"),
     ];
 
-    /// Its key without the unit, and the unit as people write it, empty if there is none.
+    /// Returns the key without its unit, and the unit for display, empty if there is none.
     #[must_use]
     pub fn stem_and_unit(&self) -> (&'static str, &'static str) {
         let mut units = Self::UNITS.iter();
@@ -129,14 +128,14 @@ impl FaultArgument {
     }
 }
 
-/// What a number of a fault may be.
+/// The allowed range of a fault's argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FaultRange {
-    /// A place inside the border along x, m.
+    /// An x coordinate inside the border, m.
     X,
-    /// A place inside the border along y, m.
+    /// A y coordinate inside the border, m.
     Y,
-    /// Number of an item: 7 for the item-7 of events.csv.
+    /// The number of an item: 7 for `item-7` of events.csv.
     Item,
     /// A whole number from the first to the second.
     Whole(u32, u32),
@@ -145,7 +144,7 @@ pub enum FaultRange {
 }
 
 impl FaultRange {
-    /// The least and the greatest, in that room.
+    /// Returns the least and the greatest allowed value in a room.
     #[must_use]
     pub fn bounds(&self, room: Room) -> (f64, f64) {
         match *self {
@@ -157,7 +156,7 @@ impl FaultRange {
         }
     }
 
-    /// Whether only whole numbers will do.
+    /// Returns true if the value must be a whole number.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         matches!(self, Self::Item | Self::Whole(..))

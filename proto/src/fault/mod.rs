@@ -1,12 +1,12 @@
-//! What can go wrong, in one vocabulary for the control topic, the scenario's timeline, the command line and the page
-//! (DESIGN §6).
+//! Faults, with the same vocabulary for the control topic, the scenario's timeline, the command line and the page.
 //!
-//! - [`Fault`]: what happens, to whom. [`Order`]: a fault with its id, its trigger and its duration; [`When`]: an event as a
+//! - [`Fault`]: a failure and its target. [`Order`]: a fault with its id, trigger and duration. [`When`]: an event as a
 //!   trigger.
-//! - [`RadioQuality`]: named bundles of link faults. [`Campaign`]: random faults by mean times between failure and repair.
+//! - [`RadioQuality`]: named sets of link faults. [`Campaign`]: random faults with mean times between failure and
+//!   repair.
 //!
-//! One definition serves every form. In JSON and TOML a fault is a table with the fault's name as its only key:
-//! `{"kill": "gold"}`, `fault.drop = { from = "green", to = "all", p = 0.3 }`. As text it reads like the command line:
+//! Every form uses the same definition. In JSON and TOML a fault is a table with the fault's name as its only key:
+//! `{"kill": "gold"}`, `fault.drop = { from = "green", to = "all", p = 0.3 }`. The text form matches the command line:
 //! `drop --from green --to all --p 0.3`.
 
 mod campaign;
@@ -35,8 +35,8 @@ pub use radio::{LinkTerms, RadioQuality};
 pub use text::Role;
 pub use when::{Happening, When, WhenError};
 
-/// What goes wrong. Robots go by their names.
-// `form` reads and writes it in files.
+/// A failure and its target. Robots are identified by name.
+// `form` implements the serialization in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", remote = "Self")]
 pub enum Fault {
@@ -46,72 +46,70 @@ pub enum Fault {
     Terminate(String),
     /// SIGSTOP to the robot's process; healed by SIGCONT.
     Pause(String),
-    /// SIGCONT to the robot's process; ends a pause before its time.
+    /// SIGCONT to the robot's process; ends a pause early.
     Continue(String),
-    /// Starts the robot's process in a new incarnation; one that still lives is killed first.
+    /// Start of the robot's process in a new incarnation. A running process is killed first.
     Restart(String),
-    /// Brings a robot that the scenario calls absent into the mission: its body appears at its start, its process starts.
+    /// Arrival of a robot that the scenario marks as absent: its body appears at its start and its process starts.
     Add(String),
-    /// Takes a robot out of the mission: its process is killed, its body disappears.
+    /// Removal of a robot: its process is killed and its body disappears.
     Remove(String),
 
-    /// Messages get lost.
+    /// Loss of messages on directed links.
     Drop(Loss),
-    /// Messages come late.
+    /// Delay of messages on directed links.
     Delay(Delay),
-    /// Messages come twice.
+    /// Duplicate delivery of messages on directed links.
     Duplicate(Chance),
-    /// Messages are overtaken by the next one of their sender.
+    /// Delivery of messages after the next one of their sender.
     Reorder(Chance),
-    /// Messages are held back until the fault heals, and then come all at once.
+    /// Retention of messages until the fault heals. Then all are delivered at once.
     Hold(Link),
-    /// Groups of robots do not hear each other; robots in no group hear everybody.
+    /// Isolation of groups of robots from each other. Robots in no group remain connected to all.
     Partition(Partition),
-    /// Nobody hears this robot.
+    /// Loss of all messages from this robot.
     Mute(String),
-    /// This robot hears nobody.
+    /// Loss of all messages to this robot.
     Deaf(String),
-    /// Robots further apart than this, center to center, do not hear each other.
+    /// Loss of messages between robots whose centers are farther apart than this.
     Range(RangeFault),
-    /// The radio of all links is of this quality.
     Radio(RadioQuality),
 
-    /// A sensor fails or lies.
+    /// Failure or false readings of a sensor.
     Sensor(SensorFault),
-    /// A motor or the gripper fails.
+    /// Failure of a motor or the gripper.
     Actuator(ActuatorFault),
-    /// The robot has no power: its body obeys nothing, its energy reads 0.
+    /// Loss of power: the robot's body ignores all commands, and its energy reads 0.
     Power(String),
-    /// The robot goes on telling its team what it does, and does none of it.
+    /// A robot that continues to broadcast its activity but does not act.
     Babble(String),
 
-    /// A rectangle on the floor: an obstacle, or with a penetrability above 0.1 a patch; healed by taking it away.
+    /// A rectangle on the floor: an obstacle, or a patch with a penetrability above 0.1. Healing removes it.
     Obstacle(Obstacle),
-    /// A robot's body is put elsewhere.
+    /// Relocation of a robot's body.
     MoveRobot(MoveRobot),
 
-    /// What only the mission knows.
+    /// A fault that the mission defines.
     #[schemars(skip)]
     Mission(MissionFault),
 
-    /// A robot gets worse at something, and does not know.
+    /// Decline of a skill that the robot's controller cannot detect directly.
     Skill(SkillFault),
 }
 
-/// One end of a link: a robot by its name, or `all`.
+/// An end of a link: a robot by its name, or `all`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "String", into = "String")]
 #[schemars(with = "String")]
 pub enum Who {
-    /// Every robot.
+    /// Every robot of the team.
     #[default]
     All,
-    /// This one.
+    /// The robot with this name.
     Robot(String),
 }
 
 impl Who {
-    /// Whether that robot is meant.
     #[must_use]
     pub fn includes(&self, robot: &str) -> bool {
         match self {
@@ -120,7 +118,7 @@ impl Who {
         }
     }
 
-    /// `all` or the robot's name.
+    /// Returns `all` or the robot's name.
     #[must_use]
     pub fn as_str(&self) -> &str {
         match self {
@@ -146,13 +144,11 @@ impl From<Who> for String {
     }
 }
 
-/// Directed links: what `to` hears of `from`.
+/// Directed links from senders to receivers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Link {
-    /// Who speaks.
     pub from: Who,
-    /// Who hears it.
     pub to: Who,
 }
 
@@ -160,15 +156,13 @@ pub struct Link {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Loss {
-    /// Who speaks.
     #[serde(default)]
     pub from: Who,
-    /// Who hears it.
     #[serde(default)]
     pub to: Who,
-    /// Share of messages that get lost in the long run, 0 to 1.
+    /// The share of messages that get lost in the long run, 0 to 1.
     pub p: f64,
-    /// Mean length of a burst in which every message is lost, s; 0: each message has its own draws (Gilbert 1960).
+    /// The mean length of a burst in which every message is lost, s; 0 makes losses independent (Gilbert 1960).
     #[serde(default)]
     pub burst_s: f64,
 }
@@ -177,150 +171,133 @@ pub struct Loss {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Delay {
-    /// Who speaks.
     #[serde(default)]
     pub from: Who,
-    /// Who hears it.
     #[serde(default)]
     pub to: Who,
-    /// Delay of every message, s.
+    /// The delay of every message, s.
     pub delay_s: f64,
-    /// Up to this much more, evenly distributed, s.
+    /// The maximum additional delay, uniformly distributed, s.
     #[serde(default)]
     pub jitter_s: f64,
 }
 
-/// Something that befalls some messages on directed links.
+/// A random effect on messages of directed links.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Chance {
-    /// Who speaks.
     #[serde(default)]
     pub from: Who,
-    /// Who hears it.
     #[serde(default)]
     pub to: Who,
-    /// Share of messages that it befalls, 0 to 1.
+    /// The share of affected messages, 0 to 1.
     pub p: f64,
 }
 
-/// A partition of the team.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Partition {
-    /// Groups of robots, each robot in one at most.
+    /// The groups of robots. A robot is in one group at most.
     pub groups: Vec<Vec<String>>,
-    /// Later groups still hear earlier ones.
+    /// True if later groups still receive messages of earlier ones.
     #[serde(default)]
     pub one_way: bool,
 }
 
-/// Radio range.
+/// A limit of the radio range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RangeFault {
-    /// Greatest distance, center to center, m.
+    /// The maximum distance, center to center, m.
     pub range_m: f32,
 }
 
-/// How a sensor fails.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SensorMode {
-    /// Tells nothing.
+    /// No readings at all.
     Dead,
-    /// Goes on telling what it told last.
+    /// Repetition of the last reading.
     Stuck,
-    /// Every number it tells has a normally distributed error of its own.
+    /// An independent, normally distributed error of every number.
     Noise(SensorError),
-    /// Every number it tells is off by the same.
+    /// The same error of every number.
     Bias(SensorError),
-    /// Tells nothing in this share of the steps, 0 to 1.
+    /// No reading in this share of the steps, 0 to 1.
     Dropout(f64),
 }
 
-/// Size of an error: the standard deviation of noise, or the amount of a bias. Distances and coordinates, in x and y alike,
-/// are off by meters, the heading by degrees.
+/// The size of an error: the standard deviation of noise, or the amount of a bias. Distances and both coordinates have
+/// an error in meters, the heading in degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorError {
-    /// Of lengths, m.
     pub m: f32,
-    /// Of the heading; position sensor only, degrees.
+    /// The error of the heading, position sensor only, degrees.
     pub deg: f32,
 }
 
-/// A broken sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SensorFault {
-    /// Whose.
     pub robot: String,
-    /// Which one.
+    /// The name of the sensing device.
     pub device: Device,
-    /// How.
     pub mode: SensorMode,
 }
 
-/// How an actuator fails.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ActuatorMode {
-    /// The drive is dead: the robot neither turns nor moves.
+    /// A dead drive: the robot neither turns nor moves.
     Dead,
-    /// Speed and turn rate are this share of what they should be, 0 to 1.
+    /// A speed and turn rate reduced to this share, 0 to 1.
     Slowed(f32),
-    /// While it is told to move or turn, it turns by this much more, degrees/s, positive counter-clockwise.
+    /// An additional turn rate while the robot is commanded to move or turn, degrees/s, positive counter-clockwise.
     TurnBias(f32),
-    /// The motor of one wheel is dead: it drives round that wheel.
+    /// A dead motor of one wheel: the robot drives around that wheel.
     OneWheel(Side),
-    /// The gripper neither opens nor closes.
+    /// A gripper that neither opens nor closes.
     Gripper,
 }
 
-/// A side of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
-    /// Left, seen along its heading.
+    /// The left side, seen along the robot's heading.
     Left,
-    /// Right.
+    /// The right side, seen along the robot's heading.
     Right,
 }
 
-/// A broken actuator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ActuatorFault {
-    /// Whose.
     pub robot: String,
-    /// How.
     pub mode: ActuatorMode,
 }
 
-/// A skill that has got worse.
+/// A decline of a robot's skill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkillFault {
-    /// Whose.
     pub robot: String,
-    /// Which one, by the name that the mission gives it.
+    /// The mission's name of the skill.
     pub skill: String,
-    /// Share that is left of it, 0 to 1.
+    /// The remaining share of the skill, 0 to 1.
     pub share: f64,
 }
 
-/// A robot elsewhere.
+/// A new place for a robot's body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MoveRobot {
-    /// Which one.
     pub robot: String,
-    /// Center, m.
+    /// The x coordinate of the center, m.
     pub x_m: f32,
-    /// Center, m.
+    /// The y coordinate of the center, m.
     pub y_m: f32,
-    /// New heading, degrees counter-clockwise from x; absent: as it is.
+    /// The new heading, degrees counter-clockwise from x; absent keeps the present one.
     #[serde(default)]
     pub heading_deg: Option<f32>,
 }

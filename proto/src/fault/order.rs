@@ -1,4 +1,4 @@
-//! A fault with its trigger and its duration.
+//! Faults with a trigger and a duration.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,31 +6,31 @@ use serde::{Deserialize, Serialize};
 use super::{Campaign, Fault, When};
 use crate::time::SimTime;
 
-/// "Let this happen then, for so long." Without a trigger it happens at once.
+/// A fault with its trigger and its duration. Without a trigger it takes effect at once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Order {
-    /// Name, by which it can be cleared; absent: the world gives it one.
+    /// The id that clears the fault; absent lets the world choose one.
     #[serde(default)]
     pub id: Option<String>,
-    /// What happens.
+    /// The fault to apply when triggered.
     pub fault: Fault,
-    /// At this simulated time, s; one that has passed is now.
+    /// The simulated time at which the fault takes effect, s. A past time means now.
     #[serde(default)]
     pub at_s: Option<f64>,
-    /// Again and again, this long after the time before, s; the first time at `at_s`, or at once.
+    /// The interval of a repeated fault, s. The first time is `at_s`, or now.
     #[serde(default)]
     pub every_s: Option<f64>,
-    /// When this happens next.
+    /// The event whose next occurrence triggers the fault.
     #[serde(default)]
     pub when: Option<When>,
-    /// How long it lasts, s; absent: until it is cleared. What happens in a moment, such as a restart, has no duration.
+    /// The duration, s; absent lasts until the fault is cleared. Instantaneous faults, such as a restart, have none.
     #[serde(default)]
     pub for_s: Option<f64>,
 }
 
 impl Order {
-    /// A fault that happens at once and lasts until it is cleared.
+    /// Creates a fault that takes effect at once and lasts until it is cleared.
     #[must_use]
     pub fn now(fault: Fault) -> Self {
         Self {
@@ -43,33 +43,32 @@ impl Order {
         }
     }
 
-    /// Simulated time at which it is due, if time triggers it.
+    /// Returns the simulated time at which the fault is due, if time triggers it.
     #[must_use]
     pub fn at(&self) -> Option<SimTime> {
         self.at_s.map(SimTime::from_secs_f64)
     }
 
-    /// How long it lasts.
+    /// Returns the duration of the fault, if it is limited.
     #[must_use]
     pub fn duration(&self) -> Option<SimTime> {
         self.for_s.map(SimTime::from_secs_f64)
     }
 }
 
-/// The scenario's `[faults]`.
+/// The section `[faults]` of a scenario.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Faults {
-    /// Faults on a schedule.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub timeline: Vec<Order>,
-    /// Random faults beside them.
+    /// Random faults in addition to the schedule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub random: Option<Campaign>,
 }
 
 impl Faults {
-    /// Whether there are none at all.
+    /// Returns true if there are no faults.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.timeline.is_empty() && self.random.is_none()

@@ -1,43 +1,40 @@
-//! Named radio qualities: bundles of link faults.
+//! Named radio qualities: sets of link faults.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Quality of the radio on all links. The figures are round numbers of this project, chosen so that a team at the default
-/// heartbeat rate of 1 in 2 s hardly notices the first, works worse with the second, and falls apart at times with the third.
+/// The quality of the radio on all links. The values are round numbers of this project for the default rate of one
+/// heartbeat in 2 s. A good radio hardly affects a team, a poor one impairs it, and a severe one separates it at times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RadioQuality {
-    /// 1 % loss, 20 to 50 ms late.
+    /// Loss of 1 %, delay of 20 to 50 ms.
     GoodRadio,
-    /// 15 % loss in bursts of half a second, 0.1 to 0.4 s late, 1 % twice.
+    /// Loss of 15 % in bursts of 0.5 s, delay of 0.1 to 0.4 s, 1 % duplicates.
     PoorRadio,
-    /// 40 % loss in bursts of two seconds, 0.3 to 1.5 s late, 5 % twice, 5 % overtaken.
+    /// Loss of 40 % in bursts of 2 s, delay of 0.3 to 1.5 s, 5 % duplicates, 5 % reordering.
     SevereRadio,
 }
 
-/// What a radio quality does to every link.
+/// The effect of a radio quality on every link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkTerms {
-    /// Share of messages lost.
     pub loss: f64,
-    /// Mean length of a burst of losses, s.
+    /// The mean length of a burst of losses, s.
     pub burst_s: f64,
-    /// Delay of every message, s.
     pub delay_s: f64,
-    /// Up to this much more, s.
+    /// The maximum additional delay, s.
     pub jitter_s: f64,
-    /// Share of messages that come twice.
+    /// The share of messages that are delivered twice.
     pub duplicate: f64,
-    /// Share of messages that are overtaken.
+    /// The share of messages that the next one overtakes.
     pub reorder: f64,
 }
 
 impl RadioQuality {
-    /// All, best first.
+    /// The qualities from best to worst.
     pub const ALL: [Self; 3] = [Self::GoodRadio, Self::PoorRadio, Self::SevereRadio];
 
-    /// Its name.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -47,7 +44,6 @@ impl RadioQuality {
         }
     }
 
-    /// Its figures.
     #[must_use]
     pub fn terms(self) -> LinkTerms {
         match self {

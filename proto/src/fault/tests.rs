@@ -1,4 +1,4 @@
-//! One vocabulary in every form.
+//! Tests of the fault vocabulary in every form.
 
 use super::*;
 use crate::codec::{decode, encode};
@@ -26,7 +26,7 @@ fn every_fault_survives_bincode_and_json() {
 }
 
 #[test]
-fn the_default_team_can_be_ordered_all_of_them() {
+fn the_default_team_accepts_every_fault() {
     let scenario = default_scenario();
     for fault in one_of_each() {
         let order = Order::now(fault);
@@ -47,7 +47,7 @@ fn refused(json: &str, line: &str) {
 }
 
 #[test]
-fn mistakes_say_where_what_and_what_would_be_right() {
+fn mistakes_name_field_problem_and_remedy() {
     refused(
         r#"{"fault":{"kill":"glod"}}"#,
         "fault.kill: the scenario has no robot 'glod'; did you mean 'gold'? (there are blue, gold, green)",
@@ -58,15 +58,15 @@ fn mistakes_say_where_what_and_what_would_be_right() {
     );
     refused(
         r#"{"fault":{"restart":"executing:move-spill(top)"}}"#,
-        "fault.restart: 'restart' befalls no role; name a robot, or take one of kill, terminate, pause, remove, mute, deaf, power, babble",
+        "fault.restart: 'restart' cannot target a role; name a robot, or use one of kill, terminate, pause, remove, mute, deaf, power, babble",
     );
     refused(
         r#"{"fault":{"move-robot":{"robot":"idle","x_m":1,"y_m":1}}}"#,
-        "fault.move-robot: 'move-robot' befalls no role; name a robot, or take one of kill, terminate, pause, remove, mute, deaf, power, babble",
+        "fault.move-robot: 'move-robot' cannot target a role; name a robot, or use one of kill, terminate, pause, remove, mute, deaf, power, babble",
     );
     refused(
         r#"{"fault":{"add":"gold"}}"#,
-        "fault.add: 'gold' is in the mission from its start; name a robot that the scenario calls absent: there are none",
+        "fault.add: 'gold' is in the mission from its start; name a robot that the scenario marks as absent: there are none",
     );
     refused(
         r#"{"fault":{"drop":{"p":1.5}}}"#,
@@ -78,7 +78,7 @@ fn mistakes_say_where_what_and_what_would_be_right() {
     );
     refused(
         r#"{"fault":{"sensor":{"robot":"blue","device":"hand","mode":{"noise":{"m":1}}}}}"#,
-        "fault.sensor.mode: 'hand' tells no lengths; use dead, stuck or dropout",
+        "fault.sensor.mode: 'hand' does not measure lengths; use dead, stuck or dropout",
     );
     refused(
         r#"{"fault":{"shake":{"x_m":13,"y_m":1}}}"#,
@@ -86,15 +86,15 @@ fn mistakes_say_where_what_and_what_would_be_right() {
     );
     refused(
         r#"{"fault":{"shake":{"x_m":1,"y_m":1}},"for_s":3}"#,
-        "for_s: 'shake' happens in a moment; leave the duration out",
+        "for_s: 'shake' is instantaneous; omit the duration",
     );
     refused(
         r#"{"fault":{"mute":"blue"},"every_s":3}"#,
-        "every_s: it comes again but never heals; give it a duration as well",
+        "every_s: the fault repeats but never heals; give it a duration",
     );
     refused(
         r#"{"fault":{"mute":"blue"},"every_s":3,"for_s":3}"#,
-        "for_s: 3 s is no shorter than every 3 s; let it heal before it comes again",
+        "for_s: 3 s is not shorter than the interval of 3 s; make it heal before it repeats",
     );
     refused(
         r#"{"fault":{"mute":"blue"},"when":"gold activates repor"}"#,
@@ -103,11 +103,11 @@ fn mistakes_say_where_what_and_what_would_be_right() {
     );
     refused(
         r#"{"fault":{"mute":"blue"},"when":"gold dies","at_s":3}"#,
-        "when: both an event and a time trigger it; give one of them",
+        "when: both an event and a time trigger the fault; give only one of them",
     );
     refused(
         r#"{"fault":{"drop":{"from":"blue","to":"blue","p":0.5}}}"#,
-        "fault.drop.to: 'blue' does not hear itself; name two robots, or all",
+        "fault.drop.to: 'blue' does not receive its own messages; name two robots, or all",
     );
     refused(
         r#"{"fault":{"sensor":{"robot":"gold","device":"side-border","mode":"dead"}}}"#,
@@ -131,7 +131,7 @@ fn mistakes_say_where_what_and_what_would_be_right() {
 }
 
 #[test]
-fn events_are_read_as_people_write_them() {
+fn events_are_parsed_from_text() {
     let when: When = "blue activates move(top)".parse().unwrap();
     let expected = When {
         robot: Some("blue".to_owned()),
@@ -142,7 +142,7 @@ fn events_are_read_as_people_write_them() {
     assert_eq!(when.to_string(), "blue activates move(top)");
     refused(
         r#"{"fault":{"mute":"blue"},"when":"gold naps"}"#,
-        "when: nothing of that name happens: 'naps'; there are activates, hibernates, waits, does, joins, dies",
+        "when: there is no event 'naps'; there are activates, hibernates, waits, does, joins, dies",
     );
     let any = When {
         robot: None,
@@ -156,7 +156,7 @@ fn events_are_read_as_people_write_them() {
 }
 
 #[test]
-fn a_skill_gets_worse_where_there_is_one() {
+fn only_existing_skills_can_get_worse() {
     let mut scenario = default_scenario();
     let weak = std::collections::BTreeMap::from([("lift".to_owned(), 0.0)]);
     scenario.robots[0].skills = Some(weak);

@@ -1,28 +1,29 @@
-//! A fault as text: as the command line takes it.
+//! Text form of faults, as on the command line.
 
 use std::fmt::{self, Display, Formatter};
 
 use super::{ActuatorMode, Chance, Fault, Link, Order, SensorError, SensorMode, Side, Who};
 
-/// What a robot is at, in the place of its name: a fault befalls whoever has that role when it takes effect.
+/// A role that selects the target of a fault in place of a robot's name. The fault applies to the robot that holds the
+/// role when it takes effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role<'a> {
-    /// `executing:TASK`: it executes that task.
+    /// `executing:TASK`: the robot executes this task.
     Executing(&'a str),
-    /// `idle`: it executes no task.
+    /// `idle`: the robot executes no task.
     Idle,
 }
 
 impl Role<'_> {
-    /// In the place of a robot, before the name of a task.
+    /// The prefix of a task's name in the place of a robot.
     const EXECUTING: &'static str = "executing:";
 
-    /// In the place of a robot, which can therefore not have that name.
+    /// The word for an idle robot, which therefore cannot be a robot's name.
     pub const IDLE: &'static str = "idle";
 }
 
 impl Fault {
-    /// Those that may befall a role.
+    /// The faults that can target a role.
     pub const OF_A_ROLE: [&str; 8] = [
         "kill",
         "terminate",
@@ -34,7 +35,7 @@ impl Fault {
         "babble",
     ];
 
-    /// Names of those of every mission.
+    /// The names of the faults of every mission.
     pub const COMMON: [&str; 24] = [
         "kill",
         "terminate",
@@ -62,7 +63,7 @@ impl Fault {
         "move-robot",
     ];
 
-    /// Its name: the command, and the key in JSON and TOML.
+    /// Returns the name: the command, and the key in JSON and TOML.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -94,7 +95,7 @@ impl Fault {
         }
     }
 
-    /// The robot that it befalls, where it is one alone.
+    /// Returns the robot that the fault targets, if it is a single one.
     #[must_use]
     pub fn robot(&self) -> Option<&str> {
         match self {
@@ -117,7 +118,7 @@ impl Fault {
         }
     }
 
-    /// The role that it befalls, whoever has it.
+    /// Returns the role that the fault targets, if any.
     #[must_use]
     pub fn role(&self) -> Option<Role<'_>> {
         let robot = self.robot()?;
@@ -127,7 +128,7 @@ impl Fault {
         robot.strip_prefix(Role::EXECUTING).map(Role::Executing)
     }
 
-    /// The same, of that robot.
+    /// Returns the same fault with this robot as its target.
     #[must_use]
     pub fn of_robot(&self, name: &str) -> Self {
         let name = name.to_owned();
@@ -140,24 +141,24 @@ impl Fault {
             Self::Deaf(_) => Self::Deaf(name),
             Self::Power(_) => Self::Power(name),
             Self::Babble(_) => Self::Babble(name),
-            // `check` lets no other one befall a role.
+            // `check` rejects a role for every other fault.
             other => other.clone(),
         }
     }
 
-    /// Whether it happens in a moment, so that it has no duration and cannot heal.
+    /// Returns true if the fault is instantaneous, so that it has no duration and cannot heal.
     #[must_use]
     pub fn is_momentary(&self) -> bool {
         Self::is_name_of_momentary(self.name())
     }
 
-    /// The same of the fault of that name: a few common ones, and all that only a mission knows.
+    /// Returns true for the name of an instantaneous fault: a few common ones, and all that a mission defines.
     #[must_use]
     pub fn is_name_of_momentary(name: &str) -> bool {
         matches!(name, "continue" | "restart" | "move-robot") || !Self::COMMON.contains(&name)
     }
 
-    /// Whether it acts on the process of an agent, which only the launcher that started it can.
+    /// Returns true if the fault acts on the process of an agent, which only the launcher that started it can do.
     #[must_use]
     pub fn is_about_a_process(&self) -> bool {
         matches!(
@@ -230,7 +231,7 @@ impl Display for Fault {
     }
 }
 
-/// As the command line takes it, trigger and duration included.
+/// Formats the order as on the command line, with trigger and duration.
 impl Display for Order {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.fault)?;
@@ -255,7 +256,7 @@ fn ends(f: &mut Formatter<'_>, from: &Who, to: &Who) -> fmt::Result {
     write!(f, " --from {} --to {}", from.as_str(), to.as_str())
 }
 
-/// An option that stands only where it says something.
+/// Writes an option unless it has its default value.
 fn option<T: Display + Default + PartialEq>(
     f: &mut Formatter<'_>,
     name: &str,

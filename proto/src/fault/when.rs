@@ -1,4 +1,4 @@
-//! An event as a trigger: "blue activates find-locations-methodical".
+//! Events as triggers: "blue activates find-locations-methodical".
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,36 +8,36 @@ use serde::{Deserialize, Serialize};
 
 use crate::mission::known::Mission;
 
-/// The next event that fits triggers: `ROBOT|any VERB [SUBJECT]`.
+/// A trigger by the next event that matches `ROBOT|any VERB [SUBJECT]`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
 #[schemars(with = "String")]
 pub struct When {
-    /// Who does it; `None` is `any`.
+    /// The robot of the event; `None` is `any`.
     pub robot: Option<String>,
-    /// What it does: the verb of a [`Happening`], or one of the mission's own.
+    /// The verb of a [`Happening`] or of the mission.
     pub what: String,
-    /// With what: a behavior set or a thing of the mission; `None`: with whatever it may be.
+    /// A behavior set or an object of the mission; `None` matches any.
     pub subject: Option<String>,
 }
 
-/// What a robot can do in any mission to trigger a fault.
+/// The events of any mission that can trigger a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happening {
-    /// A behavior set becomes active.
+    /// Activation of a behavior set.
     Activates,
-    /// A behavior set hibernates.
+    /// Hibernation of a behavior set.
     Hibernates,
-    /// A behavior set begins to wait.
+    /// The start of waiting of a behavior set.
     Waits,
-    /// It takes part in a new incarnation.
+    /// The entry of the robot in a new incarnation.
     Joins,
-    /// It dies.
+    /// The end of the robot's agent.
     Dies,
 }
 
 impl Happening {
-    /// All, in the order of their declaration.
+    /// The events in the order of their declaration.
     pub const ALL: [Self; 5] = [
         Self::Activates,
         Self::Hibernates,
@@ -46,7 +46,6 @@ impl Happening {
         Self::Dies,
     ];
 
-    /// The verb.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -58,33 +57,33 @@ impl Happening {
         }
     }
 
-    /// All verbs of a mission, in the order in which they are listed to people.
+    /// Returns all verbs of a mission, in display order.
     pub fn verbs(mission: Mission) -> impl Iterator<Item = &'static str> + Clone {
         let [first @ .., joins, dies] = Self::ALL.map(Self::as_str);
-        let own = mission.terms().verbs.iter().map(|(verb, _)| *verb);
-        first.into_iter().chain(own).chain([joins, dies])
+        let mission_verbs = mission.terms().verbs.iter().map(|(verb, _)| *verb);
+        first.into_iter().chain(mission_verbs).chain([joins, dies])
     }
 }
 
 impl When {
-    /// Whether its subject is a behavior set.
+    /// Returns true if the subject is a behavior set.
     #[must_use]
     pub fn is_about_a_set(&self) -> bool {
         let [sets @ .., _, _] = Happening::ALL.map(Happening::as_str);
         sets.contains(&self.what.as_str())
     }
 
-    /// Whether there can be no subject.
+    /// Returns true if a subject is not allowed.
     fn has_no_subject(&self) -> bool {
         let [.., joins, dies] = Happening::ALL.map(Happening::as_str);
         [joins, dies].contains(&self.what.as_str())
     }
 }
 
-/// Words that name no event.
+/// A text that describes no event.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{0}' names no event; write ROBOT or any, then a verb, then a behavior set or a thing if need be, as in \"blue activates report-progress\""
+    "'{0}' is not an event; write ROBOT or any, a verb, and if needed a behavior set or an object, as in \"blue activates report-progress\""
 )]
 pub struct WhenError(String);
 

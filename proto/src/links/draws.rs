@@ -1,13 +1,14 @@
-//! What chance has in store for a message on a directed link.
+//! The random draws for a message on a directed link.
 //!
-//! Each directed link has a stream of its own ([`Purpose::Link`]), and each message a block of 16 words in it, the block
+//! Each directed link has its own random stream ([`Purpose::Link`]). Each message uses a block of 16 words of the
+//! stream, at position
 //!
 //! ```text
-//! tick in which it was sent · 2¹⁹ + kind · 2¹⁶ + index among its sender's messages of that kind in that tick
+//! sent tick · 2¹⁹ + kind · 2¹⁶ + index among the sender's messages of that kind in that tick
 //! ```
 //!
-//! of which the first four are used: loss, jitter, second copy, overtaking. So a draw depends on nothing but the message and
-//! its purpose: not on other faults, other messages or the order of arrival (DESIGN §5).
+//! The first four words are used: loss, jitter, second copy, overtaking. A draw therefore depends only on the message
+//! and the purpose, not on other faults, other messages or the order of arrival.
 
 use crate::ids::RobotId;
 use crate::rng::{Purpose, link_stream};
@@ -15,10 +16,10 @@ use crate::team::Broadcast;
 use crate::time::SimTime;
 use rand_chacha::rand_core::Rng;
 
-/// Words of a message's block.
+/// The words per block.
 const WORDS: u128 = 16;
 
-/// A message's draws, 32 random bits each.
+/// The draws of a message, 32 random bits each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Draws {
     pub drop: u32,
@@ -28,7 +29,7 @@ pub(super) struct Draws {
 }
 
 impl Draws {
-    /// Of a message to `receiver`, the `index`-th of its kind in its tick.
+    /// Creates the draws of the `index`-th message of its kind in its tick, on the link to `receiver`.
     pub fn of(seed: u64, receiver: RobotId, broadcast: &Broadcast, index: u16) -> Self {
         let mut rng = link_stream(seed, Purpose::Link, broadcast.sender, receiver);
         let kind = broadcast.body.kind() as u16;
@@ -42,7 +43,7 @@ impl Draws {
         }
     }
 
-    /// A part of that jitter, from 0 to all of it, each whole number of ms as likely as any other.
+    /// Returns a time between 0 and `jitter`, uniformly distributed over whole milliseconds.
     pub fn share_of(self, jitter: SimTime) -> SimTime {
         let choices = u128::from(jitter.0) + 1;
         SimTime(((choices * u128::from(self.jitter)) >> 32) as u64)

@@ -1,4 +1,4 @@
-//! Deliveries of messages, one link state at a time and in any mixture.
+//! Tests of message delivery, for single link states and for mixtures.
 
 use crate::testkit::default_setup;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,17 +12,17 @@ use proptest::prelude::*;
 
 use super::*;
 
-const ME: RobotId = RobotId(2);
+const RECEIVER: RobotId = RobotId(2);
 const STEP: SimTime = SimTime(50);
 
 fn links(seed: u64) -> Links {
     Links {
         seed,
-        ..Links::new(ME, &default_setup(1))
+        ..Links::new(RECEIVER, &default_setup(1))
     }
 }
 
-/// A sender's `index`-th broadcast of a tick, numbered so that numbers grow with time.
+/// Creates the `index`-th broadcast of a sender in a tick. Its sequence number grows with time.
 fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
     Broadcast {
         sender: RobotId(sender),
@@ -39,7 +39,7 @@ fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
     }
 }
 
-/// What one sender brings to a tick: so many broadcasts of the tick before, over that link.
+/// Broadcasts of one sender in the previous tick: sender, count, link state.
 type Sent = (u16, u16, Option<LinkState>);
 
 fn message(tick: Tick, sent: &[Sent], held: &[u16]) -> TickMessage {
@@ -72,11 +72,11 @@ fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Arc<Broadcast>>> {
         .collect()
 }
 
-fn hear(links: &mut Links, tick: Tick, sent: &[Sent], held: &[u16]) -> Heard {
-    listen(links, &message(tick, sent, held), arrived(tick, sent))
+fn receive(links: &mut Links, tick: Tick, sent: &[Sent], held: &[u16]) -> Heard {
+    receive_message(links, &message(tick, sent, held), arrived(tick, sent))
 }
 
-fn listen(
+fn receive_message(
     links: &mut Links,
     message: &TickMessage,
     mut arrived: Vec<Option<Arc<Broadcast>>>,
@@ -87,12 +87,12 @@ fn listen(
     heard
 }
 
-/// Sender, sequence number, delivery and time in ticks of each reception.
+/// Returns sender, sequence number, delivery and time (in ticks) of each reception.
 fn deliveries(heard: &Heard) -> Vec<(u16, u64, Delivery, u64)> {
     let receptions = heard.receptions.iter();
     receptions
         .map(|reception| {
-            let seq = reception.said.map_or(u64::MAX, |said| said.seq);
+            let seq = reception.said.map_or(u64::MAX, |summary| summary.seq);
             let at = reception.at.0 / STEP.0;
             (reception.sender.0, seq, reception.delivery, at)
         })
@@ -117,10 +117,10 @@ fn always(change: fn(&mut LinkState) -> &mut Probability) -> Option<LinkState> {
 }
 
 #[test]
-fn what_has_not_arrived_is_lost_and_logged_with_its_sender() {
+fn a_missing_broadcast_is_logged_as_lost_with_its_sender() {
     let mut links = links(1);
     let message = message(5, &[(1, 2, state(|link| link.cut = true))], &[]);
-    let heard = listen(
+    let heard = receive_message(
         &mut links,
         &message,
         vec![None, Some(Arc::new(broadcast(1, 4, 1)))],
@@ -135,9 +135,9 @@ fn what_has_not_arrived_is_lost_and_logged_with_its_sender() {
 }
 
 #[test]
-fn a_clear_link_is_heard_at_once_by_rank_and_number() {
+fn a_clear_link_delivers_at_once_in_order_of_rank_and_number() {
     let mut links = links(1);
-    let heard = hear(
+    let heard = receive(
         &mut links,
         5,
         &[(0, 2, None), (1, 1, Some(LinkState::default()))],
@@ -161,7 +161,7 @@ fn probabilities_0_and_1_are_exact() {
         always(|link| &mut link.duplicate),
     );
     for tick in 1..2000 {
-        let heard = hear(
+        let heard = receive(
             &mut links,
             tick,
             &[(0, 1, all_lost), (1, 1, all_doubled)],
@@ -185,12 +185,12 @@ fn a_delay_is_rounded_up_to_whole_steps() {
     for (delay_ms, steps) in [(1, 1), (50, 1), (51, 2), (2000, 40)] {
         let mut links = links(1);
         let late = state(|link| link.delay = SimTime(delay_ms));
-        let heard = hear(&mut links, 5, &[(1, 1, late)], &[]);
+        let heard = receive(&mut links, 5, &[(1, 1, late)], &[]);
         assert_eq!(deliveries(&heard), [(1, 40, Delivery::Pending, 5 + steps)]);
         for tick in 6..5 + steps {
-            assert_eq!(hear(&mut links, tick, &[], &[]), Heard::default());
+            assert_eq!(receive(&mut links, tick, &[], &[]), Heard::default());
         }
-        let heard = hear(&mut links, 5 + steps, &[], &[]);
+        let heard = receive(&mut links, 5 + steps, &[], &[]);
         assert_eq!(deliveries(&heard), [(1, 40, Delivery::Delayed, 5 + steps)]);
         assert_eq!(inbox(&heard), [(1, 40)]);
     }
@@ -200,10 +200,10 @@ fn a_delay_is_rounded_up_to_whole_steps() {
 fn jitter_takes_every_value_evenly() {
     let mut counts = [0; 5];
     for tick in 0..10_000 {
-        let draws = Draws::of(1, ME, &broadcast(1, tick, 0), 0);
+        let draws = Draws::of(1, RECEIVER, &broadcast(1, tick, 0), 0);
         counts[draws.share_of(SimTime(4)).0 as usize] += 1;
     }
-    // 2000 each, with a standard deviation of 40.
+    // The expected count is 2000, with a standard deviation of 40.
     assert!(
         counts.iter().all(|count| (1840..2160).contains(count)),
         "{counts:?}"
@@ -211,7 +211,7 @@ fn jitter_takes_every_value_evenly() {
 }
 
 #[test]
-fn shares_in_the_long_run_are_the_probabilities() {
+fn observed_frequencies_match_the_probabilities() {
     for seed in [1, 2, 3] {
         let mut links = links(seed);
         let mut counts = BTreeMap::new();
@@ -220,11 +220,11 @@ fn shares_in_the_long_run_are_the_probabilities() {
                 link.drop = Probability::of(0.3);
                 link.duplicate = Probability::of(0.1);
             });
-            for reception in hear(&mut links, tick, &[(0, 1, link)], &[]).receptions {
+            for reception in receive(&mut links, tick, &[(0, 1, link)], &[]).receptions {
                 *counts.entry(reception.delivery.as_str()).or_insert(0) += 1;
             }
         }
-        // Standard deviations: 46 and 25.
+        // The standard deviations are 46 and 25.
         let (dropped, copies) = (counts["dropped"], counts["duplicate"]);
         assert!((2860..3140).contains(&dropped), "{counts:?}");
         assert_eq!(counts["heard"], 10_000 - dropped);
@@ -233,13 +233,13 @@ fn shares_in_the_long_run_are_the_probabilities() {
 }
 
 #[test]
-fn held_messages_come_all_at_once_when_their_sender_is_let_go() {
+fn held_messages_arrive_together_when_their_sender_is_released() {
     let mut links = links(1);
     let hold = state(|link| {
         link.hold = true;
         link.delay = SimTime(500);
     });
-    let heard = hear(&mut links, 5, &[(0, 1, hold), (1, 2, hold)], &[0, 1]);
+    let heard = receive(&mut links, 5, &[(0, 1, hold), (1, 2, hold)], &[0, 1]);
     assert_eq!(
         deliveries(&heard),
         [
@@ -248,8 +248,8 @@ fn held_messages_come_all_at_once_when_their_sender_is_let_go() {
             (1, 41, Delivery::Pending, 5)
         ]
     );
-    assert_eq!(inbox(&hear(&mut links, 6, &[(1, 1, hold)], &[0, 1])), []);
-    let heard = hear(&mut links, 7, &[(1, 1, None)], &[0]);
+    assert_eq!(inbox(&receive(&mut links, 6, &[(1, 1, hold)], &[0, 1])), []);
+    let heard = receive(&mut links, 7, &[(1, 1, None)], &[0]);
     assert_eq!(inbox(&heard), [(1, 40), (1, 41), (1, 50), (1, 60)]);
     assert_eq!(
         deliveries(&heard)[1..],
@@ -259,31 +259,34 @@ fn held_messages_come_all_at_once_when_their_sender_is_let_go() {
             (1, 50, Delivery::Delayed, 7)
         ]
     );
-    assert_eq!(inbox(&hear(&mut links, 8, &[], &[])), [(0, 40)]);
+    assert_eq!(inbox(&receive(&mut links, 8, &[], &[])), [(0, 40)]);
 }
 
 #[test]
-fn an_overtaken_message_comes_one_step_after_the_next_of_its_sender() {
+fn an_overtaken_message_arrives_one_step_after_the_next_message_of_its_sender() {
     let mut links = links(1);
     let reorder = always(|link| &mut link.reorder);
-    let heard = hear(&mut links, 5, &[(0, 1, reorder), (1, 1, reorder)], &[]);
+    let heard = receive(&mut links, 5, &[(0, 1, reorder), (1, 1, reorder)], &[]);
     assert_eq!(
         deliveries(&heard),
         [(0, 40, Delivery::Pending, 5), (1, 40, Delivery::Pending, 5)]
     );
-    // Another sender's message overtakes nothing; the next of its own does, whatever its draw.
+    // A message of another sender overtakes nothing. The next message of the same sender overtakes, for any draw.
     assert_eq!(
-        inbox(&hear(&mut links, 6, &[(1, 1, reorder)], &[])),
+        inbox(&receive(&mut links, 6, &[(1, 1, reorder)], &[])),
         [(1, 50)]
     );
-    let heard = hear(&mut links, 7, &[(1, 1, reorder)], &[]);
+    let heard = receive(&mut links, 7, &[(1, 1, reorder)], &[]);
     assert_eq!(inbox(&heard), [(1, 40)]);
     assert_eq!(
         deliveries(&heard),
         [(1, 60, Delivery::Pending, 7), (1, 40, Delivery::Delayed, 7)]
     );
-    assert_eq!(inbox(&hear(&mut links, 8, &[(0, 1, None)], &[])), [(0, 70)]);
-    assert_eq!(inbox(&hear(&mut links, 9, &[], &[])), [(0, 40)]);
+    assert_eq!(
+        inbox(&receive(&mut links, 8, &[(0, 1, None)], &[])),
+        [(0, 70)]
+    );
+    assert_eq!(inbox(&receive(&mut links, 9, &[], &[])), [(0, 40)]);
 }
 
 #[test]
@@ -293,69 +296,73 @@ fn an_overtaken_message_is_no_earlier_than_its_delay() {
         link.reorder = Probability::ALWAYS;
         link.delay = SimTime(500);
     });
-    hear(&mut links, 5, &[(1, 1, both)], &[]);
-    hear(&mut links, 6, &[(1, 1, None)], &[]);
+    receive(&mut links, 5, &[(1, 1, both)], &[]);
+    receive(&mut links, 6, &[(1, 1, None)], &[]);
     for tick in 7..15 {
-        assert_eq!(hear(&mut links, tick, &[], &[]), Heard::default());
+        assert_eq!(receive(&mut links, tick, &[], &[]), Heard::default());
     }
-    assert_eq!(inbox(&hear(&mut links, 15, &[], &[])), [(1, 40)]);
+    assert_eq!(inbox(&receive(&mut links, 15, &[], &[])), [(1, 40)]);
 }
 
 #[test]
-fn a_second_copy_comes_one_step_later_and_goes_unheard() {
+fn a_second_copy_arrives_one_step_later_and_is_ignored() {
     let mut links = links(1);
     let twice = always(|link| &mut link.duplicate);
     let late = state(|link| {
         link.duplicate = Probability::ALWAYS;
         link.delay = SimTime(100);
     });
-    let heard = hear(&mut links, 5, &[(0, 1, twice), (1, 1, late)], &[]);
+    let heard = receive(&mut links, 5, &[(0, 1, twice), (1, 1, late)], &[]);
     assert_eq!(inbox(&heard), [(0, 40)]);
-    let heard = hear(&mut links, 6, &[], &[]);
+    let heard = receive(&mut links, 6, &[], &[]);
     assert_eq!(deliveries(&heard), [(0, 40, Delivery::Duplicate, 6)]);
     assert!(heard.inbox.is_empty());
-    assert_eq!(inbox(&hear(&mut links, 7, &[], &[])), [(1, 40)]);
-    let heard = hear(&mut links, 8, &[], &[]);
+    assert_eq!(inbox(&receive(&mut links, 7, &[], &[])), [(1, 40)]);
+    let heard = receive(&mut links, 8, &[], &[]);
     assert_eq!(deliveries(&heard), [(1, 40, Delivery::Duplicate, 8)]);
     assert!(heard.inbox.is_empty());
 }
 
 #[test]
-fn what_was_due_while_the_robot_was_out_is_cut() {
+fn a_message_that_is_due_while_the_robot_is_absent_is_cut() {
     let mut links = links(1);
     let late = state(|link| {
         link.delay = SimTime(100);
         link.duplicate = Probability::ALWAYS;
     });
-    hear(&mut links, 5, &[(1, 1, late)], &[]);
-    hear(&mut links, 6, &[(1, 1, late)], &[]);
-    // Out in tick 7, in which the first is due; back for the second.
-    let heard = hear(&mut links, 8, &[], &[]);
+    receive(&mut links, 5, &[(1, 1, late)], &[]);
+    receive(&mut links, 6, &[(1, 1, late)], &[]);
+    // The robot is absent in tick 7, in which the first message is due, and present for the second one.
+    let heard = receive(&mut links, 8, &[], &[]);
     assert_eq!(
         deliveries(&heard),
         [(1, 40, Delivery::Cut, 7), (1, 50, Delivery::Delayed, 8)]
     );
     assert_eq!(inbox(&heard), [(1, 50)]);
-    // Out again, and so is the copy.
-    assert_eq!(hear(&mut links, 10, &[], &[]), Heard::default());
+    // The robot is absent again, so the copy is dropped.
+    assert_eq!(receive(&mut links, 10, &[], &[]), Heard::default());
 }
 
 #[test]
-fn no_more_is_kept_than_a_report_can_tell_of() {
+fn the_number_of_kept_messages_is_limited() {
     let mut links = links(1);
     let hold = state(|link| link.hold = true);
     for tick in 1..=CAPACITY as u64 {
-        hear(&mut links, tick, &[(1, 1, hold)], &[1]);
+        receive(&mut links, tick, &[(1, 1, hold)], &[1]);
     }
     let tick = CAPACITY as u64 + 1;
-    let heard = hear(&mut links, tick, &[(1, 1, hold)], &[1]);
+    let heard = receive(&mut links, tick, &[(1, 1, hold)], &[1]);
     assert_eq!(deliveries(&heard)[0].2, Delivery::Dropped);
-    assert_eq!(hear(&mut links, tick + 1, &[], &[]).inbox.len(), CAPACITY);
+    assert_eq!(
+        receive(&mut links, tick + 1, &[], &[]).inbox.len(),
+        CAPACITY
+    );
 }
 
 #[test]
-fn a_message_of_another_kind_shifts_no_luck() {
-    let drawn = |seed, sender, tick, index| Draws::of(seed, ME, &broadcast(sender, tick, 7), index);
+fn a_message_of_another_kind_does_not_change_the_draws() {
+    let drawn =
+        |seed, sender, tick, index| Draws::of(seed, RECEIVER, &broadcast(sender, tick, 7), index);
     let draws = [
         drawn(1, 0, 4, 0),
         drawn(2, 0, 4, 0),
@@ -366,14 +373,17 @@ fn a_message_of_another_kind_shifts_no_luck() {
     for (place, one) in draws.iter().enumerate() {
         assert!(draws[..place].iter().all(|other| other != one));
     }
-    // The place among all broadcasts of its tick, which another kind shifts, is no part of it.
-    assert_eq!(Draws::of(1, ME, &broadcast(0, 4, 0), 0), drawn(1, 0, 4, 0));
+    // The index among all broadcasts of a tick depends on other kinds, so it does not affect the draws.
+    assert_eq!(
+        Draws::of(1, RECEIVER, &broadcast(0, 4, 0), 0),
+        drawn(1, 0, 4, 0)
+    );
 }
 
 /// One tick of a script.
 #[derive(Clone, Debug)]
-struct Moment {
-    /// Of each of two senders: how many broadcasts, over which link, whether it is held.
+struct TickInput {
+    /// For each of two senders: the number of broadcasts, the link state, and whether it is held.
     senders: [(u16, LinkState, bool); 2],
     /// Whether the robot takes part.
     present: bool,
@@ -403,39 +413,39 @@ fn link_state() -> impl Strategy<Value = LinkState> {
     )
 }
 
-fn script() -> impl Strategy<Value = Vec<Moment>> {
+fn script() -> impl Strategy<Value = Vec<TickInput>> {
     let sender = || (0..3_u16, link_state(), prop::bool::weighted(0.2));
-    let moment = ([sender(), sender()], prop::bool::weighted(0.9));
+    let input = ([sender(), sender()], prop::bool::weighted(0.9));
     prop::collection::vec(
-        moment.prop_map(|(senders, present)| Moment { senders, present }),
+        input.prop_map(|(senders, present)| TickInput { senders, present }),
         1..60,
     )
 }
 
-/// What a robot hears of a script, tick by tick; `None` where it took no part.
-fn play(seed: u64, script: &[Moment]) -> Vec<Option<Heard>> {
+/// Returns the receptions of a robot for each tick of a script; `None` for ticks without the robot.
+fn play(seed: u64, script: &[TickInput]) -> Vec<Option<Heard>> {
     let mut links = links(seed);
     (1..)
         .zip(script)
-        .map(|(tick, moment)| {
+        .map(|(tick, input)| {
             let sent: Vec<Sent> = (0..)
-                .zip(&moment.senders)
+                .zip(&input.senders)
                 .map(|(sender, &(count, link, hold))| {
                     (sender, count, Some(LinkState { hold, ..link }))
                 })
                 .collect();
             let held: Vec<u16> = (0..)
-                .zip(&moment.senders)
+                .zip(&input.senders)
                 .filter(|(_, (_, _, hold))| *hold)
                 .map(|(sender, _)| sender)
                 .collect();
-            let heard = || hear(&mut links, tick, &sent, &held);
-            moment.present.then(heard)
+            let heard = || receive(&mut links, tick, &sent, &held);
+            input.present.then(heard)
         })
         .collect()
 }
 
-/// Deliveries of one sender's messages.
+/// Returns the deliveries of one sender's messages.
 fn of_sender(sender: u16, heard: &[Option<Heard>]) -> Vec<(u16, u64, Delivery, u64)> {
     let all = heard.iter().flatten().flat_map(deliveries);
     all.filter(|delivery| delivery.0 == sender).collect()
@@ -443,8 +453,8 @@ fn of_sender(sender: u16, heard: &[Option<Heard>]) -> Vec<(u16, u64, Delivery, u
 
 proptest! {
     #[test]
-    fn each_message_has_one_fate_or_is_on_its_way(script in script(), seed: u64) {
-        let mut on_their_way = BTreeMap::new();
+    fn each_message_has_one_final_delivery_or_is_in_flight(script in script(), seed: u64) {
+        let mut in_flight = BTreeMap::new();
         let mut settled = BTreeSet::new();
         let mut audible = BTreeMap::new();
         let is_doubled = |sender: u16, seq: u64| {
@@ -453,8 +463,8 @@ proptest! {
         };
         for (tick, heard) in (1..).zip(play(seed, &script)) {
             let Some(heard) = heard else { continue };
-            let moment = &script[tick as usize - 1];
-            let listed: usize = moment.senders.iter().map(|sender| usize::from(sender.0)).sum();
+            let input = &script[tick as usize - 1];
+            let listed: usize = input.senders.iter().map(|sender| usize::from(sender.0)).sum();
             let mut expected = BTreeSet::new();
             for (place, (sender, seq, delivery, at)) in deliveries(&heard).into_iter().enumerate() {
                 let key = (sender, seq);
@@ -463,18 +473,18 @@ proptest! {
                 match delivery {
                     Delivery::Pending => {
                         prop_assert!(is_listed && at >= tick);
-                        prop_assert!(on_their_way.insert(key, at).is_none());
+                        prop_assert!(in_flight.insert(key, at).is_none());
                     }
                     Delivery::Heard | Delivery::Dropped => {
                         prop_assert!(is_listed && at == tick && settled.insert(key));
                     }
                     Delivery::Cut => {
-                        prop_assert!(is_listed || (at < tick && on_their_way.remove(&key).is_some()));
+                        prop_assert!(is_listed || (at < tick && in_flight.remove(&key).is_some()));
                         prop_assert!(settled.insert(key));
                     }
                     Delivery::Delayed => {
                         prop_assert_eq!(at, tick);
-                        prop_assert!(on_their_way.remove(&key).is_some_and(|said| said <= at));
+                        prop_assert!(in_flight.remove(&key).is_some_and(|due| due <= at));
                         prop_assert!(settled.insert(key));
                     }
                     Delivery::Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
@@ -485,7 +495,7 @@ proptest! {
                     expected.insert(key);
                 }
             }
-            // Those that are left of the step before had no copy.
+            // Messages from the previous step that are still listed had no copy.
             for (&(sender, seq), &at) in &audible {
                 prop_assert!(at + 1 != tick || !is_doubled(sender, seq));
             }
@@ -495,10 +505,10 @@ proptest! {
     }
 
     #[test]
-    fn another_link_changes_no_fate(script in script(), other in script(), seed: u64) {
+    fn another_link_does_not_change_deliveries(script in script(), other in script(), seed: u64) {
         let mut changed = script.clone();
-        for (moment, other) in changed.iter_mut().zip(&other) {
-            moment.senders[1] = other.senders[1];
+        for (input, other) in changed.iter_mut().zip(&other) {
+            input.senders[1] = other.senders[1];
         }
         let (one, two) = (play(seed, &script), play(seed, &changed));
         prop_assert_eq!(of_sender(0, &one), of_sender(0, &two));
@@ -506,10 +516,10 @@ proptest! {
     }
 
     #[test]
-    fn an_added_fault_shifts_no_luck(drop in 0.0..1.0_f64, more in 0.0..1.0_f64, delay_ms in 0..500_u64) {
+    fn an_added_fault_does_not_change_the_draws(drop in 0.0..1.0_f64, more in 0.0..1.0_f64, delay_ms in 0..500_u64) {
         let dropped = |link: LinkState| {
             let senders = [(1, link, false), (0, LinkState::default(), false)];
-            let script = vec![Moment { senders, present: true }; 200];
+            let script = vec![TickInput { senders, present: true }; 200];
             let deliveries = of_sender(0, &play(9, &script)).into_iter();
             let dropped = deliveries.filter(|delivery| delivery.2 == Delivery::Dropped);
             dropped.map(|delivery| delivery.1).collect::<BTreeSet<_>>()

@@ -1,9 +1,10 @@
-//! foreign.bin: what robots whose minds are programs of their own have answered. A run is made again from its inputs and the minds
-//! that this program has; of those that it has not, their answers are kept.
+//! foreign.bin: the recorded answers of robots with external controllers. A replay runs the controllers that this
+//! program contains, and reads the answers of all others from this file.
 //!
-//! After [`HEADER`] there is a frame for each message, as it was on the bus but for its seal: of each tick and robot the report that
-//! counted, and after it the broadcasts that it lists, by index. A frame is its length, 4 bytes, little-endian, and so many bytes of
-//! one zlib stream, which is flushed after each frame. The frame of a broadcast that never came to the world is empty.
+//! [`HEADER`] is followed by one frame per message, encoded as on the bus but without the seal. For each tick and
+//! robot, the report that counted comes first, then the broadcasts that it lists, by index. A frame consists of its
+//! length (4 bytes, little-endian) and a piece of one zlib stream, which is flushed after each frame. The frame of a
+//! broadcast that did not reach the world is empty.
 
 use flate2::{Compress, Compression, Decompress, FlushCompress, FlushDecompress};
 use serde::Serialize;
@@ -13,44 +14,43 @@ use crate::codec::{CodecError, LIMIT_BYTES, decode, encode};
 use crate::team::Broadcast;
 use crate::tick::Report;
 
-/// First line of the file. Its messages are of one version of the protocol.
+/// The first line of the file, with the protocol version of its messages.
 pub const HEADER: &str = "answers, protocol version 10\n";
 
-/// Bytes of a frame's length.
+/// The size of a frame's length field, bytes.
 const LENGTH_BYTES: usize = 4;
 
-/// Room that a flushed frame may take beyond its message, bytes.
+/// The space that a flushed frame can need in addition to its message, bytes.
 const OVERHEAD_BYTES: usize = 64;
 
-/// What a robot did in a tick.
+/// The output of one robot in one tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ForeignAnswer {
-    /// Its report, which counted.
+    /// The report that counted in the tick.
     pub report: Report,
-    /// Its broadcasts, by index; `None`: it never came to the world.
+    /// The broadcasts of the report, by index; `None` for a broadcast that did not reach the world.
     pub broadcasts: Vec<Option<Broadcast>>,
 }
 
-/// Why a file is none, or not whole.
+/// An error of a damaged or unknown foreign.bin.
 #[derive(Debug, thiserror::Error)]
 pub enum ForeignError {
-    /// It begins otherwise, or is of another version.
+    /// The header is unknown, or has another protocol version.
     #[error(
-        "it begins with '{0}', which this program does not read; it reads '{start}'",
+        "unknown header '{0}'; this program reads '{start}'",
         start = HEADER.trim_end()
     )]
     Header(String),
-    /// A frame holds no message, or another one than should be there.
+    /// A frame contains no message, or a message of an unexpected type.
     #[error("frame {frame}: {why}; the file is damaged")]
     Frame {
-        /// Which, from 0.
+        /// The frame's number, from 0.
         frame: usize,
-        /// Why.
         why: String,
     },
 }
 
-/// Encodes answers, one after the other.
+/// An encoder for a sequence of answers.
 #[derive(Debug)]
 pub struct ForeignWriter(Compress);
 
@@ -61,7 +61,8 @@ impl Default for ForeignWriter {
 }
 
 impl ForeignWriter {
-    /// Adds an answer. `broadcasts` are those that came, in any order; of two of the same index the first one counts.
+    /// Appends an answer to `bytes`. `broadcasts` contains the received broadcasts in any order; the first one with an
+    /// index wins.
     pub fn add<'b>(
         &mut self,
         report: &Report,
@@ -70,7 +71,10 @@ impl ForeignWriter {
     ) {
         self.frame(report, bytes);
         for index in 0..report.broadcasts {
-            match broadcasts.clone().find(|it| it.index == index) {
+            match broadcasts
+                .clone()
+                .find(|broadcast| broadcast.index == index)
+            {
                 Some(broadcast) => self.frame(broadcast, bytes),
                 None => bytes.extend([0; LENGTH_BYTES]),
             }
@@ -78,7 +82,7 @@ impl ForeignWriter {
     }
 
     fn frame<T: Serialize>(&mut self, message: &T, bytes: &mut Vec<u8>) {
-        // It came over the bus, or would have: it is not too large.
+        // The message was sent over the bus, so it is not too large to encode.
         let message = encode(message).unwrap_or_default();
         let start = bytes.len();
         bytes.extend([0; LENGTH_BYTES]);
@@ -86,7 +90,7 @@ impl ForeignWriter {
         loop {
             bytes.reserve(rest.len() + OVERHEAD_BYTES);
             let (before, room) = (self.0.total_in(), bytes.capacity());
-            // It fails for want of room alone, and there is room.
+            // Compression fails only when the buffer is full, and space is reserved.
             let _ = self.0.compress_vec(rest, bytes, FlushCompress::Sync);
             rest = &rest[(self.0.total_in() - before) as usize..];
             if rest.is_empty() && bytes.len() < room {
@@ -98,10 +102,7 @@ impl ForeignWriter {
     }
 }
 
-/// Reads a file that has been cut where a tick ends.
-///
-/// # Errors
-/// Any [`ForeignError`].
+/// Decodes a file that ends with a complete tick.
 pub fn read(bytes: &[u8]) -> Result<Vec<ForeignAnswer>, ForeignError> {
     let Some(frames) = bytes.strip_prefix(HEADER.as_bytes()) else {
         let start = bytes.split(|byte| *byte == b'\n').next().unwrap_or(bytes);
@@ -144,10 +145,10 @@ impl Reader<'_> {
         }
     }
 
-    /// The next message; `None`: its frame is empty.
+    /// Returns the next message, or `None` if its frame is empty.
     fn message<T: DeserializeOwned>(&mut self) -> Result<Option<T>, ForeignError> {
         let Some((frame, rest)) = split_frame(self.frames) else {
-            return Err(self.damaged("it ends too early"));
+            return Err(self.damaged("the file ends too early"));
         };
         let packed = &frame[LENGTH_BYTES..];
         let message = if packed.is_empty() {
@@ -177,25 +178,25 @@ impl Reader<'_> {
                 return Ok(message);
             }
             if message.len() < message.capacity() || message.len() > LIMIT_BYTES {
-                return Err(self.damaged("it holds no message"));
+                return Err(self.damaged("the frame contains no message"));
             }
             message.reserve(message.len());
         }
     }
 }
 
-/// The first frame, with its length, and what follows it.
+/// Splits `bytes` into the first frame, with its length field, and the rest.
 fn split_frame(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let length = bytes.first_chunk::<LENGTH_BYTES>()?;
     let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
     bytes.split_at_checked(length.checked_add(LENGTH_BYTES)?)
 }
 
-/// The header line and the frames, with their lengths, without a torn last one.
+/// Returns the header line and the complete frames with their length fields.
 pub(super) fn whole_frames(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let (header, mut frames) = match bytes.split_at_checked(HEADER.len()) {
         Some((header, frames)) if header == HEADER.as_bytes() => (Some(header), frames),
-        // What is no such file is read, and refused there.
+        // A file with another header is returned unchanged, and `read` rejects it.
         _ => ((!bytes.is_empty()).then_some(bytes), &[][..]),
     };
     header.into_iter().chain(std::iter::from_fn(move || {
@@ -250,7 +251,7 @@ mod tests {
                 motivations: vec![Motivation::default(); 6],
                 ..Report::default()
             },
-            // One of three never came.
+            // The broadcast with index 1 is missing.
             broadcasts: (0..count)
                 .map(|index| (index != 1).then(|| broadcast(index)))
                 .collect(),
@@ -264,8 +265,8 @@ mod tests {
         let mut bytes = HEADER.as_bytes().to_vec();
         let mut writer = ForeignWriter::default();
         for answer in &answers {
-            let came: Vec<_> = answer.broadcasts.iter().flatten().cloned().collect();
-            writer.add(&answer.report, came.iter(), &mut bytes);
+            let received: Vec<_> = answer.broadcasts.iter().flatten().cloned().collect();
+            writer.add(&answer.report, received.iter(), &mut bytes);
         }
         (answers, bytes)
     }
@@ -279,47 +280,47 @@ mod tests {
     }
 
     #[test]
-    fn answers_come_back_and_take_less_room_than_they_did() {
+    fn answers_survive_a_round_trip_and_are_compressed() {
         let (answers, bytes) = written();
         assert_eq!(read(&bytes).unwrap(), answers);
         let plain: usize = answers
             .iter()
-            .map(|it| encode(&it.report).unwrap().len())
+            .map(|answer| encode(&answer.report).unwrap().len())
             .sum();
         assert!(bytes.len() < plain, "{} of {plain}", bytes.len());
         assert_eq!(read(b"").unwrap(), []);
     }
 
     #[test]
-    fn cut_anywhere_the_whole_frames_are_read() {
+    fn a_truncated_file_is_read_up_to_its_last_complete_frame() {
         let (answers, bytes) = written();
         for end in 0..bytes.len() {
             let whole: usize = whole_frames(&bytes[..end]).map(<[u8]>::len).sum();
             match read(&bytes[..whole]) {
                 Ok(read) => assert_eq!(read, answers[..read.len()]),
-                // In the middle of the header, or of an answer.
+                // The cut is inside the header or an answer.
                 Err(ForeignError::Header(_)) => assert!(end < HEADER.len()),
-                Err(ForeignError::Frame { why, .. }) => assert_eq!(why, "it ends too early"),
+                Err(ForeignError::Frame { why, .. }) => assert_eq!(why, "the file ends too early"),
             }
         }
     }
 
     #[test]
-    fn damaged_anywhere_it_is_refused_or_read() {
+    fn most_damaged_bytes_are_detected() {
         let (answers, bytes) = written();
-        // Some bits between frames mean nothing.
-        let is_seen = |at: &usize| {
+        // A few bits between frames have no meaning.
+        let is_detected = |at: &usize| {
             let mut damaged = bytes.clone();
             damaged[*at] ^= 0x55;
             read(&damaged).map_or(true, |read| read != answers)
         };
         let places = (0..bytes.len()).step_by(11);
         let all = places.len();
-        assert!(places.filter(is_seen).count() > all * 9 / 10);
+        assert!(places.filter(is_detected).count() > all * 9 / 10);
         let error = read(b"PK\x03\x04zip").unwrap_err().to_string();
         assert_eq!(
             error,
-            "it begins with 'PK  zip', which this program does not read; it reads 'answers, protocol version 10'"
+            "unknown header 'PK  zip'; this program reads 'answers, protocol version 10'"
         );
     }
 }

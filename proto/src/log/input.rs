@@ -1,117 +1,96 @@
-//! What came from outside and changed the run. Scenario + seed + inputs = the run (DESIGN §5).
+//! Inputs: external events that changed a run. The scenario, the seed and the inputs together determine the run.
 
 use crate::fault::Order;
 use crate::ids::{Incarnation, Tick};
 use crate::process::ProcessAct;
 use serde::{Deserialize, Serialize};
 
-/// One line of inputs.jsonl.
+/// A line of inputs.jsonl.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputLine {
-    /// The tick whose course it changed.
+    /// The tick that the input affected.
     pub tick: Tick,
-    /// What happened.
     pub input: Input,
 }
 
-/// An event from outside; robots by name. What is `scripted` happened because a fault asked for it: a replay makes it happen
-/// again by itself.
+/// An external event, with robots by name. `moment` is the order index within the tick; `None` means the start of the
+/// tick, and for [`Self::Gone`] the collection of reports. `scripted` inputs were caused by a fault: a replay
+/// reproduces them without the log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Input {
     /// A new agent of the robot takes part from this tick on.
     Join {
-        /// The robot.
         robot: String,
-        /// Its new incarnation.
         incarnation: Incarnation,
-        /// At which moment of the tick; `None`: from its beginning on.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         moment: Option<u32>,
-        /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
         scripted: bool,
     },
-    /// The robot's agent is dead; noticed while this tick's reports were gathered.
+    /// The robot's agent has ended. The world detected it while it collected the reports of this tick.
     Gone {
-        /// The robot.
         robot: String,
-        /// The incarnation that ended; 0: the run began without the robot, whose process had ended, or was stopped, before it joined.
+        /// The incarnation that ended. 0 means that the process ended or was stopped before the robot joined.
         incarnation: Incarnation,
-        /// Latest tick in which it counted.
+        /// The last tick in which a report of the incarnation counted.
         last_counted: Option<Tick>,
-        /// Whether that tick's broadcasts were listed in the team's manifests.
+        /// `true` if the manifests of the team listed the broadcasts of that tick.
         listed: bool,
-        /// At which moment of the tick; `None`: while reports were gathered.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         moment: Option<u32>,
-        /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
         scripted: bool,
     },
-    /// The agent did not answer this tick and is out of the barrier.
+    /// The agent did not answer in this tick, so the barrier no longer waits for it.
     StallBegin {
-        /// The robot.
         robot: String,
-        /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
         scripted: bool,
     },
-    /// The agent spoke again and takes part from this tick on.
+    /// The agent sent a report again and takes part from this tick on.
     StallEnd {
-        /// The robot.
         robot: String,
-        /// At which moment of the tick; `None`: from its beginning on.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         moment: Option<u32>,
-        /// Whether a fault asked for it.
         #[serde(default, skip_serializing_if = "is_false")]
         scripted: bool,
     },
-    /// A listed broadcast never arrived, though nobody asked for its loss.
+    /// A listed broadcast did not arrive, without a fault that dropped it.
     Lost {
-        /// Who did not hear it.
         receiver: String,
-        /// Who sent it.
         sender: String,
-        /// When.
         sent_tick: Tick,
-        /// Which of its sender's broadcasts of that tick.
+        /// The index among the sender's broadcasts of that tick.
         index: u16,
     },
-    /// An operator ordered a fault; it is armed from the beginning of this tick on.
+    /// An operator ordered a fault, which is armed from the start of this tick on.
     Order {
-        /// The order, with its id.
         order: Order,
-        /// At which moment of the tick; `None`: at its beginning.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         moment: Option<u32>,
     },
-    /// An operator cleared faults, before this tick began.
+    /// An operator cleared faults before this tick.
     Clear {
-        /// Their ids.
         ids: Vec<String>,
-        /// At which moment of the tick; `None`: at its beginning.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         moment: Option<u32>,
     },
-    /// What a fault asked for could not be done to a process.
+    /// A fault requested a process action that failed.
     Failed {
-        /// Whose.
         robot: String,
-        /// What.
         act: ProcessAct,
-        /// How many acts had been asked for in this tick before it.
+        /// The number of earlier process actions in this tick.
         #[serde(default)]
         number: Option<u32>,
-        /// Why, as told in the log.
+        /// The cause, as written to the log.
         #[serde(default)]
         reason: String,
     },
 }
 
 impl Input {
-    /// Whether a fault asked for it, so that it happens by itself in a replay.
+    /// Returns whether a replay reproduces the input by itself.
     #[must_use]
     pub fn is_scripted(&self) -> bool {
         match self {
@@ -125,13 +104,12 @@ impl Input {
         }
     }
 
-    /// Whether it is what an operator asked for.
     #[must_use]
     pub fn is_command(&self) -> bool {
         matches!(self, Self::Order { .. } | Self::Clear { .. })
     }
 
-    /// At which moment of its tick it happened; `None` where that does not matter.
+    /// Returns the order index within the tick, if the order matters.
     #[must_use]
     pub fn moment(&self) -> Option<u32> {
         match self {
@@ -144,7 +122,7 @@ impl Input {
         }
     }
 
-    /// The robot it is about, if it is about one.
+    /// Returns the affected robot, if there is one.
     #[must_use]
     pub fn robot(&self) -> Option<&str> {
         match self {

@@ -1,27 +1,27 @@
-//! How much of a run is written down.
+//! Log levels: the tables that a run writes.
 
 use serde::{Deserialize, Serialize};
 
 use super::table::Table;
 
-/// `--log` (DESIGN §8). The run and its hash are the same at every level.
+/// The value of `--log`. The run and its hash do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LogLevel {
-    /// Every table, every tick.
+    /// Complete tables, with a row for every tick.
     Full,
-    /// Events, mission and inputs; ticks.csv with one seal per second of simulated time instead of all hashes.
+    /// Events, mission and inputs. ticks.csv has one seal per second of simulated time instead of all hashes.
     Summary,
-    /// Inputs only, and the answers of foreign minds.
+    /// Inputs and the answers of external controllers only.
     Off,
 }
 
 impl LogLevel {
-    /// All, the one that keeps most first.
+    /// The levels, from the most to the least data.
     pub const ALL: [Self; 3] = [Self::Full, Self::Summary, Self::Off];
 
-    /// What is written where nobody says how much: a full log has a row per behavior set and tick, which fills gigabytes in minutes where
-    /// a team has more of them than [`Self::SETS_IN_FULL`].
+    /// Returns the default level. A full log has a row per behavior set and tick, which fills gigabytes within minutes
+    /// for teams above [`Self::SETS_IN_FULL`].
     #[must_use]
     pub fn of_a_team(behavior_sets: usize) -> Self {
         if behavior_sets > Self::SETS_IN_FULL {
@@ -31,10 +31,10 @@ impl LogLevel {
         }
     }
 
-    /// Behavior sets of all robots together of which a full log is written unasked: with 25 bytes a row, 1 MB per second of simulated time.
+    /// The largest number of behavior sets in the team for which the default is a full log. At 25 bytes a row, the log
+    /// then grows by 1 MB per second of simulated time.
     pub const SETS_IN_FULL: usize = 2_000;
 
-    /// As written on the command line.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -44,7 +44,6 @@ impl LogLevel {
         }
     }
 
-    /// Whether the table is written.
     #[must_use]
     pub fn keeps(self, table: Table) -> bool {
         match self {
@@ -53,7 +52,7 @@ impl LogLevel {
                 table,
                 Table::Events | Table::Mission | Table::Inputs | Table::Foreign | Table::Ticks
             ),
-            // From these the run can be made again.
+            // These tables are enough to replay the run.
             Self::Off => matches!(table, Table::Inputs | Table::Foreign),
         }
     }
@@ -64,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_says_nothing_gets_a_full_log_of_few_and_a_summary_of_many() {
+    fn the_default_level_is_full_for_small_teams_and_summary_for_large_ones() {
         assert_eq!(LogLevel::of_a_team(2_000), LogLevel::Full);
         assert_eq!(LogLevel::of_a_team(2_001), LogLevel::Summary);
     }

@@ -1,20 +1,20 @@
-//! The files of a log that are written as a whole, and a log without files.
+//! The documents of a log, and a log that is kept in memory.
 
 use std::collections::BTreeMap;
 
 use super::table::Table;
 
-/// A file that is written as a whole, and may be written again.
+/// A file that is written as a whole and can be replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Document {
-    /// The run: [`super::RunFile`].
+    /// The description and results of the run: [`super::RunFile`].
     Run,
-    /// What belongs to this machine and this hour: process ids, ports, wall-clock times, refused messages.
+    /// Machine-dependent data: process ids, ports, wall-clock times, rejected messages.
     Host,
 }
 
 impl Document {
-    /// Name in the run's folder.
+    /// Returns the file name in the run folder.
     #[must_use]
     pub fn file_name(self) -> &'static str {
         match self {
@@ -27,8 +27,7 @@ impl Document {
 /// A log in memory, for runs that are only compared.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
-    /// Contents of the tables written so far.
+    /// The contents of the tables so far.
     pub tables: BTreeMap<Table, Vec<u8>>,
-    /// The documents.
     pub documents: BTreeMap<Document, String>,
 }

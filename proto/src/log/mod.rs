@@ -1,10 +1,10 @@
-//! The log of a run as it lies on the disk (DESIGN §8): what its files and columns are, and their reader.
+//! The files and columns of a run's log, and their reader.
 //!
-//! - [`Table`]: the files that grow, with their header lines, at each [`LogLevel`]; a type for the rows of each, [`InputLine`] for
-//!   the lines of inputs.jsonl; [`Section`]: what ticks.csv has hashes of.
-//! - [`foreign`]: the answers of robots whose minds are programs of their own, in foreign.bin.
+//! - [`Table`]: the files that grow, with their header lines. [`LogLevel`] selects the tables of a run. Each table has
+//!   a row type; [`InputLine`] is a line of inputs.jsonl. [`Section`]: the sections of ticks.csv.
+//! - [`foreign`]: the answers of robots with external controllers, in foreign.bin.
 //! - [`Document`]: the files that are written as a whole; [`RunFile`]: run.json.
-//! - [`RunLog`] reads a folder, or a log in [`Memory`], as far as it is whole.
+//! - [`RunLog`]: reads a run folder, or a log in [`Memory`], up to the last complete tick.
 
 pub mod foreign;
 mod input;

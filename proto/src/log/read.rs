@@ -1,4 +1,4 @@
-//! Reads a run's folder back, as far as it is whole.
+//! Reader of a run folder, up to its last complete tick.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,60 +19,50 @@ use super::run_file::{RunFile, RunOutcome};
 use super::section::{RUN_SECTION, WORLD};
 use super::table::Table;
 
-/// A folder that cannot be read as a run.
+/// An error of a folder that is not a readable run.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The operating system refuses.
     #[error("cannot read {}: {error}", path.display())]
-    Read {
-        /// What.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
-    /// A file that is not what its name says.
+    Read { path: PathBuf, error: io::Error },
+    /// The contents of a file do not match its name.
     #[error("{}: {reason}", path.display())]
     Malformed {
-        /// Which.
         path: PathBuf,
-        /// Where and why.
+        /// The position and the cause.
         reason: String,
     },
 }
 
-/// The last word of ticks.csv about a tick.
+/// The last row of ticks.csv for a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seal {
-    /// The tick.
     pub tick: Tick,
-    /// Its simulated time.
     pub now: SimTime,
-    /// Hash of the run up to and including it.
+    /// The hash of the run up to and including the tick.
     pub hash: u64,
 }
 
-/// A run's log up to the last tick that is whole in every table.
+/// A run's log up to the last tick that is complete in every table.
 ///
-/// A run that ended well is whole to its end: `last` then has the hash that run.json states.
+/// The log of a run that ended normally is complete. The hash of `last` then equals the hash in run.json.
 #[derive(Debug)]
 pub struct RunLog {
-    /// run.json.
     pub run: RunFile,
-    /// Last whole tick; `None` when there is none, and at [`LogLevel::Off`], which seals nothing.
+    /// The last complete tick. `None` if there is no such tick, and at [`LogLevel::Off`], which writes no seals.
     pub last: Option<Seal>,
-    /// The table that is whole for fewer ticks than ticks.csv tells of, and so ends the log; where there are several, the one that ends first.
+    /// The table that ends before ticks.csv and therefore limits the log. If there are several, the one that ends
+    /// first.
     pub torn: Option<Table>,
     folder: PathBuf,
-    /// What is whole of each table; an entry for every one.
+    /// The complete part of every table.
     tables: BTreeMap<Table, Vec<u8>>,
 }
 
 impl RunLog {
-    /// Reads the log in a run's folder.
+    /// Reads the log of a run folder. Incomplete, damaged and missing tables only shorten it.
     ///
     /// # Errors
-    /// [`ReadError`] when run.json is missing or malformed, or a file exists but cannot be read. Torn, damaged and missing
-    /// tables are no error: the log is then shorter.
+    /// Returns a [`ReadError`] if run.json is missing or malformed, or if an existing file cannot be read.
     pub fn open(folder: &Path, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
         let path = folder.join(Document::Run.file_name());
         let text = fs::read(&path).map_err(|error| ReadError::Read {
@@ -96,10 +86,10 @@ impl RunLog {
         Ok(Self::from_tables(folder, run, tables))
     }
 
-    /// The log that a recorder has left in memory.
+    /// Reads the log that a recorder has left in memory.
     ///
     /// # Errors
-    /// [`ReadError::Malformed`] when it has no run.json.
+    /// Returns [`ReadError::Malformed`] if the log has no run.json.
     pub fn from_memory(memory: &Memory, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
         let text = memory.documents.get(&Document::Run);
         let text = text.map_or("", String::as_str).as_bytes();
@@ -110,7 +100,7 @@ impl RunLog {
         Ok(Self::from_tables(Path::new(""), run, memory.tables.clone()))
     }
 
-    /// The log that is in `tables`; `folder` is where errors say it is.
+    /// Creates a log from the contents of its tables. Error messages name `folder` as the location.
     #[must_use]
     pub fn from_tables(folder: &Path, run: RunFile, mut tables: BTreeMap<Table, Vec<u8>>) -> Self {
         for table in Table::ALL {
@@ -133,31 +123,25 @@ impl RunLog {
         }
     }
 
-    /// The bytes of a table, header line included, as far as it is whole.
+    /// Returns the complete part of a table, including the header line.
     #[must_use]
     pub fn table(&self, table: Table) -> &[u8] {
         &self.tables[&table]
     }
 
-    /// The rows of a table; none of a table that the log's level leaves out.
-    ///
-    /// # Errors
-    /// [`ReadError::Malformed`] for a row that is not of this table.
+    /// Returns the rows of a table; none for a table that the log level omits.
     pub fn rows<R: TableRow>(&self) -> Result<Vec<R>, ReadError> {
         self.each_row().collect()
     }
 
-    /// The same, one row after the other: a long run has millions.
+    /// Iterates over the rows of a table. A long run has millions of rows, too many for memory.
     pub fn each_row<R: TableRow>(&self) -> impl Iterator<Item = Result<R, ReadError>> {
         csv::Reader::from_reader(self.tables[&R::TABLE].as_slice())
             .into_deserialize()
             .map(|row| row.map_err(|error| self.malformed(R::TABLE, &error)))
     }
 
-    /// The inputs, in order.
-    ///
-    /// # Errors
-    /// [`ReadError::Malformed`] for a line that is not an input.
+    /// Returns the inputs in order.
     pub fn inputs(&self) -> Result<Vec<InputLine>, ReadError> {
         whole_lines(&self.tables[&Table::Inputs])
             .map(serde_json::from_slice)
@@ -165,10 +149,7 @@ impl RunLog {
             .map_err(|error| self.malformed(Table::Inputs, &error))
     }
 
-    /// The answers of robots whose minds are programs of their own, by tick and robot.
-    ///
-    /// # Errors
-    /// [`ReadError::Malformed`] for what is no answer.
+    /// Returns the answers of external controllers, by tick and robot.
     pub fn foreign(&self) -> Result<Vec<ForeignAnswer>, ReadError> {
         if self.torn == Some(Table::Foreign) && self.run.outcome != RunOutcome::Running {
             let whole = self.last.map_or(0, |seal| seal.tick + 1);
@@ -176,7 +157,7 @@ impl RunLog {
             return Err(ReadError::Malformed {
                 path: self.folder.join(Table::Foreign.file_name()),
                 reason: format!(
-                    "it is missing, cut or damaged: its answers are whole for {whole} of {ticks} ticks"
+                    "the file is missing, truncated or damaged: it has complete answers for {whole} of {ticks} ticks"
                 ),
             });
         }
@@ -187,23 +168,23 @@ impl RunLog {
     fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
         ReadError::Malformed {
             path: self.folder.join(table.file_name()),
-            // A name or number that is none may have anything in it.
+            // A malformed name or number can contain control characters.
             reason: reason.to_string().replace(char::is_control, " "),
         }
     }
 }
 
-/// Everything that one seal says.
+/// The rows of ticks.csv that belong to one seal.
 struct SealRows {
     seal: Seal,
-    /// Length of ticks.csv with the seal, bytes.
+    /// The length of ticks.csv up to and including the seal, bytes.
     end: usize,
-    /// Hashes of the tables that had grown.
+    /// The hashes of the tables that grew since the previous seal.
     tables: BTreeMap<String, u64>,
 }
 
-/// Cuts every table where the last tick ends that is whole in all of them, and returns that tick's seal, and the table that ends it
-/// before ticks.csv does.
+/// Truncates all tables after the last tick that is complete in each. Returns the seal of that tick and the table that
+/// ends before ticks.csv, if there is one.
 fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> (Option<Seal>, Option<Table>) {
     let seals = seals(&tables[&Table::Ticks]);
     let ends: BTreeMap<Table, Vec<usize>> = tables
@@ -227,7 +208,7 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> (Option<Seal>, Option<Table>) {
     (last.map(|last| last.seal), torn)
 }
 
-/// Length of a table's header line, if it has a whole one.
+/// Returns the length of a table's header line, or 0 if the line is incomplete.
 fn header_length(table: Table, bytes: &[u8]) -> usize {
     match table.header() {
         Some(header) if bytes.starts_with(header.as_bytes()) => header.len(),
@@ -236,7 +217,7 @@ fn header_length(table: Table, bytes: &[u8]) -> usize {
     }
 }
 
-/// The seals of ticks.csv up to its first torn or malformed row.
+/// Returns the seals of ticks.csv up to the first incomplete or malformed row.
 fn seals(bytes: &[u8]) -> Vec<SealRows> {
     let mut seals = Vec::new();
     let mut end = header_length(Table::Ticks, bytes);
@@ -260,7 +241,7 @@ fn seals(bytes: &[u8]) -> Vec<SealRows> {
     seals
 }
 
-/// Splits a row of ticks.csv, none of whose fields is ever quoted.
+/// Splits a row of ticks.csv. Its fields never contain quotes.
 fn tick_row(line: &[u8]) -> Option<(Seal, &str, &str)> {
     let mut fields = str::from_utf8(line).ok()?.trim_end().split(',');
     let mut next = || fields.next();
@@ -273,7 +254,7 @@ fn tick_row(line: &[u8]) -> Option<(Seal, &str, &str)> {
     next().is_none().then_some((seal, robot, section))
 }
 
-/// Where each seal ends in a table, for as many seals as the table is whole.
+/// Returns the end of each seal's data in a table, for the seals up to which the table is complete.
 fn table_ends(table: Table, bytes: &[u8], seals: &[SealRows]) -> Vec<usize> {
     let mut rows = whole_rows(table, bytes);
     let mut hash = Xxh3::new();
@@ -297,7 +278,7 @@ fn table_ends(table: Table, bytes: &[u8], seals: &[SealRows]) -> Vec<usize> {
     ends
 }
 
-/// What a table consists of, its header line first, without a torn last one.
+/// Returns the header line and the complete rows or frames of a table.
 fn whole_rows(table: Table, bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let (lines, frames) = match table {
         Table::Foreign => (&[][..], bytes),
@@ -306,7 +287,7 @@ fn whole_rows(table: Table, bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     whole_lines(lines).chain(foreign::whole_frames(frames))
 }
 
-/// The lines of a file with their line ends, without a torn last one.
+/// Returns the complete lines of a file with their line ends.
 fn whole_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     bytes
         .split_inclusive(|&byte| byte == b'\n')

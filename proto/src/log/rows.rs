@@ -1,4 +1,4 @@
-//! The rows of the tables as a reader gets them: one field per column, under the column's name.
+//! The rows of the tables as they are read: one field per column, named like the column.
 
 use std::fmt;
 
@@ -10,14 +10,14 @@ use super::table::Table;
 
 /// A row of one of the CSV tables.
 pub trait TableRow: DeserializeOwned {
-    /// Which.
+    /// The table of these rows.
     const TABLE: Table;
 }
 
 /// A row of motivations.csv.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // The columns of DESIGN §8; units as in `telemetry::Motivation`.
+#[allow(missing_docs)] // Units as in `telemetry::Motivation`.
 pub struct MotivationRow {
     pub t_ms: SimTime,
     pub robot: String,
@@ -43,7 +43,7 @@ impl TableRow for MotivationRow {
 /// A row of allocation.csv.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // As in `telemetry::AllocationRow`; an empty holder is nobody.
+#[allow(missing_docs)] // As in `telemetry::AllocationRow`; `holder` is empty for a free task.
 pub struct AllocationRow {
     pub t_ms: SimTime,
     pub robot: String,
@@ -58,17 +58,17 @@ impl TableRow for AllocationRow {
     const TABLE: Table = Table::Allocation;
 }
 
-/// A row of mission.csv, whatever the mission.
+/// A row of mission.csv. Its columns depend on the mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MissionRow {
-    /// From when on it holds.
+    /// The time from which the values are valid.
     pub t_ms: SimTime,
-    /// What its columns after the time say, by their names and in their order.
+    /// The columns after the time, as pairs of name and value, in their order.
     pub values: Vec<(String, Option<f64>)>,
 }
 
 impl MissionRow {
-    /// What the column of that name says; `None` also where there is no such column.
+    /// Returns the value of a column. `None` also if there is no such column.
     #[must_use]
     pub fn get(&self, column: &str) -> Option<f64> {
         let mut values = self.values.iter();
@@ -90,7 +90,7 @@ impl<'de> Deserialize<'de> for MissionRow {
             type Value = MissionRow;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("numbers by the names of their columns")
+                f.write_str("a map from column names to numbers")
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<MissionRow, A::Error> {
@@ -115,7 +115,7 @@ impl<'de> Deserialize<'de> for MissionRow {
 /// A row of messages.csv.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // The columns of DESIGN §8, as in `telemetry::Reception` and `telemetry::Said`.
+#[allow(missing_docs)] // As in `telemetry::Reception` and `telemetry::Said`.
 pub struct MessageRow {
     pub t_ms: SimTime,
     pub receiver: String,
@@ -139,7 +139,7 @@ impl TableRow for MessageRow {
 /// A row of events.csv.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // The columns of DESIGN §8, as in `Event`.
+#[allow(missing_docs)] // As in `Event`.
 pub struct EventRow {
     pub t_ms: SimTime,
     pub kind: String,
@@ -156,7 +156,7 @@ impl TableRow for EventRow {
 /// A row of poses.csv.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // The columns of DESIGN §8, as in `BodyRecord`.
+#[allow(missing_docs)] // As in `BodyRecord`.
 pub struct PoseRow {
     pub t_ms: SimTime,
     pub robot: String,
@@ -193,7 +193,7 @@ impl TableRow for TargetRow {
 /// A row of ticks.csv.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // The columns of DESIGN §8.
+#[allow(missing_docs)]
 pub struct TickRow {
     pub t_ms: SimTime,
     pub tick: u64,
@@ -221,7 +221,7 @@ fn hash<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
         .ok_or_else(|| D::Error::custom(format!("'{digits}' is not 16 hexadecimal digits")))
 }
 
-/// A hash of ticks.csv.
+/// Parses a hash of ticks.csv.
 pub(super) fn parse_hash(digits: &str) -> Option<u64> {
     let hash = u64::from_str_radix(digits, 16).ok()?;
     (digits.len() == 16).then_some(hash)

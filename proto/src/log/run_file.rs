@@ -1,4 +1,4 @@
-//! run.json: what the run was and what came of it.
+//! run.json: the description and the results of a run.
 
 use std::collections::BTreeMap;
 
@@ -11,45 +11,39 @@ use serde::{Deserialize, Serialize};
 
 use super::level::LogLevel;
 
-/// Contents of run.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunFile<S = Setup> {
-    /// Version of the program that made the run.
+    /// The version of the program that made the run.
     pub version: String,
-    /// What the tables hold.
     pub log: LogLevel,
-    /// Hash of the whole run, 16 hexadecimal digits; `None` while it is running.
+    /// The hash of the whole run, 16 hexadecimal digits; `None` while the run is in progress.
     pub hash: Option<String>,
-    /// How it ended.
     pub outcome: RunOutcome,
-    /// Whether a stall or loss that the scenario did not ask for changed it.
+    /// `true` if an unscripted stall or message loss changed the run.
     pub unscripted: bool,
-    /// The run's faults at its end, with how often each has hit, in the order in which they were armed.
+    /// The faults at the end of the run with their hit counts, in the order in which they were armed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<FaultStatus>,
-    /// The minds that are programs of their own, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub minds: BTreeMap<String, MindFile>,
-    /// Figures.
     pub result: Figures,
-    /// `seed`, `scenario` as resolved, and `alliance`: every value that was in force.
+    /// The keys `seed`, `scenario` (as resolved) and `alliance`: all values in force.
     #[serde(flatten)]
     pub setup: S,
 }
 
 impl RunFile {
-    /// As it stands in run.json.
     #[must_use]
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string_pretty(self);
-        // Every key is a string and the destination is memory, so nothing is left to fail.
+        // All keys are strings and the target is memory, so serialization cannot fail.
         text.expect("run.json can be encoded") + "\n"
     }
 
-    /// Reads run.json and checks it: whoever touched it may have broken anything, and what it holds is run again.
+    /// Parses run.json and validates it. A replay uses its contents, and users can edit the file.
     ///
     /// # Errors
-    /// One line: what is wrong, where, and what would be right.
+    /// Returns one line with the position, the problem and the remedy.
     pub fn parse(text: &[u8], vocabulary: &Vocabulary) -> Result<Self, String> {
         let RunFile {
             version,
@@ -82,70 +76,64 @@ impl RunFile {
         let ticks = run.result.ticks;
         if ticks > most {
             return Err(format!(
-                "result.ticks: {ticks} is out of range; it must be at most {most}, for the run ends at limit_s"
+                "result.ticks: {ticks} is out of range; it must be at most {most} because the run ends at limit_s"
             ));
         }
         Ok(run)
     }
 }
 
-/// What is known of a mind that is a program of its own.
+/// The recorded facts about an external controller.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MindFile {
-    /// What whoever gave its command calls its version.
+    /// The version as stated together with the controller's command.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub version: Option<String>,
 }
 
-/// How a run ended, if it did.
+/// The state of a run: in progress, or ended with an outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunOutcome {
-    /// Not yet, or the world was killed.
+    /// The run is in progress, or its world was killed.
     Running,
-    /// So.
     #[serde(untagged)]
     Ended(Outcome),
 }
 
-/// Result figures of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// Number of ticks.
     pub ticks: u64,
-    /// Simulated time at the end of the last tick, ms.
+    /// The simulated time at the end of the last tick, ms.
     pub sim_time_ms: SimTime,
-    /// Those of the mission.
     #[serde(flatten)]
     pub mission: MissionFigures,
-    /// By robot name.
     pub robots: BTreeMap<String, RobotFigures>,
 }
 
-/// One robot's result figures.
+/// The result figures of one robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotFigures {
-    /// Lives of its agent.
+    /// The number of incarnations of its agent.
     pub lives: u32,
-    /// Ticks in which a report of it counted.
+    /// The number of ticks in which a report of the robot counted.
     pub ticks_counted: u64,
-    /// Times that a behavior set became active.
+    /// The number of times that a behavior set became active.
     pub activations: u32,
-    /// Those of the mission.
     #[serde(flatten)]
     pub mission: MissionFigures,
-    /// Broadcasts sent.
+    /// The number of broadcasts sent.
     pub messages_sent: u64,
-    /// Their payloads together, each once: encoded and sealed, without what zenoh and TCP add.
+    /// Their total payload, bytes, encoded and sealed, without the overhead of zenoh and TCP.
     pub bytes_sent: u64,
-    /// Broadcasts of teammates heard.
+    /// The number of received teammates' broadcasts.
     pub messages_heard: u64,
-    /// Broadcasts of teammates that were not heard: really lost, or dropped or cut off by a fault.
+    /// The number of teammates' broadcasts that were lost, dropped or cut.
     pub messages_lost: u64,
-    /// Those of the heard ones that came late, for a fault delayed them; absent: none.
+    /// The number of received broadcasts that a fault delayed; absent for 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub messages_delayed: u64,
-    /// Second copies, ignored; absent: none.
+    /// The number of second copies, which are ignored; absent for 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub messages_duplicate: u64,
 }

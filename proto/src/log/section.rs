@@ -1,32 +1,30 @@
 //! The `robot` and `section` columns of ticks.csv.
 
-/// The `robot` column of ticks.csv for what belongs to no robot.
+/// The `robot` column of ticks.csv for data that belongs to no robot.
 pub const WORLD: &str = "world";
 
-/// The `section` column of the row that ends a tick in ticks.csv.
+/// The `section` column of ticks.csv in the last row of a tick.
 pub const RUN_SECTION: &str = "run";
 
-/// A part of a tick that is hashed by itself, so that a difference between two runs can be named.
+/// A part of a tick with its own hash. It locates a difference between two runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Section {
-    /// What came from outside; of the world, in ticks with inputs.
+    /// The external inputs of a tick, in ticks with inputs.
     Inputs,
-    /// A robot's readings.
     Readings,
-    /// Broadcasts that reached or missed a robot, and how many it sent; in ticks with any.
+    /// The deliveries at a robot and the number of broadcasts that it sent, in ticks with any.
     Messages,
-    /// A robot's motivations, changes of state and notes.
+    /// The motivations, state changes and notes of a robot.
     Motivations,
-    /// A robot's actuation.
     Commands,
-    /// The world's events; in ticks with any.
+    /// The events of the world, in ticks with any.
     Events,
-    /// The world's bodies at the start of the tick, items and last report.
+    /// The bodies at the start of the tick, the items and the report of the world.
     State,
 }
 
 impl Section {
-    /// The `section` column of ticks.csv.
+    /// Returns the `section` column of ticks.csv.
     #[must_use]
     #[inline(always)]
     pub const fn as_str(self) -> &'static str {

@@ -1,32 +1,30 @@
-//! The append-only files of a run: their names and their header lines.
+//! The append-only files of a run, with their names and header lines.
 
-/// An append-only file of a run's folder.
+/// An append-only file of a run folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Table {
     /// The motivations of each robot's behavior sets, with their factors.
     Motivations,
-    /// What allocators without motivations hold of each behavior set; there only if a robot of the run has one.
+    /// The state of allocators without motivations, per behavior set. Optional.
     Allocation,
-    /// Every broadcast at every receiver.
+    /// The delivery of every broadcast at every receiver.
     Messages,
-    /// What happened.
     Events,
-    /// Where every robot was at the start of each tick.
     Poses,
-    /// How far the mission has come; a row for the first tick and for each tick that changed something.
+    /// The progress of the mission, with a row for the first tick and for each tick with a change.
     Mission,
-    /// Where every target was after each tick, and how many robots see it; there only if the mission has targets.
+    /// The position of every target after each tick and the number of robots that see it. Optional.
     Targets,
-    /// What came from outside; JSON lines.
+    /// The external inputs, as JSON lines.
     Inputs,
-    /// The answers of robots whose minds are programs of their own ([`super::foreign`]); there only if a robot of the run has one.
+    /// The answers of external controllers ([`super::foreign`]). Optional.
     Foreign,
-    /// Hashes. The last to be written: what is not sealed there does not count.
+    /// Hashes. This table is written last: data without a seal in it does not count.
     Ticks,
 }
 
 impl Table {
-    /// All, in the order in which a flush writes them.
+    /// The tables in the order in which a flush writes them.
     pub const ALL: [Self; 10] = [
         Self::Motivations,
         Self::Allocation,
@@ -40,7 +38,7 @@ impl Table {
         Self::Ticks,
     ];
 
-    /// Name in the run's folder.
+    /// Returns the file name in the run folder.
     #[must_use]
     pub fn file_name(self) -> &'static str {
         match self {
@@ -57,14 +55,14 @@ impl Table {
         }
     }
 
-    /// Whether the file is there only if it has rows.
+    /// Returns whether the file exists only if it has rows.
     #[must_use]
     pub fn is_optional(self) -> bool {
         matches!(self, Self::Allocation | Self::Targets | Self::Foreign)
     }
 
-    /// First line with its line end; empty for JSON lines (DESIGN §8). `None` of mission.csv: the mission has
-    /// its own, after `t_ms`.
+    /// Returns the first line with its line end; empty for JSON lines. `None` for mission.csv, whose columns depend on
+    /// the mission.
     #[must_use]
     pub fn header(self) -> Option<&'static str> {
         Some(match self {

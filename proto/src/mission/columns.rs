@@ -1,4 +1,4 @@
-//! The columns of mission.csv as a mission declares them, and how far it has come in their words.
+//! The columns of mission.csv that a mission declares, and the mission's progress as text.
 
 use std::fmt;
 
@@ -7,63 +7,63 @@ use serde::{Deserialize, Serialize};
 
 use super::Value;
 
-/// At the end of the name of a time.
+/// The suffix of columns and figures that hold a time.
 const MILLISECONDS: &str = "_ms";
 
-/// A column of mission.csv after the time.
+/// A column of mission.csv after the time column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Column {
-    /// Its name in the file.
+    /// The name in the header of mission.csv.
     pub name: &'static str,
-    /// What it counts.
+    /// The meaning of the column's values.
     pub kind: ColumnKind,
-    /// Kind of the events that change it: those count as effects on the world, and a [time](ColumnKind::Time) is that of the
-    /// latest one.
+    /// The kind of the events that change the column. They count as effects on the world. A [time](ColumnKind::Time)
+    /// column holds the time of the latest one.
     pub event: Option<&'static str>,
 }
 
-/// What a column holds.
+/// The meaning of a column's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColumnKind {
-    /// How many are done: the progress of the mission.
+    /// A count of finished work: the progress of the mission.
     Done,
-    /// How many are left to do, in whatever state.
+    /// A count of unfinished work, in any state.
     Left,
-    /// Any other count.
+    /// A count of anything else.
     Count,
-    /// Simulated time of the latest of something that happens again and again, ms; none before the first.
+    /// The simulated time of the latest occurrence of a repeated event, ms; none before the first.
     Time,
-    /// Any other number.
+    /// A number that is not a count.
     Real,
 }
 
 impl Column {
-    /// A column that counts what is done, one at each event of that kind.
+    /// Creates a column that counts finished work, one unit per event of this kind.
     #[must_use]
     pub const fn done(name: &'static str, event: &'static str) -> Self {
         Self::new(name, ColumnKind::Done, Some(event))
     }
 
-    /// A column that counts what is left to do.
+    /// Creates a column that counts unfinished work.
     #[must_use]
     pub const fn left(name: &'static str) -> Self {
         Self::new(name, ColumnKind::Left, None)
     }
 
-    /// A column that counts something else.
+    /// Creates a column that counts something else.
     #[must_use]
     pub const fn count(name: &'static str) -> Self {
         Self::new(name, ColumnKind::Count, None)
     }
 
-    /// A column that tells when an event of that kind happened last, ms.
+    /// Creates a column with the time of the latest event of this kind, ms.
     #[must_use]
     pub const fn time(name: &'static str, event: &'static str) -> Self {
         Self::new(name, ColumnKind::Time, Some(event))
     }
 
-    /// A column of numbers.
+    /// Creates a column of real numbers.
     #[must_use]
     pub const fn real(name: &'static str) -> Self {
         Self::new(name, ColumnKind::Real, None)
@@ -73,7 +73,7 @@ impl Column {
         Self { name, kind, event }
     }
 
-    /// With its value in a row.
+    /// Returns the column with its value in a row.
     #[must_use]
     pub fn with(&self, value: Value) -> ColumnValue {
         ColumnValue {
@@ -83,7 +83,7 @@ impl Column {
         }
     }
 
-    /// With its value as a view has it.
+    /// Returns the column with a number from a view.
     #[must_use]
     pub fn seen(&self, number: Option<f64>) -> ColumnValue {
         let value = match self.kind {
@@ -94,14 +94,15 @@ impl Column {
     }
 }
 
-/// What people call a column or a figure: `last_report_ms` is a `last report`, for a time is told with its unit.
+/// Returns the display name of a column or a figure. The suffix of a time is omitted: `last_report_ms` becomes `last
+/// report`.
 #[must_use]
 pub fn label(name: &str) -> String {
     let name = name.strip_suffix(MILLISECONDS).unwrap_or(name);
     name.replace(['_', '.'], " ")
 }
 
-/// A column or a figure with its value, as people read it: `items carried 1`, `last report 61.2 s`.
+/// Formats a column or a figure with its value: `items carried 1`, `last report 61.2 s`.
 #[must_use]
 pub fn told(name: &str, value: Value) -> String {
     let label = label(name);
@@ -115,44 +116,44 @@ pub fn told(name: &str, value: Value) -> String {
     }
 }
 
-/// What a column tells at some time.
+/// The value of a column at some time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ColumnValue {
-    /// Its name in mission.csv.
+    /// The column's name in mission.csv.
     pub name: String,
-    /// What it counts.
+    /// The meaning of the value.
     pub kind: ColumnKind,
-    /// Its value in the latest row; `null`: none.
+    /// The value in the latest row; `null` if there is none.
     pub value: Value,
 }
 
-/// See [`told`].
+/// Formats the value with [`told`].
 impl fmt::Display for ColumnValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&told(&self.name, self.value))
     }
 }
 
-/// How far a mission has come, for one that counts what is done.
+/// The progress of a mission that counts finished work.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// How much is done.
+    /// The amount of finished work.
     pub done: u64,
-    /// With what is left to do.
+    /// The amount of finished and unfinished work.
     pub total: u64,
-    /// Of what, and what is done to it: `items delivered`.
+    /// The counted things and the work on them, such as `items delivered`.
     pub what: String,
 }
 
 impl Progress {
-    /// In a row with these columns; `None` if none of them counts what is done.
+    /// Returns the progress in a row, or `None` if no column counts finished work.
     #[must_use]
     pub fn of(row: &[ColumnValue]) -> Option<Self> {
         let sum = |kind| {
             let of_kind = row.iter().filter(|column| column.kind == kind);
             of_kind.map(|column| column.value.count()).sum::<u64>()
         };
-        let first = row.iter().find(|it| it.kind == ColumnKind::Done)?;
+        let first = row.iter().find(|column| column.kind == ColumnKind::Done)?;
         let done = sum(ColumnKind::Done);
         Some(Self {
             done,
@@ -162,27 +163,27 @@ impl Progress {
     }
 }
 
-/// `3 of 24 items delivered`.
+/// Formats the progress, such as `3 of 24 items delivered`.
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} of {} {}", self.done, self.total, self.what)
     }
 }
 
-/// A row in words: how far the mission has come, or else all that its columns tell.
+/// Formats a row as its progress, or as all its columns if none counts finished work.
 #[must_use]
 pub fn in_short(row: &[ColumnValue]) -> String {
     Progress::of(row).map_or_else(|| in_full(row), |progress| progress.to_string())
 }
 
-/// A row in words: how far the mission has come, and all that its other columns tell.
+/// Formats a row as its progress and all other columns.
 #[must_use]
 pub fn in_full(row: &[ColumnValue]) -> String {
     let progress = Progress::of(row);
     let others = row.iter().filter(|column| column.kind != ColumnKind::Done);
-    let told = progress.iter().map(ToString::to_string);
-    let told: Vec<String> = told.chain(others.map(ToString::to_string)).collect();
-    told.join(", ")
+    let parts = progress.iter().map(ToString::to_string);
+    let parts: Vec<String> = parts.chain(others.map(ToString::to_string)).collect();
+    parts.join(", ")
 }
 
 #[cfg(test)]
@@ -190,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_in_the_words_of_its_columns() {
+    fn a_row_is_formatted_with_its_column_names() {
         const COLUMNS: [Column; 4] = [
             Column::left("places_left"),
             Column::done("places_visited", "visited"),

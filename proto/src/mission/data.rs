@@ -1,5 +1,5 @@
-//! What a mission is in files: its part of a scenario, its tasks and behaviors, its words. Nothing of its world, nor of its
-//! robots' minds.
+//! The definition of a mission in files: its section of a scenario, its tasks, behaviors and names. Its world and its robots'
+//! controllers are defined elsewhere.
 
 use std::fmt::Debug;
 
@@ -13,14 +13,14 @@ use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
 use crate::ids::TaskId;
 use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Unread};
 
-/// A mission's data. A scenario whose file has the section `[NAME]` is one of this mission.
+/// The data of a mission. A scenario file with the section `[NAME]` belongs to this mission.
 ///
 /// ```
 /// use alliance_proto::mission::prelude::*;
 /// use alliance_proto::scenario::Vocabulary;
 /// use serde::{Deserialize, Serialize};
 ///
-/// /// Doors to be knocked at.
+/// /// A mission in which robots knock at doors.
 /// #[derive(Debug)]
 /// struct Knock;
 ///
@@ -37,7 +37,7 @@ use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenari
 ///
 ///     fn parameters(&self) -> Vec<ParameterSpec> {
 ///         let (default, range) = (ParameterDefault::Required, ParameterRange::Whole(1, 9));
-///         vec![ParameterSpec::new("doors", "", default, "how many there are", range)]
+///         vec![ParameterSpec::new("doors", "", default, "number of doors", range)]
 ///     }
 ///
 ///     fn terms(&self) -> Terms {
@@ -54,7 +54,7 @@ use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenari
 ///     }
 /// }
 ///
-/// let missions = vec![Mission::new("knock", "doors to be knocked at", &Knock)];
+/// let missions = vec![Mission::new("knock", "knock at every door", &Knock)];
 /// let vocabulary = Vocabulary { missions, allocators: Vec::new() };
 /// let read = |text| Scenario::parse("knock.toml", text, &vocabulary).map_err(|error| error.to_string());
 /// assert_eq!(read("[knock]\ndoors = 3").unwrap().section::<KnockSection>().doors, 3);
@@ -64,27 +64,27 @@ use crate::scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenari
 /// );
 /// ```
 pub trait MissionData: Debug + Send + Sync + 'static {
-    /// Its section, read by [`section`](super::known::section) as a type of its own. Keys at its top that are not stated have the
-    /// defaults that its [`parameters`](MissionData::parameters) declare.
+    /// Reads the mission's section into its own type, with [`section`](super::known::section). Missing top-level keys
+    /// have the defaults that [`parameters`](MissionData::parameters) declare.
     ///
     /// # Errors
-    /// The first key or value that does not fit.
+    /// Returns the first key or value that does not fit.
     fn section(&self, text: Unread<'_>) -> Result<Box<dyn Section>, Problem>;
 
-    /// Takes out of its section what robots are not told beforehand.
+    /// Removes values from the section that robots do not receive in advance.
     fn brief(&self, _section: &mut MissionSection) {}
 
-    /// The scenarios that come with it.
+    /// Returns the scenarios that come with the mission.
     fn scenarios(&self) -> &'static [BuiltinScenario] {
         &[]
     }
 
-    /// Name of a scenario that states none; `None`: the mission's.
+    /// Returns the name of a scenario that states none; `None` means the mission's name.
     fn scenario_name(&self) -> Option<&'static str> {
         None
     }
 
-    /// The team of a scenario that states none.
+    /// Returns the team of a scenario that states none.
     fn team(&self) -> Vec<Robot> {
         let robot = |name: &str| Robot {
             name: name.to_owned(),
@@ -93,53 +93,55 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         ["blue", "gold", "green"].map(robot).to_vec()
     }
 
-    /// The mission for so many robots with so much to do, 1 to 10,000 of each; `None`: it comes in one size only.
+    /// Returns a scenario with this number of robots and amount of work, 1 to 10,000 each; `None` if the mission has
+    /// only one size.
     fn family(&self, _robots: usize, _size: usize) -> Option<Scenario> {
         None
     }
 
-    /// What the size of a [`family`](Self::family) counts: on the command line `--WORD` goes for `--size`.
+    /// Returns the unit of a [`family`](Self::family)'s size. The command line accepts `--WORD` instead of `--size`.
     fn size_word(&self) -> Option<&'static str> {
         None
     }
 
-    /// The keys of its section, in the order in which they are listed to people. What a scenario states is checked against them.
+    /// Returns the keys of the mission's section in display order. The values of a scenario are checked against them.
     fn parameters(&self) -> Vec<ParameterSpec> {
         Vec::new()
     }
 
-    /// The words that it adds to those of every run.
+    /// Returns the names that the mission adds to those of every run.
     fn terms(&self) -> Terms;
 
-    /// Tasks by name, and the behaviors in the order of their tasks: complete, and the same for the whole run. See
-    /// [`one_behavior_each`].
+    /// Returns the names of the tasks, and the behaviors in the order of their tasks. Both lists are complete and the
+    /// same for the whole run. See [`one_behavior_each`].
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>);
 
-    /// How many robots may execute a behavior's task at once, where the scenario does not say: 1 is exclusive.
+    /// Returns the number of robots that may execute a behavior's task at once, unless the scenario states it; 1 is
+    /// exclusive.
     fn max_robots(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> u32 {
         1
     }
 
-    /// Whether a robot that has the task of a behavior, and the skill that this takes, has the behavior: by devices. All have all,
-    /// where it is not said.
+    /// Returns true if a robot's devices allow a behavior whose task and skill the robot has. By default every robot
+    /// has every behavior.
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {
         let _ = (robot, behavior);
         true
     }
 
-    /// Names of the skills that robots may have.
+    /// Returns the names of the skills that robots may have.
     fn skills(&self, _scenario: &Scenario) -> Vec<String> {
         Vec::new()
     }
 
-    /// The ALLIANCE values of a robot's behavior where nothing is stated.
+    /// Returns the default ALLIANCE values of a robot's behavior.
     fn built_in(&self, scenario: &Scenario, robot: &Robot, behavior: &BehaviorSpec) -> BuiltIn {
         let _ = (scenario, robot, behavior);
         BuiltIn::COMMON
     }
 
-    /// Longest unit of work of a behavior for a robot of that body, which is that good at it, from one sign of progress to the next,
-    /// s: an estimate. Across the room and half a turn, where it is not said.
+    /// Estimates the longest time between two signs of progress in a behavior, s, for a robot with this body and skill.
+    /// The default is a trip across the room and half a turn.
     fn unit_s(&self, scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
         let _ = (skill, behavior);
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
@@ -147,77 +149,79 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
     }
 
-    /// Faults of its own.
+    /// Returns the faults that the mission defines.
     fn faults(&self) -> &'static [FaultSpec] {
         &[]
     }
 
-    /// Checks of an order what only the mission knows, beyond what its [`faults`](MissionData::faults) say.
+    /// Checks an order beyond the declarations of the mission's [`faults`](MissionData::faults).
     ///
     /// # Errors
-    /// The first mistake.
+    /// Returns the first mistake.
     fn check_order(&self, _scenario: &Scenario, _order: &Order) -> Result<(), OrderError> {
         Ok(())
     }
 
-    /// How long the [time](super::columns::ColumnKind::Time) of a column of mission.csv may lie back before the next is late, s.
+    /// Returns the longest interval between two events of a [time](super::columns::ColumnKind::Time) column of
+    /// mission.csv before the next is late, s.
     fn period_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
         None
     }
 
-    /// What holds of its runs for those who look at them from outside.
+    /// Returns the properties that every run of the scenario must have.
     fn promises(&self, _scenario: &Scenario) -> Promises {
         Promises::default()
     }
 
-    /// Most items that a fault of its own adds.
+    /// Returns the maximum number of items that a fault of the mission adds.
     fn items_added(&self, _fault: &MissionFault) -> usize {
         0
     }
 
-    /// Whether robots look for items at that place, m, without having been there before.
+    /// Returns true if robots search for items at a place, m, that they have not visited before.
     fn is_looked_for(&self, _scenario: &Scenario, _place: Vec2) -> bool {
         true
     }
 
-    /// How long a robot of that body takes to look for items everywhere, from when it knows of none that is left, s: an estimate;
-    /// `None` where robots do not.
+    /// Estimates the time that a robot with this body needs to search everywhere for items, s, after no known item is
+    /// left. Returns `None` if robots do not search.
     fn search_s(&self, _scenario: &Scenario, _body: &Body) -> Option<f64> {
         None
     }
 
-    /// How often the work of a behavior is due again, s, where that is so.
+    /// Returns the interval after which the work of a behavior is due again, s, if it recurs.
     fn due_every_s(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> Option<f64> {
         None
     }
 
-    /// Whether a behavior's task has many units of work, so that whoever has it stays at it.
+    /// Returns true if a behavior's task has many units of work, so that a robot keeps the task.
     fn goes_on(&self, _behavior: &BehaviorSpec) -> bool {
         false
     }
 
-    /// Writes a random section of its own into a scenario whose room and robots have been drawn, and what robots have for it; `None`:
-    /// random missions are of it only with the section of their scenario.
+    /// Returns a function that adds a random section, and the equipment for it, to a scenario with random room and
+    /// robots. With `None`, random missions of this kind need the section in their scenario.
     fn random(&self) -> Option<Draw> {
         None
     }
 
-    /// Rectangles that random missions keep free of obstacles: lower left and upper right corners, m.
+    /// Returns rectangles that random missions keep free of obstacles: lower left and upper right corners, m.
     fn kept_free(&self, _scenario: &Scenario) -> Vec<[Vec2; 2]> {
         Vec::new()
     }
 
-    /// Checks what the scenario says of this mission, beyond what its [`parameters`](MissionData::parameters) say: it comes before
-    /// that. Names and ranges of everything else have not been checked yet.
+    /// Checks the mission's values beyond the declarations of its [`parameters`](MissionData::parameters). This check
+    /// runs first: names and ranges of all other values are unchecked.
     ///
     /// # Errors
-    /// The first mistake.
+    /// Returns the first mistake.
     fn check(&self, _scenario: &Scenario) -> Result<(), Problem> {
         Ok(())
     }
 }
 
-/// The [catalog](MissionData::catalog) of a mission whose tasks have a behavior each, of the task's name; its kind is the task's number.
+/// Creates a [catalog](MissionData::catalog) with one behavior per task. The behavior has the task's name, and its kind
+/// is the task's number.
 pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, Vec<BehaviorSpec>) {
     let tasks: Vec<String> = tasks.collect();
     let behaviors = (0..=u16::MAX).zip(&tasks).map(|(task, name)| BehaviorSpec {
@@ -230,39 +234,40 @@ pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, V
     (tasks, behaviors)
 }
 
-/// Draws what a scenario says of a mission ([`MissionData::random`]). What it draws can be read and run with any room and robots.
+/// A function that writes a random section of a mission ([`MissionData::random`]). The result must be valid with any
+/// room and robots.
 pub type Draw = fn(&mut Scenario, &mut ChaCha8Rng);
 
-/// A scenario that comes with a mission, and can be run by its name.
+/// A scenario that comes with a mission and can be run by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuiltinScenario {
-    /// What it is run by.
+    /// The name on the command line.
     pub name: &'static str,
-    /// Its file, comments included.
+    /// The text of the file, comments included.
     pub text: &'static str,
 }
 
-/// ALLIANCE's values of one behavior (ALLIANCE.md §1). They keep the rules among themselves.
+/// The ALLIANCE parameters of one behavior (ALLIANCE.md §1). They must satisfy the rules between parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuiltIn {
-    /// ρ, heartbeats per second.
+    /// ρ: the number of heartbeats per second.
     pub broadcast_rate_hz: f64,
-    /// τ, s.
+    /// τ: the silence after which a teammate counts as inactive, s.
     pub ceased_after_s: f64,
-    /// δ_fast, motivation/s.
+    /// δ_fast: the growth of motivation while no teammate executes the task, motivation/s.
     pub fast_impatience: f64,
-    /// δ_slow toward every teammate, motivation/s.
+    /// δ_slow: the growth of motivation while a teammate executes the task, motivation/s.
     pub slow_impatience: f64,
-    /// φ toward every teammate, s.
+    /// φ: the time for which a teammate's activity slows the growth, s.
     pub willing_to_affect_s: f64,
-    /// ψ, s.
+    /// ψ: the time on a task before a robot yields it to a teammate, s.
     pub before_yielding_s: f64,
-    /// λ, s.
+    /// λ: the time on a task before a robot gives it up, s.
     pub before_giving_up_s: f64,
 }
 
 impl BuiltIn {
-    /// They suit work of half a minute or so.
+    /// Values for work of about half a minute.
     pub const COMMON: Self = Self {
         broadcast_rate_hz: 1.0,
         ceased_after_s: 5.0,
@@ -274,34 +279,34 @@ impl BuiltIn {
     };
 }
 
-/// The words of a mission.
+/// The names that a mission defines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
-    /// Sensing devices of this mission alone, which can break.
+    /// The sensing devices of this mission alone, which faults can break.
     pub devices: &'static [&'static str],
-    /// Those of them that tell lengths, so that they can be noisy or biased.
+    /// The devices among them that measure lengths, so that faults can make them noisy or biased.
     pub measuring_devices: &'static [&'static str],
-    /// Kinds of notes in events.csv that its robots write.
+    /// The kinds of notes in events.csv that the mission's robots write.
     pub notes: &'static [&'static str],
-    /// Devices that a robot may have or lack (`[[robots]] devices`).
+    /// The devices that a robot may have or lack (`[[robots]] devices`).
     pub optional_devices: &'static [&'static str],
-    /// Kinds of events in events.csv that only this mission knows.
+    /// The kinds of events in events.csv that only this mission has.
     pub events: &'static [&'static str],
-    /// Those of `events` that are an effect of the robot's work though no column of mission.csv counts them. The report takes a robot for
-    /// productive up to its last effect.
+    /// The kinds in `events` that are an effect of a robot's work, although no column of mission.csv counts them. The
+    /// report takes a robot as productive up to its last effect.
     pub effects: &'static [&'static str],
-    /// Whether the work itself is the effect: a robot is productive as long as a behavior set is active.
+    /// True if the work itself is the effect: a robot is productive while a behavior set is active.
     pub continuous: bool,
-    /// Verbs that faults can wait for, each with the kind of the event that it stands for.
+    /// The verbs that can trigger faults, each with the kind of its event.
     pub verbs: &'static [(&'static str, &'static str)],
-    /// Names of its two kinds of bulletins: last chunk of their keys, and `kind` in messages.csv.
+    /// The names of the two kinds of bulletins: the last chunk of their keys, and `kind` in messages.csv.
     pub bulletins: [&'static str; 2],
-    /// Columns of mission.csv after the time.
+    /// The columns of mission.csv after the time.
     pub columns: &'static [Column],
 }
 
 impl Terms {
-    /// Those of a mission that has none: a start for others.
+    /// A mission without any names, as a base for others.
     pub const NONE: Self = Self {
         devices: &[],
         measuring_devices: &[],

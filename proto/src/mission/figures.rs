@@ -1,4 +1,4 @@
-//! Numbers that a mission tells: a row of mission.csv, and figures by name.
+//! Numbers that a mission reports: a row of mission.csv, and named figures.
 
 use std::fmt;
 
@@ -8,28 +8,28 @@ use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Something that moves by itself and is to be watched: a row of targets.csv.
+/// A target that moves on its own and is to be observed: a row of targets.csv.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// Where it is, m.
+    /// The position of the target, m.
     pub at: Vec2,
-    /// How many robots see it.
+    /// The number of robots that see the target.
     pub observers: u32,
 }
 
-/// A number, or none: in files just that.
+/// A number or none. A file contains just the number or null.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
 pub enum Value {
     /// A count, or a time in ms.
     Count(u64),
-    /// Any other number.
+    /// A number that is not a count.
     Real(f64),
-    /// There is none.
+    /// No number at this time.
     None,
 }
 
-/// On the bus nothing but a tag tells one from the other.
+/// The form on the bus, where a tag distinguishes the variants.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Value")]
 enum Tagged {
@@ -38,7 +38,7 @@ enum Tagged {
     None,
 }
 
-/// In a file the number does.
+/// The form in a file, where the number distinguishes the variants.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Value", untagged)]
 enum Bare {
@@ -68,7 +68,7 @@ impl<'de> Deserialize<'de> for Value {
 }
 
 impl Value {
-    /// The count; 0 where there is none.
+    /// Returns the count, or 0 for any other value.
     #[must_use]
     pub fn count(self) -> u64 {
         match self {
@@ -77,7 +77,7 @@ impl Value {
         }
     }
 
-    /// The number, whatever it is. Counts are exact up to 2^53.
+    /// Returns the number of either kind. Counts are exact up to 2^53.
     #[must_use]
     pub fn number(self) -> Option<f64> {
         match self {
@@ -115,17 +115,18 @@ impl<T: Into<Self>> From<Option<T>> for Value {
     }
 }
 
-/// MissionFigures by name, in order. In a file `items.delivered` is `delivered` in `items`; those of one group follow each other.
+/// Named figures of a mission, in order. In a file, `items.delivered` becomes `delivered` in the object `items`.
+/// Figures of one group must be adjacent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MissionFigures(Vec<(String, Value)>);
 
 impl MissionFigures {
-    /// Adds a figure.
+    /// Adds a figure after the existing ones.
     pub fn add(&mut self, name: &str, value: impl Into<Value>) {
         self.0.push((name.to_owned(), value.into()));
     }
 
-    /// The figure of that name; [`Value::None`] where there is no such figure.
+    /// Returns the figure with this name, or [`Value::None`] if there is none.
     #[must_use]
     pub fn get(&self, name: &str) -> Value {
         let mut figures = self.0.iter();
@@ -133,7 +134,8 @@ impl MissionFigures {
         found.map_or(Value::None, |(_, value)| *value)
     }
 
-    /// The figure of a column of mission.csv: the one of its name, where that of a group joins both by an underscore.
+    /// Returns the figure of a column of mission.csv. An underscore in the column's name can stand for the dot after a
+    /// group.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<Value> {
         let mut figures = self.0.iter();
@@ -141,35 +143,35 @@ impl MissionFigures {
         found.map(|(_, value)| *value)
     }
 
-    /// The count of that name; 0 where there is none.
+    /// Returns the count with this name, or 0 if there is none.
     #[must_use]
     pub fn count(&self, name: &str) -> u64 {
         self.get(name).count()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no figures.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// All of them.
+    /// Returns the figures in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, Value)> {
         self.0.iter().map(|(name, value)| (name.as_str(), *value))
     }
 }
 
-/// A mission's figures of a whole run.
+/// The figures of a mission for a whole run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TeamFigures {
-    /// Of the mission.
+    /// The figures of the mission.
     pub mission: MissionFigures,
-    /// Of each robot, by rank.
+    /// The figures of each robot, by rank.
     pub robots: Vec<MissionFigures>,
 }
 
 impl TeamFigures {
-    /// None yet, of a team of that size.
+    /// Creates empty figures for a team of this size.
     #[must_use]
     pub fn new(robots: usize) -> Self {
         Self {
@@ -254,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_are_objects_in_a_file_and_come_back() {
+    fn groups_are_objects_in_a_file_and_are_read_back() {
         let mut figures = MissionFigures::default();
         figures.add("strokes", 3_u32);
         figures.add("ends.left", 1_u32);

@@ -1,7 +1,8 @@
-//! What robots that find, fetch and carry items sense, do and tell each other: from places called sources to one called target.
+//! Sensor readings, actions and messages of missions in which robots carry items from sources to a target.
 //!
-//! Missions may have messages of their own, which the frame does not read ([`Payload::Open`](super::Payload::Open)); these are typed for speed, since they
-//! are exchanged in every tick. First those of the thesis' case study (§4.1.1).
+//! A mission may define its own messages, which the framework does not read ([`Payload::Open`](super::Payload::Open)).
+//! The messages here are typed for speed, because robots exchange them in every tick. They follow the case study of the
+//! thesis (§4.1.1).
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
@@ -11,39 +12,39 @@ use super::Deed;
 use crate::ids::RobotId;
 use crate::time::SimTime;
 
-/// What the zone sensor finds under the robot's center.
+/// The area under the robot's center, as the zone sensor reports it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Zone {
-    /// Plain floor.
+    /// Floor outside the special areas.
     #[default]
     None,
-    /// Where items are at first.
+    /// The area where items start.
     Source,
-    /// Where items are to be.
+    /// The area to which robots bring items.
     Target,
 }
 
-/// Most items that the item sensor tells apart: with so many, what lies beyond the last is unseen.
+/// The maximum number of items in a sensor reading. A full reading omits the items beyond the last one.
 pub const ITEMS_MOST: usize = 8;
 
-/// Items on the floor, nearest first, as offsets in the robot's frame, m.
+/// Offsets of items on the floor in the robot's frame, nearest first, m.
 pub type SensedItems = ArrayVec<Vec2, ITEMS_MOST>;
 
-/// What the devices for items tell. Each is `None` when the robot lacks it or when it is dead.
+/// The readings of the devices for items. A reading is `None` if the robot lacks the device or the device is dead.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ItemsSensed {
-    /// Items on the floor within range, nearest first, as offsets in the robot's frame, m.
+    /// The items on the floor within range.
     pub items: Option<SensedItems>,
-    /// Zone sensor.
+    /// The reading of the zone sensor.
     pub zone: Option<Zone>,
-    /// Whether the robot's center is where progress is reported.
+    /// True if the robot's center is at the place for progress reports.
     pub at_site: Option<bool>,
-    /// Whether the gripper holds an item.
+    /// True if the gripper holds an item.
     pub holding: Option<bool>,
 }
 
 impl ItemsSensed {
-    /// All devices are dead.
+    /// The readings if all devices are dead.
     pub const NOTHING: Self = Self {
         items: None,
         zone: None,
@@ -52,35 +53,35 @@ impl ItemsSensed {
     };
 }
 
-/// What the gripper is told to do.
+/// A command to the gripper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Gripper {
-    /// Keep whatever it holds or does not hold.
+    /// No change of the gripper.
     #[default]
     Keep,
     /// Close on the nearest item in reach.
     Pick,
-    /// Let go: the item falls in front of the robot.
+    /// Open: the item falls in front of the robot.
     Drop,
 }
 
-/// What a robot with a gripper does beside driving.
+/// The actions of a robot with a gripper besides driving.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ItemsDeed {
-    /// Gripper command.
+    /// The command to the gripper.
     pub gripper: Gripper,
-    /// Report the mission's progress; has an effect there only.
+    /// True to report the mission's progress, which has an effect only at the place for reports.
     pub report: bool,
 }
 
-/// Doing nothing is no deed, whoever says so.
+/// Converts the default action to [`Deed::Nothing`], so that doing nothing has a single form.
 impl From<ItemsDeed> for Deed {
     #[inline]
-    fn from(deed: ItemsDeed) -> Self {
-        if deed == ItemsDeed::default() {
+    fn from(action: ItemsDeed) -> Self {
+        if action == ItemsDeed::default() {
             Self::Nothing
         } else {
-            Self::Items(deed)
+            Self::Items(action)
         }
     }
 }
@@ -96,62 +97,61 @@ impl From<Gripper> for Deed {
     }
 }
 
-/// Something somebody saw. The newest wins; own sight beats hearsay (DESIGN §7).
+/// An observation of a robot. The newest one has priority; a robot's own observation has priority over a received one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fact<T> {
-    /// What was seen.
+    /// The value that was observed.
     pub value: T,
-    /// Who saw it.
+    /// The robot that made the observation.
     pub seen_by: RobotId,
-    /// When.
+    /// The time of the observation.
     pub seen: SimTime,
 }
 
-/// Where things are, as computed from the border's extremes (thesis §4.1.1.1).
+/// The extremes of the border, from which robots compute all places (thesis §4.1.1.1).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Locations {
-    /// Smallest x and y of the border, m.
+    /// The smallest x and y of the border, m.
     pub min: Vec2,
-    /// Largest x and y of the border, m.
+    /// The largest x and y of the border, m.
     pub max: Vec2,
 }
 
-/// Takes back the [`Locations`] that `finder` broadcast as seen at `seen`, and its older ones.
+/// The withdrawal of the [`Locations`] that `finder` broadcast as seen at `seen`, and of its older ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Withdrawal {
-    /// Whose update is withdrawn.
+    /// The robot whose update is withdrawn.
     pub finder: RobotId,
     /// The time of that update.
     pub seen: SimTime,
 }
 
-/// An item lying, or no longer lying, outside the sources.
+/// A place outside the sources where an item lies or no longer lies.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LooseItem {
-    /// Where, m.
+    /// The position of the item, m.
     pub at: Vec2,
-    /// Whether something lies there; `false` once a robot has looked and found nothing.
+    /// True if an item lies there; false after a robot has searched in vain.
     pub present: bool,
 }
 
-/// A robot's knowledge about a mission with items, repeated in every heartbeat, so that lost messages, added items and
-/// newcomers are no special case (DESIGN §7).
+/// A robot's knowledge about a mission with items, repeated in every heartbeat.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Knowledge {
-    /// The locations, once found.
+    /// The locations, once a robot has found them.
     pub locations: Option<Fact<Locations>>,
-    /// Latest withdrawal known of each finder, by rank of the finder.
+    /// The latest known withdrawal of each finder, by rank of the finder.
     pub withdrawn: Vec<Withdrawal>,
-    /// By source, by its place in the scenario and in that order, as far as known: `true` = seen empty, `false` = items seen
-    /// there.
+    /// The known state of sources, by index in the scenario and in that order. True means seen empty; false means items
+    /// were seen there.
     pub empty: Vec<(u16, Fact<bool>)>,
-    /// Places outside the sources with items, or searched since.
+    /// The places outside the sources with items, or searched since.
     pub loose: Vec<Fact<LooseItem>>,
-    /// Latest progress report known.
+    /// The latest known progress report.
     pub last_report: Option<Fact<()>>,
 }
 
-/// By hand: `clone_from` reuses the buffers of the old value, so a heartbeat does not allocate.
+/// Implements `clone_from` by hand to reuse the buffers of the old value, so a heartbeat does not allocate.
 impl Clone for Knowledge {
     fn clone(&self) -> Self {
         let mut copy = Self::default();
@@ -175,11 +175,11 @@ impl Clone for Knowledge {
     }
 }
 
-/// What robots of the mission tell at once.
+/// The messages that robots of the mission broadcast at once.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ItemsBulletin {
-    /// "I have found the locations" (thesis §4.2.3). Of the first kind, about the task that found them.
+    /// Newly found locations (thesis §4.2.3). A bulletin of the first kind, about the task that found them.
     PositionUpdate(Fact<Locations>),
-    /// "These locations are wrong": takes back the update of that finder and time. Of the second kind, about no task.
+    /// A withdrawal of wrong locations, by finder and time. A bulletin of the second kind, about no task.
     Withdrawal(Withdrawal),
 }

@@ -1,5 +1,5 @@
-//! The missions that there are, by name, and which of them a scenario is of. A scenario itself holds its mission without knowing
-//! what a mission is, for a mission says in terms of scenarios what it is.
+//! Registered missions by name, and the mission of a scenario. A scenario stores its mission with an erased type,
+//! because missions are defined in terms of scenarios.
 
 use std::fmt::{self, Debug};
 use std::ops::Deref;
@@ -11,7 +11,7 @@ use super::data::{MissionData, Terms};
 use super::section::{MissionSection, Section};
 use crate::scenario::{BehaviorSpec, Problem, Scenario, Unread};
 
-/// A mission that is known; two are the same if their names are.
+/// A registered mission. Two missions are equal if their names are.
 #[derive(Clone, Copy)]
 pub struct Mission {
     name: &'static str,
@@ -20,7 +20,8 @@ pub struct Mission {
 }
 
 impl Mission {
-    /// A mission by its name, one word, which is its section in a scenario file, and what there is to do in it, in a line.
+    /// Creates a mission. The name is one word, the mission's section in a scenario file. `about` describes the work in
+    /// one line.
     #[must_use]
     pub const fn new(
         name: &'static str,
@@ -30,19 +31,19 @@ impl Mission {
         Self { name, about, data }
     }
 
-    /// One word: its section in a scenario file.
+    /// Returns the name, one word: the mission's section in a scenario file.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// What there is to do, in a line.
+    /// Returns a description of the work in one line.
     #[must_use]
     pub fn about(&self) -> &'static str {
         self.about
     }
 
-    /// Name of a scenario of it that states none.
+    /// Returns the name of a scenario of this mission that states none.
     #[must_use]
     pub fn scenario_name(&self) -> &'static str {
         self.data.scenario_name().unwrap_or(self.name)
@@ -71,7 +72,7 @@ impl Debug for Mission {
     }
 }
 
-/// Nothing to do: the mission of a scenario that has none.
+/// The mission of a scenario without one: there is no work.
 pub const NO_MISSION: Mission = Mission::new("none", "nothing to do", &Nothing);
 
 #[derive(Debug)]
@@ -92,7 +93,7 @@ impl MissionData for Nothing {
 }
 
 impl Scenario {
-    /// Its mission.
+    /// Returns the mission of the scenario.
     #[must_use]
     pub fn mission(&self) -> Mission {
         self.mission.mission().copied().unwrap_or(NO_MISSION)
@@ -100,16 +101,13 @@ impl Scenario {
 }
 
 impl MissionSection {
-    /// A section of that mission, whose type it is.
+    /// Creates a section of a mission from values of the mission's own type.
     #[must_use]
     pub fn new(mission: Mission, values: impl Section) -> Self {
         Self::of(mission, Box::new(values))
     }
 
-    /// The section as it stands in a file.
-    ///
-    /// # Errors
-    /// The first key or value that does not fit.
+    /// Reads the section of a mission from a file.
     pub fn read(mission: Mission, text: Unread<'_>) -> Result<Self, Problem> {
         let values = mission.section(text.completed(&mission.parameters()))?;
         Ok(Self::of(mission, values))
@@ -123,10 +121,7 @@ impl MissionSection {
     }
 }
 
-/// Reads a section as a value of that type, for [`MissionData::section`].
-///
-/// # Errors
-/// The first key or value that does not fit.
+/// Reads a section as a value of type `T`, for [`MissionData::section`].
 pub fn section<T: Section + DeserializeOwned>(
     text: Unread<'_>,
 ) -> Result<Box<dyn Section>, Problem> {

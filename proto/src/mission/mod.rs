@@ -1,8 +1,8 @@
-//! What a mission puts on the bus and into the log: [`Sensed`] by devices that only it has, a [`Deed`] that only it knows, the
-//! [`Lore`] that heartbeats repeat, the [`Payload`] of its bulletins, and its [`MissionFigures`]. What it is in scenarios and
-//! files is [`data`]'s; what it tells of itself in mission.csv [`columns`]'.
+//! Mission data in messages and in the log: sensor readings ([`Sensed`]), actions ([`Deed`]), the shared knowledge in
+//! heartbeats ([`Lore`]), the [`Payload`] of bulletins, and [`MissionFigures`]. [`data`] defines missions in scenarios
+//! and files, [`columns`] the columns of mission.csv.
 //!
-//! A mission that is known here has a typed place; any other one encodes its own types into [`Bytes`].
+//! Missions with [`items`] have typed variants. Any other mission encodes its own types into [`Bytes`].
 
 pub mod columns;
 pub mod data;
@@ -23,30 +23,31 @@ use items::{ItemsBulletin, ItemsDeed, ItemsSensed, Knowledge};
 
 pub use figures::{MissionFigures, Target, TeamFigures, Value};
 
-/// Most bytes of what an open mission's devices tell a robot in a step.
+/// The maximum size of an open mission's sensor readings in a step, bytes.
 pub const SENSED_MAX: usize = 160;
 
-/// Most bytes of a deed of an open mission.
+/// The maximum size of an open mission's action, bytes.
 pub const DEED_MAX: usize = 32;
 
-/// Most bytes of what a robot of an open mission knows, and of a bulletin of it.
+/// The maximum size of an open mission's shared knowledge, and of its bulletins, bytes.
 pub const LORE_MAX: usize = 600;
 
-/// What the devices of a mission tell a robot in a step.
+/// The readings of a mission's own sensors in a step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sensed {
-    /// Nothing.
+    /// No readings of mission devices.
     #[default]
     Nothing,
-    /// Of [`items`].
+    /// The readings of missions with [`items`].
     Items(ItemsSensed),
-    /// In any other mission: the encoding of a type of its own; elsewhere, for a robot's readings are to lie close together.
+    /// The readings of any other mission: the encoding of its own type. The box keeps a robot's readings close
+    /// together.
     Open(Box<Bytes<SENSED_MAX>>),
 }
 
 impl Sensed {
-    /// What the devices for [`items`] tell: nothing in a mission without them.
+    /// Returns the readings of the devices for [`items`]. They are empty in a mission without items.
     #[inline]
     #[must_use]
     pub fn items(&self) -> &ItemsSensed {
@@ -57,68 +58,69 @@ impl Sensed {
         }
     }
 
-    /// The same, to be written to.
+    /// Returns the same readings for writing.
     #[inline]
     pub fn items_mut(&mut self) -> &mut ItemsSensed {
         if !matches!(self, Self::Items(_)) {
             *self = Self::Items(ItemsSensed::NOTHING);
         }
         let Self::Items(sensed) = self else {
-            unreachable!("it has just been made so")
+            unreachable!("the variant was set above")
         };
         sensed
     }
 }
 
-/// What a robot does in a step beside driving.
+/// A robot's action in a step besides driving.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Deed {
-    /// Nothing.
+    /// No action besides driving.
     #[default]
     Nothing,
-    /// Of [`items`].
+    /// The action of missions with [`items`].
     Items(ItemsDeed),
-    /// In any other mission: the encoding of a type of its own.
+    /// The action of any other mission: the encoding of its own type.
     Open(Bytes<DEED_MAX>),
 }
 
 impl Deed {
-    /// What it means with [`items`].
+    /// Returns the action with [`items`], or the default action in other missions.
     #[inline]
     #[must_use]
     pub fn items(&self) -> ItemsDeed {
         match self {
-            Self::Items(deed) => *deed,
+            Self::Items(action) => *action,
             Self::Nothing | Self::Open(_) => ItemsDeed::default(),
         }
     }
 }
 
-/// What a robot knows of its mission; every heartbeat repeats it, so that lost messages and newcomers are no special case.
+/// A robot's shared knowledge of its mission. Every heartbeat repeats it, so lost messages and new robots need no
+/// special handling.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lore {
-    /// Nothing.
+    /// No knowledge to share.
     #[default]
     Nothing,
-    /// Of [`items`].
+    /// The knowledge of missions with [`items`].
     Items(Knowledge),
-    /// In any other mission: the encoding of a type of its own, [`LORE_MAX`] bytes at most.
-    Open(#[serde(deserialize_with = "at_most_lore")] Vec<u8>),
+    /// The knowledge of any other mission: the encoding of its own type, at most [`LORE_MAX`] bytes.
+    Open(#[serde(deserialize_with = "bounded_knowledge")] Vec<u8>),
 }
 
-/// What a bulletin of a mission says.
+/// The content of a mission's bulletin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Payload {
-    /// Of [`items`].
+    /// The content for missions with [`items`].
     Items(ItemsBulletin),
-    /// In any other mission: the encoding of a type of its own, [`LORE_MAX`] bytes at most.
-    Open(#[serde(deserialize_with = "at_most_lore")] Vec<u8>),
+    /// The content for any other mission: the encoding of its own type, at most [`LORE_MAX`] bytes.
+    Open(#[serde(deserialize_with = "bounded_knowledge")] Vec<u8>),
 }
 
-fn at_most_lore<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+fn bounded_knowledge<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
     let bytes = Vec::deserialize(deserializer)?;
     if bytes.len() > LORE_MAX {
         let expected = format!("at most {LORE_MAX} bytes");
@@ -127,7 +129,7 @@ fn at_most_lore<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D
     Ok(bytes)
 }
 
-/// A few bytes in place: a step that hands them on does not allocate.
+/// A byte buffer of fixed capacity. A step passes it on without allocation.
 #[derive(Clone, Copy)]
 pub struct Bytes<const N: usize> {
     length: u8,
@@ -136,10 +138,10 @@ pub struct Bytes<const N: usize> {
 }
 
 impl<const N: usize> Bytes<N> {
-    /// The encoding of a value.
+    /// Encodes a value into the buffer.
     ///
     /// # Errors
-    /// [`CodecError::TooLarge`] above `N` bytes.
+    /// Returns [`CodecError::TooLarge`] above `N` bytes.
     pub fn encode<T: Serialize>(value: &T) -> Result<Self, CodecError> {
         let mut new = Self::default();
         let length = codec::encode_to_slice(value, &mut new.bytes)?;
@@ -150,21 +152,18 @@ impl<const N: usize> Bytes<N> {
         Ok(new)
     }
 
-    /// The value whose encoding they are.
-    ///
-    /// # Errors
-    /// See [`codec::decode`].
+    /// Decodes the value in the buffer.
     pub fn decode<T: DeserializeOwned>(&self) -> Result<T, CodecError> {
         codec::decode(self.as_slice())
     }
 
-    /// The bytes.
+    /// Returns the used part of the buffer.
     #[must_use]
     pub fn as_slice(&self) -> &[u8] {
         &self.bytes[..usize::from(self.length)]
     }
 
-    /// Those bytes, whatever they mean; `None` above `N` of them.
+    /// Copies bytes without decoding them. Returns `None` above `N` bytes.
     #[must_use]
     pub fn copied(bytes: &[u8]) -> Option<Self> {
         let mut new = Self::default();
@@ -216,7 +215,7 @@ impl<'de, const N: usize> Deserialize<'de> for Bytes<N> {
                 Bytes::copied(bytes).ok_or_else(|| E::invalid_length(bytes.len(), &self))
             }
 
-            // As JSON has them.
+            // JSON represents bytes as a list.
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
                 let mut bytes = Vec::new();
                 while let Some(byte) = list.next_element()? {
@@ -235,7 +234,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_fits_comes_back_and_what_does_not_is_refused() {
+    fn values_that_fit_are_decoded_and_larger_ones_are_refused() {
         let value = (7_u32, "point".to_owned(), Some(0.5_f32));
         let bytes = Bytes::<32>::encode(&value).unwrap();
         assert_eq!(bytes.decode::<(u32, String, Option<f32>)>().unwrap(), value);
@@ -244,33 +243,33 @@ mod tests {
     }
 
     #[test]
-    fn they_cross_the_bus_within_their_bounds() {
+    fn bytes_are_encoded_within_their_bounds() {
         let bytes = Bytes::<DEED_MAX>::encode(&[1_u8, 2, 3]).unwrap();
-        let deed = Deed::Open(bytes);
-        let on_the_bus = codec::encode(&deed).unwrap();
-        assert_eq!(on_the_bus, [2, 3, 1, 2, 3]);
-        assert_eq!(codec::decode::<Deed>(&on_the_bus).unwrap(), deed);
-        let json = serde_json::to_string(&deed).unwrap();
-        assert_eq!(serde_json::from_str::<Deed>(&json).unwrap(), deed);
+        let action = Deed::Open(bytes);
+        let encoded = codec::encode(&action).unwrap();
+        assert_eq!(encoded, [2, 3, 1, 2, 3]);
+        assert_eq!(codec::decode::<Deed>(&encoded).unwrap(), action);
+        let json = serde_json::to_string(&action).unwrap();
+        assert_eq!(serde_json::from_str::<Deed>(&json).unwrap(), action);
         let mut too_long = vec![2, DEED_MAX as u8 + 1];
         too_long.extend([0; DEED_MAX + 1]);
         assert!(codec::decode::<Deed>(&too_long).is_err());
     }
 
     #[test]
-    fn lore_has_its_bound() {
-        let of = |length| codec::encode(&Lore::Open(vec![7; length])).unwrap();
-        assert!(codec::decode::<Lore>(&of(LORE_MAX)).is_ok());
-        assert!(codec::decode::<Lore>(&of(LORE_MAX + 1)).is_err());
+    fn shared_knowledge_is_bounded() {
+        let encoded = |length| codec::encode(&Lore::Open(vec![7; length])).unwrap();
+        assert!(codec::decode::<Lore>(&encoded(LORE_MAX)).is_ok());
+        assert!(codec::decode::<Lore>(&encoded(LORE_MAX + 1)).is_err());
     }
 
     #[test]
-    fn of_another_mission_the_clean_up_reads_nothing() {
+    fn readings_of_another_mission_contain_no_items() {
         let mut sensed = Sensed::Open(Box::default());
         assert_eq!(*sensed.items(), ItemsSensed::default());
         sensed.items_mut().holding = Some(true);
         assert_eq!(sensed.items().holding, Some(true));
-        let deed = Deed::Open(Bytes::default());
-        assert_eq!(deed.items(), ItemsDeed::default());
+        let action = Deed::Open(Bytes::default());
+        assert_eq!(action.items(), ItemsDeed::default());
     }
 }

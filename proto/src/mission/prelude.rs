@@ -1,4 +1,4 @@
-//! What the signatures of a mission's data are written with.
+//! The types in the signatures of [`MissionData`].
 
 pub use glam::Vec2;
 

@@ -1,33 +1,33 @@
-//! What holds of a mission for those who look at its runs from outside.
+//! Properties that every run of a mission must have, for analysis from outside.
 
 use glam::Vec2;
 
-/// A round place, m.
+/// A circular area on the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Its center.
+    /// The center of the area, m.
     pub center: Vec2,
-    /// Its radius.
+    /// The radius of the area, m.
     pub radius_m: f32,
 }
 
 impl Place {
-    /// Whether a point is in it.
+    /// Returns true if the area contains a point.
     #[must_use]
     pub fn contains(&self, point: Vec2) -> bool {
         point.distance(self.center) <= self.radius_m
     }
 }
 
-/// What a scenario promises, whatever goes wrong.
+/// The properties of every run of a scenario, with or without faults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Promises {
-    /// Items at the start. None is ever lost, and only faults add any.
+    /// The number of items at the start. No item is lost, and only faults add items.
     pub items: usize,
-    /// Where items stay once they have been brought there.
+    /// The areas that delivered items never leave.
     pub goals: Vec<Place>,
-    /// Where robots have to get beside the items, so that all can be done.
+    /// The areas that robots must reach, besides the items, to finish the mission.
     pub targets: Vec<Place>,
-    /// Whether it ends, if some sound robot can do all of it and all that is left is within its reach.
+    /// True if the mission ends whenever a sound robot can do all of it and can reach all remaining work.
     pub ends: bool,
 }

@@ -1,4 +1,4 @@
-//! The section of a scenario that is its mission's own, in a type of the mission's own.
+//! The mission's section of a scenario, in the mission's own type.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -7,11 +7,11 @@ use std::sync::Arc;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-/// What a scenario says of its mission. In a file it is the table `[NAME]`.
+/// The values that a scenario states for its mission. In a file they are the table `[NAME]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MissionSection(Option<Stated>);
 
-/// The types of a mission and of its section are known to the mission alone.
+/// A stated section. Only the mission can name the types of itself and of its section.
 #[derive(Clone, Debug)]
 struct Stated {
     name: &'static str,
@@ -19,11 +19,11 @@ struct Stated {
     values: Box<dyn Section>,
 }
 
-/// The type of a mission's section: any that can be read, written and compared.
+/// The type of a mission's section, which can be written, copied and compared.
 pub trait Section: Any + Debug + Send + Sync + erased_serde::Serialize {
-    /// A copy.
+    /// Returns a copy of the section.
     fn boxed(&self) -> Box<dyn Section>;
-    /// Whether the other one is of the same type and says the same.
+    /// Returns true if the other section has the same type and equal values.
     fn is_same(&self, other: &dyn Section) -> bool;
 }
 
@@ -44,7 +44,7 @@ impl Clone for Box<dyn Section> {
 }
 
 impl MissionSection {
-    /// That of the mission of that name.
+    /// Creates a section of the mission with this name.
     pub(super) fn stated(
         name: &'static str,
         mission: Arc<dyn Any + Send + Sync>,
@@ -57,30 +57,30 @@ impl MissionSection {
         }))
     }
 
-    /// Name of its mission; `None`: it is of none.
+    /// Returns the mission's name, or `None` without a mission.
     #[must_use]
     pub fn name(&self) -> Option<&'static str> {
         Some(self.0.as_ref()?.name)
     }
 
-    /// Its mission, if that is its type.
+    /// Returns the mission if it has this type.
     pub(super) fn mission<T: Any>(&self) -> Option<&T> {
         self.0.as_ref()?.mission.downcast_ref()
     }
 
-    /// The values, if that is their type.
+    /// Returns the values if they have this type.
     #[must_use]
     pub fn values<T: Any>(&self) -> Option<&T> {
         (&*self.0.as_ref()?.values as &dyn Any).downcast_ref()
     }
 
-    /// The same, to be written to.
+    /// Returns the values for writing if they have this type.
     pub fn values_mut<T: Any>(&mut self) -> Option<&mut T> {
         (&mut *self.0.as_mut()?.values as &mut dyn Any).downcast_mut()
     }
 }
 
-/// Two missions are the same if their names are.
+/// Compares missions by their names.
 impl PartialEq for Stated {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name && self.values.is_same(&*other.values)

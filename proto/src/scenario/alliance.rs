@@ -1,24 +1,23 @@
-//! ALLIANCE parameters and switches: how a scenario states them, and the resolved values in force (ALLIANCE.md §1 and §3).
+//! ALLIANCE parameters and switches: their form in a scenario, and the values in force (ALLIANCE.md §1 and §3).
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Which bundle of switches a scenario starts from (ALLIANCE.md §3).
+/// The set of switches that a scenario starts from (ALLIANCE.md §3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
-    /// What the thesis' simulator does.
+    /// The behavior of the thesis' simulator.
     Thesis,
-    /// What was observed in Parker's experiments of 1998.
+    /// The behavior observed in Parker's experiments of 1998.
     Par98,
-    /// Made for a team of real processes.
+    /// Switches for a team of real processes.
     #[default]
     Team,
 }
 
 impl Preset {
-    /// As scenario files have it.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -33,24 +32,23 @@ impl Preset {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HistoryOrigin {
-    /// Literally 0: patience is a once-only thing.
+    /// The literal 0: each teammate can use up a robot's patience only once.
     MissionStart,
-    /// The last progress that the teammate reported on the task, the mission's start if none.
+    /// The last progress that the teammate reported on the task, or the mission's start.
     Progress,
 }
 
-/// When robots step and hear each other (thesis §4.4).
+/// The order in which robots step and receive broadcasts (thesis §4.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StepOrder {
-    /// All at once; a broadcast is heard in the next step.
+    /// Steps at the same time: a broadcast is received in the next step.
     Simultaneous,
-    /// One after the other in rank order; later ones hear earlier ones in the same step.
+    /// Steps in rank order: later robots receive broadcasts of earlier ones in the same step.
     InOrder,
 }
 
 impl StepOrder {
-    /// As written in scenario files and on the command line.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -60,35 +58,34 @@ impl StepOrder {
     }
 }
 
-/// The answers to what the formulas leave open (ALLIANCE.md §3, one field per row of its table), each with the source that
-/// asks the question. Par98: what was observed in Parker's experiments. "Here": decided in this project.
+/// The decisions that the formulas leave open, one field per row of the table in ALLIANCE.md §3. Each states its
+/// source. "Par98" means Parker's experiments, "own" a decision of this project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Switches {
-    /// At θ while a teammate executes an exclusive task: wait and broadcast the wish, else activate at once. Thesis §3.3.1;
-    /// Par98 knows no such state.
+    /// True: at θ, while a teammate executes an exclusive task, a set waits and broadcasts its wish. False: it
+    /// activates at once. Thesis §3.3.1; Par98 has no such state.
     pub waiting: bool,
-    /// A *waiting* message counts as comm_received in impatience and reset (it always counts in acquiescence). Thesis
-    /// §4.3.1: one robot's wish knocked another off, and then it did something else.
+    /// True if a *waiting* message counts as comm_received in impatience and reset. It always counts in acquiescence.
+    /// Thesis §4.3.1: a robot could stop another one and then take a different task.
     pub waiting_counts: bool,
-    /// A set may broadcast its wish in the step in which another set of the robot activates. Thesis §4.3.1, the same place.
+    /// True if a set may broadcast its wish in the step in which another set of the robot activates. Thesis §4.3.1.
     pub wish_when_suppressed: bool,
-    /// impatience_reset may switch off an active set, as eq. 2.7 is printed. Thesis §4.4: not seen in Parker's results.
+    /// True if impatience_reset may switch off an active set, as in eq. 2.7. Thesis §4.4: not seen in Parker's results.
     pub reset_stops_active: bool,
-    /// Origin of the comm history, in impatience and reset alike. Eq. 2.4 and 2.5 print 0, the mission's start; progress is
-    /// from here, for tasks that recur.
+    /// The origin of the comm history in impatience and reset. Eq. 2.4 and 2.5 state 0, the mission's start. Own:
+    /// progress, for recurring tasks.
     pub history_origin: HistoryOrigin,
-    /// Two robots claim an exclusive task in the same step: the earlier `since` wins, a tie goes to the lower rank, and the
-    /// loser becomes waiting; else both run until ψ. Thesis ch. 5 names the problem; the answer is from here.
+    /// True: of two robots that claim an exclusive task in the same step, the earlier `since` wins, then the lower
+    /// rank. The other robot waits. False: both run until ψ. Thesis ch. 5 names the problem; the solution is our own.
     pub arbitration: bool,
-    /// Say so when a set hibernates; else τ has to find out. From here: the thesis' robots share one broadcast unit
-    /// (§4.2.3) and see it without a message.
+    /// True: a set that hibernates broadcasts a message. False: teammates detect it after τ. Own: the thesis' robots
+    /// share one broadcast unit (§4.2.3) and need no message.
     pub release_message: bool,
-    /// A robot without an active set says that it is idle. From here: idle is not dead.
+    /// True if a robot without an active set broadcasts that it is idle. Own: this distinguishes idle from dead.
     pub idle_heartbeat: bool,
 }
 
 impl Preset {
-    /// The switches of the preset.
     #[must_use]
     pub fn switches(self) -> Switches {
         match self {
@@ -127,7 +124,7 @@ impl Preset {
 }
 
 impl Preset {
-    /// The step order that a scenario of this preset has if it states none: the thesis' simulator steps in order.
+    /// Returns the step order of a scenario that states none. The thesis' simulator steps in order.
     #[must_use]
     pub fn step_order(self) -> StepOrder {
         match self {
@@ -137,15 +134,16 @@ impl Preset {
     }
 }
 
-/// `[alliance]` of a scenario file. Precedence, weakest first: built-in values of the behavior set, `defaults`, `sets`,
-/// `robots.NAME.defaults`, `robots.NAME.sets`, a parameter file. A value for a named teammate beats the plain value of its own
-/// and of every weaker layer; the plain value of a stronger layer beats it.
+/// The section `[alliance]` of a scenario file. Precedence, weakest first: built-in values of the behavior set,
+/// `defaults`, `sets`, `robots.NAME.defaults`, `robots.NAME.sets`, a parameter file. A value for a named teammate
+/// overrides the plain values of its own layer and of every weaker one. The plain value of a stronger layer overrides
+/// it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AllianceSection {
-    /// Bundle of switches.
+    /// The set of switches to start from.
     pub preset: Preset,
-    /// θ, one for the whole team.
+    /// θ, the same for the whole team.
     pub threshold: f64,
     /// Switches that differ from the preset.
     pub switches: SwitchSection,
@@ -153,7 +151,6 @@ pub struct AllianceSection {
     pub defaults: BehaviorSection,
     /// Values by behavior set.
     pub sets: BTreeMap<String, BehaviorSection>,
-    /// Values by robot.
     pub robots: BTreeMap<String, RobotSection>,
 }
 
@@ -170,7 +167,7 @@ impl Default for AllianceSection {
     }
 }
 
-/// `[alliance.robots.NAME]`.
+/// The section `[alliance.robots.NAME]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobotSection {
@@ -180,7 +177,7 @@ pub struct RobotSection {
     pub sets: BTreeMap<String, BehaviorSection>,
 }
 
-/// Switches that differ from the preset; each as in [`Switches`].
+/// Switches that differ from the preset; see [`Switches`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)] // Each field is documented at `Switches`.
@@ -195,7 +192,7 @@ pub struct SwitchSection {
     pub reset_stops_active: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history_origin: Option<HistoryOrigin>,
-    /// The run's, where scenario files used to state it: see [`Scenario::step_order`](super::Scenario::step_order).
+    /// An alternative to [`Scenario::step_order`](super::Scenario::step_order).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_order: Option<StepOrder>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -207,7 +204,6 @@ pub struct SwitchSection {
 }
 
 impl SwitchSection {
-    /// A section that states all of them.
     #[must_use]
     pub fn stating(switches: Switches, step_order: StepOrder) -> Self {
         Self {
@@ -223,7 +219,7 @@ impl SwitchSection {
         }
     }
 
-    /// The preset's switches with these in their place.
+    /// Returns the preset's switches, replaced by those that the section states.
     pub(super) fn over(&self, preset: Switches) -> Switches {
         Switches {
             waiting: self.waiting.unwrap_or(preset.waiting),
@@ -240,99 +236,87 @@ impl SwitchSection {
     }
 }
 
-/// Parameters of a behavior set, as far as one layer of a scenario states them; each as in [`BehaviorParams`].
+/// The parameters of a behavior set that one layer of a scenario states; see [`BehaviorParams`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BehaviorSection {
-    /// ρ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub broadcast_rate_hz: Option<f64>,
-    /// τ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ceased_after_s: Option<f64>,
-    /// δ_fast.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fast_impatience: Option<f64>,
     /// δ_slow toward every teammate that is not named.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slow_impatience: Option<f64>,
-    /// δ_slow by teammate.
+    /// δ_slow toward a named teammate.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub slow_impatience_toward: BTreeMap<String, f64>,
     /// φ toward every teammate that is not named.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub willing_to_affect_s: Option<f64>,
-    /// φ by teammate.
+    /// φ toward a named teammate.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub willing_to_affect_toward_s: BTreeMap<String, f64>,
-    /// ψ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub before_yielding_s: Option<f64>,
-    /// λ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub before_giving_up_s: Option<f64>,
 }
 
-/// Every ALLIANCE value in force (DESIGN §8, `alliance` of run.json).
+/// Every ALLIANCE value in force (`alliance` of run.json).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alliance {
-    /// θ.
     pub threshold: f64,
-    /// Length of a step, ms.
+    /// The length of a step, ms.
     pub step_ms: u64,
-    /// All switches.
     pub switches: Switches,
-    /// By robot name.
+    /// The parameters by robot name.
     pub robots: BTreeMap<String, RobotParams>,
 }
 
-/// One robot's values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotParams {
-    /// Its rank.
     pub rank: u16,
-    /// By behavior set name.
+    /// The parameters by behavior set name.
     pub sets: BTreeMap<String, BehaviorParams>,
 }
 
-/// Parameters of one behavior set of one robot (ALLIANCE.md §1).
+/// The parameters of one behavior set of one robot (ALLIANCE.md §1). Meanings and units are those of
+/// [`BuiltIn`](crate::mission::data::BuiltIn).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BehaviorParams {
-    /// Name of the task.
+    /// The name of the set's task.
     pub task: String,
-    /// ρ, heartbeats per second.
     pub broadcast_rate_hz: f64,
-    /// τ, silence after which a teammate is taken to have ceased, s.
     pub ceased_after_s: f64,
-    /// δ_fast, motivation/s.
     pub fast_impatience: f64,
-    /// δ_slow by teammate, motivation/s; of a teammate that a large team does not list, that of [`BehaviorParams::OTHERS`].
+    /// δ_slow by teammate, motivation/s. [`BehaviorParams::OTHERS`] stands for teammates that a large team does not
+    /// list.
     pub slow_impatience: BTreeMap<String, f64>,
-    /// φ by teammate, s, in the same way.
+    /// φ by teammate, in the same way, s.
     pub willing_to_affect_s: BTreeMap<String, f64>,
-    /// ψ, s.
     pub before_yielding_s: f64,
-    /// λ, s.
     pub before_giving_up_s: f64,
 }
 
 impl BehaviorParams {
-    /// All teammates that are not listed by name: no robot has this name.
+    /// The entry of all teammates that are not listed. No robot has this name.
     pub const OTHERS: &str = "*";
 
-    /// δ_slow toward a teammate, motivation/s.
+    /// Returns δ_slow toward a teammate, motivation/s.
     ///
     /// # Panics
-    /// If there is no value for it: resolving a scenario gives one for each teammate.
+    /// Panics if there is no value. A resolved scenario has one for each teammate.
     #[must_use]
     pub fn slow_toward(&self, teammate: &str) -> f64 {
         Self::toward(&self.slow_impatience, teammate)
     }
 
-    /// φ toward a teammate, s.
+    /// Returns φ toward a teammate, s.
     ///
     /// # Panics
-    /// If there is no value for it: resolving a scenario gives one for each teammate.
+    /// Panics if there is no value. A resolved scenario has one for each teammate.
     #[must_use]
     pub fn phi_toward(&self, teammate: &str) -> f64 {
         Self::toward(&self.willing_to_affect_s, teammate)

@@ -1,5 +1,5 @@
-//! Which allocator each robot has, and what is stated of allocators. What allocators there are is told by whoever reads a
-//! scenario: no list of them stands here.
+//! The allocator of each robot, and the stated parameters of allocators. The reader of a scenario supplies the list of
+//! allocators.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,26 +10,25 @@ use super::parameters::ParameterSpec;
 use super::path::Path;
 use super::{Robot, Scenario};
 
-/// `[allocators]`: by allocator the values that are stated, by parameter.
+/// The section `[allocators]`: the stated values by allocator and parameter.
 pub type Allocators = BTreeMap<String, Map<String, Value>>;
 
-/// An allocator as far as a scenario can speak of it.
+/// The properties of an allocator that a scenario depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AllocatorSpec {
-    /// What it is chosen by.
     pub name: &'static str,
-    /// How it decides, in a line.
+    /// The decision rule in one line.
     pub about: &'static str,
     /// The keys of `[allocators.NAME]`.
     pub parameters: Vec<ParameterSpec>,
-    /// Whether its robots are told the [truth](crate::tick::TickMessage::truth).
+    /// True if its robots receive the [ground truth](crate::tick::TickMessage::truth).
     pub wants_truth: bool,
-    /// Whether its robots learn times that can be carried to a later run, in a [`Profile`](super::Profile).
+    /// True if its robots learn times that a [`Profile`](super::Profile) carries to a later run.
     pub learns: bool,
 }
 
 impl AllocatorSpec {
-    /// The allocator of a scenario that chooses none. Its parameters stand in `[alliance]`.
+    /// Returns the default allocator, whose parameters belong in `[alliance]`.
     #[must_use]
     pub fn alliance() -> Self {
         Self {
@@ -46,28 +45,28 @@ impl Scenario {
     /// The allocator of a scenario that chooses none.
     pub const DEFAULT_ALLOCATOR: &str = "alliance";
 
-    /// What decides for a robot: its mind if that is a program of its own, else its allocator.
+    /// Returns the external controller of a robot, or else its allocator.
     #[must_use]
     pub fn allocator_of<'s>(&'s self, robot: &'s Robot) -> &'s str {
         let mind = robot.mind.as_deref();
         mind.unwrap_or_else(|| self.allocator_beside_mind(robot))
     }
 
-    /// The allocator of a robot, whatever its mind is: its own choice, else the team's.
+    /// Returns the allocator of a robot regardless of an external controller: its own choice, or else the team's.
     #[must_use]
     pub fn allocator_beside_mind<'s>(&'s self, robot: &'s Robot) -> &'s str {
         let stated = robot.allocator.as_deref().or(self.allocator.as_deref());
         stated.unwrap_or(Self::DEFAULT_ALLOCATOR)
     }
 
-    /// The names of the minds that are programs of their own, each once.
+    /// Returns the distinct names of the external controllers.
     #[must_use]
     pub fn minds(&self) -> BTreeSet<&str> {
         let minds = self.robots.iter().map(|robot| robot.mind.as_deref());
         minds.flatten().collect()
     }
 
-    /// The names of all allocators of the team, each once.
+    /// Returns the distinct names of the team's allocators, separated by commas.
     #[must_use]
     pub fn allocators_in_words(&self) -> String {
         let names = self.robots.iter().map(|robot| self.allocator_of(robot));
@@ -75,23 +74,23 @@ impl Scenario {
         names.into_iter().collect::<Vec<_>>().join(", ")
     }
 
-    /// The values that are stated of an allocator, as a JSON object.
+    /// Returns the stated values of an allocator as a JSON object.
     #[must_use]
     pub fn allocator_values(&self, allocator: &str) -> Value {
         let stated = self.allocators.get(allocator).cloned();
         Value::Object(stated.unwrap_or_default())
     }
 
-    /// Checks the choice of allocators and what is stated of them.
+    /// Checks the choice of allocators and their stated values.
     ///
     /// # Errors
-    /// The first allocator or parameter that is unknown, or value that is out of range.
+    /// Returns the first unknown allocator or parameter, or the first value out of range.
     pub fn check_allocators(&self, known: &[AllocatorSpec]) -> Result<(), ScenarioError> {
         self.allocator_problem(known)
             .map_err(|problem| problem.located(None))
     }
 
-    /// The same for a scenario whose file is known.
+    /// Checks the same and returns a problem, which can get a line of the scenario's file.
     pub(super) fn allocator_problem(&self, known: &[AllocatorSpec]) -> Result<(), Problem> {
         if let Some(name) = &self.allocator {
             find(name, known, &Path::of(["allocator"]))?;
@@ -105,8 +104,9 @@ impl Scenario {
                 && known.iter().any(|spec| spec.name == mind)
             {
                 let at = Path::of(["robots"]).index(index).key("mind");
-                let what = format!("'{mind}' is an allocator, and no program of its own");
-                let remedy = format!("state allocator = \"{mind}\", or give the mind another name");
+                let what = format!("'{mind}' is an allocator, not a program");
+                let remedy =
+                    format!("state allocator = \"{mind}\", or give the program another name");
                 return Err(Problem::at(at, what, remedy));
             }
         }
@@ -144,18 +144,18 @@ fn unknown_parameter(
     known: &[AllocatorSpec],
     at: Path,
 ) -> Problem {
-    let has = |spec: &&AllocatorSpec| spec.parameters.iter().any(|it| it.key == key);
+    let has = |spec: &&AllocatorSpec| spec.parameters.iter().any(|parameter| parameter.key == key);
     let what = match known.iter().find(has) {
         Some(owner) => format!(
-            "that is a parameter of {}, not of {}",
+            "the key is a parameter of {}, not of {}",
             owner.name, allocator.name
         ),
         None => format!("{} has no such parameter", allocator.name),
     };
-    let own = allocator.parameters.iter().map(|parameter| parameter.key);
+    let keys = allocator.parameters.iter().map(|parameter| parameter.key);
     let remedy = match allocator.name {
-        Scenario::DEFAULT_ALLOCATOR => "its parameters stand in [alliance]".to_owned(),
-        _ => instead(key, own),
+        Scenario::DEFAULT_ALLOCATOR => "its parameters belong in [alliance]".to_owned(),
+        _ => instead(key, keys),
     };
     Problem::at(at, what, remedy)
 }

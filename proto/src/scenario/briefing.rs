@@ -1,12 +1,12 @@
-//! What robots are told of a run.
+//! The part of a setup that robots receive.
 
 use super::{Scenario, Setup};
 use crate::fault::Faults;
 
 impl Setup {
-    /// The setup as robots know it: the map that they are given, the team and the parameters. What lies on the floor, what will go
-    /// wrong and what the mission [keeps to itself](crate::mission::data::MissionData::brief) they find out, or not. The seed is in
-    /// it, for a robot draws what becomes of the messages that it is sent.
+    /// Returns the setup for robots: the map, the team and the parameters. It omits obstacles, faults and the values
+    /// that the mission [withholds](crate::mission::data::MissionData::brief). It contains the seed, because a receiver
+    /// draws the delivery of its messages.
     #[must_use]
     pub fn briefing(&self) -> Self {
         let mut scenario = Scenario {
@@ -22,8 +22,8 @@ impl Setup {
         }
     }
 
-    /// The same as one robot's agent is told it: without parameters and profiles of its teammates, which would grow with the square of the
-    /// team.
+    /// Returns the setup for one robot's agent. It omits its teammates' parameters and profiles, which would grow with
+    /// the square of the team.
     #[must_use]
     pub fn briefing_of(&self, robot: &str) -> Self {
         let mut briefing = self.briefing();

@@ -1,4 +1,4 @@
-//! The tasks and behavior sets of a mission, with the ids that cross the bus.
+//! The tasks and behavior sets of a mission, with the ids that messages use.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -7,44 +7,44 @@ use super::{Robot, Scenario};
 use crate::ids::{BehaviorId, TaskId};
 use crate::mission::known::Mission;
 
-/// A task (thesis §3.3.1).
+/// A task of the mission (thesis §3.3.1).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskSpec {
-    /// Name, as in the logs.
+    /// The name, as in the logs.
     pub name: String,
-    /// How many robots may execute it at once; 1 is exclusive.
+    /// The number of robots that may execute it at once; 1 is exclusive.
     pub max_robots: u32,
-    /// Higher goes first.
+    /// The priority. A higher number goes first.
     pub priority: i32,
 }
 
-/// A behavior set.
+/// A behavior set, which performs one task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BehaviorSpec {
-    /// Name, as in the logs and parameter files.
+    /// The name, as in the logs and parameter files.
     pub name: String,
-    /// The task that it performs.
+    /// The task that the set performs.
     pub task: TaskId,
-    /// What it does: a number of the mission's own.
+    /// The kind of behavior, a number that the mission defines.
     pub kind: u32,
-    /// The skill that it takes, if any: a robot without it does not have the behavior.
+    /// The required skill, if any. A robot without it does not have the behavior.
     pub skill: Option<String>,
 }
 
-/// All tasks and behavior sets of a scenario; the index of each is its id.
+/// The tasks and behavior sets of a scenario. The index of each is its id.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Catalog {
-    /// The mission whose they are.
+    /// The mission of the tasks and behavior sets.
     pub mission: Mission,
-    /// Tasks.
+    /// The tasks, indexed by id.
     pub tasks: Vec<TaskSpec>,
-    /// Behavior sets, in the order of their tasks.
+    /// The behavior sets, in the order of their tasks.
     pub sets: Vec<BehaviorSpec>,
     task_ids: BTreeMap<String, TaskId>,
 }
 
 impl Catalog {
-    /// The catalog of a scenario. That of a run stands in its [`Setup`](super::Setup).
+    /// Creates the catalog of a scenario. A run's [`Setup`](super::Setup) contains its catalog.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let mission = scenario.mission();
@@ -71,26 +71,26 @@ impl Catalog {
         }
     }
 
-    /// The behavior set of that name.
+    /// Returns the id of the behavior set with this name.
     #[must_use]
     pub fn behavior_named(&self, name: &str) -> Option<BehaviorId> {
         let index = self.sets.iter().position(|set| set.name == name)?;
         Some(BehaviorId(index as u16))
     }
 
-    /// Name of a task; ids come from this catalog.
+    /// Returns the name of a task of this catalog.
     #[must_use]
     pub fn task_name(&self, task: TaskId) -> &str {
         self.tasks.get(task.index()).map_or("?", |task| &task.name)
     }
 
-    /// Name of a behavior set; ids come from this catalog.
+    /// Returns the name of a behavior set of this catalog.
     #[must_use]
     pub fn behavior_name(&self, set: BehaviorId) -> &str {
         self.sets.get(set.index()).map_or("?", |set| &set.name)
     }
 
-    /// The behavior sets of one robot, in the catalog's order: those for its tasks that the mission gives it.
+    /// Returns the behavior sets of one robot in catalog order: those of its tasks that the mission allows.
     pub fn behaviors_of<'c>(&'c self, robot: &'c Robot) -> impl Iterator<Item = BehaviorId> + 'c {
         let named = robot.tasks.iter().filter_map(|name| self.task_named(name));
         let mut tasks: Vec<TaskId> = named.collect();
@@ -109,13 +109,13 @@ impl Catalog {
             .map(|index| BehaviorId(index as u16))
     }
 
-    /// The task of that name.
+    /// Returns the id of the task with this name.
     #[must_use]
     pub fn task_named(&self, name: &str) -> Option<TaskId> {
         self.task_ids.get(name).copied()
     }
 
-    /// The behavior sets for a task: sets are in the order of their tasks.
+    /// Returns the index range of a task's behavior sets, which are in the order of their tasks.
     fn behaviors_for(&self, task: TaskId) -> Range<usize> {
         let from = self.sets.partition_point(|set| set.task < task);
         let to = self.sets.partition_point(|set| set.task <= task);

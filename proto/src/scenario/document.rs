@@ -1,4 +1,4 @@
-//! A scenario file as text: its values by path, with their lines.
+//! The text of a scenario file, with its values by path and their lines.
 
 use serde::de::Deserialize;
 use toml::de::{DeTable, DeValue};
@@ -7,14 +7,14 @@ use super::error::{Place, Problem, ScenarioError};
 use super::path::{Path, Step};
 use super::toml_value::Value;
 
-/// A parsed file.
+/// A parsed file with its text.
 pub(super) struct Document<'t> {
     text: &'t str,
     root: DeValue<'t>,
 }
 
 impl<'t> Document<'t> {
-    /// Parses the text, or says where it is not TOML.
+    /// Parses the text. Returns an error with the line that is not TOML.
     pub fn parse(file_name: &str, text: &'t str) -> Result<Self, ScenarioError> {
         DeTable::parse(text)
             .map(|table| Self {
@@ -24,7 +24,7 @@ impl<'t> Document<'t> {
             .map_err(|error| syntax_error(file_name, text, &error))
     }
 
-    /// The line of the value at that path, or of the innermost table or array on the way that the file has.
+    /// Returns the line of the value at a path, or of the innermost table or array on the way.
     pub fn line_of(&self, path: &Path) -> Option<usize> {
         let mut value = &self.root;
         let mut span = None;
@@ -48,7 +48,6 @@ impl<'t> Document<'t> {
         span.map(|span| line_at(self.text, span.start))
     }
 
-    /// The file's contents.
     pub fn table(&self) -> &DeTable<'t> {
         match &self.root {
             DeValue::Table(table) => table,
@@ -56,14 +55,13 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// The file's contents as a value of that type.
     pub fn to<'d, T: Deserialize<'d>>(&'d self) -> Result<T, Problem> {
         T::deserialize(Value(&self.root)).map_err(Problem::from)
     }
 }
 
 impl Problem {
-    /// The error for people; `file` is the name of the scenario's file and its contents.
+    /// Converts the problem into an error. `file` is the name of the scenario's file and its contents.
     pub(super) fn located(self, file: Option<(&str, &Document<'_>)>) -> ScenarioError {
         let (name, line, key) = match self.place {
             Place::Scenario(path) => (
@@ -88,7 +86,7 @@ fn syntax_error(file_name: &str, text: &str, error: &toml::de::Error) -> Scenari
     let line = line_at(text, span.start);
     let message = error.message();
     let (mut what, remedy) = match message.split_once(", expected ") {
-        Some((what, wanted)) => (what.to_owned(), format!("TOML wants {wanted} here")),
+        Some((what, wanted)) => (what.to_owned(), format!("TOML expects {wanted} here")),
         None if message == "duplicate key" => (message.to_owned(), "state it once".to_owned()),
         None => (
             message.to_owned(),
@@ -102,7 +100,7 @@ fn syntax_error(file_name: &str, text: &str, error: &toml::de::Error) -> Scenari
     ScenarioError::in_file(file_name, line, what, remedy)
 }
 
-/// The line, from 1, of a byte of the text.
+/// Returns the line of a byte of the text, counted from 1.
 fn line_at(text: &str, byte: usize) -> usize {
     let before = text.as_bytes().iter().take(byte);
     before.filter(|byte| **byte == b'\n').count() + 1

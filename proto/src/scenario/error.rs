@@ -1,11 +1,11 @@
-//! What is wrong with a scenario or a parameter file, where, and what would be right: always one line.
+//! Errors in scenarios and parameter files: one line with place, problem and remedy.
 
 use std::fmt;
 
 use super::path::{Path, Step};
 
-/// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: what is wrong; what would be
-/// right`; file and line are missing where the scenario does not come from a file.
+/// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: problem; remedy`. File
+/// and line are missing for a scenario without a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct ScenarioError {
     pub(super) file: Option<String>,
@@ -16,7 +16,7 @@ pub struct ScenarioError {
 }
 
 impl ScenarioError {
-    /// An error on a line of a file, where no key can be named.
+    /// Creates an error on a line of a file, without a key.
     pub(super) fn in_file(file: &str, line: usize, what: String, remedy: String) -> Self {
         Self {
             file: Some(file.to_owned()),
@@ -28,15 +28,15 @@ impl ScenarioError {
     }
 }
 
-/// The contents of a file as text; `name` is for the error message.
+/// Returns the contents of a file as text; `name` is for the error message.
 ///
 /// # Errors
-/// The line of the first byte that is none.
+/// Returns the line of the first byte that is not UTF-8.
 pub fn text_of(name: &str, bytes: Vec<u8>) -> Result<String, ScenarioError> {
     String::from_utf8(bytes).map_err(|error| {
         let whole = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = whole.iter().filter(|byte| **byte == b'\n').count() + 1;
-        let what = "these bytes are no UTF-8 text".to_owned();
+        let what = "the bytes are not UTF-8 text".to_owned();
         ScenarioError::in_file(name, line, what, "save the file as UTF-8".to_owned())
     })
 }
@@ -55,7 +55,8 @@ impl fmt::Display for ScenarioError {
             text += &format!("{}: ", self.key);
         }
         text += &format!("{}; {}", self.what, self.remedy);
-        // Names come from the file and may hold anything: nothing in them may break the line or command a terminal.
+        // Names come from the file and may contain any character. Escapes keep them from breaking the line or
+        // controlling a terminal.
         for c in text.chars() {
             if c.is_control() {
                 write!(f, "{}", c.escape_default())?;
@@ -67,12 +68,12 @@ impl fmt::Display for ScenarioError {
     }
 }
 
-/// Where a value was stated.
+/// The place where a value was stated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// In the scenario, file or not.
+    /// A path in the scenario, with or without a file.
     Scenario(Path),
-    /// In a parameter file.
+    /// A line of a parameter file.
     Parameters {
         file: String,
         line: usize,
@@ -80,7 +81,7 @@ pub(super) enum Place {
     },
 }
 
-/// A mistake and its place, before the place is known as a line of the scenario's file.
+/// A problem and its path, before the line in the scenario's file is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     pub(super) place: Place,
@@ -89,7 +90,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A mistake at that place of the scenario.
+    /// Creates a problem at a path of the scenario.
     #[must_use]
     pub fn at(path: Path, what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
@@ -99,7 +100,7 @@ impl Problem {
         }
     }
 
-    /// The same where the scenario is part of something else, under that key.
+    /// Returns the problem for a scenario that is nested under a key.
     pub(super) fn below(mut self, key: &str) -> Self {
         if let Place::Scenario(path) = &mut self.place {
             path.0.insert(0, Step::Key(key.to_owned()));
@@ -108,7 +109,7 @@ impl Problem {
     }
 }
 
-/// The known name that somebody who wrote this may have meant.
+/// Returns the known name that is most similar to a misspelled one.
 pub(crate) fn nearest<'a>(
     wrong: &str,
     known: impl IntoIterator<Item = &'a str>,
@@ -121,7 +122,7 @@ pub(crate) fn nearest<'a>(
         .map(|(_, name)| name)
 }
 
-/// What to write instead of `wrong`: the nearest of the known names if one is near, and all of them if they are few.
+/// Returns a remedy for an unknown name: the most similar known name, and all known names if they are few.
 #[must_use]
 pub fn instead<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const FEW: usize = 30;

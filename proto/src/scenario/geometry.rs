@@ -1,17 +1,17 @@
-//! Places: whether the robots fit into the room and start where they can stand. The world finds the places of robots whose
-//! start is not given, and refuses what does not fit.
+//! Checks that the robots fit into the room and can stand at their starts. The world chooses places for robots without
+//! a stated start, and rejects a team that does not fit.
 
 use super::error::Problem;
 use super::path::Path;
 use super::{Obstacle, Scenario};
 
-/// Up to this penetrability a component is solid (thesis §3.2.2.1).
+/// The highest penetrability of a solid component (thesis §3.2.2.1).
 const SOLID: f32 = 0.1;
 
-/// Bodies may touch; smaller overlaps than this come from rounding, m.
+/// The tolerance for overlaps from rounding, m. Bodies may touch.
 const TOUCH_M: f64 = 1e-6;
 
-/// Refuses the first robot that cannot be where it shall start. Ranges have been validated.
+/// Rejects the first robot with an impossible start. Ranges must be valid.
 pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
     let radius = f64::from(scenario.body.radius_m);
     let diameter = 2.0 * radius;
@@ -20,19 +20,20 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         f64::from(scenario.room.height_m),
     );
     let solid = scenario.body.robot_penetrability <= SOLID;
-    // Those that are absent at first stand in nobody's way, and come when there is room for them.
+    // Absent robots do not occupy space and join when there is room.
     let count = scenario.robots.iter().filter(|robot| !robot.absent).count();
     let side_by_side = if solid { count as f64 } else { 1.0 };
     if diameter >= width.min(height) || side_by_side * diameter * diameter > width * height {
         let room = &scenario.room;
+        let robots = if count == 1 { "robot" } else { "robots" };
         let what = format!(
-            "{} x {} m is too small for {count} robots of diameter {} m",
+            "{} x {} m is too small for {count} {robots} of diameter {} m",
             room.width_m,
             room.height_m,
             2.0 * scenario.body.radius_m
         );
         let remedy = "enlarge the room, or make body.radius_m smaller";
-        // Of the three values that do not go together, the first that is not the default.
+        // The error names the first of the three conflicting values that differs from the default.
         let default = Scenario::default();
         let at = if scenario.room != default.room {
             Path::of(["room"])
@@ -62,7 +63,7 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         let solids = scenario.obstacles.iter().enumerate();
         for (number, obstacle) in solids.filter(|(_, each)| each.penetrability <= SOLID) {
             if overlaps(x, y, radius - TOUCH_M, obstacle) {
-                let what = format!("lies on the start of '{}'", robot.name);
+                let what = format!("covers the start of '{}'", robot.name);
                 let remedy = format!("move it or {at} until they are apart");
                 return Err(Problem::at(
                     Path::of(["obstacles"]).index(number),
@@ -82,7 +83,7 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
     }
 }
 
-/// Refuses two solid robots that start in each other. Sorted by x, only near ones need be compared.
+/// Rejects two solid robots whose starts overlap. The order by x limits comparisons to near robots.
 fn apart(
     scenario: &Scenario,
     mut starts: Vec<(f64, f64, usize)>,
@@ -98,7 +99,7 @@ fn apart(
             if squared(other_x - x, other_y - y) < least * least {
                 let (first, second) = (index.min(other), index.max(other));
                 let name = |index: &usize| &scenario.robots[*index].name;
-                let what = format!("'{}' starts in '{}'", name(second), name(first));
+                let what = format!("'{}' starts inside '{}'", name(second), name(first));
                 let remedy = format!("keep their centers {diameter:.3} m apart");
                 let at = Path::of(["robots"]).index(*second).key("start");
                 return Err(Problem::at(at, what, remedy));
@@ -108,7 +109,7 @@ fn apart(
     Ok(())
 }
 
-/// Whether the disc and the rectangle have more than an edge in common.
+/// Returns true if the disc and the rectangle share more than an edge.
 fn overlaps(x: f64, y: f64, radius: f64, rectangle: &Obstacle) -> bool {
     let gap = |point: f64, low: f32, size: f32| {
         let low = f64::from(low);
@@ -119,7 +120,7 @@ fn overlaps(x: f64, y: f64, radius: f64, rectangle: &Obstacle) -> bool {
     squared(gap_x, gap_y) < radius * radius
 }
 
-/// Squared length of a vector.
+/// Returns the squared length of a vector.
 fn squared(x: f64, y: f64) -> f64 {
     x * x + y * y
 }

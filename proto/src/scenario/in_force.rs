@@ -1,5 +1,4 @@
-//! A setup that was read from a file. Whoever touched the file may have broken anything: neither the scenario nor the values in
-//! force are taken as they are.
+//! Checks of a setup that was read from a file. Neither the scenario nor the values in force are trusted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,11 +12,8 @@ use super::statement::{Parameter, Statement, positive};
 use super::values::Values;
 
 impl Setup {
-    /// Checks a setup that comes from a file as strictly as [`Setup::resolve`] checks what it is made of: the scenario, and that
-    /// the values in force are such as it could have given: complete, in range, and of this scenario's robots alone.
-    ///
-    /// # Errors
-    /// The first mistake.
+    /// Checks a setup from a file as strictly as [`Setup::resolve`] checks its inputs. The values in force must be
+    /// complete, in range, and only of this scenario's robots.
     pub fn check(&self) -> Result<(), ScenarioError> {
         let resolved = check(&self.scenario, &self.catalog, None).map(|(alliance, _)| alliance);
         resolved
@@ -26,7 +22,8 @@ impl Setup {
             .map_err(|problem| problem.located(None))
     }
 
-    /// `resolved` is what the scenario gives without a parameter file, which changes values and nothing else.
+    /// Checks the values in force. `resolved` has the scenario's values without a parameter file, which changes only
+    /// values.
     fn check_values(&self, resolved: &Alliance) -> Result<(), Problem> {
         let at = Path::of(["alliance"]);
         let Alliance {
@@ -38,14 +35,14 @@ impl Setup {
         let threshold_at = Place::Scenario(at.key("threshold"));
         positive(*threshold, "", &threshold_at)?;
         if *step_ms != resolved.step_ms {
-            let what = format!("{step_ms} is not the scenario's");
+            let what = format!("{step_ms} differs from the scenario's value");
             let remedy = format!("it must be {}", resolved.step_ms);
             return Err(Problem::at(at.key("step_ms"), what, remedy));
         }
         let order = self.scenario.step_order();
         if *switches != resolved.switches || self.step_order != order {
-            let what = "they are not the scenario's";
-            let remedy = "make them those of scenario.alliance";
+            let what = "they differ from the scenario's switches";
+            let remedy = "use those of scenario.alliance";
             return Err(Problem::at(at.key("switches"), what, remedy));
         }
         let catalog = &self.catalog;
@@ -53,11 +50,11 @@ impl Setup {
         let at = at.key("robots");
         same_keys(robots, &resolved.robots, &at)?;
         for robot in &self.scenario.robots {
-            // There are the same keys in all of them.
+            // Both maps have the same keys.
             let (given, wanted) = (&robots[&robot.name], &resolved.robots[&robot.name]);
             let at = at.key(&robot.name);
             if given.rank != wanted.rank {
-                let what = format!("{} is another robot's", given.rank);
+                let what = format!("{} is the rank of another robot", given.rank);
                 return Err(Problem::at(
                     at.key("rank"),
                     what,
@@ -72,7 +69,7 @@ impl Setup {
                 let (given, wanted) = (&given.sets[&spec.name], &wanted.sets[&spec.name]);
                 let at = at.key(&spec.name);
                 if given.task != wanted.task {
-                    let what = format!("'{}' is another set's", given.task);
+                    let what = format!("'{}' is the task of another set", given.task);
                     let remedy = format!("it must be '{}'", wanted.task);
                     return Err(Problem::at(at.key("task"), what, remedy));
                 }
@@ -84,7 +81,7 @@ impl Setup {
         Ok(())
     }
 
-    /// Those toward whom every robot has values of its own: a large team lists those whom any value names.
+    /// Returns the teammates with values of their own. A large team lists only those that a value names.
     fn named_teammates(&self) -> BTreeSet<&str> {
         let robots = self.scenario.robots.iter();
         let robots: BTreeSet<&str> = robots.map(|robot| robot.name.as_str()).collect();
@@ -95,14 +92,16 @@ impl Setup {
             .alliance
             .robots
             .values()
-            .flat_map(|it| it.sets.values());
-        let named = sets.flat_map(|it| it.slow_impatience.keys());
-        let named = named.map(String::as_str).filter(|it| robots.contains(it));
+            .flat_map(|robot| robot.sets.values());
+        let named = sets.flat_map(|set| set.slow_impatience.keys());
+        let named = named
+            .map(String::as_str)
+            .filter(|name| robots.contains(name));
         named.chain([BehaviorParams::OTHERS]).collect()
     }
 }
 
-/// Takes the values as statements about the built-in ones, which binds them to the rules that bind statements.
+/// Checks the values as statements about the built-in ones, so that the rules for statements apply.
 fn check_params(
     given: &BehaviorParams,
     robot: &str,
@@ -135,7 +134,6 @@ fn check_params(
     Ok(())
 }
 
-/// One statement for each value.
 fn stated(given: &BehaviorParams, at: &Path) -> Vec<Statement> {
     let BehaviorParams {
         task: _,
@@ -177,7 +175,7 @@ fn stated(given: &BehaviorParams, at: &Path) -> Vec<Statement> {
     plain.into_iter().chain(toward).collect()
 }
 
-/// Refuses a table that has not just those keys.
+/// Rejects a table whose keys are not exactly the wanted ones.
 fn same_keys<V, W>(
     given: &BTreeMap<String, V>,
     wanted: &BTreeMap<String, W>,
@@ -185,15 +183,15 @@ fn same_keys<V, W>(
 ) -> Result<(), Problem> {
     let names = || wanted.keys().map(String::as_str);
     if let Some(missing) = names().find(|name| !given.contains_key(*name)) {
-        let what = format!("there is no '{missing}'");
-        let remedy = "every value in force must be there, as the run wrote it";
+        let what = format!("'{missing}' is missing");
+        let remedy = "state every value in force, as the run wrote it";
         return Err(Problem::at(at.clone(), what, remedy));
     }
     match given.keys().find(|name| !wanted.contains_key(*name)) {
         None => Ok(()),
-        Some(strange) => {
-            let what = format!("the scenario knows no '{strange}'");
-            Err(Problem::at(at.clone(), what, instead(strange, names())))
+        Some(unknown) => {
+            let what = format!("the scenario has no '{unknown}'");
+            Err(Problem::at(at.clone(), what, instead(unknown, names())))
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Ranges of numbers, and names: what checks of scenarios are made of.
+//! Ranges of numbers and rules for names, for checks of scenarios.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -7,16 +7,16 @@ use super::error::Problem;
 use super::path::Path;
 use crate::keys::is_name;
 
-/// The numbers that a key may have.
+/// The range of numbers that a key accepts.
 pub struct Limits {
     from: f64,
-    /// Whether `from` itself is not among them.
+    /// True if the range excludes `from` itself.
     open: bool,
     to: f64,
     unit: &'static str,
 }
 
-/// Numbers above 0 and up to that one.
+/// Returns the range above 0 and up to `to`.
 #[must_use]
 pub const fn above_zero(to: f64, unit: &'static str) -> Limits {
     Limits {
@@ -27,7 +27,7 @@ pub const fn above_zero(to: f64, unit: &'static str) -> Limits {
     }
 }
 
-/// Numbers from the first to the second, both included.
+/// Returns the range from `from` to `to`, both included.
 #[must_use]
 pub const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
     Limits {
@@ -38,26 +38,23 @@ pub const fn closed(from: f64, to: f64, unit: &'static str) -> Limits {
     }
 }
 
-/// Lengths, m.
+/// The range of lengths, m.
 pub const LENGTH: Limits = above_zero(1e3, "m");
-/// Fractions of a whole.
+/// The range of fractions of a whole.
 pub const FRACTION: Limits = closed(0.0, 1.0, "");
-/// Penetrabilities of components.
+/// The range of penetrabilities of components.
 pub const PENETRABILITY: Limits = closed(0.0, 100.0, "");
-/// Times, s.
+/// The range of times, s.
 pub const TIME: Limits = above_zero(1e9, "s");
-/// Speeds, m/s.
+/// The range of speeds, m/s.
 pub const SPEED: Limits = above_zero(1e3, "m/s");
-/// Turn rates, degrees per second.
+/// The range of turn rates, degrees per second.
 pub const TURN_RATE: Limits = above_zero(3600.0, "deg/s");
-/// Power, W.
+/// The range of power, W.
 pub const POWER: Limits = closed(0.0, 1e9, "W");
 
 impl Limits {
-    /// Refuses a number at `path` that is not among these; NaN never is.
-    ///
-    /// # Errors
-    /// What is wrong with it.
+    /// Rejects a number at `path` outside the range, and NaN.
     pub fn check<T: Copy + Display + Into<f64>>(
         &self,
         path: Path,
@@ -85,10 +82,7 @@ impl Limits {
     }
 }
 
-/// Refuses what is not a name.
-///
-/// # Errors
-/// It is not one.
+/// Rejects a text that is not a name.
 pub fn name(path: Path, name: &str) -> Result<(), Problem> {
     if is_name(name) {
         return Ok(());
@@ -98,10 +92,7 @@ pub fn name(path: Path, name: &str) -> Result<(), Problem> {
     Err(Problem::at(path, format!("'{name}' is not a name"), remedy))
 }
 
-/// Checks how many things a list has, and that their names are names, each there once.
-///
-/// # Errors
-/// The first mistake.
+/// Checks the length of a list. Each name must be valid and occur once.
 pub fn named<'a>(
     list: &Path,
     names: impl ExactSizeIterator<Item = &'a str>,

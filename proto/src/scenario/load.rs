@@ -1,4 +1,4 @@
-//! Scenario files, and other files in TOML whose mistakes are answered like theirs.
+//! Loading of scenario files and other TOML files, with the same form of error messages.
 
 use serde::de::DeserializeOwned;
 use toml::Spanned;
@@ -11,11 +11,11 @@ use super::resolve::check;
 use super::{Catalog, Scenario, Vocabulary};
 
 impl Scenario {
-    /// Reads a scenario file; `file_name` is for error messages. What the file does not mention has its default.
+    /// Reads a scenario file; `file_name` is for error messages. Keys that the file omits have their defaults.
     ///
     /// # Errors
-    /// The first mistake: not TOML, an unknown key or name, a value of the wrong type or out of range, robots that do not
-    /// fit, or parameters that break a rule of ALLIANCE.md §1.
+    /// Returns the first mistake: invalid TOML, an unknown key or name, a value of the wrong type or out of range,
+    /// robots that do not fit, or parameters that violate a rule of ALLIANCE.md §1.
     pub fn parse(
         file_name: &str,
         text: &str,
@@ -27,10 +27,7 @@ impl Scenario {
             .map_err(|problem| problem.located(Some((file_name, &document))))
     }
 
-    /// The same for values that stand in no file: errors name the key alone.
-    ///
-    /// # Errors
-    /// Those of [`Scenario::parse`].
+    /// Reads a scenario from values without a file. Errors name only the key.
     pub fn from_table(table: &toml::Table, vocabulary: &Vocabulary) -> Result<Self, ScenarioError> {
         let text = table.to_string();
         let document = Document::parse("scenario", &text)?;
@@ -40,16 +37,16 @@ impl Scenario {
     }
 }
 
-/// The scenario, if nothing is wrong with it.
+/// Returns the scenario if it has no mistakes.
 fn checked(scenario: Scenario, vocabulary: &Vocabulary) -> Result<Scenario, Problem> {
     scenario.allocator_problem(&vocabulary.allocators)?;
     let mut complete = scenario.clone();
-    complete.hand_down();
+    complete.apply_team_defaults();
     check(&complete, &Catalog::of(&complete), None)?;
     Ok(scenario)
 }
 
-/// A file in TOML, with the lines of its values.
+/// A TOML file with the lines of its values.
 pub struct TomlFile<'t> {
     name: &'t str,
     document: Document<'t>,
@@ -57,34 +54,27 @@ pub struct TomlFile<'t> {
 
 impl<'t> TomlFile<'t> {
     /// Parses the text; `name` is for error messages.
-    ///
-    /// # Errors
-    /// When it is not TOML.
     pub fn parse(name: &'t str, text: &'t str) -> Result<Self, ScenarioError> {
         let document = Document::parse(name, text)?;
         Ok(Self { name, document })
     }
 
-    /// Its name.
     #[must_use]
     pub fn name(&self) -> &'t str {
         self.name
     }
 
-    /// Its contents as a value of that type.
+    /// Returns the contents as a value of type `T`.
     ///
     /// # Errors
-    /// The first value that does not fit, with its line.
+    /// Returns the first value that does not fit, with its line.
     pub fn to<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
         self.document
             .to()
             .map_err(|problem| problem.located(Some((self.name, &self.document))))
     }
 
-    /// The scenario that is its table of that key. It has not been checked.
-    ///
-    /// # Errors
-    /// The first key or value that does not fit, with its line.
+    /// Returns the scenario in the table with this key, without checks.
     pub fn scenario(&self, key: &str, vocabulary: &Vocabulary) -> Result<Scenario, ScenarioError> {
         let empty = DeTable::new();
         let table = match self.document.table().get(key).map(Spanned::get_ref) {
@@ -98,7 +88,7 @@ impl<'t> TomlFile<'t> {
         })
     }
 
-    /// What is wrong with a value of it, and what would be right.
+    /// Creates an error for a value of the file.
     #[must_use]
     pub fn mistake(
         &self,
@@ -109,7 +99,7 @@ impl<'t> TomlFile<'t> {
         Problem::at(Path(at.to_vec()), what, remedy).located(Some((self.name, &self.document)))
     }
 
-    /// The line of a value, from 1, or of what is nearest to it on the way there.
+    /// Returns the line of a value, from 1. For a missing value, it is the line of the innermost table on the way.
     #[must_use]
     pub fn line_of(&self, at: &[Step]) -> usize {
         self.document.line_of(&Path(at.to_vec())).unwrap_or(1)

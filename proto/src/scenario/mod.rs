@@ -1,7 +1,7 @@
-//! Scenario files: what a run is made of, with every default (DESIGN §7).
+//! Scenario files: the inputs of a run, with every default.
 //!
-//! `alliance scenarios reference` documents every key. Lengths in metres, angles in degrees (files are for people),
-//! times in seconds, rectangles by their lower left corner and size.
+//! `alliance scenarios reference` documents every key. Lengths are in metres, angles in degrees, times in seconds.
+//! Rectangles have a lower left corner and a size.
 
 mod alliance;
 mod allocators;
@@ -56,56 +56,56 @@ pub use unread::Unread;
 pub use validate::MAX_ROBOTS;
 pub use vocabulary::Vocabulary;
 
-/// A scenario file. It is read with a [`Vocabulary`]: whoever reads it says which missions there are.
+/// A scenario file. It is read with a [`Vocabulary`] of missions and allocators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-// By itself it cannot be read: that would leave its mission out.
+// Plain deserialization is not available, because it would omit the mission.
 #[serde(default, deny_unknown_fields, remote = "Self")]
 pub struct Scenario {
-    /// Name, one word.
+    /// The name, one word.
     pub name: String,
-    /// What it shows, for `alliance scenarios`.
+    /// The description for `alliance scenarios`.
     pub description: String,
-    /// Length of a step, ms of simulated time, 1 to 500.
+    /// The length of a step, ms of simulated time, 1 to 500.
     pub step_ms: u64,
-    /// Simulated time after which the run ends incomplete, s.
+    /// The simulated time after which the run ends incomplete, s.
     pub limit_s: f64,
-    /// When robots step and hear each other; absent: as the preset of `[alliance]` has it.
+    /// The order in which robots step and receive broadcasts; absent uses the order of the preset in `[alliance]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_order: Option<StepOrder>,
-    /// What decides which behavior set of a robot is active; absent: [`Scenario::DEFAULT_ALLOCATOR`].
+    /// The team's allocator; absent is [`Scenario::DEFAULT_ALLOCATOR`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,
-    /// The border.
+    /// The floor inside the border.
     pub room: Room,
-    /// Body and drive; robots may have speeds and a turn rate of their own.
+    /// The body and drive of all robots. A robot may state its own speeds and turn rate.
     pub body: Body,
-    /// Devices of the robots that state none of their own; see [`Robot::devices`].
+    /// The devices of robots that state none; see [`Robot::devices`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub devices: Vec<String>,
-    /// Skills of the robots that state none of their own; see [`Robot::skills`].
+    /// The skills of robots that state none; see [`Robot::skills`].
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub skills: BTreeMap<String, f64>,
-    /// Ranges of the sensors.
+    /// The sensor ranges of all robots.
     pub sensors: Sensors,
-    /// The robots' radio.
+    /// The radio range of all robots.
     #[serde(skip_serializing_if = "Radio::is_unlimited")]
     pub radio: Radio,
-    /// Energy aspect of the robots; absent: not simulated.
+    /// The robots' batteries; absent disables the energy simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<Energy>,
-    /// The mission: the section of its name.
+    /// The mission: the section with its name.
     #[serde(flatten, skip_deserializing)]
     pub mission: MissionSection,
     /// The team, in rank order.
     pub robots: Vec<Robot>,
-    /// Rectangles on the floor: obstacles, and patches that slow down or speed up.
+    /// Rectangles on the floor: obstacles, and patches that slow down or speed up robots.
     pub obstacles: Vec<Obstacle>,
-    /// What goes wrong, and when.
+    /// The scheduled and the random faults.
     #[serde(skip_serializing_if = "Faults::is_empty")]
     pub faults: Faults,
-    /// How many robots may work on a task, and its priority; by task name.
+    /// The number of robots per task and its priority, by task name.
     pub tasks: BTreeMap<String, TaskSection>,
-    /// ALLIANCE: preset, switches, parameters.
+    /// The preset, switches and parameters of ALLIANCE.
     pub alliance: AllianceSection,
     /// Parameters of the other allocators.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -141,13 +141,13 @@ impl Default for Scenario {
 
 impl Serialize for Scenario {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        // The derived one.
+        // The derived implementation.
         Self::serialize(self, serializer)
     }
 }
 
 impl Scenario {
-    /// The step order in force. It may stand among ALLIANCE's switches too, where it used to be.
+    /// Returns the step order in force. ALLIANCE's switches may state it, too.
     #[must_use]
     pub fn step_order(&self) -> StepOrder {
         self.step_order
@@ -155,7 +155,7 @@ impl Scenario {
             .unwrap_or_else(|| self.alliance.preset.step_order())
     }
 
-    /// States the step order, in the place of whatever states it so far.
+    /// Sets the step order and removes any other statement of it.
     pub fn set_step_order(&mut self, order: StepOrder) {
         self.step_order = Some(order);
         self.alliance.switches.step_order = None;
@@ -163,25 +163,23 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// The text of a scenario file that says the same. Not generic, so that serde's code for it is compiled in this crate alone.
-    ///
-    /// # Errors
-    /// When a section of a mission cannot be written.
+    /// Returns the text of an equal scenario file. The function is not generic, so serde's code is compiled in this
+    /// crate alone.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
 
-    /// What it says of its mission, in the mission's own type.
+    /// Returns the mission's section in the mission's own type.
     ///
     /// # Panics
-    /// If that is another type: nobody but its mission asks.
+    /// Panics if the section has another type. Only the scenario's own mission may call this function.
     #[must_use]
     pub fn section<T: Any>(&self) -> &T {
         let section = self.mission.values();
         section.unwrap_or_else(|| panic!("{:?} has another type", self.mission.name()))
     }
 
-    /// Body and drive of one robot of the team.
+    /// Returns the body with the speeds and the turn rate that the robot states.
     #[must_use]
     pub fn body_of(&self, robot: &Robot) -> Body {
         Body {
@@ -192,8 +190,8 @@ impl Scenario {
         }
     }
 
-    /// Gives the team's devices and skills to the robots that state none of their own.
-    fn hand_down(&mut self) {
+    /// Copies the team's devices and skills to the robots that state none.
+    fn apply_team_defaults(&mut self) {
         for robot in &mut self.robots {
             if robot.devices.is_none() && !self.devices.is_empty() {
                 robot.devices = Some(self.devices.clone());
@@ -228,18 +226,18 @@ impl Default for Room {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Body {
-    /// Radius of the disc, m.
+    /// The radius of the disc, m.
     pub radius_m: f32,
-    /// Top speed on neutral ground, m/s.
+    /// The top speed on neutral ground, m/s.
     pub speed_m_s: f32,
-    /// Top speed at which it pushes what gives way to it, m/s. What does is the mission's.
+    /// The top speed while pushing an object, m/s. The mission defines the objects that give way.
     pub push_m_s: f32,
-    /// Top turn rate, degrees per second.
+    /// The top turn rate, degrees per second.
     pub turn_deg_s: f32,
-    /// How far from the robot's edge the gripper reaches, m. With more than the radius, a body that no longer moves keeps no
-    /// item below it from its teammates.
+    /// The reach of the gripper from the robot's edge, m. With a reach above the radius, teammates can take an item
+    /// from under a stopped robot.
     pub reach_m: f32,
-    /// Penetrability of robots to each other: 0 solid, 1.0 the thesis' behaviour.
+    /// The penetrability of robots to each other: 0 is solid, 1.0 is the thesis' behavior.
     pub robot_penetrability: f32,
 }
 
@@ -256,15 +254,15 @@ impl Default for Body {
     }
 }
 
-/// Sensor ranges, counted from the robot's edge.
+/// Sensor ranges, measured from the robot's edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sensors {
-    /// Front and side border sensors, m.
+    /// The range of the front and side border sensors, m.
     pub border_range_m: f32,
-    /// Collision avoidance, m.
+    /// The range of the collision avoidance, m.
     pub avoidance_range_m: f32,
-    /// What a mission's robots see of the items that lie about, m. Files of before missions were many call it so.
+    /// The range at which robots detect items on the floor, m. Scenario files use the key `waste_range_m`.
     #[serde(rename = "waste_range_m")]
     pub item_range_m: f32,
 }
@@ -279,31 +277,31 @@ impl Default for Sensors {
     }
 }
 
-/// The robots' radio.
+/// Properties of the radio of all robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Radio {
-    /// Robots whose centers are farther apart than this never hear each other, m; absent: all hear all.
+    /// The maximum distance between the centers of robots that receive each other, m; absent is unlimited.
     pub range_m: Option<f32>,
 }
 
 impl Radio {
-    /// Whether all hear all.
+    /// Returns true if each robot receives all others.
     #[must_use]
     pub fn is_unlimited(&self) -> bool {
         self.range_m.is_none()
     }
 }
 
-/// A battery.
+/// A robot's battery and its consumption.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Energy {
     /// Charge at the start, J.
     pub capacity_j: f32,
-    /// Drawn always, W.
+    /// The constant consumption, W.
     pub idle_w: f32,
-    /// Drawn on top of it at top speed, in proportion to the speed, W.
+    /// The additional consumption at top speed, in proportion to the speed, W.
     pub drive_w: f32,
 }
 
@@ -317,48 +315,49 @@ impl Default for Energy {
     }
 }
 
-/// One robot.
+/// A robot with its equipment, tasks and start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
-    /// Its name.
+    /// The robot's unique name.
     pub name: String,
-    /// Whether it has the side border sensor, and with it find-locations-methodical.
+    /// True if the robot has the side border sensor, which find-locations-methodical requires.
     #[serde(default)]
     pub side_sensor: bool,
-    /// Not in the mission until the fault `add` brings it.
+    /// True if the robot joins the mission only with the fault `add`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub absent: bool,
-    /// Where it starts; absent: where robots of its mission begin, facing the left wall.
+    /// The start; absent uses a start of the mission, facing the left wall.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
-    /// The tasks that it has behavior sets for, by name; empty: all. In a file the key is left out then.
+    /// The names of the tasks that the robot has behavior sets for; empty means all. A file then omits the key.
     #[serde(
         default,
         deserialize_with = "tasks",
         skip_serializing_if = "Vec::is_empty"
     )]
     pub tasks: Vec<String>,
-    /// Top speed on neutral ground, m/s; absent: that of `[body]`.
+    /// The top speed on neutral ground, m/s; absent uses that of `[body]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_m_s: Option<f32>,
-    /// Top speed at which it pushes, m/s; absent: that of `[body]`.
+    /// The top speed while pushing, m/s; absent uses that of `[body]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub push_m_s: Option<f32>,
-    /// Top turn rate, degrees per second; absent: that of `[body]`.
+    /// The top turn rate, degrees per second; absent uses that of `[body]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_deg_s: Option<f32>,
-    /// Devices that it has beside those that all robots have; absent: the team's, which the [setup](Setup) of a run states here.
+    /// The devices besides those of all robots. Absent uses the team's, which the [setup](Setup) of a run states here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub devices: Option<Vec<String>>,
-    /// How good it is at what a mission calls skills, by their names; what is not named it cannot do. Absent: as with devices.
+    /// The levels of the mission's skills by name. The robot cannot do what is not named. Absent uses the team's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skills: Option<BTreeMap<String, f64>>,
-    /// Its own allocator; absent: the team's.
+    /// The robot's own allocator; absent uses the team's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,
-    /// Its mind, if that is a program of its own: a name, for which whoever starts the run has a command. It decides all, and the
-    /// allocator nothing. A scenario has no commands, for one from elsewhere must not run programs.
+    /// The name of the robot's external controller, which decides instead of the allocator. The command for it comes
+    /// from the user who starts the run. A scenario contains no commands, so that a downloaded scenario cannot run
+    /// programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mind: Option<String>,
 }
@@ -367,21 +366,22 @@ impl Robot {
     /// The device that `side_sensor = true` stands for.
     pub const SIDE_BORDER: &str = "side-border";
 
-    /// Whether it has a device that not all robots have.
+    /// Returns true if the robot has a device that not all robots have.
     #[must_use]
     pub fn has_device(&self, device: &str) -> bool {
         let by_flag = self.side_sensor && device == Self::SIDE_BORDER;
-        by_flag || self.devices.iter().flatten().any(|own| own == device)
+        by_flag || self.devices.iter().flatten().any(|name| name == device)
     }
 
-    /// How good it is at something, 0 and more; `None` if no skills of it are stated at all.
+    /// Returns the level of a skill, 0 or more; `None` if the robot states no skills.
     #[must_use]
     pub fn skill(&self, name: &str) -> Option<f64> {
         let skills = self.skills.as_ref()?;
         Some(skills.get(name).copied().unwrap_or(0.0))
     }
 
-    /// How good it is at a behavior, 0 and more: 1 where that takes no skill, or no skills of it are stated at all.
+    /// Returns the skill level for a behavior, 0 or more. It is 1 if the behavior needs no skill or the robot states no
+    /// skills.
     #[must_use]
     pub fn skill_at(&self, behavior: &BehaviorSpec) -> f64 {
         let skill = behavior.skill.as_deref().and_then(|name| self.skill(name));
@@ -389,13 +389,13 @@ impl Robot {
     }
 }
 
-/// Where a robot starts.
+/// The pose in which a robot starts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// Center, m.
+    /// The x coordinate of the center, m.
     pub x_m: f32,
-    /// Center, m.
+    /// The y coordinate of the center, m.
     pub y_m: f32,
     /// Heading, degrees counter-clockwise from x; 180 faces the left wall.
     #[serde(default = "facing_left")]
@@ -406,23 +406,23 @@ fn facing_left() -> f32 {
     180.0
 }
 
-/// What a task's definition says beside its behavior sets (thesis §3.3.1).
+/// The properties of a task besides its behavior sets (thesis §3.3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TaskSection {
-    /// How many robots may execute it at once; 1 is exclusive. Absent: as the mission has it.
+    /// The number of robots that may execute the task at once; 1 is exclusive. Absent uses the mission's number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_robots: Option<u32>,
-    /// Of two sets at the threshold in the same step, the one with the higher priority activates.
+    /// The priority. Of two sets at the threshold in the same step, the one with the higher priority activates.
     pub priority: i32,
 }
 
-/// Who writes an empty list means none.
+/// Rejects an empty list, because a missing key means all tasks.
 fn tasks<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<String>, D::Error> {
     let tasks = Vec::deserialize(from)?;
     if tasks.is_empty() {
         return Err(D::Error::custom(
-            "without tasks a robot does nothing, and without the key it does all",
+            "an empty list means no task, and a missing key means all tasks",
         ));
     }
     Ok(tasks)

@@ -1,4 +1,4 @@
-//! What may be stated of an allocator or a mission: its parameters, for people and for checks.
+//! Parameters of allocators and missions, for documentation and checks.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,35 +10,35 @@ use super::error::{Problem, instead};
 use super::limits::{closed, name};
 use super::path::Path;
 
-/// One parameter of an allocator or of a mission's section.
+/// A parameter of an allocator or of a mission's section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterSpec {
-    /// Its key; below a table of the section with a dot, as in `box.length_m`.
+    /// The key. A dot leads into a table of the section, as in `box.length_m`.
     pub key: &'static str,
-    /// Its unit; empty for what has none.
+    /// The unit; empty if there is none.
     pub unit: &'static str,
-    /// What holds where nothing is stated.
+    /// The value of a parameter that is not stated.
     pub default: ParameterDefault,
-    /// What it means, in a line.
+    /// The meaning in one line.
     pub about: &'static str,
-    /// What may be stated.
+    /// The range of allowed values.
     pub range: ParameterRange,
 }
 
 /// The value of a parameter that is not stated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParameterDefault {
-    /// A number.
+    /// A number, whole or not.
     Number(f64),
-    /// A whole number.
+    /// A whole number with a sign.
     Whole(i64),
-    /// Yes or no.
+    /// A flag, true or false.
     Flag(bool),
     /// A choice or a text.
     Text(&'static str),
-    /// It has to be stated.
+    /// No default: the value must be stated.
     Required,
-    /// What cannot be said in one value, in words.
+    /// A description of a default that is not a single value.
     Words(&'static str),
 }
 
@@ -51,17 +51,17 @@ pub enum ParameterRange {
     Within(f64, f64),
     /// Whole numbers from the first to the second, both included.
     Whole(i64, i64),
-    /// A coordinate inside the room, m.
+    /// An x coordinate inside the room, m.
     X,
-    /// The same of the other one.
+    /// A y coordinate inside the room, m.
     Y,
-    /// A name; in a list of tables each has its own.
+    /// A name, unique in a list of tables.
     Name,
-    /// A list of tables, that many: the least and the most.
+    /// A list of tables with the least and the greatest length.
     List(usize, usize),
-    /// `true` or `false`.
+    /// The values `true` and `false`.
     Flag,
-    /// One of these words.
+    /// A choice of these words.
     Choice(&'static [&'static str]),
     /// A text, a list or a table, which its owner checks.
     Other(&'static str),
@@ -80,7 +80,7 @@ impl fmt::Display for ParameterDefault {
     }
 }
 
-/// As in "it must be …".
+/// Formats the range for a text such as "it must be …".
 impl fmt::Display for ParameterRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -89,7 +89,7 @@ impl fmt::Display for ParameterRange {
             Self::Whole(from, to) => write!(f, "a whole number from {from} to {to}"),
             Self::X => f.write_str("from 0 to the room's width"),
             Self::Y => f.write_str("from 0 to the room's height"),
-            Self::Name => f.write_str("a name of its own"),
+            Self::Name => f.write_str("a unique name"),
             Self::List(least, most) => write!(f, "a list of {least} to {most} tables"),
             Self::Flag => f.write_str("true or false"),
             Self::Choice(words) => write!(f, "one of {}", words.join(", ")),
@@ -99,7 +99,7 @@ impl fmt::Display for ParameterRange {
 }
 
 impl ParameterSpec {
-    /// All of it.
+    /// Creates a parameter from all its fields.
     #[must_use]
     pub const fn new(
         key: &'static str,
@@ -117,12 +117,12 @@ impl ParameterSpec {
         }
     }
 
-    /// Refuses values that it may not have, wherever it stands in a section.
+    /// Rejects values that are not allowed, at every place of the parameter in a section.
     pub(super) fn check_in(&self, section: &Value, at: &Path, room: &Room) -> Result<(), Problem> {
         let keys: Vec<&str> = self.key.split('.').collect();
         let mut first = BTreeMap::new();
         each(section, &keys, at.clone(), &mut |value, at| {
-            // What is absent is not there, or null: so is what is no number, where one must be.
+            // An absent value is missing or null. NaN is null, too, but only where a number is required.
             let may_be_absent = matches!(self.default, ParameterDefault::Words(_));
             if value.is_null() && may_be_absent {
                 return Ok(());
@@ -141,7 +141,7 @@ impl ParameterSpec {
         })
     }
 
-    /// Refuses a value that it may not have.
+    /// Rejects a value that is not allowed.
     pub(super) fn check(&self, value: &Value, at: &Path, room: &Room) -> Result<(), Problem> {
         let number = value.as_f64();
         let fits = match &self.range {
@@ -161,15 +161,20 @@ impl ParameterSpec {
             },
             ParameterRange::List(least, most) => match value.as_array().map(Vec::len) {
                 Some(length) if !(*least..=*most).contains(&length) => {
-                    let what = format!("{length} entries");
+                    let entries = if length == 1 { "entry" } else { "entries" };
+                    let what = format!("{length} {entries}");
                     let remedy = format!("give {least} to {most}");
                     return Err(Problem::at(at.clone(), what, remedy));
                 }
                 length => length.map(|_| true),
             },
-            ParameterRange::Above(from, to) => number.map(|it| it > *from && it <= *to),
-            ParameterRange::Within(from, to) => number.map(|it| it >= *from && it <= *to),
-            ParameterRange::Whole(from, to) => value.as_i64().map(|it| it >= *from && it <= *to),
+            ParameterRange::Above(from, to) => number.map(|number| number > *from && number <= *to),
+            ParameterRange::Within(from, to) => {
+                number.map(|number| number >= *from && number <= *to)
+            }
+            ParameterRange::Whole(from, to) => value
+                .as_i64()
+                .map(|number| number >= *from && number <= *to),
             ParameterRange::Flag => value.as_bool().map(|_| true),
             ParameterRange::Choice(words) => {
                 let Some(word) = value.as_str() else {
@@ -191,9 +196,11 @@ impl ParameterSpec {
             Some(true) => Ok(()),
             Some(false) => {
                 let remedy = format!("it must be {} {}", self.range, self.unit);
-                // Of single precision if it may be, as it was written.
-                let single = number.filter(|_| value.is_f64()).map(|it| it as f32);
-                let what = match single.filter(|it| Some(f64::from(*it)) == number) {
+                // A number of single precision is shown as it was written.
+                let single = number
+                    .filter(|_| value.is_f64())
+                    .map(|number| number as f32);
+                let what = match single.filter(|single| Some(f64::from(*single)) == number) {
                     Some(single) => format!("{single:?} is out of range"),
                     None => format!("{value} is out of range"),
                 };
@@ -208,7 +215,7 @@ impl ParameterSpec {
             Value::String(text) => format!("the string '{text}'"),
             Value::Array(_) => "an array".to_owned(),
             Value::Object(_) => "a table".to_owned(),
-            // JSON has no other word for what is no number.
+            // JSON represents NaN as null.
             Value::Null => "nan".to_owned(),
             other => other.to_string(),
         };
@@ -227,7 +234,7 @@ impl ParameterSpec {
     }
 }
 
-/// Does something with each value under these keys, in every element of the lists on the way.
+/// Calls `act` for each value under these keys, in every element of the lists on the way.
 fn each(
     value: &Value,
     keys: &[&str],
@@ -239,7 +246,7 @@ fn each(
     };
     if let Value::Array(elements) = value {
         let mut elements = elements.iter().enumerate();
-        return elements.try_for_each(|(index, it)| each(it, keys, at.index(index), act));
+        return elements.try_for_each(|(index, element)| each(element, keys, at.index(index), act));
     }
     match value.get(key) {
         Some(value) => each(value, below, at.key(key), act),
@@ -254,7 +261,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_declared_of_a_section_is_checked_wherever_it_stands() {
+    fn declared_parameters_are_checked_at_every_place() {
         let declared = [
             ParameterSpec::new("places", "", Required, "", List(1, 3)),
             ParameterSpec::new("places.name", "", Required, "", Name),
@@ -265,7 +272,8 @@ mod tests {
         let refusal = |section: Value| {
             let at = Path::of(["visit"]);
             let mut declared = declared.iter();
-            let checked = declared.try_for_each(|it| it.check_in(&section, &at, &Room::default()));
+            let checked = declared
+                .try_for_each(|parameter| parameter.check_in(&section, &at, &Room::default()));
             checked.map_err(|problem| problem.located(None).to_string())
         };
         let place = |name: &str, x_m: f32| serde_json::json!({ "name": name, "x_m": x_m });
@@ -273,7 +281,7 @@ mod tests {
             refusal(serde_json::json!({ "places": places, "reach_m": 0.3_f32, "limit_m": null }))
         };
         assert_eq!(places(&[place("a", 0.0), place("b", 12.0)]), Ok(()));
-        for (refused, told) in [
+        for (refused, message) in [
             (places(&[]), "visit.places: 0 entries; give 1 to 3"),
             (
                 places(&[place("a", 1.0), place("a", 2.0)]),
@@ -296,7 +304,7 @@ mod tests {
                 "visit.reach_m: nan does not fit; write a number",
             ),
         ] {
-            assert_eq!(refused, Err(told.to_owned()));
+            assert_eq!(refused, Err(message.to_owned()));
         }
     }
 }

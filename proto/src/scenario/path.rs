@@ -1,13 +1,12 @@
-//! Where a value stands in a scenario, such as `alliance.sets."push(left)".fast_impatience`.
+//! Paths of values in a scenario, such as `alliance.sets."push(left)".fast_impatience`.
 
 use std::fmt;
 
-/// One step down from a table or an array.
+/// A step down from a table or an array.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Into a table.
     Key(String),
-    /// Into an array, from 0.
+    /// An index of an array, from 0.
     Index(usize),
 }
 
@@ -16,19 +15,19 @@ pub enum Step {
 pub struct Path(pub(super) Vec<Step>);
 
 impl Path {
-    /// The path of those table keys.
+    /// Creates a path of table keys.
     #[must_use]
     pub fn of<const N: usize>(keys: [&str; N]) -> Self {
         Self(keys.map(|key| Step::Key(key.to_owned())).to_vec())
     }
 
-    /// One table key further down.
+    /// Returns the path extended by a table key.
     #[must_use]
     pub fn key(&self, key: &str) -> Self {
         self.then(Step::Key(key.to_owned()))
     }
 
-    /// One array index further down.
+    /// Returns the path extended by an array index.
     #[must_use]
     pub fn index(&self, index: usize) -> Self {
         self.then(Step::Index(index))
@@ -41,7 +40,7 @@ impl Path {
     }
 }
 
-/// As a TOML file would write it, with `[INDEX]` for places in arrays.
+/// Formats the path as in a TOML file, with `[INDEX]` for places in arrays.
 impl fmt::Display for Path {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (place, step) in self.0.iter().enumerate() {

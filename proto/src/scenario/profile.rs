@@ -1,8 +1,8 @@
-//! Learned times that robots bring into a run, and take from it: an input of the run, as its scenario is.
+//! Learned times that robots bring into a run and take from it. A profile is an input of a run, like its scenario.
 //!
 //! ```toml
-//! [blue."push(left)"]                                 # what blue knows of that task
-//! blue = { trials = 12, latest_s = [21.3, 19.8] }     # by whose times they are
+//! [blue."push(left)"]                                 # the times that blue has learned for this task
+//! blue = { trials = 12, latest_s = [21.3, 19.8] }     # by the robot that needed them
 //! gold = { trials = 1, latest_s = [40.25] }
 //! ```
 
@@ -17,37 +17,40 @@ use super::limits::TIME;
 use super::path::Path;
 use super::{Catalog, Robot, Scenario, Vocabulary};
 
-/// What the robots of a team know of how long each of them needs for each task, at the beginning of a run or at its end.
+/// The times that the robots of a team have learned for each robot and task, at the start or the end of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Profile {
-    /// By the robot who knows it.
+    /// The learned times by the robot that learned them.
     pub robots: BTreeMap<String, RobotTimes>,
 }
 
-/// What one robot knows: by task, by the robot whose times they are.
+/// The learned times of one robot: by task, then by the robot that needed them.
 pub type RobotTimes = BTreeMap<String, BTreeMap<String, KnownTimes>>;
 
-/// The trials of one robot on one task, as far as they are remembered.
+/// The stored trials of one robot on one task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KnownTimes {
-    /// How many there have been.
+    /// The number of trials so far.
     pub trials: u32,
-    /// How long the latest took, from the oldest on, s.
+    /// The durations of the latest trials, oldest first, s.
     pub latest_s: Vec<f64>,
 }
 
 impl KnownTimes {
-    /// Most trials that are remembered.
+    /// The maximum number of stored trials.
     pub const MOST: usize = 100;
 
-    /// Mean of the latest, s, and their standard deviation (n - 1; 0 of one).
+    /// Returns the mean of the latest durations and their standard deviation, s (n - 1; 0 for one trial).
     #[must_use]
     pub fn mean_and_deviation_s(&self) -> (f64, f64) {
         let count = self.latest_s.len() as f64;
         let mean = self.latest_s.iter().sum::<f64>() / count;
-        let squares = self.latest_s.iter().map(|it| (it - mean) * (it - mean));
+        let squares = self
+            .latest_s
+            .iter()
+            .map(|time_s| (time_s - mean) * (time_s - mean));
         let variance = squares.sum::<f64>() / (count - 1.0).max(1.0);
         (mean, variance.sqrt())
     }
@@ -78,7 +81,8 @@ impl Profile {
     /// Reads a profile for the robots of a scenario; `file_name` is for error messages.
     ///
     /// # Errors
-    /// The first mistake: not TOML, an unknown robot or task, a robot whose allocator learns nothing, a time out of range.
+    /// Returns the first mistake: invalid TOML, an unknown robot or task, a robot whose allocator does not learn, or a
+    /// time out of range.
     pub fn parse(
         file_name: &str,
         text: &str,
@@ -93,13 +97,13 @@ impl Profile {
         read.map_err(|problem| problem.located(Some((file_name, &document))))
     }
 
-    /// Whether nobody knows anything.
+    /// Returns true if no robot has learned a time.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.robots.is_empty()
     }
 
-    /// Refuses what the robots of a scenario cannot know.
+    /// Rejects entries that do not fit the scenario's robots and tasks.
     pub(super) fn check(
         &self,
         scenario: &Scenario,
@@ -133,7 +137,7 @@ impl Profile {
         Ok(())
     }
 
-    /// The file, for people: with mean and standard deviation of each list behind it.
+    /// Returns the text of the file, with mean and standard deviation as a comment after each list.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = "# Learned times, read and written by `alliance run --profile`. [ROBOT.TASK] is what ROBOT knows of TASK, with a line for each robot\n\
@@ -160,13 +164,13 @@ impl Profile {
 }
 
 fn check_task(robot: &Robot, task: &str, catalog: &Catalog, at: &Path) -> Result<(), Problem> {
-    let tasks = || catalog.tasks.iter().map(|it| it.name.as_str());
+    let tasks = || catalog.tasks.iter().map(|task| task.name.as_str());
     let Some(id) = catalog.task_named(task) else {
         let what = format!("the scenario has no task '{task}'");
         return Err(Problem::at(at.clone(), what, instead(task, tasks())));
     };
-    let mut own = catalog.behaviors_of(robot);
-    if !own.any(|behavior| catalog.sets[behavior.index()].task == id) {
+    let mut behaviors = catalog.behaviors_of(robot);
+    if !behaviors.any(|behavior| catalog.sets[behavior.index()].task == id) {
         let what = format!("{} has no behavior for the task '{task}'", robot.name);
         return Err(Problem::at(at.clone(), what, "leave the task out"));
     }
@@ -181,7 +185,7 @@ mod tests {
 
     const LEARNER: &str = "learner";
 
-    /// A team of blue, which can do everything and learns, and gold, which finds and reports, and goes by ALLIANCE.
+    /// Returns a team of blue, which has all skills and learns, and gold, which finds, reports and uses ALLIANCE.
     fn team() -> (Scenario, Vocabulary) {
         let mut scenario = unlike_robots().scenario;
         scenario.robots[0].allocator = Some(LEARNER.to_owned());
@@ -223,9 +227,9 @@ mod tests {
         assert_eq!(serde_json::from_str::<Profile>(&json).unwrap(), profile);
     }
 
-    /// In run.json it is checked like the rest.
+    /// Checks that the profile of a run.json is validated.
     #[test]
-    fn a_setup_carries_it() {
+    fn a_setup_contains_the_profile() {
         let (scenario, vocabulary) = team();
         let mut setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         let through_json = |setup: &Setup| {
@@ -246,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn people_write_it_as_they_like() {
+    fn hand_written_profiles_are_accepted() {
         let profile = read("blue.find.gold = { trials = 2, latest_s = [40] }").unwrap();
         let times = &profile.robots["blue"]["find"]["gold"];
         assert_eq!((times.trials, &times.latest_s[..]), (2, &[40.0][..]));
@@ -254,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_answered_with_their_line() {
+    fn mistakes_are_reported_with_their_line() {
         let refusals = [
             (
                 "[blu.find]\nblue = { trials = 1, latest_s = [1.0] }",

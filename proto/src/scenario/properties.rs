@@ -1,4 +1,4 @@
-//! Parameter files: the thesis' properties file of ALLIANCE parameters (Fig. 3.4).
+//! Parameter files: the properties file of ALLIANCE parameters in the thesis (Fig. 3.4).
 //!
 //! ```text
 //! threshold = <value>
@@ -10,9 +10,9 @@
 //! timeBeforeYielding.<mb> = <value>                     s
 //! timeBeforeGivingUp.<mb> = <value>                     s
 //! ```
-//! `<mb>`, a motivational behavior, is `SET` for all robots or `ROBOT.SET` for one, which beats the former wherever it
-//! stands in the file. Names hold no dots, so that the number of parts tells the two apart. A parameter that the file does
-//! not mention keeps the scenario's value.
+//! `<mb>`, a motivational behavior, is `SET` for all robots or `ROBOT.SET` for one robot. The latter has priority
+//! at any position in the file. Names contain no dots, so the number of parts distinguishes the two. A
+//! parameter that the file omits keeps the scenario's value.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,20 +24,19 @@ use super::error::{Place, Problem, ScenarioError, instead};
 use super::statement::{Parameter, Statement, positive};
 use crate::keys::is_name;
 
-/// A parameter file, read and free of mistakes that show without a scenario.
+/// A parameter file without mistakes that are visible without a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterFile {
     threshold: Option<f64>,
-    /// Weakest first.
+    /// The statements about behavior sets, weakest first.
     statements: Vec<Statement>,
 }
 
-/// A key of a parameter file that has no use in a scenario, as it lacks the robot, teammate or set.
+/// A key of a parameter file that has no effect, because the scenario lacks its robot, teammate or set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SkippedKey {
-    /// Line of the file, from 1.
+    /// The line of the file, from 1.
     pub line: usize,
-    /// The key.
     pub key: String,
 }
 
@@ -48,7 +47,7 @@ impl fmt::Display for SkippedKey {
 }
 
 impl SkippedKey {
-    /// The key at that place, if it is in a parameter file.
+    /// Returns the key at a place, if it is in a parameter file.
     pub(super) fn of(place: &Place) -> Option<Self> {
         match place {
             Place::Scenario(_) => None,
@@ -61,20 +60,18 @@ impl SkippedKey {
 }
 
 impl ParameterFile {
-    /// Reads a parameter file; `file_name` is for error messages. The encoding is that of Java's properties files.
+    /// Reads a parameter file in the encoding of Java's properties files; `file_name` is for error messages.
     ///
     /// # Errors
-    /// The first line that is not of the shape above, repeats a key, or holds a value that is not a number above 0.
+    /// Returns the first line with a wrong form, a repeated key, or a value that is not a number above 0.
     pub fn parse(file_name: &str, bytes: &[u8]) -> Result<Self, ScenarioError> {
         Self::read(file_name, bytes).map_err(|problem| problem.located(None))
     }
 
-    /// θ, if the file states it.
     pub(super) fn threshold(&self) -> Option<f64> {
         self.threshold
     }
 
-    /// The statements about behavior sets, weakest first.
     pub(super) fn statements(&self) -> impl Iterator<Item = Statement> + '_ {
         self.statements.iter().cloned()
     }
@@ -88,7 +85,7 @@ impl ParameterFile {
             line,
             key: key.to_owned(),
         };
-        // The reader takes what begins so for UTF-16, and panics where that is cut or torn.
+        // The parser reads a file with this start as UTF-16 and panics if it is truncated or damaged.
         if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
             return Err(Problem {
                 place: place(1, ""),
@@ -96,9 +93,9 @@ impl ParameterFile {
                 remedy: "save it as ISO 8859-1 or UTF-8".to_owned(),
             });
         }
-        // Without a line end after it the reader forgets a last line that ends in a backslash.
+        // Without a final line end, the parser drops a last line that ends in a backslash.
         for line in PropertiesIter::new(bytes.chain(&b"\n"[..])) {
-            // A slice is always read to its end, so that the only thing that can be wrong is an escape.
+            // Reading a slice cannot fail, so a malformed escape is the only possible error.
             let line = line.map_err(|error| Problem {
                 place: place(error.line_number().unwrap_or(1), ""),
                 what: "malformed \\u escape".to_owned(),
@@ -117,23 +114,23 @@ impl ParameterFile {
                 let what = format!("the key is already on line {first}");
                 return Err(problem(what, "state it once".to_owned()));
             }
-            let about = about(key).map_err(|(what, remedy)| problem(what, remedy))?;
-            let unit = about.as_ref().map_or("", |about| about.parameter.unit());
+            let parsed = parse_key(key).map_err(|(what, remedy)| problem(what, remedy))?;
+            let unit = parsed.as_ref().map_or("", |parsed| parsed.parameter.unit());
             let value = number(value, unit).map_err(|(what, remedy)| problem(what, remedy))?;
             positive(value, unit, &place)?;
-            match about {
+            match parsed {
                 None => threshold = Some(value),
-                Some(about) => statements.push(Statement {
-                    robot: about.robot,
-                    set: Some(about.set),
-                    teammate: about.teammate,
-                    parameter: about.parameter,
+                Some(parsed) => statements.push(Statement {
+                    robot: parsed.robot,
+                    set: Some(parsed.set),
+                    teammate: parsed.teammate,
+                    parameter: parsed.parameter,
                     value,
                     place,
                 }),
             }
         }
-        // A stable sort: what is for one robot comes after what is for all.
+        // The sort is stable: statements for one robot come after those for all.
         statements.sort_by_key(|statement| statement.robot.is_some());
         Ok(Self {
             threshold,
@@ -142,21 +139,20 @@ impl ParameterFile {
     }
 }
 
-/// What a key speaks of.
-struct About {
+struct ParsedKey {
     parameter: Parameter,
     teammate: Option<String>,
     robot: Option<String>,
     set: String,
 }
 
-const SHAPE: &str = "the key has not the right shape";
+const SHAPE: &str = "the key has the wrong form";
 
-/// What is wrong, and what would be right.
+/// The problem and its remedy.
 type Refusal = (String, String);
 
-/// What the key speaks of, `None` for the threshold.
-fn about(key: &str) -> Result<Option<About>, Refusal> {
+/// Parses a key. Returns `None` for the threshold.
+fn parse_key(key: &str) -> Result<Option<ParsedKey>, Refusal> {
     if key == "threshold" {
         return Ok(None);
     }
@@ -195,7 +191,7 @@ fn about(key: &str) -> Result<Option<About>, Refusal> {
         return Err(shape());
     }
     let mut robots = rest.into_iter().map(str::to_owned);
-    Ok(Some(About {
+    Ok(Some(ParsedKey {
         parameter,
         teammate: if parameter.by_teammate() {
             robots.next()
@@ -207,7 +203,7 @@ fn about(key: &str) -> Result<Option<About>, Refusal> {
     }))
 }
 
-/// Whether this may name a behavior set: `NAME` or `NAME(NAME)`.
+/// Returns true if the text can name a behavior set: `NAME` or `NAME(NAME)`.
 fn is_set_name(set: &str) -> bool {
     match set.strip_suffix(')').and_then(|set| set.split_once('(')) {
         Some((kind, of)) => is_name(kind) && is_name(of),
@@ -233,14 +229,14 @@ fn number(text: &str, unit: &str) -> Result<f64, Refusal> {
 mod tests {
     use super::*;
 
-    /// A fuzzer has found the first one.
+    /// Checks files in UTF-16. A fuzzer found the first one.
     #[test]
     fn a_file_in_utf_16_is_refused_in_one_line() {
         let torn = b"\xff\xfe\xff\xbf\xdc\xd4P\xdc\xdc\xdc\xdc\xdc\xdc\xdc\xdc\xcc\xdc\xdc\xdc\xdc).\xdc\xf7\xff\n";
         for bytes in [&torn[..], b"\xff\xfe", b"\xfe\xff\0a\0="] {
-            let said = ParameterFile::parse("p.properties", bytes).unwrap_err();
+            let error = ParameterFile::parse("p.properties", bytes).unwrap_err();
             assert_eq!(
-                said.to_string(),
+                error.to_string(),
                 "p.properties:1: the file is UTF-16; save it as ISO 8859-1 or UTF-8"
             );
         }

@@ -1,4 +1,4 @@
-//! Which mission a scenario is of: the section that it has says so.
+//! Selection of a scenario's mission by the section that the scenario contains.
 
 use serde_json::Map;
 use toml::de::DeTable;
@@ -12,19 +12,16 @@ use crate::mission::known::{Mission, NO_MISSION};
 use crate::mission::section::MissionSection;
 
 impl Scenario {
-    /// The scenario in which nothing is stated but its mission.
-    ///
-    /// # Errors
-    /// When the mission's section has keys that must be stated.
+    /// Creates the scenario that states only its mission.
     pub fn of(mission: Mission) -> Result<Self, Problem> {
         Self::default().completed(mission, Unread::absent(mission.name()), |_| false)
     }
 
-    /// What a file says, not checked yet.
+    /// Reads a scenario from TOML without checks.
     pub(super) fn from_toml(file: &DeTable<'_>, vocabulary: &Vocabulary) -> Result<Self, Problem> {
         let mission = mission_of(|key| file.contains_key(key), vocabulary)?;
         let name = mission.name();
-        let missions = vocabulary.missions.iter().map(|it| it.name());
+        let missions = vocabulary.missions.iter().map(|mission| mission.name());
         let frame = Self::deserialize(Without(file, Some(name)))
             .map_err(|mistake| mistake.or_one_of(missions))?;
         let section = match file.get(name) {
@@ -34,7 +31,7 @@ impl Scenario {
         frame.completed(mission, section, |key| file.contains_key(key))
     }
 
-    /// The same of an object in JSON.
+    /// Reads a scenario from a JSON object without checks.
     pub(super) fn from_json(
         mut file: Map<String, serde_json::Value>,
         vocabulary: &Vocabulary,
@@ -54,10 +51,12 @@ impl Scenario {
             Some(section) => Unread::json(name, section),
             None => Unread::absent(name),
         };
-        frame.completed(mission, section, |key| stated.iter().any(|it| it == key))
+        frame.completed(mission, section, |key| {
+            stated.iter().any(|name| name == key)
+        })
     }
 
-    /// The frame with what its mission adds to it.
+    /// Adds the mission's section and its defaults to the scenario.
     fn completed(
         self,
         mission: Mission,
@@ -78,9 +77,12 @@ impl Scenario {
     }
 }
 
-/// The mission whose section there is; without any, the first that is known.
+/// Returns the mission whose section is present, or else the first known mission.
 fn mission_of(has: impl Fn(&str) -> bool, vocabulary: &Vocabulary) -> Result<Mission, Problem> {
-    let mut stated = vocabulary.missions.iter().filter(|it| has(it.name()));
+    let mut stated = vocabulary
+        .missions
+        .iter()
+        .filter(|mission| has(mission.name()));
     let first = stated.next();
     if let (Some(first), Some(second)) = (first, stated.next()) {
         let what = format!("the scenario has a section [{}] too", first.name());
@@ -88,7 +90,7 @@ fn mission_of(has: impl Fn(&str) -> bool, vocabulary: &Vocabulary) -> Result<Mis
         return Err(Problem::at(
             at,
             what,
-            "a scenario is of one mission: leave one of them out",
+            "a scenario has one mission: remove one of the sections",
         ));
     }
     let mission = first.or(vocabulary.missions.first());

@@ -1,8 +1,7 @@
-//! From a scenario and a parameter file to every ALLIANCE value in force.
+//! Resolution of a scenario and a parameter file into every ALLIANCE value in force.
 //!
-//! All statements are applied from the weakest to the strongest (see [`AllianceSection`](super::AllianceSection)), the
-//! plain value of a layer before its values for named teammates. So a value for a named teammate beats the plain value of
-//! its own and of every weaker layer, and the plain value of a stronger layer beats it.
+//! Statements are applied from the weakest to the strongest (see [`AllianceSection`](super::AllianceSection)). Within a
+//! layer, the plain value comes before the values for named teammates.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -19,26 +18,25 @@ use super::validate::validate;
 use super::values::Values;
 use super::{Profile, Scenario, Setup};
 
-/// A run, complete, and what of the parameter file found no use.
+/// A complete setup, and the unused keys of the parameter file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolved {
-    /// The run.
     pub setup: Setup,
-    /// Keys of the parameter file whose robot, teammate or set the scenario does not have, in the file's order.
+    /// The keys of the parameter file whose robot, teammate or set the scenario lacks, in the file's order.
     pub skipped: Vec<SkippedKey>,
 }
 
 impl Setup {
-    /// Fills in every value that the scenario and the parameter file leave open. Robots have learned nothing yet.
+    /// Fills in every value that the scenario and the parameter file leave open. The profile is empty.
     ///
     /// # Errors
-    /// The first mistake in the scenario, or the first rule of ALLIANCE.md §1 that the values in force break.
+    /// Returns the first mistake in the scenario, or the first rule of ALLIANCE.md §1 that the values in force violate.
     pub fn resolve(
         mut scenario: Scenario,
         seed: u64,
         parameters: Option<&ParameterFile>,
     ) -> Result<Resolved, ScenarioError> {
-        scenario.hand_down();
+        scenario.apply_team_defaults();
         let catalog = Catalog::of(&scenario);
         let (alliance, skipped) =
             check(&scenario, &catalog, parameters).map_err(|problem| problem.located(None))?;
@@ -54,7 +52,7 @@ impl Setup {
         Ok(Resolved { setup, skipped })
     }
 
-    /// How many behavior sets all robots together have.
+    /// Returns the total number of behavior sets of all robots.
     #[must_use]
     pub fn behavior_sets(&self) -> usize {
         behavior_sets(&self.scenario, &self.catalog)
@@ -108,13 +106,13 @@ pub(super) fn check(
             let task = catalog.task_name(set.task).to_owned();
             sets.insert(set.name.clone(), values.into_params(task));
         }
-        // Validated: a scenario has at most `MAX_ROBOTS` robots.
+        // `validate` has checked that a scenario has at most `MAX_ROBOTS` robots.
         let rank = rank as u16;
         robots.insert(robot.name.clone(), RobotParams { rank, sets });
     }
 
-    let idle = layers[from_file..].iter().zip(&used[from_file..]);
-    for (statement, _) in idle.filter(|(_, used)| !**used) {
+    let unused = layers[from_file..].iter().zip(&used[from_file..]);
+    for (statement, _) in unused.filter(|(_, used)| !**used) {
         misspelt(statement, scenario, catalog)?;
     }
     let mut skipped: Vec<SkippedKey> = layers[from_file..]
@@ -133,8 +131,8 @@ pub(super) fn check(
     Ok((alliance, skipped))
 }
 
-/// Refuses a key of a parameter file that nearly names a robot or a behavior set. A file may serve several scenarios, so that others that
-/// have no use are no mistake.
+/// Rejects a key of a parameter file that misspells a robot or a behavior set. Other unused keys are allowed, because a
+/// file may serve several scenarios.
 fn misspelt(statement: &Statement, scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let sets = || catalog.sets.iter().map(|set| set.name.as_str());
     let robots = || scenario.robots.iter().map(|robot| robot.name.as_str());
@@ -167,7 +165,7 @@ fn misspelt(statement: &Statement, scenario: &Scenario, catalog: &Catalog) -> Re
     Ok(())
 }
 
-/// The known name that this one is nearly, if it is none of them.
+/// Returns the most similar known name, unless the name itself is known.
 fn nearly<'a>(
     name: &Option<String>,
     known: impl Iterator<Item = &'a str> + Clone,
@@ -177,11 +175,11 @@ fn nearly<'a>(
     nearest(name, known).filter(|_| !is_known)
 }
 
-/// The teammates toward whom each robot has values of its own. A team lists all of them, but a large one, whose values
-/// would grow with the square of its size, only those that a statement names, and [`BehaviorParams::OTHERS`].
+/// The teammates for which each robot has its own values. A small team lists all of them. In a large team the values
+/// would grow with the square of its size. It lists only the teammates that a statement names, and
+/// [`BehaviorParams::OTHERS`].
 struct Toward<'a>(BTreeSet<&'a str>);
 
-/// How many behavior sets all robots together have.
 pub(super) fn behavior_sets(scenario: &Scenario, catalog: &Catalog) -> usize {
     let robots = scenario.robots.iter();
     robots
@@ -189,7 +187,7 @@ pub(super) fn behavior_sets(scenario: &Scenario, catalog: &Catalog) -> usize {
         .sum()
 }
 
-/// Whether each robot has values of its own toward each of the others.
+/// Returns true if each robot has its own values for each teammate.
 pub(super) fn lists_all(scenario: &Scenario, catalog: &Catalog) -> bool {
     let robots = &scenario.robots;
     robots.len() <= Toward::MOST_LISTED
@@ -197,9 +195,9 @@ pub(super) fn lists_all(scenario: &Scenario, catalog: &Catalog) -> bool {
 }
 
 impl<'a> Toward<'a> {
-    /// Most robots that list each other, if they have a few sets each: 1 MB of JSON.
+    /// The maximum number of robots that list each other. With a few sets each, they need about 1 MB of JSON.
     const MOST_LISTED: usize = 100;
-    /// Most values that a team lists, whose sets may be many.
+    /// The maximum number of values that a team lists, for robots with many sets.
     const MOST_VALUES: usize = 100_000;
 
     fn of(scenario: &'a Scenario, catalog: &Catalog, statements: &'a [Statement]) -> Self {
@@ -233,9 +231,10 @@ mod tests {
         assert_eq!(blue.sets["move(top)"].slow_impatience["gold"], 0.5);
     }
 
-    /// Toward 100 others each has a value for each; toward more, for those that are named and for all others.
+    /// Checks the listed teammates: up to 100 have their own values; beyond that, only named ones and an entry for the
+    /// others.
     #[test]
-    fn a_large_team_lists_only_whom_a_statement_names() {
+    fn a_large_team_lists_only_named_teammates() {
         let mut scenario = Scenario {
             robots: (0..=Toward::MOST_LISTED)
                 .map(|rank| crate::scenario::Robot {
@@ -253,9 +252,9 @@ mod tests {
         assert_eq!(listed, [BehaviorParams::OTHERS, "r7"]);
         assert_eq!(report.slow_toward("r7"), 0.25);
         assert_eq!(report.slow_toward("r8"), 1.0);
-        // It is no teammate of its own.
-        let own = &resolved.alliance.robots["r7"].sets["report"];
-        assert_eq!(own.slow_impatience.len(), 1);
+        // A robot is not its own teammate.
+        let named = &resolved.alliance.robots["r7"].sets["report"];
+        assert_eq!(named.slow_impatience.len(), 1);
 
         scenario.robots.pop();
         let resolved = Setup::resolve(scenario, 1, None).unwrap().setup;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::Robot;
 use crate::ids::RobotId;
 
-/// Who takes part in a run: names in the order of ranks, and the way back from a name to its robot.
+/// The robots of a run: names in the order of ranks, and ids by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Roster {
     names: Vec<String>,
@@ -13,7 +13,7 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// The roster of that team, given in rank order.
+    /// Creates the roster of a team, given in rank order.
     #[must_use]
     pub fn of(robots: &[Robot]) -> Self {
         let names: Vec<String> = robots.iter().map(|robot| robot.name.clone()).collect();
@@ -23,19 +23,17 @@ impl Roster {
         }
     }
 
-    /// The robot of that name.
     #[must_use]
     pub fn robot_named(&self, name: &str) -> Option<RobotId> {
         self.ids.get(name).copied()
     }
 
-    /// Name of a robot of this roster.
+    /// Returns the name of a robot of this roster.
     #[must_use]
     pub fn name(&self, robot: RobotId) -> &str {
         self.names.get(robot.index()).map_or("?", String::as_str)
     }
 
-    /// All names, in rank order.
     pub fn names(&self) -> impl ExactSizeIterator<Item = &str> + Clone {
         self.names.iter().map(String::as_str)
     }

@@ -1,4 +1,4 @@
-//! A run as it is handed on: in memory with what follows from its scenario, in JSON without.
+//! The complete setup of a run. In memory it contains data derived from the scenario, in JSON it does not.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -11,28 +11,26 @@ use super::alliance::{Alliance, RobotParams, StepOrder, SwitchSection};
 use super::error::ScenarioError;
 use super::{Catalog, Profile, Roster, Scenario, Vocabulary};
 
-/// A run, complete: what the world sends to every agent and writes to run.json.
+/// The complete setup of a run: the world sends it to every agent and writes it to run.json.
 ///
-/// In JSON it has `seed`, `scenario`, `alliance` and, where there is one, `profile`; whoever reads it, as a [`SetupFile`], works out the rest.
+/// The JSON form has `seed`, `scenario`, `alliance` and an optional `profile`. Reading it as a [`SetupFile`] derives
+/// the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
-    /// Seed of all random streams.
+    /// The seed of all random streams.
     pub seed: u64,
-    /// Scenario with all defaults filled in.
+    /// The scenario with all defaults filled in.
     pub scenario: Scenario,
-    /// Every ALLIANCE value in force.
     pub alliance: Alliance,
-    /// What robots have learned in earlier runs.
+    /// The times that robots learned in earlier runs.
     pub profile: Profile,
-    /// When robots step and hear each other. In JSON it is `alliance.switches.step_order`.
+    /// The order in which robots step and receive broadcasts. In JSON it is `alliance.switches.step_order`.
     pub step_order: StepOrder,
-    /// The scenario's tasks and behavior sets.
     pub catalog: Arc<Catalog>,
-    /// The scenario's robots.
     pub roster: Arc<Roster>,
 }
 
-/// A [`Setup`] as it stands in JSON: which missions there are is told by whoever reads it.
+/// The JSON form of a [`Setup`]. The reader supplies the known missions.
 #[derive(Clone, Debug, Deserialize)]
 pub struct SetupFile {
     seed: u64,
@@ -55,7 +53,7 @@ struct Written<'a> {
 struct AllianceFile<'a> {
     threshold: f64,
     step_ms: u64,
-    /// All of them are stated.
+    /// The section states every switch.
     switches: SwitchSection,
     robots: Cow<'a, BTreeMap<String, RobotParams>>,
 }
@@ -77,20 +75,17 @@ impl Serialize for Setup {
     }
 }
 
-// Not generic, so that the code that serde makes for these types is compiled in this crate alone.
+// These functions are not generic, so serde's code for these types is compiled in this crate alone.
 impl Setup {
-    /// As JSON, in one line.
-    ///
-    /// # Errors
-    /// When a section of a mission cannot be written.
+    /// Returns the setup as JSON in one line.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string(self)
     }
 
-    /// What [`Setup::to_json`] has made, not checked: see [`Setup::check`].
+    /// Reads the JSON of [`Setup::to_json`] without checks; see [`Setup::check`].
     ///
     /// # Errors
-    /// Where it is no JSON, or the first value of the scenario that does not fit.
+    /// Returns an error if the text is not JSON, or for the first value of the scenario that does not fit.
     pub fn from_json(text: &str, vocabulary: &Vocabulary) -> Result<Self, String> {
         let file: SetupFile = serde_json::from_str(text).map_err(|error| error.to_string())?;
         file.read(vocabulary).map_err(|error| error.to_string())
@@ -98,10 +93,7 @@ impl Setup {
 }
 
 impl SetupFile {
-    /// The setup, not checked: see [`Setup::check`].
-    ///
-    /// # Errors
-    /// The first value of the scenario that does not fit.
+    /// Returns the setup without checks; see [`Setup::check`].
     pub fn read(self, vocabulary: &Vocabulary) -> Result<Setup, ScenarioError> {
         let Self {
             seed,

@@ -1,5 +1,4 @@
-//! The ALLIANCE parameters one by one, and a single statement about one of them: what scenario sections and parameter
-//! files have in common.
+//! The ALLIANCE parameters, and single statements about them. Scenario sections and parameter files share this form.
 
 use super::alliance::{AllianceSection, BehaviorSection};
 use super::error::{Place, Problem};
@@ -8,19 +7,12 @@ use super::path::Path;
 /// A parameter of a behavior set (ALLIANCE.md §1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Parameter {
-    /// ρ.
     BroadcastRate,
-    /// τ.
     CeasedAfter,
-    /// δ_fast.
     FastImpatience,
-    /// δ_slow, by teammate.
     SlowImpatience,
-    /// φ, by teammate.
     WillingToAffect,
-    /// ψ.
     BeforeYielding,
-    /// λ.
     BeforeGivingUp,
 }
 
@@ -35,7 +27,6 @@ impl Parameter {
         Self::BeforeGivingUp,
     ];
 
-    /// Name in a scenario file.
     pub fn key(self) -> &'static str {
         match self {
             Self::BroadcastRate => "broadcast_rate_hz",
@@ -48,7 +39,7 @@ impl Parameter {
         }
     }
 
-    /// Name in a parameter file (thesis Fig. 3.4).
+    /// Returns the name in a parameter file (thesis Fig. 3.4).
     pub fn property(self) -> &'static str {
         match self {
             Self::BroadcastRate => "broadcastRate",
@@ -61,7 +52,6 @@ impl Parameter {
         }
     }
 
-    /// Unit, for people.
     pub fn unit(self) -> &'static str {
         match self {
             Self::BroadcastRate => "Hz",
@@ -73,13 +63,13 @@ impl Parameter {
         }
     }
 
-    /// Whether there is one value for each teammate.
+    /// Returns true if there is one value for each teammate.
     pub fn by_teammate(self) -> bool {
         matches!(self, Self::SlowImpatience | Self::WillingToAffect)
     }
 }
 
-/// "For these robots, these sets and these teammates the parameter has this value"; `None` is all of them.
+/// A value of a parameter for a robot, a set and a teammate; `None` means all of them.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Statement {
     pub robot: Option<String>,
@@ -91,13 +81,13 @@ pub(super) struct Statement {
 }
 
 impl Statement {
-    /// Refuses a value that is wrong whatever the others are.
+    /// Rejects a value that is wrong regardless of the others.
     pub fn check(&self) -> Result<(), Problem> {
         positive(self.value, self.parameter.unit(), &self.place)
     }
 }
 
-/// Refuses what is not above 0 and finite (ALLIANCE.md §1).
+/// Rejects a value that is not finite and above 0 (ALLIANCE.md §1).
 pub(super) fn positive(value: f64, unit: &str, place: &Place) -> Result<(), Problem> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
@@ -111,8 +101,8 @@ pub(super) fn positive(value: f64, unit: &str, place: &Place) -> Result<(), Prob
     })
 }
 
-/// All statements of `[alliance]`, weakest first. The plain value of a section comes before its values for named
-/// teammates.
+/// Returns all statements of `[alliance]`, weakest first. The plain value of a section comes before its values for
+/// named teammates.
 pub(super) fn statements(section: &AllianceSection) -> Vec<Statement> {
     let mut all = Vec::new();
     let alliance = Path::of(["alliance"]);
@@ -137,7 +127,7 @@ pub(super) fn statements(section: &AllianceSection) -> Vec<Statement> {
     all
 }
 
-/// The statements of one section, for all robots and sets.
+/// Returns the statements of one section, for all robots and sets.
 fn stated(section: &BehaviorSection, at: &Path) -> Vec<Statement> {
     let BehaviorSection {
         broadcast_rate_hz,

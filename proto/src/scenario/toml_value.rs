@@ -1,4 +1,4 @@
-//! Turns TOML values into types and says what does not fit in the words of the file, with the way to it.
+//! Deserialization of TOML values. Errors use the terms of the file and contain the path to the value.
 
 use std::fmt;
 use std::iter::Enumerate;
@@ -12,14 +12,14 @@ use toml::de::{DeTable, DeValue};
 use super::error::{Problem, instead};
 use super::path::{Path, Step};
 
-/// What does not fit into a type.
+/// A value that does not fit its type.
 #[derive(Debug)]
 pub(super) struct Mistake {
-    /// From the value up to the file's top; collected on the way up.
+    /// The steps from the value up to the file's top, collected on the way up.
     steps: Vec<Step>,
     what: String,
     remedy: String,
-    /// The keys that there are, where an unknown one is the mistake.
+    /// The allowed keys, if the mistake is an unknown key.
     known: &'static [&'static str],
 }
 
@@ -33,7 +33,7 @@ impl Mistake {
         }
     }
 
-    /// The same where the table may have these keys too.
+    /// Adds further allowed keys to the remedy.
     pub fn or_one_of(mut self, more: impl Iterator<Item = &'static str>) -> Self {
         if let ([Step::Key(key)], [_, ..]) = (self.steps.as_slice(), self.known) {
             self.remedy = instead(key, self.known.iter().copied().chain(more));
@@ -80,7 +80,7 @@ impl Error for Mistake {
         };
         Self::new(
             format!("{found} does not fit"),
-            format!("write {}", in_words(wanted)),
+            format!("write {}", type_in_file_terms(wanted)),
         )
     }
 
@@ -105,8 +105,8 @@ impl Error for Mistake {
     }
 }
 
-/// A type of the scenario's, in the words of a file.
-fn in_words(wanted: &dyn Expected) -> String {
+/// Returns the name of a type in the terms of a file.
+fn type_in_file_terms(wanted: &dyn Expected) -> String {
     let wanted = wanted.to_string();
     match wanted.as_str() {
         "a boolean" => "true or false".to_owned(),
@@ -121,7 +121,7 @@ fn in_words(wanted: &dyn Expected) -> String {
     }
 }
 
-/// A value of a file as a deserializer.
+/// A deserializer for a value of a file.
 #[derive(Clone, Copy)]
 pub(super) struct Value<'de>(pub &'de DeValue<'de>);
 
@@ -151,7 +151,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
             },
             DeValue::Datetime(value) => Err(Mistake::new(
                 format!("the date or time {value} does not fit"),
-                "no key of a scenario takes one",
+                "no key of a scenario accepts one",
             )),
             DeValue::Array(array) => visitor.visit_seq(Elements(array.iter().enumerate())),
             DeValue::Table(table) => visitor.visit_map(entries(table, None)),
@@ -186,7 +186,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 }
 
-/// A table without one of its entries as a deserializer.
+/// A deserializer for a table without one of its entries.
 #[derive(Clone, Copy)]
 pub(super) struct Without<'de>(pub &'de DeTable<'de>, pub Option<&'de str>);
 
@@ -204,7 +204,6 @@ impl<'de> Deserializer<'de> for Without<'de> {
     }
 }
 
-/// The elements of an array.
 struct Elements<'de>(Enumerate<Iter<'de, Spanned<DeValue<'de>>>>);
 
 impl<'de> de::SeqAccess<'de> for Elements<'de> {
@@ -222,7 +221,7 @@ impl<'de> de::SeqAccess<'de> for Elements<'de> {
     }
 }
 
-/// The entries of a table; `next` is the one whose key has been read and whose value has not.
+/// The entries of a table. `next` is the entry whose key has been read and whose value has not.
 struct Entries<'de, I> {
     rest: I,
     next: Option<(&'de str, &'de DeValue<'de>)>,
@@ -263,7 +262,7 @@ where
         let (key, value) = self
             .next
             .take()
-            .ok_or_else(|| Mistake::custom("a value was asked for before its key"))?;
+            .ok_or_else(|| Mistake::custom("a value was requested before its key"))?;
         seed.deserialize(Value(value))
             .map_err(|mistake| mistake.below(Step::Key(key.to_owned())))
     }

@@ -1,4 +1,4 @@
-//! A part of a file whose type is known later.
+//! A part of a file whose type is chosen later.
 
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
@@ -8,12 +8,11 @@ use super::parameters::{ParameterDefault, ParameterSpec};
 use super::path::Path;
 use super::toml_value::Value;
 
-/// A table that stands in a file under a key, or does not stand there.
+/// A table under a key of a file, or a missing one.
 #[derive(Clone, Copy, Debug)]
 pub struct Unread<'a> {
     key: &'a str,
     source: Source<'a>,
-    /// What is declared of it.
     declared: &'a [ParameterSpec],
 }
 
@@ -21,7 +20,7 @@ pub struct Unread<'a> {
 enum Source<'a> {
     Toml(&'a DeValue<'a>),
     Json(&'a serde_json::Value),
-    /// As if it were empty.
+    /// A missing table, which reads as an empty one.
     Absent,
 }
 
@@ -34,7 +33,7 @@ impl<'a> Unread<'a> {
         Self::of(key, Source::Json(value))
     }
 
-    /// A table of that key in which nothing is stated.
+    /// Creates a table with this key and no values.
     #[must_use]
     pub fn absent(key: &'a str) -> Self {
         Self::of(key, Source::Absent)
@@ -49,20 +48,17 @@ impl<'a> Unread<'a> {
         }
     }
 
-    /// With the declared default of each key of its own that it does not state.
+    /// Returns the table with the declared default of each missing top-level key.
     pub(crate) fn completed(self, declared: &'a [ParameterSpec]) -> Self {
         Self { declared, ..self }
     }
 
-    /// What it says as a value of that type.
-    ///
-    /// # Errors
-    /// The first key or value that does not fit.
+    /// Returns the table as a value of type `T`.
     pub fn to<T: DeserializeOwned>(self) -> Result<T, Problem> {
         let read = match self.source {
             Source::Toml(DeValue::Table(stated)) => self.table(stated),
             Source::Toml(value) => T::deserialize(Value(value)).map_err(Problem::from),
-            // It was written with all that it has.
+            // The JSON form contains every value.
             Source::Json(value) => T::deserialize(value).map_err(|error| {
                 let remedy = "see the mission's parameters";
                 Problem::at(Path::default(), error.to_string(), remedy)
@@ -73,19 +69,19 @@ impl<'a> Unread<'a> {
     }
 
     fn table<T: DeserializeOwned>(&self, stated: &DeTable<'_>) -> Result<T, Problem> {
-        let has_default = |it: &&ParameterSpec| {
+        let has_default = |parameter: &&ParameterSpec| {
             let is_value = !matches!(
-                it.default,
+                parameter.default,
                 ParameterDefault::Required | ParameterDefault::Words(_)
             );
-            is_value && !it.key.contains('.') && !stated.contains_key(it.key)
+            is_value && !parameter.key.contains('.') && !stated.contains_key(parameter.key)
         };
         let defaults = self.declared.iter().filter(has_default);
         let defaults: String = defaults
-            .map(|it| format!("{} = {}\n", it.key, it.default))
+            .map(|parameter| format!("{} = {}\n", parameter.key, parameter.default))
             .collect();
         let defaults = DeTable::parse(&defaults).map_err(|error| {
-            let remedy = "declare defaults that can stand in a file";
+            let remedy = "declare defaults that are valid TOML values";
             Problem::at(Path::default(), error.message(), remedy)
         })?;
         let mut complete = defaults.into_inner();

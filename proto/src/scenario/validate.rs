@@ -1,4 +1,4 @@
-//! Ranges and names: what is wrong with a scenario whatever its geometry and parameters are.
+//! Checks of ranges and names of a scenario, independent of its geometry and parameters.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,12 +13,12 @@ use super::{Robot, Scenario};
 use crate::fault::{Campaign, Role};
 use crate::ids::TaskId;
 
-/// Most robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
+/// The maximum number of robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
 pub const MAX_ROBOTS: usize = 10_000;
-/// Most random faults that a mission may be expected to see.
+/// The maximum expected number of random faults in a mission.
 const MAX_RANDOM_FAULTS: f64 = 1e5;
 
-/// Refuses the first mistake of a scenario, in the order of its fields.
+/// Rejects the first mistake of a scenario, in the order of its fields.
 pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     name(Path::of(["name"]), &scenario.name)?;
     let step_ms = scenario.step_ms;
@@ -30,7 +30,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     TIME.check(Path::of(["limit_s"]), scenario.limit_s)?;
     if scenario.step_order.is_some() && scenario.alliance.switches.step_order.is_some() {
         let at = Path::of(["alliance", "switches", "step_order"]);
-        let what = "the scenario's own step_order states it already";
+        let what = "step_order at the top of the scenario already states it";
         return Err(Problem::at(at, what, "state it once"));
     }
 
@@ -75,7 +75,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     alliance(scenario, catalog)
 }
 
-/// What the mission says is wrong with its section, and what does not fit to what it declares.
+/// Checks the mission's section: first by the mission itself, then against the declared parameters.
 fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let mission = catalog.mission;
     mission.check(scenario)?;
@@ -85,22 +85,22 @@ fn mission(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     }
     let at = Path::of([mission.name()]);
     let section = serde_json::to_value(&scenario.mission).map_err(|error| {
-        let remedy = "its section must be such as can be written";
+        let remedy = "make the section serializable";
         Problem::at(at.clone(), error.to_string(), remedy)
     })?;
     let section = section.get(mission.name()).unwrap_or(&section);
     let mut declared = declared.iter();
-    declared.try_for_each(|it| it.check_in(section, &at, &scenario.room))
+    declared.try_for_each(|parameter| parameter.check_in(section, &at, &scenario.room))
 }
 
 fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let robots = Path::of(["robots"]);
     named(&robots, names(scenario), MAX_ROBOTS)?;
     for (index, name) in names(scenario).enumerate() {
-        // In faults.
+        // These names have a meaning in faults.
         let means = match name {
             "all" | "any" => Some("every robot"),
-            Role::IDLE => Some("a robot that is at nothing"),
+            Role::IDLE => Some("an idle robot"),
             _ => None,
         };
         if let Some(means) = means {
@@ -114,7 +114,7 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     }
     if scenario.robots.iter().all(|robot| robot.absent) {
         let what = "all robots are absent";
-        let remedy = "let at least one be there from the start";
+        let remedy = "make at least one present from the start";
         return Err(Problem::at(robots, what, remedy));
     }
     let equipment = Equipment::of(scenario, catalog);
@@ -153,7 +153,7 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     Ok(())
 }
 
-/// What a robot of a scenario may have.
+/// The devices and skills that a robot of a scenario may have.
 struct Equipment {
     devices: BTreeSet<&'static str>,
     skills: Vec<String>,
@@ -172,7 +172,7 @@ impl Equipment {
         }
     }
 
-    /// Refuses what nobody can have, below `at`.
+    /// Rejects devices and skills that no robot can have, below `at`.
     fn check<'a>(
         &self,
         devices: impl IntoIterator<Item = &'a String>,
@@ -192,7 +192,7 @@ impl Equipment {
     }
 }
 
-/// Refuses a robot that could never do anything.
+/// Rejects a robot without any behavior.
 fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &Path) -> Result<(), Problem> {
     if catalog.behaviors_of(robot).next().is_some() {
         return Ok(());
@@ -205,9 +205,9 @@ fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &Path) -> Result<(), Pro
         .behaviors_of(&of_any_task)
         .map(|behavior| catalog.sets[behavior.index()].task)
         .collect();
-    let tasks: Vec<&str> = tasks.iter().map(|it| catalog.task_name(*it)).collect();
+    let tasks: Vec<&str> = tasks.iter().map(|task| catalog.task_name(*task)).collect();
     let remedy = if tasks.is_empty() {
-        "give it devices or skills that a task takes, or leave it out".to_owned()
+        "give it devices or skills that a task needs, or remove it".to_owned()
     } else {
         format!("of all tasks it can do {}", tasks.join(", "))
     };
@@ -258,7 +258,7 @@ fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         {
             let prefix = Campaign::ID_PREFIX;
             let what = format!("'{id}' may become the id of a random fault");
-            let remedy = format!("let it not begin with '{prefix}'");
+            let remedy = format!("choose an id that does not begin with '{prefix}'");
             return Err(Problem::at(at.key("id"), what, remedy));
         }
     }
@@ -286,14 +286,14 @@ fn random_faults(scenario: &Scenario, campaign: &Campaign) -> Result<(), Problem
         closed(0.0, 1e6, "").check(at.key("mix").key(kind), weight)?;
     }
     if weights.iter().all(|(_, weight)| *weight == 0.0) {
-        let what = "no kind of fault is left";
+        let what = "every weight is 0";
         return Err(Problem::at(at.key("mix"), what, "set one above 0"));
     }
     let rate = scenario.robots.len() as f64 / (campaign.mtbf_s + campaign.mttr_s);
     let expected = rate * scenario.limit_s;
     if expected > MAX_RANDOM_FAULTS {
-        let what = format!("about {expected:.0} faults are to be expected until limit_s");
-        let remedy = format!("make it longer, or limit_s shorter, for at most {MAX_RANDOM_FAULTS}");
+        let what = format!("about {expected:.0} faults are expected until limit_s");
+        let remedy = format!("increase it or reduce limit_s, for at most {MAX_RANDOM_FAULTS}");
         return Err(Problem::at(at.key("mtbf_s"), what, remedy));
     }
     Ok(())
@@ -348,7 +348,7 @@ fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Refuses a section that names a teammate who does not exist; the robot that owns the section is none of its own.
+/// Rejects a section that names an unknown teammate. The section's own robot is not a teammate.
 fn teammates(
     scenario: &Scenario,
     section: &BehaviorSection,
@@ -371,12 +371,11 @@ fn teammates(
     Ok(())
 }
 
-/// The robots' names.
 fn names(scenario: &Scenario) -> impl ExactSizeIterator<Item = &str> {
     scenario.robots.iter().map(|robot| robot.name.as_str())
 }
 
-/// Refuses a name that is not among the known ones.
+/// Rejects a name that is not among the known ones.
 fn known<'a>(
     what: &str,
     name: &str,
@@ -397,7 +396,7 @@ mod tests {
     use crate::testkit::vocabulary;
 
     #[test]
-    fn a_robot_without_a_behavior_is_refused_where_its_tasks_stand() {
+    fn a_robot_without_a_behavior_is_refused_at_its_tasks() {
         let refusal = |robot: &str| {
             let text = format!("[drill]\n[[robots]]\nname = 'a'\n{robot}");
             Scenario::parse("s.toml", &text, &vocabulary()).map_err(|error| error.to_string())
@@ -406,7 +405,7 @@ mod tests {
         let moves = "tasks = ['move(top)', 'move(bottom)']\n";
         let cannot = "skills = { lift = 0 }\n";
         assert_eq!(refusal(&format!("{cannot}{moves}")), Err(none.to_owned()));
-        let none = "s.toml:4: robots[0].tasks: without tasks a robot does nothing, and without the key it does all; see the reference scenario";
+        let none = "s.toml:4: robots[0].tasks: an empty list means no task, and a missing key means all tasks; see the reference scenario";
         assert_eq!(refusal("tasks = []"), Err(none.to_owned()));
         for robot in [cannot, moves] {
             assert!(refusal(robot).is_ok(), "{robot}");

@@ -1,4 +1,4 @@
-//! The parameters of one behavior set of one robot while statements are applied to them, and the rules that bind them.
+//! The parameters of one behavior set of one robot while statements are applied, and the rules between them.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use super::error::Problem;
 use super::statement::{Parameter, Statement};
 use crate::mission::data::BuiltIn;
 
-/// A value and the number of the statement that it is from, `None` when built in.
+/// A value and the index of its statement; `None` for a built-in value.
 #[derive(Clone, Copy)]
 struct Sourced {
     value: f64,
     from: Option<usize>,
 }
 
-/// One behavior set of one robot; the maps have one entry for each teammate.
+/// The values of one behavior set of one robot. The maps have one entry per teammate.
 pub(super) struct Values<'a> {
     broadcast_rate: Sourced,
     ceased_after: Sourced,
@@ -26,7 +26,7 @@ pub(super) struct Values<'a> {
 }
 
 impl<'a> Values<'a> {
-    /// The values that hold where nothing is stated.
+    /// Creates the values that apply where nothing is stated.
     pub fn built_in(mission: BuiltIn, teammates: impl Iterator<Item = &'a str>) -> Self {
         let built_in = |value| Sourced { value, from: None };
         let slow_impatience: BTreeMap<_, _> = teammates
@@ -46,7 +46,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Sets what the statement speaks of; `number` is its place in the list. Tells whether there is any such value.
+    /// Applies a statement; `number` is its index in the list. Returns true if there is a matching value.
     pub fn apply(&mut self, statement: &Statement, number: usize) -> bool {
         let new = Sourced {
             value: statement.value,
@@ -76,10 +76,10 @@ impl<'a> Values<'a> {
         true
     }
 
-    /// Refuses values that break a rule between two of them (ALLIANCE.md §1), at the stronger of the two statements.
+    /// Rejects values that violate a rule between two of them (ALLIANCE.md §1), at the stronger of the two statements.
     pub fn check(&self, statements: &[Statement], robot: &str, set: &str) -> Result<(), Problem> {
         let broken = |a: Sourced, b: Sourced, what: String, remedy: &str| {
-            // Built-in values keep the rules among themselves, so at least one of the two has been stated.
+            // Built-in values satisfy the rules, so at least one of the two has been stated.
             let statement = a.from.max(b.from).and_then(|number| statements.get(number));
             statement.map_or(Ok(()), |statement| {
                 Err(Problem {
@@ -107,7 +107,7 @@ impl<'a> Values<'a> {
         Ok(())
     }
 
-    /// The values in force; `task` is the name of the set's task.
+    /// Returns the values in force; `task` is the name of the set's task.
     pub fn into_params(self, task: String) -> BehaviorParams {
         let by_name = |values: BTreeMap<&str, Sourced>| {
             let named = values

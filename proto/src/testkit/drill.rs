@@ -1,4 +1,5 @@
-//! A mission for tests of what knows no mission: tasks that any robot can have, in a world in which nothing comes of them.
+//! A mission for tests that are independent of any real mission. Robots can allocate its tasks, but the tasks have no
+//! effect in the world.
 
 use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 use crate::ids::TaskId;
@@ -9,11 +10,11 @@ use crate::mission::known::section;
 use crate::mission::section::Section;
 use crate::scenario::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, Unread, Vocabulary};
 
-/// The drill: tasks `find`, `move(top)`, `move(bottom)` and `report`; two behaviors for the first, of which one takes a device
-/// that not all robots have. A robot whose skill `lift` is 0 cannot move anything.
+/// The drill mission with the tasks `find`, `move(top)`, `move(bottom)` and `report`. `find` has two behaviors, and one
+/// of them needs a device that not all robots have. A robot whose skill `lift` is 0 cannot execute the `move` tasks.
 pub const DRILL: Mission = Mission::new("drill", "tasks for tests", &Drill);
 
-/// Missions and allocators of tests: the drill, and ALLIANCE.
+/// Returns the vocabulary of tests: the drill and ALLIANCE.
 #[must_use]
 pub fn vocabulary() -> Vocabulary {
     Vocabulary {
@@ -22,24 +23,25 @@ pub fn vocabulary() -> Vocabulary {
     }
 }
 
-/// The drill for blue, which has the device, gold and green.
+/// Returns the drill scenario for the robots blue (which has the optional device), gold and green.
 #[must_use]
 pub fn default_scenario() -> Scenario {
-    // Cannot fail: no key of its section must be stated.
+    // All keys of the mission's section are optional, so this cannot fail.
     #[allow(clippy::expect_used)]
     Scenario::of(DRILL).expect("a scenario of the drill")
 }
 
-/// The same, resolved.
 #[must_use]
 pub fn default_setup(seed: u64) -> Setup {
-    // Cannot fail: nothing in it depends on anything.
+    // The scenario has no external dependencies, so this cannot fail.
     #[allow(clippy::expect_used)]
-    let resolved = Setup::resolve(default_scenario(), seed, None).expect("it is valid");
+    let resolved =
+        Setup::resolve(default_scenario(), seed, None).expect("the default scenario is valid");
     resolved.setup
 }
 
-/// The drill for blue, which has all that the team has, and gold, which has values of its own.
+/// Returns a drill scenario with two different robots. Blue has all devices and skills of the team; gold has its own
+/// values.
 #[must_use]
 pub fn unlike_robots() -> Setup {
     const TEXT: &str = "devices = ['horn']
@@ -56,11 +58,12 @@ pub fn unlike_robots() -> Setup {
         devices = ['side-border']
         skills = {}
         tasks = ['find', 'report']";
-    // Cannot fail: nothing in it depends on anything.
+    // The scenario has no external dependencies, so this cannot fail.
     #[allow(clippy::expect_used)]
-    let scenario = Scenario::parse("unlike.toml", TEXT, &vocabulary()).expect("it is valid");
+    let scenario =
+        Scenario::parse("unlike.toml", TEXT, &vocabulary()).expect("the scenario is valid");
     #[allow(clippy::expect_used)]
-    let resolved = Setup::resolve(scenario, 1, None).expect("it is valid");
+    let resolved = Setup::resolve(scenario, 1, None).expect("the scenario is valid");
     resolved.setup
 }
 

@@ -3,7 +3,7 @@
 use crate::fault::*;
 use crate::scenario::Obstacle;
 
-/// One fault of each kind, with every mode.
+/// Returns one fault of each kind, with every mode.
 #[must_use]
 pub fn one_of_each() -> Vec<Fault> {
     let robot = || "gold".to_owned();

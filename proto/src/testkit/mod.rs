@@ -1,4 +1,4 @@
-//! What tests of several crates need: a mission that nobody has to know, and a fault of each kind.
+//! Shared test data of several crates: a mission without dependencies, and a fault of each kind.
 
 mod drill;
 mod faults;
