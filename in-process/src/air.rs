@@ -1,4 +1,4 @@
-//! Broadcasts between their sending and their hearing, without a bus: each is there once, for whoever is to hear it.
+//! Delivery of broadcasts without a bus. Each broadcast is stored once for all receivers.
 
 use std::sync::Arc;
 
@@ -7,30 +7,28 @@ use alliance_proto::team::Broadcast;
 use alliance_proto::tick::ManifestEntry;
 use smallvec::SmallVec;
 
-/// The latest broadcasts of each robot.
 pub(super) struct Air {
-    /// By rank: of the latest tick in which it said something, and of the one before that.
-    said: Vec<[Said; 2]>,
+    /// By rank: the broadcasts of the two latest ticks in which the robot sent any.
+    sent: Vec<[SentBroadcasts; 2]>,
 }
 
-/// What a robot said in one tick.
 #[derive(Clone, Default)]
-struct Said {
+struct SentBroadcasts {
     tick: Tick,
     count: usize,
-    /// By index, and then some of earlier ticks, for their memory. Mostly one: it is looked up by all who hear it.
+    /// Broadcasts by index, followed by unused ones of earlier ticks, whose memory is reused. Inline for one, the most frequent number.
     broadcasts: SmallVec<[Arc<Broadcast>; 1]>,
 }
 
 impl Air {
     pub fn new(robots: usize) -> Self {
         Self {
-            said: vec![Default::default(); robots],
+            sent: vec![Default::default(); robots],
         }
     }
 
-    /// Takes what a robot says in a tick, and gives back to `spent` what nobody can hear any more. A manifest lists what was
-    /// said in its tick or in the one before, and never later.
+    /// Stores a robot's broadcasts of a tick and moves those that can no longer be received to `spent`. A manifest lists broadcasts of
+    /// its own tick or the previous one only.
     #[inline]
     pub fn send(
         &mut self,
@@ -42,24 +40,23 @@ impl Air {
         if broadcasts.is_empty() {
             return;
         }
-        let said = &mut self.said[sender.index()];
-        said.rotate_right(1);
-        let [latest, _] = said;
+        let sent = &mut self.sent[sender.index()];
+        sent.rotate_right(1);
+        let [latest, _] = sent;
         (latest.tick, latest.count) = (tick, broadcasts.len());
         for (index, broadcast) in broadcasts.drain(..).enumerate() {
-            // A receiver may keep what is on its way for long.
+            // A receiver may hold a message in flight for a long time.
             match latest.broadcasts.get_mut(index) {
-                Some(place) => match Arc::get_mut(place) {
-                    Some(place) => spent.push(std::mem::replace(place, broadcast)),
-                    None => *place = Arc::new(broadcast),
+                Some(slot) => match Arc::get_mut(slot) {
+                    Some(slot) => spent.push(std::mem::replace(slot, broadcast)),
+                    None => *slot = Arc::new(broadcast),
                 },
                 None => latest.broadcasts.push(Arc::new(broadcast)),
             }
         }
     }
 
-    /// Writes to `collected` the broadcasts of a manifest, one place for each in its order; `None` is one that is lost, or was
-    /// never sent.
+    /// Writes the broadcasts of a manifest to `collected`, one entry for each in order. `None` stands for a lost or unsent one.
     #[inline]
     pub fn collect(
         &self,
@@ -69,14 +66,14 @@ impl Air {
     ) {
         collected.clear();
         for entry in manifest {
-            let mut said = self.said[entry.sender.index()].iter();
-            let said = said.find(|said| said.tick == entry.tick);
+            let mut sent = self.sent[entry.sender.index()].iter();
+            let sent = sent.find(|sent| sent.tick == entry.tick);
             collected.extend((0..entry.count).map(|index| {
-                let said = said?;
-                let broadcast = said.broadcasts[..said.count].get(usize::from(index))?;
-                let is_heard = broadcast.incarnation == entry.incarnation
+                let sent = sent?;
+                let broadcast = sent.broadcasts[..sent.count].get(usize::from(index))?;
+                let is_received = broadcast.incarnation == entry.incarnation
                     && !is_lost(entry.sender, entry.tick, index);
-                is_heard.then(|| Arc::clone(broadcast))
+                is_received.then(|| Arc::clone(broadcast))
             }));
         }
     }
@@ -111,7 +108,7 @@ mod tests {
         (0..count).map(broadcast).collect()
     }
 
-    fn heard(
+    fn received(
         air: &Air,
         tick: Tick,
         incarnation: alliance_proto::ids::Incarnation,
@@ -127,24 +124,28 @@ mod tests {
         let mut collected = Vec::new();
         let is_lost = |_, tick, index| (tick, index) == (5, 1);
         air.collect(&[entry], is_lost, &mut collected);
-        let seq = |place: &Option<Arc<Broadcast>>| place.as_ref().map(|broadcast| broadcast.seq);
+        let seq = |entry: &Option<Arc<Broadcast>>| entry.as_ref().map(|broadcast| broadcast.seq);
         collected.iter().map(seq).collect()
     }
 
     #[test]
-    fn what_was_said_last_and_before_that_is_heard_but_for_what_is_lost() {
+    fn broadcasts_of_the_two_latest_ticks_are_received_unless_lost() {
         let mut air = Air::new(2);
         let mut spent = Vec::new();
         for tick in [3, 4, 5] {
             air.send(tick, SENDER, &mut broadcasts(tick, 2), &mut spent);
-            // Silence changes nothing.
+            // A tick without broadcasts changes nothing.
             air.send(tick, SENDER, &mut Vec::new(), &mut spent);
         }
-        assert_eq!(spent, broadcasts(3, 2), "nobody can hear them any more");
-        assert_eq!(heard(&air, 5, 1, 2), [Some(50), None]);
-        assert_eq!(heard(&air, 4, 1, 2), [Some(40), Some(41)]);
-        assert_eq!(heard(&air, 4, 1, 3), [Some(40), Some(41), None]);
-        assert_eq!(heard(&air, 4, 2, 1), [None], "said in another incarnation");
-        assert_eq!(heard(&air, 3, 1, 1), [None], "listed too late");
+        assert_eq!(spent, broadcasts(3, 2), "they can no longer be received");
+        assert_eq!(received(&air, 5, 1, 2), [Some(50), None]);
+        assert_eq!(received(&air, 4, 1, 2), [Some(40), Some(41)]);
+        assert_eq!(received(&air, 4, 1, 3), [Some(40), Some(41), None]);
+        assert_eq!(
+            received(&air, 4, 2, 1),
+            [None],
+            "sent in another incarnation"
+        );
+        assert_eq!(received(&air, 3, 1, 1), [None], "listed too late");
     }
 }

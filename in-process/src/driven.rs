@@ -1,21 +1,21 @@
-//! Bodies that somebody else drives than the robots' agents.
+//! Commands of external agents for robots' bodies.
 
 use alliance_proto::mission::Deed;
 use alliance_proto::readings::Actuation;
 
-/// What somebody else makes of a robot's body in the place of its agent.
+/// The motion command of an external agent for a robot's body. It replaces that of the robot's own agent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
-    /// As [`Actuation::speed_m_s`]; finite.
+    /// Speed as in [`Actuation::speed_m_s`]; finite.
     pub speed_m_s: f32,
-    /// As [`Actuation::turn_rad_s`]; finite.
+    /// Turn rate as in [`Actuation::turn_rad_s`]; finite.
     pub turn_rad_s: f32,
-    /// What it does beside driving; `None`: what its agent wants.
+    /// The action of the body; `None` keeps the action of the robot's own agent.
     pub deed: Option<Deed>,
 }
 
 impl Command {
-    /// In the place of what its agent wants.
+    /// Replaces the motion, and the action if any, of a robot's own agent.
     pub(super) fn take_over(&self, actuation: &mut Actuation) {
         actuation.speed_m_s = self.speed_m_s;
         actuation.turn_rad_s = self.turn_rad_s;

@@ -1,4 +1,4 @@
-//! Robots whose minds are programs that this one does not have: what they answer is told by somebody else, such as the log.
+//! Robots with external controllers. Another source, such as the log, supplies their answers.
 
 use std::collections::VecDeque;
 use std::error::Error;
@@ -11,19 +11,17 @@ use alliance_proto::team::Broadcast;
 use alliance_proto::tick::{Report, TickMessage};
 use world_server::recorder::RecordError;
 
-/// Answers for robots whose minds this program does not have.
+/// A source of answers for robots whose controllers are not part of this program.
 pub trait Foreign: Send {
-    /// A life of the robot begins.
     fn spawn(&mut self, _robot: RobotId, _incarnation: Incarnation) {}
 
-    /// Its life has ended.
     fn die(&mut self, _robot: RobotId) {}
 
-    /// What the robot does in that tick, for which it hears what has arrived of the tick's manifest: a place for each broadcast. Both are
-    /// written to `report` and `broadcasts`, whatever is there.
+    /// Computes the robot's answer to a tick and overwrites `report` and `broadcasts` with it. `arrived` has one entry for each
+    /// broadcast of the tick's manifest; `None` stands for a lost one.
     ///
     /// # Errors
-    /// When nobody knows.
+    /// Fails if the answer is unknown.
     fn answer(
         &mut self,
         robot: RobotId,
@@ -34,47 +32,36 @@ pub trait Foreign: Send {
     ) -> Result<(), ForeignError>;
 }
 
-/// Why a foreign mind's answer is not known.
 #[derive(Debug, thiserror::Error)]
 pub enum ForeignError {
-    /// The log has none.
+    /// An answer that the log does not contain.
     #[error(
-        "foreign.bin has no answer of {robot} in tick {tick}: it is missing or cut, or the run was made by another version"
+        "foreign.bin has no answer of {robot} in tick {tick}: the file is missing or truncated, or the run is from another version"
     )]
-    Missing {
-        /// Whose.
-        robot: String,
-        /// When.
-        tick: Tick,
-    },
-    /// Whoever is asked does not say, and tells why.
+    Missing { robot: String, tick: Tick },
+    /// An error of another source of answers.
     #[error(transparent)]
     Other(Box<dyn Error + Send + Sync>),
 }
 
-/// What can end a run in one process before its time.
+/// An error that ends a run in one process early.
 #[derive(Debug, thiserror::Error)]
 pub enum TickError {
-    /// The log cannot be written.
     #[error(transparent)]
     Log(#[from] RecordError),
-    /// A foreign mind's answer is not known.
     #[error(transparent)]
     Foreign(#[from] ForeignError),
 }
 
-/// The answers that a log has kept.
+/// The logged answers of external controllers.
 pub struct Kept {
-    /// By rank.
+    /// The remaining answers of each robot, by rank and in order of ticks.
     answers: Vec<VecDeque<ForeignAnswer>>,
     names: Vec<String>,
 }
 
 impl Kept {
-    /// Those of a logged run; `None`: all its minds are this program's.
-    ///
-    /// # Errors
-    /// When foreign.bin cannot be read.
+    /// Reads the answers of a logged run. Returns `None` if the run has no external controllers.
     pub fn of(logged: &RunLog) -> Result<Option<Self>, ReadError> {
         let setup = &logged.run.setup;
         if setup.scenario.minds().is_empty() {
@@ -85,17 +72,17 @@ impl Kept {
 
     fn new(setup: &Setup, answers: Vec<ForeignAnswer>) -> Self {
         let robots = &setup.scenario.robots;
-        let mut kept = Self {
+        let mut source = Self {
             answers: robots.iter().map(|_| VecDeque::new()).collect(),
             names: robots.iter().map(|robot| robot.name.clone()).collect(),
         };
         for answer in answers {
-            // Of a robot that there is not, nobody asks.
-            if let Some(of_robot) = kept.answers.get_mut(answer.report.robot.index()) {
+            // Answers of unknown robots are never requested.
+            if let Some(of_robot) = source.answers.get_mut(answer.report.robot.index()) {
                 of_robot.push_back(answer);
             }
         }
-        kept
+        source
     }
 }
 
@@ -109,10 +96,10 @@ impl Foreign for Kept {
         broadcasts: &mut Vec<Broadcast>,
     ) -> Result<(), ForeignError> {
         let (wanted, answers) = (tick.tick, &mut self.answers[robot.index()]);
-        let is_it = |answer: &mut ForeignAnswer| {
+        let matches_tick = |answer: &mut ForeignAnswer| {
             (answer.report.tick, answer.report.incarnation) == (wanted, tick.incarnation)
         };
-        let Some(answer) = answers.pop_front_if(is_it) else {
+        let Some(answer) = answers.pop_front_if(matches_tick) else {
             return Err(ForeignError::Missing {
                 robot: self.names[robot.index()].clone(),
                 tick: wanted,
@@ -120,8 +107,13 @@ impl Foreign for Kept {
         };
         *report = answer.report;
         broadcasts.clear();
-        // What never came to the world is lost to those who hear it, and so is what follows it.
-        broadcasts.extend(answer.broadcasts.into_iter().map_while(|it| it));
+        // A broadcast that the world did not receive is lost, and so are those after it.
+        broadcasts.extend(
+            answer
+                .broadcasts
+                .into_iter()
+                .map_while(|broadcast| broadcast),
+        );
         Ok(())
     }
 }

@@ -1,8 +1,8 @@
-//! A whole run in one process: the same world, agents, radio and recorder as in many, without processes and sockets, and the same bytes
-//! as the result. What faults ask of processes is done to agents.
+//! A complete run in one process: the same world, agents, radio and recorder as with separate processes, and the same bytes as
+//! the result. Process faults apply to the agents.
 //!
-//! `run` steps world and agents, and is lent a recorder; [`Team`] is that with a recorder of its own. [`Foreign`]: who answers for minds
-//! that this program does not have; [`Command`]: what somebody makes of a body in the place of its agent; [`Traffic`]: what was said.
+//! [`Team`] steps world and agents and has a recorder. [`Foreign`] supplies the answers of external controllers. [`Command`] drives a
+//! body instead of its agent. [`Traffic`] counts broadcasts.
 
 mod air;
 mod driven;
@@ -29,51 +29,40 @@ use run::Run;
 pub use run::Spaces;
 pub use traffic::{Said, Traffic};
 
-/// Why a run in one process cannot begin.
+/// An error that prevents a run in one process from starting.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// The log cannot be written.
     #[error(transparent)]
     Log(#[from] RecordError),
-    /// This program does not know an allocator of the run, or not with these parameters.
+    /// An allocator of the run, or its parameters, that this program does not support.
     #[error(transparent)]
     Allocator(#[from] ConfigError),
-    /// This program does not know the mission of the run.
+    /// A mission of the run that this program does not contain.
     #[error(transparent)]
     Mission(#[from] UnknownMission),
-    /// This program does not have the mind of a robot, and nobody answers for it.
+    /// An external controller without a source of its answers.
     #[error(
-        "the mind '{mind}' of {robot} is a program of its own, which runs by processes alone: \
+        "the controller '{mind}' of {robot} is an external program and needs a run with processes; use \
          `alliance run SCENARIO --mind {mind}=COMMAND`"
     )]
-    Mind {
-        /// Whose.
-        robot: String,
-        /// Its name.
-        mind: String,
-    },
+    Mind { robot: String, mind: String },
 }
 
-/// A team and its world, stepped by hand, and the log that they leave.
+/// A team and its world, stepped tick by tick, with the log of the run.
 pub struct Team<S> {
     run: Run,
     recorder: Recorder<S>,
 }
 
 impl<S: Sink> Team<S> {
-    /// All robots of the scenario that are not absent, ready for tick 0.
-    ///
-    /// # Errors
-    /// [`StartError`].
+    /// Creates a run with all robots of the scenario that are not absent, ready for tick 0.
     pub fn new(setup: Setup, log: LogLevel, sink: S) -> Result<Self, StartError> {
         let joins = joins_of(&setup);
         Self::with_inputs(setup, joins, log, sink)
     }
 
-    /// A run to which the same happens from outside as to one that was logged. What a fault asked for happens by itself.
-    ///
-    /// # Errors
-    /// When the log cannot be written.
+    /// Creates a run that repeats the external inputs of a logged run. Effects of faults are not inputs, because the run computes
+    /// them itself.
     pub fn with_inputs(
         setup: Setup,
         inputs: Vec<InputLine>,
@@ -83,10 +72,7 @@ impl<S: Sink> Team<S> {
         Self::with_registry(Registry::of_this_program(), setup, inputs, log, sink)
     }
 
-    /// The same where somebody answers for the robots whose minds this program does not have.
-    ///
-    /// # Errors
-    /// [`StartError`].
+    /// Creates a run like [`Team::with_inputs`], with a source of answers for external controllers.
     pub fn with_foreign(
         setup: Setup,
         inputs: Vec<InputLine>,
@@ -104,10 +90,7 @@ impl<S: Sink> Team<S> {
         )
     }
 
-    /// The same with missions and allocators that need not be those of the program.
-    ///
-    /// # Errors
-    /// [`StartError`].
+    /// Creates a run like [`Team::with_inputs`], with the missions and allocators of `registry`.
     pub fn with_registry(
         registry: &Registry,
         setup: Setup,
@@ -131,60 +114,51 @@ impl<S: Sink> Team<S> {
         Ok(Self { run, recorder })
     }
 
-    /// The run.
     pub fn simulation(&self) -> &Simulation {
         &self.run.simulation
     }
 
-    /// What the robots that learn know by now of how long each of them needs. Who has no agent has lost what it learned in this run,
-    /// and knows what it began it with.
+    /// Returns the learned task times of all robots that learn. A robot without an agent has lost its progress in this run, so its
+    /// times are those at the start.
     pub fn learned(&self) -> Profile {
         self.run.learned()
     }
 
-    /// From now on the body of that robot does this, whatever its agent wants, which senses, hears and speaks as before; `None`: its
-    /// agent drives again. A run that is driven from outside is not repeated by its inputs.
+    /// Drives the body of a robot with this command from now on. Its agent continues to sense, receive and send. `None` returns
+    /// control to the agent. The inputs of such a run are not sufficient to repeat it.
     pub fn drive(&mut self, robot: RobotId, command: Option<Command>) {
         self.run.drive(robot, command);
     }
 
-    /// Exchanges the team's workspaces for these. Nothing in them lasts from one tick to the next.
+    /// Exchanges the team's workspaces for these. They contain no data that outlasts a tick.
     pub fn exchange(&mut self, spaces: &mut Spaces) {
         self.run.exchange(spaces);
     }
 
-    /// Counts from now on what is said, by kind.
     pub fn count_traffic(&mut self) {
         self.run.traffic = Some(Traffic::default());
     }
 
-    /// What was said, if it is counted.
+    /// Returns the counts of broadcasts, or `None` without [`Team::count_traffic`].
     pub fn traffic(&self) -> Option<&Traffic> {
         self.run.traffic.as_ref()
     }
 
-    /// What has happened since this was asked last, see [`Recorder::take_events`].
+    /// Returns the events since the last call, see [`Recorder::take_events`].
     pub fn take_events(&mut self) -> Vec<EventLine> {
         self.recorder.take_events()
     }
 
-    /// A snapshot for eyes, see [`Simulation::glance`].
     pub fn glance(&self) -> View {
         self.run.simulation.glance()
     }
 
-    /// One tick. Says how the run ended, once it has.
-    ///
-    /// # Errors
-    /// When the log cannot be written, or a foreign mind does not answer.
+    /// Runs one tick. Returns the outcome if the run has ended.
     pub fn tick(&mut self) -> Result<Option<Outcome>, TickError> {
         self.run.tick(&mut self.recorder)
     }
 
-    /// Runs to the end.
-    ///
-    /// # Errors
-    /// Those of [`Team::tick`].
+    /// Runs to the end and finishes the log.
     pub fn run(mut self) -> Result<(Outcome, Recorder<S>), TickError> {
         loop {
             if let Some(outcome) = self.tick()? {
@@ -193,11 +167,8 @@ impl<S: Sink> Team<S> {
         }
     }
 
-    /// Runs to the end, or until that many ticks are done: then it ends as it is told to. `see` looks at the run before the
-    /// first tick and after each.
-    ///
-    /// # Errors
-    /// Those of [`Team::tick`].
+    /// Runs to the end, but at most for a number of ticks, after which the outcome is `then`. Finishes the log. `see` is called
+    /// before the first tick and after each.
     pub fn run_for(
         mut self,
         ticks: u64,
@@ -208,10 +179,7 @@ impl<S: Sink> Team<S> {
         Ok(self.finish(outcome)?)
     }
 
-    /// The same without the end of the log: says how the run ends.
-    ///
-    /// # Errors
-    /// Those of [`Team::tick`].
+    /// Runs like [`Team::run_for`] without finishing the log. Returns the outcome.
     pub fn go_on_for(
         &mut self,
         ticks: u64,
@@ -226,7 +194,7 @@ impl<S: Sink> Team<S> {
                 return Ok(outcome);
             }
         }
-        // A run that ended for want of robots has begun one more tick: what fell due in it is in the log.
+        // A run without robots begins one more tick before it ends. The log contains the events of that tick.
         let barrier = self.run.simulation.barrier();
         let is_deserted = barrier
             .robots()
@@ -237,10 +205,7 @@ impl<S: Sink> Team<S> {
         Ok(self.run.simulation.outcome().unwrap_or(then))
     }
 
-    /// Ends the log: the run ended like this.
-    ///
-    /// # Errors
-    /// When it cannot be written.
+    /// Finishes the log with this outcome.
     pub fn end(mut self, outcome: Outcome) -> Result<(RunFile, Recorder<S>), RecordError> {
         let ending = self.run.simulation.ending();
         let run = self.recorder.finish(outcome, ending)?;
@@ -253,7 +218,7 @@ impl<S: Sink> Team<S> {
     }
 }
 
-/// What comes from outside where nothing does but all robots of the scenario that are not absent, at the start.
+/// Returns the inputs of an undisturbed run: all robots of the scenario that are not absent join at the start.
 #[must_use]
 pub fn joins_of(setup: &Setup) -> Vec<InputLine> {
     let present = setup.scenario.robots.iter().filter(|robot| !robot.absent);

@@ -1,4 +1,4 @@
-//! World and agents, stepped tick by tick. It knows nobody who writes the log, so that it is compiled once, where it is optimized.
+//! World and agents, stepped tick by tick. This module does not depend on the sink's type, so that it is compiled once, optimized.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -19,60 +19,55 @@ use crate::driven::Command;
 use crate::foreign::{Foreign, ForeignError, TickError};
 use crate::traffic::Traffic;
 
-/// What comes from outside, by the tick that it changes.
 type Outside = BTreeMap<Tick, Vec<Input>>;
 
-/// So many robots sense, then perceive, then think, then act, then report: each of these runs through much code, which is in the cache
-/// if several do the same one after the other.
+/// The number of robots that run through sensing, perception, thinking, acting and reporting together. Each of these steps runs a
+/// lot of code, which stays in the cache for the whole group.
 const TOGETHER: usize = 32;
 
-/// Whoever lives in a robot.
+/// The controller of a robot's current incarnation.
 enum Seat {
     Empty,
     Agent(Agent),
-    /// Somebody else answers for it.
+    /// A controller outside this program.
     Foreign,
 }
 
-/// The workspaces of the robots that are asked at the moment. Whoever steps many teams in turns lends them all the same ones, which
-/// stay in the cache.
+/// The workspaces of the robots of a group. Several teams that are stepped in turn can share one set, which then stays in the
+/// cache.
 #[derive(Default)]
 pub struct Spaces(Vec<Workspace>);
 
-/// A run, but for its log.
+/// A run without its log.
 pub(super) struct Run {
     pub simulation: Simulation,
-    /// What all agents are told.
+    /// The setup as agents receive it.
     briefing: Setup,
-    /// What they make of it.
     common: TeamConfig,
-    /// By rank.
+    /// Controllers in order of rank.
     seats: Vec<Seat>,
-    /// By rank: whose minds this program does not have, and who answers for them.
+    /// By rank: `true` for robots with external controllers.
     is_foreign: Vec<bool>,
     foreign: Option<Box<dyn Foreign>>,
-    /// Why a foreign mind has not answered in this tick.
+    /// The error of an external controller that has not answered in this tick.
     unanswered: Option<ForeignError>,
     air: Air,
-    /// Those who are asked at the moment, and the workspace of each.
+    /// The robots of the current group. Their workspaces are in `spaces`, in the same order.
     asked: Vec<RobotId>,
     spaces: Spaces,
     outside: Outside,
-    /// By rank, of bodies that somebody else drives; empty where nobody does.
+    /// By rank: commands that replace those of the agents. Empty if no body was ever driven.
     driven: Vec<Option<Command>>,
-    /// What was said, if that is to be counted.
+    /// The counts of broadcasts; `None` if they are not counted.
     pub traffic: Option<Traffic>,
-    /// Which lives faults have begun: one that ended before it took part has a number, too.
-    lives: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
-    /// Tells which allocators learn.
+    /// The incarnations that process faults start, by tick and robot. An incarnation that ends before it takes part has a number, too.
+    incarnations: BTreeMap<(Tick, String), VecDeque<Incarnation>>,
+    /// The known allocators, including which of them learn.
     vocabulary: Vocabulary,
 }
 
 impl Run {
-    /// Ready for tick 0; somebody may answer for the robots whose minds this program does not have.
-    ///
-    /// # Errors
-    /// [`StartError`], but for that of the log.
+    /// Creates a run that is ready for tick 0. `foreign` answers for robots with external controllers.
     pub fn new(
         registry: &Registry,
         setup: Setup,
@@ -81,13 +76,15 @@ impl Run {
     ) -> Result<Self, StartError> {
         let mut is_foreign = vec![false; setup.scenario.robots.len()];
         for (robot, is_foreign) in setup.scenario.robots.iter().zip(&mut is_foreign) {
-            let mind = robot.mind.as_deref();
-            if let Some(mind) = mind.filter(|mind| !registry.agents().has_mind(mind)) {
+            let controller = robot.mind.as_deref();
+            if let Some(controller) =
+                controller.filter(|controller| !registry.agents().has_mind(controller))
+            {
                 *is_foreign = true;
                 if foreign.is_none() {
                     return Err(StartError::Mind {
                         robot: robot.name.clone(),
-                        mind: mind.to_owned(),
+                        mind: controller.to_owned(),
                     });
                 }
             }
@@ -95,9 +92,9 @@ impl Run {
         let mission = registry.worlds().of(&setup.scenario)?;
         let briefing = setup.briefing();
         let vocabulary = registry.vocabulary();
-        let told_truth = vocabulary.told_truth(&setup.scenario);
+        let informed = vocabulary.told_truth(&setup.scenario);
         let mut outside = Outside::new();
-        let mut lives = BTreeMap::new();
+        let mut incarnations = BTreeMap::new();
         for line in inputs {
             match line.input {
                 Input::Join {
@@ -106,8 +103,9 @@ impl Run {
                     scripted: true,
                     ..
                 } => {
-                    let lives: &mut VecDeque<_> = lives.entry((line.tick, robot)).or_default();
-                    lives.push_back(incarnation);
+                    let incarnations: &mut VecDeque<_> =
+                        incarnations.entry((line.tick, robot)).or_default();
+                    incarnations.push_back(incarnation);
                 }
                 input if input.is_scripted() => {}
                 input => outside.entry(line.tick).or_default().push(input),
@@ -127,18 +125,18 @@ impl Run {
             outside,
             driven: Vec::new(),
             traffic: None,
-            lives,
+            incarnations,
             vocabulary,
         };
-        run.simulation.tell_truth_to(told_truth);
-        // Over at its start, for want of anything to do, a run takes nobody in.
+        run.simulation.tell_truth_to(informed);
+        // A run that is over at its start admits no robots.
         if run.simulation.outcome().is_none() {
             run.admit(0);
         }
         Ok(run)
     }
 
-    /// See [`Team::learned`](crate::Team::learned).
+    /// Returns the learned task times, see [`Team::learned`](crate::Team::learned).
     pub fn learned(&self) -> Profile {
         let setup = self.simulation.setup();
         let vocabulary = &self.vocabulary;
@@ -146,18 +144,18 @@ impl Run {
         let robots = robots
             .filter(|(robot, _)| vocabulary.learns(setup.scenario.allocator_of(robot)))
             .filter_map(|(robot, seat)| {
-                let known = match seat {
+                let times = match seat {
                     Seat::Agent(agent) => agent.learned(setup),
                     Seat::Empty | Seat::Foreign => setup.profile.robots.get(&robot.name)?.clone(),
                 };
-                Some((robot.name.clone(), known))
+                Some((robot.name.clone(), times))
             });
         Profile {
             robots: robots.collect(),
         }
     }
 
-    /// See [`Team::drive`](crate::Team::drive).
+    /// Drives a body, see [`Team::drive`](crate::Team::drive).
     pub fn drive(&mut self, robot: RobotId, command: Option<Command>) {
         if self.driven.is_empty() {
             self.driven = vec![None; self.seats.len()];
@@ -165,15 +163,11 @@ impl Run {
         self.driven[robot.index()] = command;
     }
 
-    /// See [`Team::exchange`](crate::Team::exchange).
     pub fn exchange(&mut self, spaces: &mut Spaces) {
         std::mem::swap(&mut self.spaces, spaces);
     }
 
-    /// One tick, which goes to that recorder. Says how the run ended, once it has.
-    ///
-    /// # Errors
-    /// When the log cannot be written, or a foreign mind does not answer.
+    /// Runs one tick and passes its record to the recorder. Returns the outcome if the run has ended.
     pub fn tick(&mut self, recorder: &mut dyn Record) -> Result<Option<Outcome>, TickError> {
         let tick = self.simulation.tick();
         let (mut timed, outside) = match self.outside.remove(&tick) {
@@ -181,21 +175,21 @@ impl Run {
             None => Default::default(),
         };
         for input in &outside {
-            self.obey(input);
+            self.apply_order(input);
         }
         while self.simulation.outcome().is_none() && !self.simulation.is_complete() {
             self.feed(&mut timed);
             self.simulation.begin();
             let mut idle = true;
             loop {
-                // An act may have waited for a moment before it was asked for.
-                let mut is_fed = self.feed(&mut timed);
+                // A pending act may depend on an input at the current order index.
+                let mut has_inputs = self.feed(&mut timed);
                 let next = self.simulation.take_act();
-                is_fed |= self.feed(&mut timed);
+                has_inputs |= self.feed(&mut timed);
                 if let Some(Some((robot, act))) = next {
                     self.act(robot, act, &outside);
                 }
-                if next.is_none() && !is_fed {
+                if next.is_none() && !has_inputs {
                     break;
                 }
                 idle = false;
@@ -211,7 +205,7 @@ impl Run {
                 return Err(why.into());
             }
             if idle && !self.simulation.is_complete() {
-                // Nobody takes part, and nobody will.
+                // No robot takes part, and no further input will change that.
                 self.simulation.abandon();
                 return Ok(self.simulation.outcome());
             }
@@ -225,16 +219,16 @@ impl Run {
         Ok(self.simulation.outcome())
     }
 
-    /// Lets in whoever takes part from that tick on; before it begins.
+    /// Admits the robots that take part from this tick on. Must be called before the tick begins.
     fn admit(&mut self, tick: Tick) {
-        let coming = self.outside.get(&tick).cloned().unwrap_or_default();
-        for input in coming.iter().filter(|input| input.moment().is_none()) {
-            self.let_in(input);
+        let inputs = self.outside.get(&tick).cloned().unwrap_or_default();
+        for input in inputs.iter().filter(|input| input.moment().is_none()) {
+            self.admit_input(input);
         }
     }
 
-    /// If that is somebody who comes.
-    fn let_in(&mut self, input: &Input) {
+    /// Admits a robot if the input is an arrival.
+    fn admit_input(&mut self, input: &Input) {
         match input {
             Input::Join {
                 robot, incarnation, ..
@@ -245,7 +239,7 @@ impl Run {
                         .admit(robot, *incarnation, input.moment().is_some());
                 }
             }
-            // The run began without it.
+            // The run began without this robot.
             Input::Gone {
                 robot,
                 incarnation: 0,
@@ -267,10 +261,10 @@ impl Run {
         }
     }
 
-    /// What came from outside at this very moment of the tick; says whether there was anything.
+    /// Applies the external inputs at the current order index of the tick. Returns `true` if there were any.
     #[inline]
     fn feed(&mut self, timed: &mut VecDeque<Input>) -> bool {
-        // As in most ticks.
+        // Most ticks have no inputs.
         !timed.is_empty() && self.feed_some(timed)
     }
 
@@ -282,12 +276,12 @@ impl Run {
             match &input {
                 Input::Gone { robot, .. } => {
                     if let Some(robot) = self.simulation.robot_named(robot) {
-                        self.die(robot);
+                        self.end_agent(robot);
                     }
                 }
                 _ => {
-                    self.let_in(&input);
-                    self.obey(&input);
+                    self.admit_input(&input);
+                    self.apply_order(&input);
                 }
             }
         }
@@ -304,21 +298,21 @@ impl Run {
         };
     }
 
-    /// If that is what an operator ordered.
-    fn obey(&mut self, input: &Input) {
+    /// Applies an operator's order if the input is one.
+    fn apply_order(&mut self, input: &Input) {
         match input {
             Input::Order { order, .. } => {
                 if let Err(why) = self.simulation.order(order.clone()) {
                     tracing::warn!(%why, "a logged order was refused");
                 }
             }
-            // Those of one command together: they are one input.
+            // All faults that one command clears are one input.
             Input::Clear { ids, .. } => self.simulation.clear_again(ids.clone()),
             _ => {}
         }
     }
 
-    /// Does at once what the launcher does to processes, or fails at it where the log says that it failed.
+    /// Carries out a process act at once, as the launcher does, or fails like in the log.
     fn act(&mut self, robot: RobotId, act: ProcessAct, outside: &[Input]) {
         let name = self.name(robot).to_owned();
         let number = self.simulation.act_number();
@@ -338,25 +332,25 @@ impl Run {
         }
         match act {
             ProcessAct::Start => {
-                let joins = (self.simulation.tick(), name);
-                let lives = self.lives.get_mut(&joins);
-                if let Some(incarnation) = lives.and_then(VecDeque::pop_front) {
+                let key = (self.simulation.tick(), name);
+                let incarnations = self.incarnations.get_mut(&key);
+                if let Some(incarnation) = incarnations.and_then(VecDeque::pop_front) {
                     self.simulation.skip_to(robot, incarnation);
                 }
-                let (_, name) = joins;
+                let (_, name) = key;
                 if let Ok((robot, incarnation, _)) = self.simulation.invite(&name) {
                     self.spawn_agent(robot, incarnation);
                     self.simulation.arrive(robot, incarnation);
                 }
             }
-            ProcessAct::Kill | ProcessAct::Terminate => self.die(robot),
+            ProcessAct::Kill | ProcessAct::Terminate => self.end_agent(robot),
             ProcessAct::Stop | ProcessAct::Continue => {
                 self.simulation.act_done(robot, act, Ok(()));
             }
         }
     }
 
-    fn die(&mut self, robot: RobotId) {
+    fn end_agent(&mut self, robot: RobotId) {
         if let Some(incarnation) = self.simulation.barrier().incarnation(robot) {
             let seat = &mut self.seats[robot.index()];
             if matches!(std::mem::replace(seat, Seat::Empty), Seat::Foreign)
@@ -368,18 +362,18 @@ impl Run {
         }
     }
 
-    /// The deaths of those who take no part in this tick anyway.
+    /// Ends dead agents that do not take part in this tick.
     fn remove_dead(&mut self, outside: &[Input]) {
         for robot in self.simulation.barrier().robots() {
             if self.simulation.barrier().presence(robot) == Presence::Silent
                 && self.death(robot, outside).is_some()
             {
-                self.die(robot);
+                self.end_agent(robot);
             }
         }
     }
 
-    /// If the robot dies in this tick: the tick in which it counted last.
+    /// Returns the tick in which the robot counted last, if it dies in this tick.
     fn death(&self, robot: RobotId, outside: &[Input]) -> Option<Option<Tick>> {
         if outside.is_empty() {
             return None;
@@ -400,9 +394,9 @@ impl Run {
         })
     }
 
-    /// Asks those who are next, and does what comes of it; says whether there was anybody.
+    /// Steps the next group of robots. Returns `false` if no robot is left.
     fn ask_some(&mut self, outside: &[Input]) -> bool {
-        // What comes from outside happens when all are asked who can be.
+        // With external inputs, all robots that can be sent the tick form one group, because the inputs take effect after that.
         let most = if outside.is_empty() {
             TOGETHER
         } else {
@@ -422,8 +416,8 @@ impl Run {
             return true;
         }
         let mut asked = std::mem::take(&mut self.asked);
-        // Who dies while reports are gathered has done so before the last of them was there, or missed: first of all who dies after its
-        // own, or after it was missed.
+        // A robot that dies while reports are gathered dies before the last report arrives. The order is therefore: robots that die after
+        // their own report or stall, then other robots that die, then all others.
         let tick = self.simulation.tick();
         asked.sort_by_key(|robot| match self.death(*robot, outside) {
             Some(counted) if counted == Some(tick) || self.stalls(*robot, outside) => 0,
@@ -438,7 +432,7 @@ impl Run {
         true
     }
 
-    /// Whether the robot does not answer in this tick.
+    /// Returns `true` if the robot does not answer in this tick.
     fn stalls(&self, robot: RobotId, outside: &[Input]) -> bool {
         let name = self.name(robot);
         outside
@@ -454,11 +448,11 @@ impl Run {
             self.answer(outside);
         }
         if death.is_some() {
-            self.die(robot);
+            self.end_agent(robot);
         }
     }
 
-    /// Steps the agents that were asked, and then hands over their reports.
+    /// Steps the agents of the group and then passes on their reports.
     fn answer(&mut self, outside: &[Input]) {
         let Spaces(spaces) = &mut self.spaces;
         let most = spaces.len().max(self.asked.len());
@@ -488,8 +482,9 @@ impl Run {
                 Seat::Agent(agent) => agent.perceive(message, space),
                 Seat::Foreign => {
                     if let Some(foreign) = &mut self.foreign {
-                        let (report, said) = (&mut space.report, &mut space.broadcasts);
-                        let answered = foreign.answer(robot, message, &space.arrived, report, said);
+                        let (report, broadcasts) = (&mut space.report, &mut space.broadcasts);
+                        let answered =
+                            foreign.answer(robot, message, &space.arrived, report, broadcasts);
                         self.unanswered = self.unanswered.take().or(answered.err());
                     }
                 }
@@ -499,10 +494,10 @@ impl Run {
         if self.unanswered.is_some() {
             return;
         }
-        for part in [Agent::think, Agent::act] {
+        for phase in [Agent::think, Agent::act] {
             for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
                 if let Seat::Agent(agent) = &mut self.seats[robot.index()] {
-                    part(agent, self.simulation.message(robot), space);
+                    phase(agent, self.simulation.message(robot), space);
                 }
             }
         }
@@ -532,14 +527,14 @@ impl Run {
     }
 }
 
-/// What comes from outside in a tick: what has a moment, in order, and the rest, without those who were let in
-/// before it.
+/// Splits the external inputs of a tick into those with an order index, sorted by it, and the others. Joins without an order index
+/// are left out, because they are admitted before the tick.
 fn in_order(outside: Vec<Input>) -> (VecDeque<Input>, Vec<Input>) {
     let (mut timed, mut outside): (Vec<Input>, Vec<Input>) = outside
         .into_iter()
         .partition(|input| input.moment().is_some() || input.is_command());
     outside.retain(|input| !matches!(input, Input::Join { .. }));
-    // A command ends the moment at which it is obeyed; one without a moment was obeyed at the first.
+    // A command takes effect at the end of its order index. Commands without one take effect at the first.
     timed.sort_by_key(|input| (input.moment().unwrap_or(0), input.is_command()));
     (timed.into(), outside)
 }

@@ -1,4 +1,4 @@
-//! Command line of a world, the same for `world-server`, `alliance world` and, but for the run's id, `alliance run`.
+//! Command line of a world. `world-server` and `alliance world` use all of it, `alliance run` all but the run id.
 
 use std::collections::BTreeMap;
 use std::fs::{create_dir, create_dir_all};
@@ -29,37 +29,34 @@ use crate::pace::Speed;
 use crate::process::{Options, serve};
 use crate::size::SizeArgs;
 
-/// What a program that reads scenarios knows beforehand.
 #[derive(Clone, Debug)]
 pub struct Known {
-    /// What scenarios may speak of, and which come with the missions.
+    /// The names that scenarios may use, and the built-in scenarios.
     pub vocabulary: Vocabulary,
-    /// The worlds of their missions.
     pub worlds: Worlds,
 }
 
-/// What is run.
+/// The scenario of a run and its overrides.
 #[derive(Args, Clone, Debug)]
 pub struct MissionArgs {
     /// Scenario: the name of a built-in one, or a TOML file
     #[arg(value_name = "SCENARIO|FILE")]
     pub scenario: Option<String>,
-    /// Its size, where it comes in any.
     #[command(flatten)]
     pub size: SizeArgs,
     /// Seed of all random streams
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Parameter file of the thesis' form (Fig. 3.4); its values beat the scenario's
+    /// Parameter file in the form of the thesis (Fig. 3.4); overrides the scenario's values
     #[arg(long, value_name = "FILE")]
     pub params: Option<PathBuf>,
-    /// Learned times of the robots, from earlier runs, if there is such a file; at its end `alliance run` writes it anew
+    /// Learned times of the robots from earlier runs, if the file exists; `alliance run` updates it at the end
     #[arg(long, value_name = "FILE")]
     pub profile: Option<PathBuf>,
-    /// When robots step: all at once, or one after the other in rank order [default: the preset's]
+    /// Step order of the robots: all at once, or one after the other by rank [default: the preset's]
     #[arg(long, value_name = "ORDER", value_parser = step_order)]
     pub step_order: Option<StepOrder>,
-    /// The rule by which all robots choose their tasks; beats the scenario's; see `alliance allocators`
+    /// Task allocator of all robots; overrides the scenario; see `alliance allocators`
     #[arg(long, value_name = "NAME")]
     pub allocator: Option<String>,
     /// End the run after this much simulated time, in seconds [default: the scenario's]
@@ -67,76 +64,69 @@ pub struct MissionArgs {
     pub limit: Option<f64>,
 }
 
-/// How it is run. Nothing of this changes a byte of the run.
+/// Options of execution. They do not change the result of a run by a single byte.
 #[derive(Args, Clone, Debug)]
 pub struct RunArgs {
     /// Folder of the run's log [default: runs/SCENARIO-seedN-TIME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Pace: max, or a factor of real time such as 1x [default: max; 1x where somebody looks on from the beginning]
+    /// Speed: max, or a factor of real time such as 1x [default: max; 1x if the clock starts paused]
     #[arg(long, value_name = "max|FACTORx")]
     pub speed: Option<Speed>,
-    /// Begin with the clock held, until somebody lets it go on
+    /// Start with the clock paused
     #[arg(long)]
     pub paused: bool,
-    /// How much is logged; the hash is the same at every level [default: full; summary for more than 2,000 behavior sets]
+    /// Amount of logged data; does not change the hash [default: full; summary for more than 2,000 behavior sets]
     #[arg(long, value_name = "LEVEL", value_parser = log_level())]
     pub log: Option<LogLevel>,
-    /// Go on without an agent that has not answered for this long, in seconds of wall-clock time
+    /// Continue without an agent that has not answered for this long, in seconds of wall-clock time
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = positive, allow_negative_numbers = true)]
     pub stall_after: f64,
 }
 
-/// Own a run: physics, sensing and the step clock. Waits for the robots of the scenario.
+/// Run a world: physics, sensing and the step clock. Waits for the robots of the scenario
 #[derive(Args, Clone, Debug)]
 pub struct WorldArgs {
     #[command(flatten)]
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
-    /// Id of the run, one word [default: made from the scenario and the process id]
+    /// Id of the run, one word [default: from the scenario and the process id]
     #[arg(long = "run", value_name = "ID", value_parser = run_id)]
     id: Option<String>,
-    /// Where else it is reached than on this machine.
     #[command(flatten)]
     network: NetworkArgs,
-    /// A launcher started this world
+    /// Set if a launcher started this world
     #[arg(long, hide = true)]
     launched: bool,
-    /// Version of a mind that is a program of its own
+    /// Version of an external controller
     #[arg(long, hide = true, value_name = "NAME=VERSION", value_parser = mind_version)]
     mind_version: Vec<(String, String)>,
-    /// Be the gateway of a world, which tells the rest
+    /// Run as the gateway of a world, which sends the settings on standard input
     #[arg(long, hide = true, exclusive = true)]
     gateway: bool,
 }
 
 impl MissionArgs {
-    /// Reads scenario and parameter file. Keys of the parameter file that found no use are listed on stderr.
+    /// Reads the scenario and the parameter file. Lists unused keys of the parameter file on stderr.
     ///
     /// # Errors
-    /// One line that says which file, where, what is wrong and what would be right.
+    /// Returns one line with the file, the position, the problem and the remedy.
     pub fn setup(&self, known: &Known) -> anyhow::Result<Setup> {
         self.resolve(self.scenario(known)?, known)
     }
 
-    /// The scenario that is asked for, as it is stated.
-    ///
-    /// # Errors
-    /// One line that says which file, where, what is wrong and what would be right.
+    /// Returns the selected scenario without the overrides.
     pub fn scenario(&self, known: &Known) -> anyhow::Result<Scenario> {
-        let asked = self.scenario.as_deref();
-        match (self.size.scenario(asked, &known.vocabulary)?, asked) {
+        let requested = self.scenario.as_deref();
+        match (self.size.scenario(requested, &known.vocabulary)?, requested) {
             (Some(sized), _) => Ok(sized),
-            (None, Some(asked)) => read_scenario(asked, known),
+            (None, Some(requested)) => read_scenario(requested, known),
             (None, None) => Ok(known.vocabulary.default_scenario()?),
         }
     }
 
-    /// A run of that scenario, with all else that is asked for. Keys of the parameter file that found no use are listed on stderr.
-    ///
-    /// # Errors
-    /// One line that says which file, where, what is wrong and what would be right.
+    /// Applies all overrides to a scenario. Lists unused keys of the parameter file on stderr.
     pub fn resolve(&self, mut scenario: Scenario, known: &Known) -> anyhow::Result<Setup> {
         if let Some(limit) = self.limit {
             scenario.limit_s = limit;
@@ -165,13 +155,13 @@ impl MissionArgs {
         }
         let scenario = &resolved.setup.scenario;
         if let Err(error) = known.worlds.of(scenario)?.start_poses(scenario) {
-            let asked = self.scenario.as_deref().unwrap_or(&scenario.name);
-            bail!("{asked}: {}", error.of(scenario));
+            let requested = self.scenario.as_deref().unwrap_or(&scenario.name);
+            bail!("{requested}: {}", error.of(scenario));
         }
         if !resolved.skipped.is_empty() {
             let skipped: Vec<String> = resolved.skipped.iter().map(ToString::to_string).collect();
             tell!(
-                "skipped, for the scenario has no such robot or behavior set: {}",
+                "skipped because the scenario has no such robot or behavior set: {}",
                 skipped.join(", ")
             );
         }
@@ -180,16 +170,16 @@ impl MissionArgs {
 }
 
 impl RunArgs {
-    /// Folder of the run's log: the one asked for, or a new one below `runs/`, which is made here, so that no other run that
-    /// begins at this moment takes it.
+    /// Returns the folder of the run's log. Without `--out` it creates a new folder below `runs/` at once, so that no other run
+    /// can take it.
     ///
     /// # Errors
-    /// When the folder asked for already holds a run, or cannot be named to other processes; when none can be made.
+    /// Fails if the requested folder already contains a run or its name is not UTF-8, or if no folder can be created.
     pub fn folder(&self, setup: &Setup) -> anyhow::Result<PathBuf> {
         if let Some(folder) = &self.out {
             if folder.to_str().is_none() {
                 bail!(
-                    "--out {}: its name is no UTF-8; name another folder",
+                    "--out {}: the name is not valid UTF-8; use another folder",
                     folder.display()
                 );
             }
@@ -201,7 +191,7 @@ impl RunArgs {
             }
             return Ok(folder.clone());
         }
-        // The wall clock names the folder and nothing inside the run.
+        // The wall clock names the folder only. It has no effect inside the run.
         #[allow(clippy::disallowed_methods)]
         let time = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
         let time = time.replace([':', '-'], "").replace('T', "-");
@@ -214,7 +204,7 @@ impl RunArgs {
         new_folder(Path::new("runs"), &name)
     }
 
-    /// The pace that was asked for, or else one that eyes can follow where the clock is held at first.
+    /// Returns the requested speed. The default is real time if the clock starts paused, and full speed otherwise.
     #[must_use]
     pub fn pace(&self, paused: bool) -> Speed {
         self.speed.unwrap_or(if paused {
@@ -224,7 +214,6 @@ impl RunArgs {
         })
     }
 
-    /// How much of that run is logged.
     #[must_use]
     pub fn log(&self, setup: &Setup) -> LogLevel {
         self.log
@@ -248,10 +237,10 @@ impl RunArgs {
 }
 
 impl WorldArgs {
-    /// Runs the mission to its end. Says on stderr how it went.
+    /// Runs the mission to its end and reports the outcome on stderr.
     ///
-    /// Exit status 0 when the mission is complete, 1 when it ran but is not, 2 for a mistake in scenario, parameters or
-    /// arguments, 3 when the bus or the log failed.
+    /// Exit status: 0 if the mission is complete, 1 if it ran but is incomplete, 2 for a mistake in the scenario, the
+    /// parameters or the arguments, 3 if the bus or the log failed.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         if self.gateway {
@@ -267,7 +256,7 @@ impl WorldArgs {
             self.refuse_process_faults(&setup)?;
             let network = self.network.network(&setup.scenario)?;
             if network.is_some() && self.id.is_some() && !self.launched {
-                bail!("--run with --listen: a run over a network has a name that is drawn, so that no message of an earlier one fits; leave --run out");
+                bail!("--run with --listen: a run over a network has a random id, so that it rejects messages of earlier runs; omit --run");
             }
             let mission = known.worlds.of(&setup.scenario)?;
             Ok((self.run.folder(&setup)?, setup, mission, network))
@@ -290,7 +279,7 @@ impl WorldArgs {
         }
     }
 
-    /// Nobody but a launcher starts and signals processes.
+    /// Rejects faults of processes if no launcher started this world: only a launcher starts and signals processes.
     fn refuse_process_faults(&self, setup: &Setup) -> anyhow::Result<()> {
         let timeline = &setup.scenario.faults.timeline;
         match timeline
@@ -328,7 +317,7 @@ impl WorldArgs {
         };
         let seed = setup.seed;
         let runtime = tokio::runtime::Builder::new_multi_thread()
-            // Zenoh refuses a scheduler on the current thread; one worker is all there is to do for.
+            // Zenoh does not work with a current-thread scheduler. One worker is enough.
             .worker_threads(1)
             .enable_all()
             .build()
@@ -346,17 +335,17 @@ impl WorldArgs {
     }
 }
 
-/// As the launcher has checked it.
+/// Parses `NAME=VERSION`. The launcher has already validated both parts.
 fn mind_version(text: &str) -> Result<(String, String), String> {
     let (name, version) = text.split_once('=').ok_or("use NAME=VERSION")?;
     Ok((name.to_owned(), version.to_owned()))
 }
 
-/// Makes a folder that nobody else has, by that name, or with -2, -3, … behind it.
+/// Creates a new folder with this name, or with the suffix -2, -3, … if the name is taken.
 fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
     let cannot = |folder: &Path| {
         let folder = folder.display();
-        format!("cannot make {folder}, and --out names no other place")
+        format!("cannot create {folder}; choose another folder with --out")
     };
     create_dir_all(parent).with_context(|| cannot(parent))?;
     let later = (2..).map(|number| format!("{name}-{number}"));
@@ -370,10 +359,9 @@ fn new_folder(parent: &Path, name: &str) -> anyhow::Result<PathBuf> {
             }
         }
     }
-    bail!("{}: no name is left", parent.display())
+    bail!("{}: no free folder name is left", parent.display())
 }
 
-/// What is in that file; nothing if there is none.
 fn read_profile(
     path: &Path,
     scenario: &Scenario,
@@ -385,7 +373,7 @@ fn read_profile(
         let learners = vocabulary.allocators.iter().filter(|spec| spec.learns);
         let learners: Vec<&str> = learners.map(|spec| spec.name).collect();
         bail!(
-            "--profile {name}: the robots' allocator is {}, which learns nothing; those that learn are {}",
+            "--profile {name}: the robots' allocator is {}, which learns nothing; use one that learns: {}",
             scenario.allocators_in_words(),
             learners.join(", ")
         );
@@ -403,37 +391,32 @@ fn read_profile(
     }
 }
 
-/// The built-in scenario of that name, or the one in that file.
-///
-/// # Errors
-/// One line that says what is wrong with it, and where.
-pub fn read_scenario(asked: &str, known: &Known) -> anyhow::Result<Scenario> {
-    if let Some(builtin) = known.vocabulary.builtin(asked) {
-        return Ok(Scenario::parse(asked, builtin.text, &known.vocabulary)?);
+/// Reads a built-in scenario by name, or else a scenario file.
+pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario> {
+    if let Some(builtin) = known.vocabulary.builtin(requested) {
+        return Ok(Scenario::parse(requested, builtin.text, &known.vocabulary)?);
     }
-    let path = Path::new(asked);
+    let path = Path::new(requested);
     if !path.exists() {
         let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
         bail!(
-            "'{asked}' is neither a built-in scenario nor a file; {}",
-            instead(asked, builtins)
+            "'{requested}' is neither a built-in scenario nor a file; {}",
+            instead(requested, builtins)
         );
     }
-    let bytes = std::fs::read(path).with_context(|| asked.to_owned())?;
-    let text = text_of(asked, bytes)?;
-    Ok(Scenario::parse(asked, &text, &known.vocabulary)?)
+    let bytes = std::fs::read(path).with_context(|| requested.to_owned())?;
+    let text = text_of(requested, bytes)?;
+    Ok(Scenario::parse(requested, &text, &known.vocabulary)?)
 }
 
-/// An id that no other live run on this machine has: at most 32 characters: as much of the scenario's name as a process id of seven digits leaves.
+/// Returns a run id that is unique among the live runs of this machine: at most 24 characters of the scenario's name and the
+/// process id, 32 characters in total.
 #[must_use]
 pub fn run_id_for(setup: &Setup) -> String {
     format!("{:.24}-{}", setup.scenario.name, std::process::id())
 }
 
-/// An id of a run over a network: no message of another run, be it yesterday's, is one of this.
-///
-/// # Errors
-/// When the system has no random bits.
+/// Returns a random run id for a run over a network, so that no message of another run fits.
 pub fn drawn_run_id(setup: &Setup) -> std::io::Result<String> {
     Ok(format!(
         "{:.15}-{:016x}",
@@ -442,16 +425,16 @@ pub fn drawn_run_id(setup: &Setup) -> std::io::Result<String> {
     ))
 }
 
-/// Sends the log to stderr: what a person wants to know of a world, or what `RUST_LOG` says.
+/// Sends log messages to stderr, filtered by `RUST_LOG` or by the default filter.
 pub fn log_to_stderr() {
     let filter =
         tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| LOG_FILTER.into());
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
-        // A line that cannot be written is no reason to write another one, and less to panic.
+        // If stderr cannot be written, reporting that to stderr would fail as well.
         .log_internal_errors(false)
-        // A log file wants no colors.
+        // Colors are for terminals only.
         .with_ansi(std::io::stderr().is_terminal())
         .init();
 }
@@ -469,7 +452,7 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
     }
 }
 
-/// A parser here and no `ValueEnum` there: who reads logs needs no command line.
+/// Parses a log level. `LogLevel` is not a `ValueEnum`, so that programs that only read logs do not depend on clap.
 fn log_level() -> impl TypedValueParser<Value = LogLevel> {
     let described = LogLevel::ALL.map(|level| {
         PossibleValue::new(level.as_str()).help(match level {
@@ -480,12 +463,12 @@ fn log_level() -> impl TypedValueParser<Value = LogLevel> {
             LogLevel::Off => "Inputs only",
         })
     });
-    PossibleValuesParser::new(described).map(|asked| {
+    PossibleValuesParser::new(described).map(|name| {
         let mut levels = LogLevel::ALL.into_iter();
-        // The parser lets no other word through.
+        // The parser has already rejected all other words.
         levels
-            .find(|level| level.as_str() == asked)
-            .expect("one of the possible values")
+            .find(|level| level.as_str() == name)
+            .expect("the parser accepts only names of log levels")
     })
 }
 
@@ -511,42 +494,44 @@ mod tests {
     use super::*;
 
     #[test]
-    fn where_no_folder_can_be_made_another_can_be_named() {
+    fn an_error_without_a_folder_suggests_out() {
         let file = tempfile::NamedTempFile::new().unwrap();
         let error = new_folder(&file.path().join("runs"), "a").unwrap_err();
-        let told = "runs, and --out names no other place: ";
-        assert!(format!("{error:#}").contains(told), "{error:#}");
+        let expected = "runs; choose another folder with --out: ";
+        assert!(format!("{error:#}").contains(expected), "{error:#}");
     }
 
     #[test]
-    fn who_begins_at_the_same_moment_gets_a_folder_of_its_own() {
+    fn runs_that_start_at_the_same_time_get_different_folders() {
         let runs = tempfile::tempdir().unwrap();
         let parent = runs.path().join("runs");
-        let mut made: Vec<PathBuf> = scope(|scope| {
+        let mut created: Vec<PathBuf> = scope(|scope| {
             let all: Vec<_> = (0..8)
                 .map(|_| scope.spawn(|| new_folder(&parent, "a").unwrap()))
                 .collect();
-            all.into_iter().map(|one| one.join().unwrap()).collect()
+            all.into_iter()
+                .map(|handle| handle.join().unwrap())
+                .collect()
         });
-        made.sort();
+        created.sort();
         let names = ["a", "a-2", "a-3", "a-4", "a-5", "a-6", "a-7", "a-8"];
-        assert_eq!(made, names.map(|name| parent.join(name)));
+        assert_eq!(created, names.map(|name| parent.join(name)));
     }
 
     #[test]
-    fn a_file_that_is_no_utf_8_is_answered_with_its_line() {
+    fn an_error_about_invalid_utf_8_contains_the_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
         std::fs::write(&path, b"step_ms = 50\nname = \"\xff\"\n").unwrap();
-        let asked = path.to_str().unwrap();
+        let name = path.to_str().unwrap();
         let known = Known {
             vocabulary: alliance_proto::testkit::vocabulary(),
             worlds: Worlds::default(),
         };
-        let error = read_scenario(asked, &known).unwrap_err();
+        let error = read_scenario(name, &known).unwrap_err();
         assert_eq!(
             error.to_string(),
-            format!("{asked}:2: these bytes are no UTF-8 text; save the file as UTF-8")
+            format!("{name}:2: the bytes are not UTF-8 text; save the file as UTF-8")
         );
     }
 }

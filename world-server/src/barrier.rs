@@ -1,20 +1,21 @@
-//! The barrier: which agents take part in a tick, which of their reports count, and what each of them will hear
-//! (DESIGN §4). Knows neither physics nor sockets nor the wall clock.
+//! The barrier of the step clock. It decides which agents take part in a tick, which of their reports count, and which
+//! broadcasts each agent receives. It contains no physics, no sockets and no wall clock.
 //!
-//! A robot's place goes through these states:
+//! States of a robot's place:
 //!
 //! ```text
 //! Empty --invite--> Invited --arrive--> Entering --next tick--> Present --stall--> Silent
 //!   ^                  |                    ^                      |                 |
 //!   +- gone, give up --+--------------------|------- gone ---------+-----------------+
-//!                                           +------------- speaks again -------------+
+//!   |                                       +------------- reports again ------------+
 //! ```
 //!
-//! One that was given up may still arrive, as long as nobody else was invited to its place.
+//! An agent that was given up may still arrive if no other agent was invited in the meantime.
 //!
-//! What the scenario asks of a process happens at a tick, and the tick waits for it: a robot that is [to be killed](Barrier::kill_after_tick)
-//! counts once more and is not listed; one that is [suspended](Barrier::suspend) is out until it is
-//! [readmitted](Barrier::readmit); one that is [expected](Barrier::expect) holds the tick back until it has arrived.
+//! Process faults of the scenario take effect at a tick, and the tick waits for them:
+//! - A robot that is [to be killed](Barrier::kill_after_tick) counts once more, but its broadcasts are not listed.
+//! - A [suspended](Barrier::suspend) robot is out until it is [readmitted](Barrier::readmit).
+//! - An [expected](Barrier::expect) robot holds the tick back until it has arrived.
 
 mod place;
 
@@ -30,78 +31,72 @@ use alliance_proto::tick::{ManifestEntry, Report};
 pub use place::Presence;
 use place::{Listing, Place};
 
-/// Most broadcasts that one robot may send in one tick; a report that claims more is malformed.
+/// The maximum number of broadcasts of one robot in one tick. A report with more is malformed.
 pub(crate) const MAX_BROADCASTS: u16 = 256;
 
-/// What became of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It counts, unless the world decides otherwise before the tick ends.
+    /// The report counts, unless the world decides otherwise before the tick ends.
     Counted,
-    /// A silent agent spoke: it comes back with the next tick.
+    /// The report ends the silence of an agent, which takes part again from the next tick on.
     BackAgain,
-    /// From another incarnation than the one that has the robot: that agent must end.
+    /// The report is from an older incarnation of the robot. That agent must end.
     Superseded,
-    /// Not an answer to the current tick, or a second one, or of a robot that is not there: ignored.
+    /// The report is ignored: not for the current tick, a duplicate, or from a robot without an agent.
     Stale,
-    /// Contents that no agent sends: ignored.
+    /// The report is ignored: no correct agent sends such contents.
     Malformed,
 }
 
-/// Whom a tick is to be sent to.
+/// A robot that the current tick is to be sent to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// To whom.
     pub robot: RobotId,
-    /// Which incarnation of it.
     pub incarnation: Incarnation,
-    /// Latest tick in which it counted.
+    /// The latest tick in which this incarnation counted.
     pub last_counted: Option<Tick>,
 }
 
-/// Whose reports count in a tick, and who died in it.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
-    /// By rank: whether the robot counted.
+    /// By rank: `true` if the robot counted.
     pub counted: Vec<bool>,
-    /// Robots whose agents died in this tick, by rank.
     pub dead: Vec<RobotId>,
-    /// What came from outside during this tick.
+    /// The external inputs of this tick.
     pub inputs: Vec<Input>,
 }
 
-/// How far radios reach.
+/// The range of the robots' radios.
 pub trait Air {
-    /// Calls this with every robot that is in range of the sender, once.
+    /// Calls `hear` once for each robot in range of the sender.
     fn for_each_hearer(&self, sender: RobotId, hear: impl FnMut(RobotId));
 }
 
-/// The barrier of one run.
 #[derive(Clone, Debug)]
 pub struct Barrier {
     places: Vec<Place>,
     order: StepOrder,
     tick: Tick,
     started: bool,
-    /// The clock goes on even when nobody takes part: time will bring somebody back.
+    /// Keeps the clock running without participants, because a later event brings a robot back.
     runs_on: bool,
-    /// Where the last look found a place that the tick waits for: it begins there, lest each report make it look at all.
+    /// Index where the last search found a place that the tick waits for. The next search starts here, which keeps reports cheap.
     open: Cell<usize>,
-    /// Who takes part in the current tick and has not been sent it yet.
+    /// Participants of the current tick that it has not been sent to.
     to_ask: VecDeque<RobotId>,
-    /// Whom the scenario starts in the current tick, which waits for them.
+    /// Robots that the scenario starts in the current tick. The tick waits for them.
     expected: BTreeSet<RobotId>,
     inputs: Vec<Input>,
-    /// What moment of the tick it is, but while reports are gathered.
+    /// Order index of the next external input within the tick; `None` while reports are gathered.
     moment: Option<u32>,
-    /// How much has come from outside at this moment.
-    came: u32,
-    /// Who died before the current tick was asked for.
+    /// Number of external inputs at this order index.
+    external_count: u32,
+    /// Robots that died before the current tick was sent.
     dead: Vec<RobotId>,
 }
 
 impl Barrier {
-    /// A barrier at tick 0 for these robots, by rank; nobody is there yet.
+    /// Creates a barrier at tick 0 without any agent. `robots` are in order of rank.
     #[must_use]
     pub fn new<'r>(robots: impl IntoIterator<Item = &'r Robot>, order: StepOrder) -> Self {
         let places = robots.into_iter().map(Place::new).collect();
@@ -116,49 +111,46 @@ impl Barrier {
             expected: BTreeSet::new(),
             inputs: Vec::new(),
             moment: None,
-            came: 0,
+            external_count: 0,
             dead: Vec::new(),
         }
     }
 
-    /// The tick whose reports are being gathered.
     #[must_use]
     pub fn tick(&self) -> Tick {
         self.tick
     }
 
-    /// Whether the clock runs: every robot of the scenario has been there.
+    /// Returns `true` if the clock runs, which requires that every robot of the scenario has arrived.
     #[must_use]
     pub fn started(&self) -> bool {
         self.started
     }
 
-    /// State of a robot's place.
     #[must_use]
     pub fn presence(&self, robot: RobotId) -> Presence {
         self.places[robot.index()].presence
     }
 
-    /// The incarnation that has the robot, if any.
+    /// Returns the incarnation that currently holds the robot.
     #[must_use]
     pub fn incarnation(&self, robot: RobotId) -> Option<Incarnation> {
         let place = &self.places[robot.index()];
         (place.presence != Presence::Empty).then_some(place.incarnation)
     }
 
-    /// Whether an agent has ever been invited to be that robot, or would have been if it had not died before.
+    /// Returns `true` if the robot ever had an agent, or lost it before it arrived.
     #[must_use]
     pub fn has_lived(&self, robot: RobotId) -> bool {
         let place = &self.places[robot.index()];
         place.incarnation > 0 || place.missed
     }
 
-    /// All robots, by rank.
     pub fn robots(&self) -> impl Iterator<Item = RobotId> + use<> {
         (0..self.places.len() as u16).map(RobotId)
     }
 
-    /// Offers a robot to an agent: its incarnation and the earliest tick that it can take part in.
+    /// Offers a robot to an agent. Returns the robot, its incarnation and the earliest tick that it can take part in.
     ///
     /// # Errors
     /// [`Refusal::UnknownRobot`] and [`Refusal::Taken`].
@@ -169,7 +161,7 @@ impl Barrier {
                 known: self.places.iter().map(|place| place.name.clone()).collect(),
             });
         };
-        // While nobody takes part no tick ends, so that whoever comes enters the current one; so does whom the tick waits for.
+        // Without participants no tick ends, so a new agent enters the current tick. So does an expected agent.
         let expected = self.expected.contains(&RobotId(index as u16));
         let later = self.started && !self.is_idle() && !expected;
         let first_tick = self.tick + Tick::from(later);
@@ -179,7 +171,7 @@ impl Barrier {
                 robot: name.to_owned(),
             });
         }
-        // An agent that died in this tick has left already, though the tick still has to record it.
+        // An agent that died in this tick has left already, though its death is recorded only when the tick ends.
         if place.presence != Presence::Empty && !place.gone {
             return Err(Refusal::Taken {
                 robot: name.to_owned(),
@@ -194,7 +186,7 @@ impl Barrier {
         Ok((RobotId(index as u16), place.incarnation, first_tick))
     }
 
-    /// The liveliness token of an incarnation has appeared.
+    /// Registers that the liveliness token of an incarnation has appeared.
     pub fn arrive(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
         let is_due = match place.presence {
@@ -212,8 +204,8 @@ impl Barrier {
         }
     }
 
-    /// An invited agent has not shown its token in time: its place is free for another one. If none has taken it, the agent may
-    /// still come: on a busy machine a large team takes long to start.
+    /// Frees the place of an invited agent whose token has not appeared in time. The agent may still arrive later if no other
+    /// agent takes the place, because a large team starts slowly on a busy machine.
     pub fn give_up(&mut self, robot: RobotId, incarnation: Incarnation) {
         let place = &mut self.places[robot.index()];
         if place.presence == Presence::Invited && place.incarnation == incarnation {
@@ -222,18 +214,19 @@ impl Barrier {
         }
     }
 
-    /// How much has come from outside since this was asked last: whatever comes after it comes at a later moment.
+    /// Returns the number of external inputs since the last call, and resets it. Later inputs have larger order indexes.
     pub fn take_came(&mut self) -> u32 {
-        std::mem::take(&mut self.came)
+        std::mem::take(&mut self.external_count)
     }
 
-    /// What moment of the tick it is, for whatever comes from outside now; `None` while reports are gathered, which may come in
-    /// any order.
+    /// Sets the order index of the next external input within the tick. `None` while reports are gathered, because those arrive
+    /// in any order.
     pub fn set_moment(&mut self, moment: Option<u32>) {
         self.moment = moment;
     }
 
-    /// The liveliness token of an incarnation has gone: that agent is dead. `asked_for`: just that is being done to it.
+    /// Registers that the liveliness token of an incarnation has disappeared, so its agent is dead. `asked_for` is `true` if the
+    /// scenario is killing this agent.
     pub fn gone(&mut self, robot: RobotId, incarnation: Incarnation, asked_for: bool) {
         let place = &mut self.places[robot.index()];
         if place.incarnation != incarnation {
@@ -249,11 +242,11 @@ impl Barrier {
                 place.suspended = false;
                 place.manifest.clear();
                 let counted_now = place.answer.is_some().then_some(self.tick);
-                // One that has reported dies in this tick anyway; before, it has died of something else.
-                let owes = place.presence == Presence::Present && place.asked;
+                // An agent that has reported dies in this tick as ordered. One that has not must have died of another cause.
+                let owes_report = place.presence == Presence::Present && place.asked;
                 let scripted =
-                    place.dies_after_tick && (counted_now.is_some() || (asked_for && !owes));
-                self.came += u32::from(self.moment.is_some() && !scripted);
+                    place.dies_after_tick && (counted_now.is_some() || (asked_for && !owes_report));
+                self.external_count += u32::from(self.moment.is_some() && !scripted);
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
                     incarnation,
@@ -262,8 +255,8 @@ impl Barrier {
                     moment: self.moment.filter(|_| !scripted),
                     scripted,
                 });
-                // Its place is free at once for a successor that the scenario starts in the same tick. While reports are gathered in
-                // order, it means nothing whether it had been asked.
+                // The place is free at once for a successor that the scenario starts in the same tick. While reports are gathered in
+                // order, `asked` has no meaning here.
                 if place.dies_after_tick && !place.asked && self.moment.is_some() {
                     place.dies_after_tick = false;
                     place.presence = Presence::Empty;
@@ -275,7 +268,7 @@ impl Barrier {
         }
     }
 
-    /// The agent did not answer the current tick in time; it is out until it speaks.
+    /// Excludes an agent that did not answer the current tick in time. It is out until it reports again.
     pub fn stall(&mut self, robot: RobotId) {
         if self.is_awaited(robot) {
             let place = &mut self.places[robot.index()];
@@ -283,17 +276,16 @@ impl Barrier {
         }
     }
 
-    /// The scenario kills the robot's agent in this tick: what it does in it still counts, but nobody hears of it.
+    /// Marks the robot's agent to be killed in this tick: its report still counts, but its broadcasts are not delivered.
     pub fn kill_after_tick(&mut self, robot: RobotId) {
         self.places[robot.index()].dies_after_tick = true;
     }
 
-    /// The killing could not be done.
     pub fn cancel_kill(&mut self, robot: RobotId) {
         self.places[robot.index()].dies_after_tick = false;
     }
 
-    /// The scenario stops the robot's agent before it is asked in this tick: it is out until it is readmitted.
+    /// Suspends the robot's agent for the scenario before the tick is sent to it. It is out until it is readmitted.
     pub fn suspend(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
         if place.presence == Presence::Present && !place.asked && !place.gone {
@@ -302,13 +294,12 @@ impl Barrier {
         }
     }
 
-    /// Whether the scenario has stopped the robot's agent.
     #[must_use]
     pub fn is_suspended(&self, robot: RobotId) -> bool {
         self.places[robot.index()].suspended
     }
 
-    /// A suspended agent goes on: it takes part in this tick.
+    /// Readmits a suspended agent to the current tick.
     pub fn readmit(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
         if std::mem::take(&mut place.suspended) && place.presence == Presence::Silent && !place.gone
@@ -318,12 +309,12 @@ impl Barrier {
         }
     }
 
-    /// A suspended agent could not be told to go on: it comes back when it speaks.
+    /// Ends the suspension of an agent that could not be resumed. It takes part again after its next report.
     pub fn release(&mut self, robot: RobotId) {
         self.places[robot.index()].suspended = false;
     }
 
-    /// The scenario starts an agent for the robot in this tick, which waits for it. One that has arrived anyway is let in.
+    /// Makes the current tick wait for an agent that the scenario starts. An agent that has already arrived is admitted at once.
     pub fn expect(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
         place.absent = false;
@@ -334,7 +325,7 @@ impl Barrier {
         }
     }
 
-    /// Whether an agent is on its way that has taken no part yet.
+    /// Returns `true` if an agent is joining but has not taken part yet.
     #[must_use]
     pub fn is_coming(&self, robot: RobotId) -> bool {
         let presence = self.places[robot.index()].presence;
@@ -344,29 +335,27 @@ impl Barrier {
         )
     }
 
-    /// In a replay: the next incarnation of the robot is this one; those before it ended before they took part.
+    /// Sets the next incarnation of a robot in a replay. The skipped incarnations ended before they took part.
     pub fn skip_to(&mut self, robot: RobotId, incarnation: Incarnation) {
         self.places[robot.index()].incarnation = incarnation - 1;
     }
 
-    /// The agent that was expected does not come.
+    /// Stops waiting for an expected agent that will not arrive.
     pub fn expect_no_more(&mut self, robot: RobotId) {
         self.expected.remove(&robot);
     }
 
-    /// The robot is not in the mission from now on.
     pub fn dismiss(&mut self, robot: RobotId) {
         self.places[robot.index()].absent = true;
     }
 
-    /// Whether the robot is not in the mission.
     #[must_use]
     pub fn is_absent(&self, robot: RobotId) -> bool {
         self.places[robot.index()].absent
     }
 
-    /// In a replay: the agent that the log knows takes part again, in that incarnation, from the next tick on, or from this moment of
-    /// the current one.
+    /// Admits the logged incarnation of an agent in a replay: from the next tick on, or with `at_once` from the current order
+    /// index of this tick on.
     pub fn admit(&mut self, robot: RobotId, incarnation: Incarnation, at_once: bool) {
         let place = &mut self.places[robot.index()];
         let again = place.presence != Presence::Empty && place.incarnation == incarnation;
@@ -378,13 +367,12 @@ impl Barrier {
         if at_once {
             let moment = self.moment;
             place.enter(false, moment, &mut self.inputs);
-            self.came += 1;
+            self.external_count += 1;
         } else {
             self.enter_if_idle();
         }
     }
 
-    /// An agent's report.
     pub fn report(&mut self, report: &Report) -> Verdict {
         let Some(place) = self.places.get_mut(report.robot.index()) else {
             return Verdict::Malformed;
@@ -395,7 +383,7 @@ impl Barrier {
         if report.incarnation < place.incarnation {
             return Verdict::Superseded;
         }
-        // Only the answer to what it was asked last shows that it is back: an older report is one that somebody put again.
+        // Only an answer to the latest tick that it was sent ends a silence. An older report is a replayed message.
         if place.presence == Presence::Silent
             && !place.gone
             && !place.suspended
@@ -423,31 +411,29 @@ impl Barrier {
         Verdict::Counted
     }
 
-    /// Whether a report of the robot counts in the current tick.
+    /// Returns `true` if a report of the robot counts in the current tick.
     #[must_use]
     pub fn has_answered(&self, robot: RobotId) -> bool {
         self.places[robot.index()].answer.is_some()
     }
 
-    /// Whether the robot's agent has died in the current tick.
     #[must_use]
     pub fn is_gone(&self, robot: RobotId) -> bool {
         self.places[robot.index()].gone
     }
 
-    /// Whether the robot's agent has died in the current tick, in which it was to be killed.
+    /// Returns `true` if the robot's agent has died in the current tick in which it was to be killed.
     #[must_use]
     pub fn is_killed(&self, robot: RobotId) -> bool {
         let place = &self.places[robot.index()];
         place.gone && place.dies_after_tick
     }
 
-    /// Whether the clock goes on when nobody takes part.
     pub fn run_on(&mut self, runs_on: bool) {
         self.runs_on = runs_on;
     }
 
-    /// Whether the current tick waits for this robot's report.
+    /// Returns `true` if the current tick waits for this robot's report.
     #[must_use]
     pub fn is_awaited(&self, robot: RobotId) -> bool {
         let place = &self.places[robot.index()];
@@ -458,21 +444,21 @@ impl Barrier {
             && place.answer.is_none()
     }
 
-    /// Before the clock has started: it shall not wait for this robot, whose process has ended or is stopped, unless one comes.
+    /// Starts the clock without this robot, whose process has ended or is stopped, unless an agent for it arrives before.
     pub fn start_without(&mut self, robot: RobotId) {
         let place = &mut self.places[robot.index()];
         place.missed |= !self.started && place.presence == Presence::Empty && !place.absent;
     }
 
-    /// Starts the clock if every robot has arrived, those left out that it [shall not wait for](Self::start_without); says whether it
-    /// runs. Somebody must be there.
+    /// Starts the clock if every robot has arrived, except robots to [start without](Self::start_without). At least one robot must
+    /// be present. Returns `true` if the clock runs.
     pub fn start_if_all_here(&mut self) -> bool {
         if self.started {
             return true;
         }
         let is_here = |place: &Place| matches!(place.presence, Presence::Entering { .. });
         let is_due = |place: &Place| !place.absent && !place.missed && !is_here(place);
-        // Robots mostly come by rank: who is still due is found soonest from the last.
+        // Robots mostly arrive by rank, so a search from the end finds a missing one soonest.
         if !self.places.iter().rev().any(is_due)
             && (self.places.iter().any(is_here) || self.places.iter().all(|place| !place.missed))
         {
@@ -480,7 +466,7 @@ impl Barrier {
             for place in self.places.iter().filter(|place| place.missed) {
                 self.inputs.push(Input::Gone {
                     robot: place.name.clone(),
-                    // None of its incarnations has taken part.
+                    // No incarnation of this robot has taken part.
                     incarnation: 0,
                     last_counted: None,
                     listed: true,
@@ -493,10 +479,10 @@ impl Barrier {
         self.started
     }
 
-    /// Whom the current tick is to be sent to next. In order, the next robot is asked when the one before it has answered.
-    pub fn next_question(&mut self, air: &impl Air) -> Option<Question> {
+    /// Returns the next robot to send the current tick to. In order, a robot is next after its predecessor has answered.
+    pub fn next_question(&mut self, radio: &impl Air) -> Option<Question> {
         if self.to_ask.is_empty() {
-            self.line_up(air);
+            self.line_up(radio);
         }
         let robot = self.to_ask.pop_front()?;
         let place = &self.places[robot.index()];
@@ -507,11 +493,11 @@ impl Barrier {
         })
     }
 
-    /// Moves what a robot that is asked may hear into `manifest`, by (sender, tick), instead of what is there.
+    /// Moves the manifest of a robot that is sent the tick into `manifest`, sorted by (sender, tick). Replaces its contents.
     #[inline]
     pub fn hand_over(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
         let listed = &mut self.places[robot.index()].manifest;
-        // In most ticks both are empty.
+        // Both are empty in most ticks.
         if !(listed.is_empty() && manifest.is_empty()) {
             Self::exchange(listed, manifest);
         }
@@ -520,20 +506,20 @@ impl Barrier {
     fn exchange(listed: &mut Vec<ManifestEntry>, manifest: &mut Vec<ManifestEntry>) {
         std::mem::swap(listed, manifest);
         listed.clear();
-        // They are listed like that, but for those of a sender that was asked before it.
+        // The entries are already sorted, except those of a sender that answered before this robot was sent the tick.
         if !manifest.is_sorted() {
             manifest.sort_unstable();
         }
     }
 
-    /// Those who are to be asked now: all at once, so that what happens meanwhile finds them asked.
-    fn line_up(&mut self, air: &impl Air) {
+    /// Queues the robots that are to be sent the tick. All are marked at once, so that events in between find them marked.
+    fn line_up(&mut self, radio: &impl Air) {
         if !self.started || !self.expected.is_empty() {
             return;
         }
-        // In order, who has answered is heard by those who are asked after it.
+        // In order, later robots receive the broadcasts of robots that have already answered.
         if self.order == StepOrder::InOrder {
-            self.list_all(air);
+            self.list_all(radio);
         }
         for (index, place) in self.places.iter_mut().enumerate() {
             if place.presence != Presence::Present || place.gone || place.answer.is_some() {
@@ -548,8 +534,8 @@ impl Barrier {
         }
     }
 
-    /// Whether nobody could act in the current tick: the clock then stands still until somebody comes. While robots are suspended it goes
-    /// on: somebody may let them go on at any time of the mission.
+    /// Returns `true` if no agent can act in the current tick. The clock then stands still until an agent arrives. Suspended robots
+    /// keep it running, because an operator may resume them at any time.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         !self.runs_on
@@ -560,7 +546,7 @@ impl Barrier {
                 .all(|place| place.presence != Presence::Present && !place.is_suspended())
     }
 
-    /// Whether no agent is left that could ever act, be it silent or on its way.
+    /// Returns `true` if no agent is left that could act later, including silent and joining ones.
     #[must_use]
     pub fn is_deserted(&self) -> bool {
         self.places
@@ -568,7 +554,7 @@ impl Barrier {
             .all(|place| place.presence == Presence::Empty || place.gone)
     }
 
-    /// Whether the current tick waits for nobody any more.
+    /// Returns `true` if the current tick waits for no further report.
     #[inline]
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -581,32 +567,31 @@ impl Barrier {
         self.started && open.is_none() && !self.is_idle()
     }
 
-    /// Ends the current tick: what counts in it is written to `gathered`. The next one begins, with whoever has arrived
-    /// meanwhile.
-    pub fn finish(&mut self, air: &impl Air, gathered: &mut Gathered) {
+    /// Ends the current tick, writes its result to `gathered` and begins the next tick with all agents that have arrived.
+    pub fn finish(&mut self, radio: &impl Air, gathered: &mut Gathered) {
         gathered.counted.clear();
         gathered.dead.clear();
         gathered.dead.append(&mut self.dead);
         gathered.inputs.clear();
         gathered.inputs.append(&mut self.inputs);
         self.to_ask.clear();
-        // By rank, so that the order in which they came means nothing; a robot's own stay in theirs.
+        // Sorted by rank, so that the order of arrival has no effect. Inputs of one robot keep their order.
         let rank = |input: &Input| {
             let named = |place: &Place| input.robot() == Some(&place.name);
             self.places.iter().position(named)
         };
         gathered.inputs.sort_by_cached_key(rank);
-        self.list_all(air);
+        self.list_all(radio);
         for (index, place) in self.places.iter_mut().enumerate() {
             let answer = place.answer.take();
             gathered.counted.push(answer.is_some());
             match answer {
-                // A report of an incarnation that has been succeeded in this very tick counts, but not for its successor.
+                // A report of an incarnation that was replaced in this tick counts, but not for its successor.
                 Some(answer) if answer.incarnation == place.incarnation => {
                     place.last_counted = Some(self.tick);
                 }
                 Some(_) => {}
-                // A robot is deaf in ticks in which it did not count.
+                // A robot receives nothing in ticks in which it did not count.
                 None => place.manifest.clear(),
             }
             if place.end_tick() {
@@ -617,9 +602,8 @@ impl Barrier {
         self.tick += 1;
     }
 
-    /// Puts the broadcasts of all reports into the manifests of all teammates in range that take part, those of robots to be killed
-    /// left out.
-    fn list_all(&mut self, air: &impl Air) {
+    /// Adds the broadcasts of all reports to the manifests of the participants in range. Leaves out robots to be killed.
+    fn list_all(&mut self, radio: &impl Air) {
         for sender in 0..self.places.len() {
             let place = &mut self.places[sender];
             let Some(answer) = place.answer else {
@@ -638,7 +622,7 @@ impl Barrier {
                 count: answer.broadcasts,
                 link: None,
             };
-            air.for_each_hearer(entry.sender, |hearer| {
+            radio.for_each_hearer(entry.sender, |hearer| {
                 let place = &mut self.places[hearer.index()];
                 if hearer != entry.sender && place.presence == Presence::Present && !place.gone {
                     place.manifest.push(entry.clone());
@@ -647,21 +631,21 @@ impl Barrier {
         }
     }
 
-    /// While nobody takes part no tick ends, so a robot that comes enters the current one.
+    /// Admits arrived agents to the current tick if it has no participants, because such a tick does not end.
     fn enter_if_idle(&mut self) {
         if self.started && self.is_idle() {
             self.enter();
         }
     }
 
-    /// Each at a moment of its own, but at the beginning of a tick.
+    /// Admits arrived agents. Each gets its own order index, except at the beginning of a tick.
     fn enter(&mut self) {
-        let begun = self.moment.filter(|moment| *moment > 0);
+        let order_index = self.moment.filter(|moment| *moment > 0);
         for place in &mut self.places {
             if matches!(place.presence, Presence::Entering { .. }) {
-                let moment = begun.map(|moment| moment + self.came);
+                let moment = order_index.map(|moment| moment + self.external_count);
                 place.enter(false, moment, &mut self.inputs);
-                self.came += u32::from(begun.is_some());
+                self.external_count += u32::from(order_index.is_some());
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The world of the drill: the mission of tests in which nothing happens.
+//! The world part of the drill: a test mission without tasks in the world.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::mission::{Deed, Sensed};
@@ -9,7 +9,7 @@ use glam::Vec2;
 
 use crate::mission::{Happened, MissionWorld, Validity, Value, WorldMission};
 use crate::world::Floor;
-
+/// The drill. Robots start at the middle of the left wall.
 /// The drill: robots begin in the middle of the left wall.
 pub(crate) const DRILL: MissionWorld = MissionWorld {
     data: testkit::DRILL,

@@ -1,25 +1,21 @@
-//! Why a world could not do its work.
+//! The errors of a world.
 
 use alliance_proto::rendezvous::RendezvousError;
 
 use crate::recorder::RecordError;
 
-/// Why a world could not do its work.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
-    /// The bus failed.
     #[error("bus")]
     Bus(#[from] zenoh::Error),
-    /// There is no listening there.
+    /// A network address that the world cannot listen on, with the cause.
     #[error("cannot listen at {0}: {1}")]
     Listen(String, std::io::Error),
-    /// The log could not be written.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// The run could not be announced.
     #[error(transparent)]
     Rendezvous(#[from] RendezvousError),
-    /// Signals, ports or random numbers could not be had.
+    /// A failure of signals, ports or the random number generator.
     #[error("system")]
     System(#[from] std::io::Error),
 }

@@ -1,15 +1,14 @@
-//! By which command a run was started, for whoever reads its folder later.
+//! The command that started a run, for the record in its folder.
 
-/// A launcher tells the processes that it starts how it was started itself.
+/// The environment variable in which a launcher passes its own command to its processes.
 pub const COMMAND: &str = "ALLIANCE_COMMAND";
 
-/// The command by which somebody started this process, or the one that has started it.
+/// Returns the command that started this process, or that started its launcher.
 #[must_use]
 pub fn command() -> String {
     std::env::var(COMMAND).unwrap_or_else(|_| in_words(std::env::args()))
 }
 
-/// As one writes it in a shell; of the program its name only.
 fn in_words(mut arguments: impl Iterator<Item = String>) -> String {
     let program = arguments.next().unwrap_or_default();
     let name = program.rsplit('/').next().unwrap_or_default().to_owned();

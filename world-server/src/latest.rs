@@ -1,14 +1,11 @@
-//! `runs/latest` leads to the newest run, from its first moment on.
+//! The link `runs/latest` to the newest run, which exists from the beginning of that run.
 
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::{fs, io};
 
-/// Makes `latest` in the folder `runs` lead to a run's folder, wherever that is; there is always one or the other. What is no
-/// link stays as it is.
-///
-/// # Errors
-/// When it cannot be made.
+/// Makes `latest` in the folder `runs` a link to a run's folder. The link is replaced atomically. A file or folder with this
+/// name that is not a link stays as it is.
 pub fn link_latest(runs: &Path, folder: &Path) -> io::Result<()> {
     fs::create_dir_all(runs)?;
     let link = runs.join("latest");
@@ -16,7 +13,7 @@ pub fn link_latest(runs: &Path, folder: &Path) -> io::Result<()> {
         return Ok(());
     }
     let (runs_at, folder_at) = (runs.canonicalize()?, folder.canonicalize()?);
-    // The runs may be moved together.
+    // A relative target survives a move of the whole `runs` folder.
     let target = folder_at.strip_prefix(&runs_at).unwrap_or(&folder_at);
     let fresh = runs.join(format!(".latest-{}", std::process::id()));
     let _ = fs::remove_file(&fresh);
@@ -31,21 +28,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_run_wherever_it_is() {
-        let place = tempfile::TempDir::new().unwrap();
-        let runs = place.path().join("runs");
+    fn the_link_leads_to_the_newest_run_in_any_folder() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let runs = folder.path().join("runs");
         let leads_to = || fs::read_link(runs.join("latest")).unwrap();
         for name in ["one", "two"] {
             fs::create_dir_all(runs.join(name)).unwrap();
             link_latest(&runs, &runs.join(name)).unwrap();
             assert_eq!(leads_to(), Path::new(name));
         }
-        let elsewhere = place.path().join("elsewhere");
+        let elsewhere = folder.path().join("elsewhere");
         fs::create_dir(&elsewhere).unwrap();
         link_latest(&runs, &elsewhere).unwrap();
         assert_eq!(leads_to(), elsewhere.canonicalize().unwrap());
         assert_eq!(fs::read_dir(&runs).unwrap().count(), 3);
-        // Somebody's own folder of that name is not touched.
+        // A real folder with this name is not touched.
         fs::remove_file(runs.join("latest")).unwrap();
         fs::create_dir(runs.join("latest")).unwrap();
         link_latest(&runs, &elsewhere).unwrap();

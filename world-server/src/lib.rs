@@ -1,17 +1,18 @@
-//! The world-server: physics, sensing and the step clock, and the process they live in.
+//! The world server: physics, sensing and the step clock, and the process that runs them.
 //!
-//! Pure, from the inside out:
-//! - [`world`]: components, movement, sensors. [`mission`]: what robots are there for.
-//! - [`interruption`]: what changes the world from outside.
-//! - [`faults`]: when they begin and end, and what they make of readings and commands.
-//! - [`barrier`]: who takes part in a tick, which reports count, who hears what.
-//! - [`simulation`]: world and barrier together, a run tick by tick.
-//! - [`recorder`]: the run's log and hash.
+//! Pure modules, from the inside out:
+//! - [`world`]: components, movement and sensors. [`mission`]: the world part of missions.
+//! - [`interruption`]: changes of the world from outside.
+//! - [`faults`]: begin and end of faults, and their effects on readings and commands.
+//! - [`barrier`]: participants of a tick, counted reports and delivery lists.
+//! - [`simulation`]: world and barrier together, one run tick by tick.
+//! - [`recorder`]: log and hash of a run.
 //!
-//! The shell: [`server`] is a run behind one lock, [`process`] puts it on the bus and on the disk at a [`pace`], [`latest`] leads to it, [`args`] and [`size`] are its
-//! command line. [`gateway`] is another process, where operators come in.
+//! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk at a
+//! [`pace`]. [`latest`] links to it. [`args`] and [`size`] are its command line. [`gateway`] is a separate process that
+//! operators connect to.
 
-// They panic where nothing can be written; `alliance_proto::terminal` does not.
+// `println!` panics if the output is closed; `alliance_proto::terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod args;

@@ -1,4 +1,4 @@
-//! A run over a network: where its world listens, and which robots are on which host.
+//! Settings of a run over a network: the world's addresses and the robots of each host.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -13,28 +13,24 @@ use alliance_proto::scenario::{Scenario, instead};
 use anyhow::{Context, bail};
 use clap::Args;
 
-/// Where else a world is reached than on its own machine.
 #[derive(Args, Clone, Debug, Default)]
 pub struct NetworkArgs {
-    /// Listen for robots and hosts on a network, such as at tls/10.0.0.1:7447
+    /// Listen for robots and hosts on a network, for example at tls/10.0.0.1:7447
     #[arg(long, value_name = "LOCATOR", requires = "keys")]
     pub listen: Vec<String>,
-    /// Folder with the world's keys, as `alliance keys` makes them; or -: they come by standard input, as `cluster up --start` gives them
+    /// Folder with the world's keys from `alliance keys`, or - to read the keys that `cluster up --start` sends on standard input
     #[arg(long, value_name = "DIR")]
     pub keys: Option<PathBuf>,
-    /// Robots whose agents are on another host, which speaks for them
+    /// Robots on another host, which connects them to the world
     #[arg(long, value_name = "HOST=ROBOT,…", value_parser = place, requires = "listen")]
     pub place: Vec<(String, Vec<String>)>,
-    /// Listen on the network without encryption; everybody on it can read along
+    /// Listen on the network without encryption; all machines on the network can read the messages
     #[arg(long)]
     pub unencrypted: bool,
 }
 
 impl NetworkArgs {
-    /// What was asked for, of a team; `None` where all is on one machine.
-    ///
-    /// # Errors
-    /// One line that says what is wrong with a locator, a place or the keys.
+    /// Returns the requested network settings, or `None` if the run stays on one machine.
     pub fn network(&self, scenario: &Scenario) -> anyhow::Result<Option<Network>> {
         let Some(keys) = self.keys.as_ref().filter(|_| !self.listen.is_empty()) else {
             return Ok(None);
@@ -56,7 +52,7 @@ impl NetworkArgs {
                     );
                 }
                 if !placed.insert(robot) {
-                    bail!("--place {host}: robot '{robot}' is placed twice; name it once");
+                    bail!("--place {host}: robot '{robot}' is placed twice; list it once");
                 }
             }
             hosts
@@ -77,7 +73,7 @@ fn place(text: &str) -> Result<(String, Vec<String>), String> {
     let (host, robots) = text.split_once('=').ok_or("use HOST=ROBOT,ROBOT")?;
     if !is_name(host) || host == LAUNCHER_HOST {
         return Err(format!(
-            "'{host}' is no name of a host; use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
+            "'{host}' is not a host name; use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
         ));
     }
     Ok((
@@ -86,19 +82,18 @@ fn place(text: &str) -> Result<(String, Vec<String>), String> {
     ))
 }
 
-/// What a world that listens on a network needs to know.
 #[derive(Clone, Debug)]
 pub struct Network {
-    /// Zenoh locators, besides the socket for this machine.
+    /// The network addresses as Zenoh locators, in addition to the socket for this machine.
     pub listen: Vec<String>,
-    /// Its certificates and the secret of the team.
+    /// The world's certificates and the secret of the team.
     pub keyring: Keyring,
-    /// Robots by host; those of none connect by themselves, or are the launcher's.
+    /// The robots of each host. Robots without an entry connect directly or belong to the launcher.
     pub hosts: BTreeMap<String, Vec<String>>,
 }
 
 impl Network {
-    /// Everybody who may speak from outside: each robot for itself, and each host for its robots.
+    /// Returns all identities that may send messages from outside: each robot for itself, each host for its robots.
     #[must_use]
     pub fn speakers(&self, scenario: &Scenario) -> Vec<Speaker> {
         let robots = scenario.robots.iter();
@@ -108,7 +103,7 @@ impl Network {
         robots.chain(hosts).collect()
     }
 
-    /// The host that has that robot.
+    /// Returns the host of a robot, or `None` if the robot has no entry.
     #[must_use]
     pub fn host_of(&self, robot: &str) -> Option<&str> {
         let mut hosts = self.hosts.iter();

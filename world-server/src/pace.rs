@@ -1,4 +1,4 @@
-//! How fast simulated time runs against the wall clock. It changes no byte of the run.
+//! The speed of simulated time relative to the wall clock. It does not change the result of a run.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,13 +6,12 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-/// Wanted speed: as fast as possible, or a factor of real time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Speed {
-    /// No pace at all.
+    /// No limit: the next tick begins as soon as the last one is complete.
     #[default]
     Max,
-    /// Simulated seconds per second, above 0.
+    /// Simulated seconds per wall-clock second, 0.001 to 1,000,000.
     Factor(f64),
 }
 
@@ -21,7 +20,7 @@ impl FromStr for Speed {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let wrong =
-            || format!("'{text}' is no speed: use 'max', or a factor such as '5x' or '0.5x'");
+            || format!("'{text}' is not a speed; use 'max', or a factor such as '5x' or '0.5x'");
         if text == "max" {
             return Ok(Self::Max);
         }
@@ -44,7 +43,7 @@ impl fmt::Display for Speed {
 }
 
 impl Speed {
-    /// That multiple of real time; `None` where it is out of range.
+    /// Returns the speed of a multiple of real time, or `None` if it is out of range.
     #[must_use]
     pub fn factor(factor: f64) -> Option<Self> {
         (0.001..=1e6)
@@ -53,19 +52,18 @@ impl Speed {
     }
 }
 
-/// Says when the next tick may begin.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     speed: Speed,
     step: Duration,
     due: Instant,
     paused: bool,
-    /// Ticks that may begin though it is paused.
+    /// Number of ticks that may begin despite the pause.
     steps_left: u64,
 }
 
 impl Pace {
-    /// The first tick may begin at once.
+    /// Creates a schedule whose first tick is due at once.
     #[must_use]
     pub fn new(speed: Speed, step_ms: u64, now: Instant) -> Self {
         Self {
@@ -77,7 +75,7 @@ impl Pace {
         }
     }
 
-    /// A tick has begun: the next one is due an interval later. A run that cannot keep up does not race to make up for it.
+    /// Registers the begin of a tick and schedules the next one. A run that is too slow does not try to catch up later.
     pub fn begun(&mut self, now: Instant) {
         self.steps_left = self.steps_left.saturating_sub(1);
         if let Some(interval) = self.interval() {
@@ -85,67 +83,64 @@ impl Pace {
         }
     }
 
-    /// Whether the next tick may begin.
     #[must_use]
     pub fn is_due(&self, now: Instant) -> bool {
-        self.goes() && (self.interval().is_none() || self.due <= now)
+        self.may_begin() && (self.interval().is_none() || self.due <= now)
     }
 
-    /// When the next tick may begin; `None` at full speed, and while it is paused.
+    /// Returns the time at which the next tick may begin; `None` at full speed and during a pause.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
-        self.interval().filter(|_| self.goes()).map(|_| self.due)
+        self.interval()
+            .filter(|_| self.may_begin())
+            .map(|_| self.due)
     }
 
-    /// No further tick begins.
+    /// Pauses the clock: no further tick begins.
     pub fn pause(&mut self) {
         self.paused = true;
         self.steps_left = 0;
     }
 
-    /// The clock goes on, from now.
     pub fn resume(&mut self, now: Instant) {
         self.paused = false;
         self.steps_left = 0;
         self.due = self.due.max(now);
     }
 
-    /// That many further ticks, and then a pause.
+    /// Allows a number of further ticks, followed by a pause.
     pub fn step(&mut self, ticks: u64, now: Instant) {
         self.paused = true;
         self.steps_left = self.steps_left.saturating_add(ticks);
         self.due = self.due.max(now);
     }
 
-    /// Another speed from now on.
     pub fn set_speed(&mut self, speed: Speed, now: Instant) {
         self.speed = speed;
         self.due = now;
     }
 
-    /// Wanted speed.
     #[must_use]
     pub fn speed(&self) -> Speed {
         self.speed
     }
 
-    /// Whether it stands still, but for the steps that are left.
+    /// Returns `true` during a pause, even if steps are left.
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.paused
     }
 
-    /// Ticks that may begin though it is paused.
     #[must_use]
     pub fn steps_left(&self) -> u64 {
         self.steps_left
     }
 
-    fn goes(&self) -> bool {
+    fn may_begin(&self) -> bool {
         !self.paused || self.steps_left > 0
     }
 
-    /// Wall-clock time of a tick; `None` at full speed.
+    /// Returns the wall-clock time of one tick; `None` at full speed.
     fn interval(&self) -> Option<Duration> {
         match self.speed {
             Speed::Max => None,
@@ -159,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn speeds_are_read_as_people_write_them() {
+    fn speeds_are_parsed() {
         assert_eq!("max".parse(), Ok(Speed::Max));
         assert_eq!("5x".parse(), Ok(Speed::Factor(5.0)));
         assert_eq!("0.5".parse(), Ok(Speed::Factor(0.5)));
@@ -182,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_paused_clock_begins_no_tick_but_those_it_is_told_to() {
+    fn a_paused_clock_begins_only_the_requested_steps() {
         let start = Instant::now();
         let mut pace = Pace::new(Speed::Max, 50, start);
         pace.pause();

@@ -1,4 +1,4 @@
-//! The thin shell around a run: a zenoh session, a folder, signals, timers.
+//! The process of a world: a Zenoh session, a run folder, signals and timers.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -36,56 +36,45 @@ use crate::router;
 use crate::server::{Bus, Ended, Publishers, Seals, Server, lock};
 use crate::simulation::Simulation;
 
-/// How often deadlines are looked at and the log is flushed.
+/// The interval at which deadlines are checked and the log is flushed.
 const CLOCK_INTERVAL: Duration = Duration::from_millis(100);
 
-/// How long agents may take to go after the run has ended.
+/// The maximum time for agents to leave after the run has ended.
 const FAREWELL: Duration = Duration::from_secs(2);
 
-/// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
-/// What a world needs beside the setup.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Id of the run.
+    /// The run's id, which is part of every topic key.
     pub run: String,
-    /// Folder of the log; must not hold a run.
+    /// The folder of the log. It must not contain a run.
     pub folder: PathBuf,
-    /// Pace.
     pub speed: Speed,
-    /// Whether the clock is held at first.
     pub paused: bool,
-    /// What is logged.
     pub log: LogLevel,
-    /// Whether a launcher started this world, and does to agents' processes what faults ask.
+    /// `true` if a launcher started this world. The launcher then applies process faults to the agents.
     pub launched: bool,
-    /// The robots whose allocators are told the truth.
+    /// The robots whose allocators receive the ground truth.
     pub told_truth: Vec<RobotId>,
-    /// The versions of minds that are programs of their own, by name, where they are known.
+    /// The known versions of external controllers, by name.
     pub minds: BTreeMap<String, String>,
-    /// Where it can be reached from other hosts.
+    /// The network settings; `None` if the run stays on this machine.
     pub network: Option<Network>,
-    /// Wall-clock time after which an agent that does not answer is out of the barrier.
+    /// The wall-clock time after which an agent that does not answer is out of the barrier.
     pub stall_after: Duration,
 }
 
-/// What came of it.
 #[derive(Clone, Debug)]
 pub struct Finished {
-    /// How the run ended.
     pub outcome: Outcome,
-    /// Hash of the run.
     pub hash: String,
-    /// Whether something happened that the scenario did not ask for.
+    /// `true` if the scenario did not cause everything that happened.
     pub unscripted: bool,
 }
 
-/// Runs a mission to its end: listens, waits for the robots, steps the clock, writes the log. `handlers` are an experiment's
-/// own interruption handlers.
-///
-/// # Errors
-/// Any [`WorldError`].
+/// Runs a mission to its end: listens, waits for the robots, steps the clock and writes the log. `handlers` are additional
+/// interruption handlers of an experiment.
 pub async fn serve(
     setup: Setup,
     mission: MissionWorld,
@@ -96,7 +85,7 @@ pub async fn serve(
     panics::this_is(format!("world (mission {})", mission.data.name()));
     let folder = Folder::create(&options.folder)?;
     let recorder = Recorder::telling(&setup, options.log, &options.minds, folder)?;
-    // A convenience: where it cannot be made, it is missing.
+    // The link is a convenience. The run continues without it.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = Keys::new(&options.run);
     let network = options.network.as_ref();
@@ -141,7 +130,7 @@ pub async fn serve(
     let outcome = supervise(&server, end).await?;
     let ended = Instant::now();
     drop(announcement);
-    bid_farewell(&server).await;
+    wait_for_agents(&server).await;
     let refused = gateway.close().await;
     let (unscripted, hash) = {
         let mut server = lock(&server);
@@ -154,7 +143,7 @@ pub async fn serve(
         recorder.write_host(&host)?;
         (unscripted, recorder.hash())
     };
-    // Teardown may hang; the process ends whether or not it does.
+    // Closing may hang, so the process does not wait for it without limit.
     let _ = timeout(CLOSE_DEADLINE, session.close()).await;
     Ok(Finished {
         outcome,
@@ -163,7 +152,7 @@ pub async fn serve(
     })
 }
 
-/// Opens the team's router, and the gateway beside it.
+/// Opens the team's router and starts the gateway.
 async fn open(
     run: &str,
     network: Option<&Network>,
@@ -172,7 +161,7 @@ async fn open(
     let gateway = Waiting::start()?;
     let mut rendezvous = Rendezvous::new(run.to_owned())?;
     if let Some(network) = network {
-        // What robots and hosts have is derived from it.
+        // The secrets of robots and hosts are derived from this one.
         rendezvous.token.clone_from(&network.keyring.secret);
     }
     let network = network.map(|network| (network, scenario));
@@ -211,7 +200,7 @@ async fn subscribe(
         .declare_subscriber(keys.reports())
         .callback(move |sample| {
             let key = sample.key_expr();
-            // Before the lock: who has to wait for it sleeps.
+            // Opened before the lock, because threads that wait for the lock sleep.
             let report = opener.open_report(key, &sample.payload().to_bytes());
             lock(&shared).report(key, report);
         })
@@ -245,7 +234,7 @@ async fn subscribe(
         .callback(move |sample| {
             let form = Form::of(&sample.encoding().to_string());
             let attachment = sample.attachment().map(|seal| seal.to_bytes());
-            // Whoever puts wants no answer.
+            // A put needs no answer.
             let _ =
                 lock(&shared).control(form, &sample.payload().to_bytes(), attachment.as_deref());
         })
@@ -296,7 +285,6 @@ async fn subscribe(
     .await
 }
 
-/// Answers whatever is asked on these keys.
 async fn answer(
     session: &Session,
     keys: String,
@@ -319,8 +307,9 @@ async fn answer(
         .await
 }
 
-/// Listens to a team in which minds are programs of their own: what these say is kept, and what they report to have heard is compared
-/// with what was said. Robots publish it before the report that lists it, by one connection.
+/// Subscribes to the broadcasts of a team with external controllers. The world records the broadcasts of these controllers
+/// and checks the receptions that they report. A robot publishes its broadcasts before the report that lists them, over one
+/// connection.
 async fn overhear(
     session: &Session,
     keys: &Keys,
@@ -343,7 +332,7 @@ async fn overhear(
         .await
 }
 
-/// Waits for the end of the run, with an eye on signals, pace and deadlines.
+/// Waits for the end of the run. Handles signals, pace and deadlines in the meantime.
 async fn supervise(
     server: &Mutex<Server>,
     mut end: oneshot::Receiver<Ended>,
@@ -370,30 +359,30 @@ async fn supervise(
     }
 }
 
-/// Says which robots the run waits for, whenever that changes.
-fn announce_missing(server: &Server, said: &mut Option<String>) {
+/// Logs the robots that the run waits for after each change.
+fn announce_missing(server: &Server, announced: &mut Option<String>) {
     if server.simulation().barrier().started() {
-        if said.take().is_some() {
+        if announced.take().is_some() {
             tracing::info!("all robots are here; started");
         }
         return;
     }
     let missing = server.missing().join(", ");
-    if said.as_ref() != Some(&missing) {
+    if announced.as_ref() != Some(&missing) {
         tracing::info!("waiting for {missing}");
-        *said = Some(missing);
+        *announced = Some(missing);
     }
 }
 
-/// Gives the agents time to hear that the run is over, so that none of them finds the world gone.
-async fn bid_farewell(server: &Mutex<Server>) {
+/// Waits until all agents have received the end of the run, so that none of them sees the world disappear before.
+async fn wait_for_agents(server: &Mutex<Server>) {
     let until = Instant::now() + FAREWELL;
     while Instant::now() < until && lock(server).has_company() {
         sleep(Duration::from_millis(5)).await;
     }
 }
 
-/// Contents of host.json: what belongs to this machine and this hour.
+/// Returns the contents of host.json: data that depends on the machine and the wall clock.
 fn host(
     server: &Server,
     options: &Options,
@@ -402,7 +391,7 @@ fn host(
 ) -> serde_json::Value {
     let wall = |instant: Instant| {
         let ago = Instant::now().duration_since(instant);
-        // The log says when it happened; the simulation never does.
+        // The wall clock is for host.json only. The simulation never uses it.
         #[allow(clippy::disallowed_methods)]
         let then = SystemTime::now() - ago;
         then.duration_since(UNIX_EPOCH)

@@ -1,4 +1,4 @@
-//! The routers in the middle of a star: the team's, the operators', a host's.
+//! The central routers of a run: the team's, the operators' and a host's.
 
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
@@ -17,14 +17,10 @@ use zenoh::Session;
 use crate::error::WorldError;
 use crate::network::Network;
 
-/// Attempts to find a port that is still free when zenoh opens it.
 const PORT_ATTEMPTS: u32 = 20;
 
-/// Opens the world's router for the team; the rendezvous says where it is. With a network it is there as well, where everybody may say
-/// what is his own and nothing else.
-///
-/// # Errors
-/// When the bus fails, or there is no place for it.
+/// Opens the world's router for the team and writes its address to the rendezvous. With a network, the router listens there
+/// as well, and each member may send only its own messages.
 pub async fn open_for_team(
     run: &mut Rendezvous,
     network: Option<(&Network, &Scenario)>,
@@ -48,10 +44,7 @@ pub async fn open_for_team(
     Ok(session)
 }
 
-/// Opens the gateway's router for those who order and watch; the rendezvous says where it is.
-///
-/// # Errors
-/// As of [`open_for_team`].
+/// Opens the gateway's router for operators and observers and writes its address to the rendezvous.
 pub async fn open_for_operators(run: &mut Rendezvous) -> Result<Session, WorldError> {
     let router = Plan {
         users: vec![(User::Operator.name().to_owned(), run.token.clone())],
@@ -63,26 +56,20 @@ pub async fn open_for_operators(run: &mut Rendezvous) -> Result<Session, WorldEr
     Ok(session)
 }
 
-/// A router to be.
 #[derive(Default)]
 pub struct Plan {
-    /// Locators where it listens, besides the place for this machine.
+    /// Locators to listen on, in addition to the address for this machine.
     pub listen: Vec<String>,
-    /// The router that it is connected to.
+    /// The router to connect to; `None` for a central router.
     pub uplink: Option<Login>,
-    /// Who may connect: names and passwords.
     pub users: Vec<(String, String)>,
-    /// Certificates.
     pub keyring: Option<Keyring>,
-    /// What those who connect may do; empty: everything.
+    /// Access rules for connected users as Zenoh configuration; empty for no restriction.
     pub access: String,
 }
 
 impl Plan {
-    /// Opens it: at a socket in the runtime folder, and where there cannot be one, on a free port of loopback. Says where that is.
-    ///
-    /// # Errors
-    /// When the bus fails, or there is no such folder.
+    /// Opens the router and returns its address: a socket in the runtime folder, or else a free loopback port.
     pub async fn open(
         &self,
         run: &str,
@@ -90,9 +77,10 @@ impl Plan {
         user: User,
     ) -> Result<(Session, String), WorldError> {
         let users = self.users.iter();
-        let members = Members::of(users.map(|(name, word)| (name.as_str(), word.as_str())))?;
+        let members =
+            Members::of(users.map(|(name, password)| (name.as_str(), password.as_str())))?;
         for at in &self.listen {
-            look_at_place(at)?;
+            check_address(at)?;
         }
         let at = socket(run, pid, user)?;
         let mut attempt = 0;
@@ -119,16 +107,17 @@ impl Plan {
     }
 }
 
-/// Whether one can listen there: zenoh says why not in words of its own.
-fn look_at_place(at: &str) -> Result<(), WorldError> {
-    let place = at.parse::<Locator>().map_err(io::Error::other);
-    place
-        .and_then(|place| TcpListener::bind((place.host, place.port)))
+/// Checks that it is possible to listen at this address, because Zenoh's own error does not contain the cause.
+fn check_address(at: &str) -> Result<(), WorldError> {
+    let locator = at.parse::<Locator>().map_err(io::Error::other);
+    locator
+        .and_then(|locator| TcpListener::bind((locator.host, locator.port)))
         .map(drop)
         .map_err(|error| WorldError::Listen(at.to_owned(), error))
 }
 
-/// Zenoh does not tell which port it took, so the port is chosen first; should somebody else take it in between, another one is tried.
+/// Returns a free port. Zenoh does not return the port that it opens, so the port is chosen first; if it is taken in between,
+/// the caller tries another one.
 fn free_port() -> std::io::Result<String> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
     Ok(format!("tcp/{}", listener.local_addr()?))

@@ -1,41 +1,41 @@
-//! How large a mission is made: `--robots N --size M`, or for `--size` the word that the mission has for it.
+//! The size of a mission on the command line: `--robots N --size M`, or the mission's own option instead of `--size`.
 
 use alliance_proto::scenario::{MAX_ROBOTS, Scenario, Vocabulary};
 use anyhow::bail;
 use clap::parser::ArgMatches;
 use clap::{Arg, ArgGroup, Args, Command, FromArgMatches, Id};
 
-/// Robots of a mission whose size alone is asked for.
+/// The number of robots if only `--size` is given.
 const DEFAULT_ROBOTS: usize = 3;
-/// Most that there is to do in a mission of any size.
 const MAX_SIZE: usize = 10_000;
-/// The argument that all missions have.
 const SIZE: &str = "size";
-/// It and the words of the missions, of which one is given at most.
+/// The group of all size options, of which at most one may be given.
 const WORDS: &str = "size-words";
 
-/// How large a mission is made.
 #[derive(Args, Clone, Debug, Default)]
 pub struct SizeArgs {
-    /// The mission with so many robots, in a room that grows with them [default: 3]
+    /// Number of robots; the room grows with it [default: 3]
     #[arg(long, value_name = "N", value_parser = count::<MAX_ROBOTS>, allow_negative_numbers = true)]
     robots: Option<usize>,
     #[command(flatten)]
     work: Work,
 }
 
-/// So much to do, and the word that it was asked for with.
+/// The requested size and the name of the option that set it.
 #[derive(Clone, Debug, Default)]
 struct Work(Option<(String, usize)>);
 
-/// The command and all below it that know `--size` know the words of the missions.
+/// Adds the missions' own size options to each command that has `--size`.
 #[must_use]
 pub fn with_size_words(mut command: Command, vocabulary: &Vocabulary) -> Command {
     if command.get_arguments().any(|known| known.get_id() == SIZE) {
         let mut group = ArgGroup::new(WORDS).arg(SIZE);
         for mission in vocabulary.missions.iter() {
             if let Some(word) = mission.size_word() {
-                let help = format!("--size of the mission '{}'", mission.scenario_name());
+                let help = format!(
+                    "Size of the mission '{}', instead of --size",
+                    mission.scenario_name()
+                );
                 command = command.arg(amount(word).help(help));
                 group = group.arg(word);
             }
@@ -46,24 +46,24 @@ pub fn with_size_words(mut command: Command, vocabulary: &Vocabulary) -> Command
 }
 
 impl SizeArgs {
-    /// The default scenario of a mission in that size: of the one that is asked for, or else the one with the word that was
-    /// given, or else the first known one; `None` if no size is asked for, but a scenario of its own.
+    /// Returns the default scenario of a mission in the requested size, or `None` if no size is given and `requested` is not a mission
+    /// of variable size. Without `requested`, the size option selects the mission, or else it is the first one.
     ///
     /// # Errors
-    /// One line, when another scenario is asked for, or the mission comes in one size or goes by another word.
+    /// Returns one line if the scenario has a fixed size or the mission has another size option.
     pub fn scenario(
         &self,
-        asked: Option<&str>,
+        requested: Option<&str>,
         vocabulary: &Vocabulary,
     ) -> anyhow::Result<Option<Scenario>> {
         let is_sized = self.robots.is_some() || self.work.0.is_some();
-        if !is_sized && !asked.is_some_and(|asked| is_of_any_size(asked, vocabulary)) {
+        if !is_sized && !requested.is_some_and(|requested| is_of_any_size(requested, vocabulary)) {
             return Ok(None);
         }
         let word = self.work.word();
         let mut missions = vocabulary.missions.iter();
-        let mission = match (asked, word) {
-            (Some(asked), _) => missions.find(|mission| mission.scenario_name() == asked),
+        let mission = match (requested, word) {
+            (Some(requested), _) => missions.find(|mission| mission.scenario_name() == requested),
             (None, Some(word)) => missions.find(|mission| mission.size_word() == Some(word)),
             (None, None) => missions.next(),
         };
@@ -77,8 +77,8 @@ impl SizeArgs {
             let of_any_size = of_any_size.filter(|mission| mission.family(1, 1).is_some());
             let names: Vec<&str> = of_any_size.map(|mission| mission.scenario_name()).collect();
             bail!(
-                "--robots and --size: '{}' has its own; they go with '{}' only",
-                asked.unwrap_or_default(),
+                "--robots and --size: '{}' has a fixed size; use them with '{}'",
+                requested.unwrap_or_default(),
                 names.join("' and '")
             );
         };
@@ -86,7 +86,7 @@ impl SizeArgs {
             && mission.size_word() != Some(word)
         {
             bail!(
-                "--{word}: '{}' goes by --{}",
+                "--{word}: '{}' has another size option; use --{}",
                 mission.scenario_name(),
                 mission.size_word().unwrap_or(SIZE)
             );
@@ -94,7 +94,6 @@ impl SizeArgs {
         Ok(Some(sized))
     }
 
-    /// As they are given to a process.
     #[must_use]
     pub fn arguments(&self) -> Vec<String> {
         let robots = self.robots.map(|robots| format!("--robots={robots}"));
@@ -104,27 +103,28 @@ impl SizeArgs {
     }
 }
 
-/// Whether that is a mission that comes in any size, and no scenario of its own.
-fn is_of_any_size(asked: &str, vocabulary: &Vocabulary) -> bool {
+/// Returns `true` if this is a mission of variable size without a scenario file of its own.
+fn is_of_any_size(requested: &str, vocabulary: &Vocabulary) -> bool {
     let mut missions = vocabulary.missions.iter();
-    let mission = missions.find(|mission| mission.scenario_name() == asked);
-    mission.is_some_and(|it| it.family(1, 1).is_some()) && vocabulary.builtin(asked).is_none()
+    let mission = missions.find(|mission| mission.scenario_name() == requested);
+    mission.is_some_and(|mission| mission.family(1, 1).is_some())
+        && vocabulary.builtin(requested).is_none()
 }
 
 impl Work {
-    /// The word of a mission.
+    /// Returns the mission's own size option, or `None` for `--size`.
     fn word(&self) -> Option<&str> {
         let word = self.0.as_ref().map(|(word, _)| word.as_str());
         word.filter(|word| *word != SIZE)
     }
 }
 
-// By hand, for which words there are depends on the missions of the program.
+// Implemented by hand, because the options depend on the missions of the program.
 impl Args for Work {
     fn augment_args(command: Command) -> Command {
         command.arg(
             amount(SIZE)
-                .help("The mission with so much to do [default: two for every three robots]"),
+                .help("Size of the mission, such as its number of items [default: two for every three robots]"),
         )
     }
 
@@ -141,7 +141,7 @@ impl FromArgMatches for Work {
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        // A program that knows no missions has no group.
+        // A program without missions has no such group.
         let given = matches.try_get_one::<Id>(WORDS).ok().flatten();
         let word = given.map_or(SIZE, Id::as_str);
         if let Some(size) = matches.get_one::<usize>(word) {

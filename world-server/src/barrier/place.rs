@@ -1,75 +1,65 @@
-//! One robot's place in the barrier: who has it, and how far the current tick has come with them.
+//! One robot's place in the barrier: its agent and the agent's progress in the current tick.
 
 use alliance_proto::ids::{Incarnation, Tick};
 use alliance_proto::log::Input;
 use alliance_proto::scenario::Robot;
 use alliance_proto::tick::ManifestEntry;
 
-/// State of a robot's place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// No agent.
     Empty,
     /// An agent was welcomed, but its liveliness token has not appeared.
     Invited,
-    /// Takes part from the next tick on; `again` after a silence, else in a new incarnation.
     Entering {
-        /// Whether it has been here before in this incarnation.
+        /// `true` after a silence, `false` for a new incarnation.
         again: bool,
     },
-    /// Takes part.
     Present,
-    /// Did not answer in time; out until it speaks.
+    /// The agent did not answer in time. It is out until it reports again.
     Silent,
 }
 
-/// What the barrier keeps of a report that counts.
+/// The part of a counted report that manifests need.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Listing {
-    /// The incarnation that it is of: a successor may have the place by now.
+    /// The reporting incarnation, which may differ from the present one of the place.
     pub incarnation: Incarnation,
     pub broadcasts: u16,
 }
 
-/// One robot's place.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     pub name: String,
     pub presence: Presence,
-    /// Latest incarnation, 0 before the first.
+    /// The latest incarnation; 0 before the first.
     pub incarnation: Incarnation,
     pub last_counted: Option<Tick>,
-    /// Broadcasts that count since its last step.
+    /// Counted broadcasts since the robot's last step.
     pub manifest: Vec<ManifestEntry>,
-    /// The tick that it was silent in, and answers when it speaks again.
+    /// The tick that the agent did not answer. A later answer to it ends the silence.
     pub unanswered: Tick,
-    /// Whether the current tick has been sent to it.
+    /// `true` if the current tick has been sent to the agent.
     pub asked: bool,
-    /// What of its answer to the current tick is to be listed.
     pub answer: Option<Listing>,
-    /// Its answer has been listed in the manifests of its teammates.
+    /// `true` if the answer has been listed in the teammates' manifests.
     pub listed: bool,
-    /// Its process died in this tick.
     pub gone: bool,
-    /// Its robot is not in the mission.
     pub absent: bool,
-    /// The clock starts, or has started, without it: its process ended, or was stopped, before it came.
+    /// `true` if the clock starts without this robot, because its process ended or was stopped before it arrived.
     pub missed: bool,
-    /// The scenario kills it in this tick: its report counts, its broadcasts are not listed.
+    /// `true` if the scenario kills the agent in this tick: its report counts, its broadcasts are not listed.
     pub dies_after_tick: bool,
-    /// The scenario has stopped it: it comes back when it is readmitted, whatever it says before.
+    /// `true` if the scenario has suspended the agent. Its reports do not end this; only readmission does.
     pub suspended: bool,
-    /// Its latest incarnation was welcomed and given up, but may still come.
+    /// `true` if the latest incarnation was welcomed and given up, but may still arrive.
     pub late: bool,
 }
 
 impl Place {
-    /// Whether the current tick waits for it.
     pub fn is_open(&self) -> bool {
         self.presence == Presence::Present && !self.gone && self.answer.is_none()
     }
 
-    /// Nobody is there yet.
     pub fn new(robot: &Robot) -> Self {
         Self {
             name: robot.name.clone(),
@@ -90,12 +80,11 @@ impl Place {
         }
     }
 
-    /// Whether its agent lives and is suspended.
     pub fn is_suspended(&self) -> bool {
         self.suspended && !self.gone && self.presence == Presence::Silent
     }
 
-    /// The tick is over: says whether the agent died in it.
+    /// Ends the tick. Returns `true` if the agent died in it.
     pub fn end_tick(&mut self) -> bool {
         (self.asked, self.listed, self.dies_after_tick) = (false, false, false);
         let died = std::mem::take(&mut self.gone);
@@ -112,12 +101,12 @@ impl Place {
         died
     }
 
-    /// Who is about to enter takes part from now on; `moment` is that of the current tick if it has begun.
+    /// Lets an entering agent take part from now on. `moment` is the order index within the tick; `None` at its beginning.
     pub fn enter(&mut self, scripted: bool, moment: Option<u32>, inputs: &mut Vec<Input>) {
         if let Presence::Entering { again } = self.presence {
             self.presence = Presence::Present;
             self.manifest.clear();
-            // What was to be killed before it came was another one.
+            // A pending kill was meant for an earlier incarnation.
             self.dies_after_tick &= again;
             let robot = self.name.clone();
             inputs.push(if again {
@@ -137,7 +126,7 @@ impl Place {
         }
     }
 
-    /// It did not answer that tick: it is out of it, and deaf, until it speaks.
+    /// Marks the agent as silent since `tick`. It receives nothing until it reports again.
     pub fn fall_silent(&mut self, tick: Tick, scripted: bool, inputs: &mut Vec<Input>) {
         self.presence = Presence::Silent;
         self.unanswered = tick;

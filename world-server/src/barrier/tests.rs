@@ -1,4 +1,4 @@
-//! Arbitrary courses of events against a second, naive account of what counts; and the cases worth telling apart by name.
+//! Random event sequences against a second, naive model of the barrier, and named special cases.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,30 +7,30 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// So many robots, all of which hear each other.
+/// A team of this size in which all robots receive each other.
 struct All(u16);
 
 impl Air for All {
-    fn for_each_hearer(&self, _: RobotId, hear: impl FnMut(RobotId)) {
-        (0..self.0).map(RobotId).for_each(hear);
+    fn for_each_hearer(&self, _: RobotId, receive: impl FnMut(RobotId)) {
+        (0..self.0).map(RobotId).for_each(receive);
     }
 }
 
-/// Something that happens to a barrier; robots by rank.
+/// An event of the barrier. Robots are given by rank.
 #[derive(Clone, Debug)]
 enum Action {
     Invite(u16),
-    /// A token appears, of the incarnation so many before the latest.
+    /// The token of an incarnation appears; the number counts back from the latest incarnation.
     Arrive(u16, u32),
-    /// A token goes.
+    /// The token of an incarnation disappears; the number counts back from the latest incarnation.
     Gone(u16, u32),
     Stall(u16),
     Ask,
-    /// What an honest agent that has been asked would say, with so many broadcasts.
+    /// A correct answer with this number of broadcasts.
     Answer(u16, u16),
-    /// A report of another incarnation and tick, by their distance from the true ones plus one.
+    /// A report with a wrong incarnation and tick, each as distance from the correct value plus one.
     Stray(u16, u32, u64, u16),
-    /// Ends the tick if it is complete.
+    /// The end of the tick, if the tick is complete.
     Finish,
 }
 
@@ -70,18 +70,18 @@ fn report(robot: RobotId, incarnation: Incarnation, tick: Tick, broadcasts: u16)
     }
 }
 
-/// A barrier, and what an onlooker has seen of it.
+/// A barrier and a record of its observed behavior.
 struct Watched {
     barrier: Barrier,
     order: StepOrder,
     robots: u16,
-    /// Every report that counted, by tick and rank.
+    /// All counted reports, by tick and rank.
     counted: BTreeMap<(Tick, u16), Report>,
-    /// Whose answer to the current tick is due.
+    /// Robots whose answer to the current tick is due.
     awaited: BTreeSet<u16>,
-    /// Who has been asked in the current tick, in that order.
+    /// Robots that were sent the current tick, in that order.
     asked: Vec<u16>,
-    /// First tick promised to each incarnation.
+    /// The first tick that each incarnation was promised.
     promised: BTreeMap<(u16, Incarnation), Tick>,
 }
 
@@ -104,7 +104,7 @@ impl Watched {
         }
     }
 
-    /// A barrier whose robots have all arrived.
+    /// Creates a barrier whose robots have all arrived.
     fn running(robots: u16, order: StepOrder) -> Self {
         let mut watched = Self::new(robots, order);
         for robot in 0..robots {
@@ -119,7 +119,7 @@ impl Watched {
         self.barrier.places[usize::from(robot)].incarnation
     }
 
-    /// Latest tick in which that incarnation counted.
+    /// Returns the latest tick in which that incarnation counted.
     fn last_counted(&self, robot: u16, incarnation: Incarnation) -> Option<Tick> {
         let of_robot = self
             .counted
@@ -172,7 +172,7 @@ impl Watched {
             assert_eq!((id, incarnation), (RobotId(robot), before + 1));
             assert!(
                 !self.awaited.contains(&robot),
-                "a live agent's robot was given away"
+                "the robot of a live agent was offered again"
             );
             self.promised.insert((robot, incarnation), first);
         }
@@ -197,7 +197,7 @@ impl Watched {
         self.awaited.remove(&robot);
     }
 
-    /// A report counts if and only if it is the first answer of an agent that was asked.
+    /// Checks that a report counts if and only if it is the first answer of an agent that was sent the tick.
     fn report(
         &mut self,
         robot: u16,
@@ -205,8 +205,8 @@ impl Watched {
         tick: Tick,
         broadcasts: u16,
     ) -> Verdict {
-        let honest = incarnation == self.incarnation(robot) && tick == self.barrier.tick();
-        let counts = self.awaited.contains(&robot) && honest && broadcasts <= MAX_BROADCASTS;
+        let correct = incarnation == self.incarnation(robot) && tick == self.barrier.tick();
+        let counts = self.awaited.contains(&robot) && correct && broadcasts <= MAX_BROADCASTS;
         let report = report(RobotId(robot), incarnation, tick, broadcasts);
         let verdict = self.barrier.report(&report);
         assert_eq!(
@@ -215,14 +215,14 @@ impl Watched {
             "{report:?} is {verdict:?}"
         );
         if counts {
-            let twice = self.counted.insert((tick, robot), report);
-            assert_eq!(twice, None, "counted twice");
+            let earlier = self.counted.insert((tick, robot), report);
+            assert_eq!(earlier, None, "counted twice");
             self.awaited.remove(&robot);
         }
         verdict
     }
 
-    /// Whom the barrier asks, and what each of them may hear.
+    /// Returns the robots that the barrier sends the tick to, with the manifest of each.
     fn ask(&mut self) -> Vec<(Question, Vec<ManifestEntry>)> {
         let mut questions = Vec::new();
         while let Some(question) = self.barrier.next_question(&All(self.robots)) {
@@ -231,7 +231,10 @@ impl Watched {
             let robot = question.robot.0;
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
             if self.order == StepOrder::InOrder {
-                assert!(self.awaited.is_empty(), "asked while another has the turn");
+                assert!(
+                    self.awaited.is_empty(),
+                    "asked while another robot's answer is due"
+                );
                 assert!(
                     self.asked.last().is_none_or(|last| *last < robot),
                     "out of order"
@@ -246,28 +249,29 @@ impl Watched {
                 "before its first tick"
             );
             assert_eq!(question.last_counted, self.last_counted(robot, incarnation));
-            assert_eq!(manifest, self.audible(robot, incarnation));
+            assert_eq!(manifest, self.expected_manifest(robot, incarnation));
             questions.push((question, manifest));
         }
         questions
     }
 
-    /// What that robot hears in the current tick: what counted since its own last step, and nothing if it did not count in
-    /// the tick before.
-    fn audible(&self, robot: u16, incarnation: Incarnation) -> Vec<ManifestEntry> {
+    /// Returns the expected manifest of a robot in the current tick: all counted broadcasts since its last step. It is empty if the
+    /// robot did not count in the previous tick.
+    fn expected_manifest(&self, robot: u16, incarnation: Incarnation) -> Vec<ManifestEntry> {
         let now = self.barrier.tick();
-        let was_there = now > 0 && self.last_counted(robot, incarnation) == Some(now - 1);
-        let hears = |tick: Tick, sender: u16| match self.order {
-            StepOrder::Simultaneous => was_there && tick + 1 == now,
+        let counted_before = now > 0 && self.last_counted(robot, incarnation) == Some(now - 1);
+        let receives = |tick: Tick, sender: u16| match self.order {
+            StepOrder::Simultaneous => counted_before && tick + 1 == now,
             StepOrder::InOrder => {
-                (was_there && tick + 1 == now && sender > robot) || (tick == now && sender < robot)
+                (counted_before && tick + 1 == now && sender > robot)
+                    || (tick == now && sender < robot)
             }
         };
-        let mut audible: Vec<ManifestEntry> = self
+        let mut expected: Vec<ManifestEntry> = self
             .counted
             .iter()
             .filter(|((tick, sender), report)| {
-                *sender != robot && report.broadcasts > 0 && hears(*tick, *sender)
+                *sender != robot && report.broadcasts > 0 && receives(*tick, *sender)
             })
             .map(|((tick, sender), report)| ManifestEntry {
                 sender: RobotId(*sender),
@@ -277,8 +281,8 @@ impl Watched {
                 link: None,
             })
             .collect();
-        audible.sort_unstable_by_key(|entry| (entry.sender, entry.tick));
-        audible
+        expected.sort_unstable_by_key(|entry| (entry.sender, entry.tick));
+        expected
     }
 
     fn finish(&mut self) -> Gathered {
@@ -315,8 +319,8 @@ impl Watched {
         gathered
     }
 
-    /// The barrier never waits for anybody but those whom it has asked: without them the tick ends.
-    fn goes_on_without_an_answer(&mut self) {
+    /// Checks that the barrier waits only for robots that were sent the tick: without them the tick ends.
+    fn check_progress_without_answers(&mut self) {
         for _ in 0..=self.robots {
             self.ask();
             for robot in std::mem::take(&mut self.awaited) {
@@ -325,14 +329,14 @@ impl Watched {
         }
         assert!(
             !self.barrier.started() || self.barrier.is_complete() || self.barrier.is_idle(),
-            "waits for nobody and does not go on"
+            "no answer is due and the tick does not end"
         );
     }
 }
 
 proptest! {
     #[test]
-    fn nothing_counts_twice_and_nothing_that_does_not_count_is_heard(
+    fn no_report_counts_twice_and_uncounted_broadcasts_are_not_received(
         robots in 1..=4_u16,
         order in order(),
         started in prop::bool::weighted(0.8),
@@ -346,12 +350,12 @@ proptest! {
         for action in &actions {
             watched.perform(action);
         }
-        watched.goes_on_without_an_answer();
+        watched.check_progress_without_answers();
     }
 }
 
 #[test]
-fn the_clock_starts_when_the_last_robot_arrives_whatever_the_order() {
+fn the_clock_starts_when_the_last_robot_arrives_in_any_order() {
     for arrivals in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
         let mut watched = Watched::new(3, StepOrder::Simultaneous);
         for (already, robot) in arrivals.into_iter().enumerate() {
@@ -364,7 +368,7 @@ fn the_clock_starts_when_the_last_robot_arrives_whatever_the_order() {
         for robot in arrivals {
             assert_eq!(watched.report(robot, 1, 0, 0), Verdict::Counted);
         }
-        // The order of arrival is in no byte of the log.
+        // The order of arrival does not change the log.
         let joined = |rank: u16| Input::Join {
             robot: format!("robot-{rank}"),
             incarnation: 1,
@@ -395,7 +399,7 @@ fn an_unknown_robot_and_a_taken_one_are_refused() {
 }
 
 #[test]
-fn in_order_a_later_robot_hears_an_earlier_one_in_the_same_tick() {
+fn in_order_a_later_robot_receives_an_earlier_one_in_the_same_tick() {
     let mut watched = Watched::running(2, StepOrder::InOrder);
     assert_eq!(watched.ask()[0].0.robot, RobotId(0));
     assert_eq!(watched.ask(), [], "the first has not answered");
@@ -406,7 +410,7 @@ fn in_order_a_later_robot_hears_an_earlier_one_in_the_same_tick() {
 }
 
 #[test]
-fn an_agent_that_dies_after_its_report_is_heard_and_before_it_is_not() {
+fn broadcasts_of_a_dead_agent_are_delivered_only_if_it_reported() {
     for reported in [true, false] {
         let mut watched = Watched::running(2, StepOrder::Simultaneous);
         watched.ask();
@@ -421,7 +425,7 @@ fn an_agent_that_dies_after_its_report_is_heard_and_before_it_is_not() {
 }
 
 #[test]
-fn a_restart_within_the_tick_of_the_death_is_a_new_life_in_the_next_tick() {
+fn a_restart_within_the_tick_of_the_death_is_a_new_incarnation_in_the_next_tick() {
     let mut watched = Watched::running(2, StepOrder::Simultaneous);
     watched.ask();
     watched.report(1, 1, 0, 3);
@@ -434,17 +438,20 @@ fn a_restart_within_the_tick_of_the_death_is_a_new_life_in_the_next_tick() {
     assert_eq!(
         gathered.dead,
         [RobotId(1)],
-        "what the old incarnation carried falls"
+        "the item of the old incarnation falls"
     );
-    assert!(gathered.counted[1], "what the old incarnation did counts");
+    assert!(
+        gathered.counted[1],
+        "the report of the old incarnation counts"
+    );
     let questions = watched.ask();
     assert_eq!(questions[1].0.incarnation, 2);
     assert_eq!(questions[1].0.last_counted, None);
-    assert_eq!(questions[1].1, [], "it was not there to hear");
+    assert_eq!(questions[1].1, [], "it was not present to receive");
 }
 
 #[test]
-fn a_silent_robot_is_deaf_until_the_tick_in_which_it_is_back() {
+fn a_silent_robot_receives_nothing_until_it_takes_part_again() {
     let mut watched = Watched::running(2, StepOrder::Simultaneous);
     watched.ask();
     watched.report(0, 1, 0, 1);
@@ -459,7 +466,7 @@ fn a_silent_robot_is_deaf_until_the_tick_in_which_it_is_back() {
     watched.report(0, 1, 1, 1);
     watched.finish();
     let questions = watched.ask();
-    assert_eq!(questions[0].1, [], "what did not count is not heard");
+    assert_eq!(questions[0].1, [], "uncounted broadcasts are not received");
     assert_eq!(questions[1].1, []);
     watched.report(0, 1, 2, 1);
     watched.report(1, 1, 2, 0);
@@ -468,7 +475,7 @@ fn a_silent_robot_is_deaf_until_the_tick_in_which_it_is_back() {
 }
 
 #[test]
-fn while_nobody_is_there_the_clock_stands_and_who_comes_enters_the_tick_at_hand() {
+fn without_agents_the_clock_stands_and_a_new_agent_enters_the_current_tick() {
     let mut watched = Watched::running(1, StepOrder::Simultaneous);
     watched.ask();
     watched.gone(0, 0);
@@ -483,7 +490,7 @@ fn while_nobody_is_there_the_clock_stands_and_who_comes_enters_the_tick_at_hand(
 }
 
 #[test]
-fn an_old_report_that_somebody_puts_again_does_not_bring_a_silent_robot_back() {
+fn a_replayed_report_does_not_end_a_silence() {
     let mut watched = Watched::running(2, StepOrder::Simultaneous);
     watched.ask();
     watched.report(0, 1, 0, 0);
@@ -495,18 +502,18 @@ fn an_old_report_that_somebody_puts_again_does_not_bring_a_silent_robot_back() {
     assert_eq!(watched.report(1, 1, 1, 0), Verdict::BackAgain);
 }
 
-/// Asks all robots and answers for all of them, with a broadcast each; who heard whom in the manifests that were asked with.
-fn everybody(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
-    let mut heard = Vec::new();
+/// Sends the tick to all robots and answers for them with one broadcast each. Returns the senders in each robot's manifest.
+fn step_all(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
+    let mut received = Vec::new();
     while let Some(question) = barrier.next_question(&All(2)) {
         let mut manifest = Vec::new();
         barrier.hand_over(question.robot, &mut manifest);
         let senders = manifest.iter().map(|entry| entry.sender);
-        heard.push((question.robot, senders.collect()));
+        received.push((question.robot, senders.collect()));
         let answer = report(question.robot, question.incarnation, barrier.tick(), 1);
         assert_eq!(barrier.report(&answer), Verdict::Counted);
     }
-    heard
+    received
 }
 
 fn finish(barrier: &mut Barrier) -> Gathered {
@@ -516,15 +523,15 @@ fn finish(barrier: &mut Barrier) -> Gathered {
 }
 
 #[test]
-fn a_robot_that_is_killed_after_a_tick_counts_once_more_and_nobody_hears_of_it() {
+fn a_robot_that_is_killed_after_a_tick_counts_once_more_without_broadcasts() {
     for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
         let mut barrier = Watched::running(3, order).barrier;
-        everybody(&mut barrier);
+        step_all(&mut barrier);
         finish(&mut barrier);
         barrier.kill_after_tick(RobotId(0));
-        let heard = everybody(&mut barrier);
+        let received = step_all(&mut barrier);
         assert!(
-            heard
+            received
                 .iter()
                 .any(|(_, senders)| senders.contains(&RobotId(1)))
         );
@@ -540,22 +547,22 @@ fn a_robot_that_is_killed_after_a_tick_counts_once_more_and_nobody_hears_of_it()
             scripted: true,
         };
         assert_eq!(gathered.inputs, [death], "{order:?}");
-        for (robot, senders) in everybody(&mut barrier) {
+        for (robot, senders) in step_all(&mut barrier) {
             assert!(
                 !senders.contains(&RobotId(0)),
-                "{robot} hears it, {order:?}"
+                "{robot} receives it, {order:?}"
             );
         }
     }
 }
 
 #[test]
-fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
+fn a_suspended_robot_is_out_until_it_is_readmitted() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
-    everybody(&mut barrier);
+    step_all(&mut barrier);
     finish(&mut barrier);
     barrier.suspend(RobotId(1));
-    assert_eq!(everybody(&mut barrier).len(), 1);
+    assert_eq!(step_all(&mut barrier).len(), 1);
     let stray = report(RobotId(1), 1, barrier.tick(), 0);
     assert_eq!(barrier.report(&stray), Verdict::Stale);
     let out = Input::StallBegin {
@@ -564,8 +571,12 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
     };
     assert_eq!(finish(&mut barrier).inputs, [out]);
     barrier.readmit(RobotId(1));
-    let heard = everybody(&mut barrier);
-    assert_eq!(heard[1], (RobotId(1), Vec::new()), "deaf until now");
+    let received = step_all(&mut barrier);
+    assert_eq!(
+        received[1],
+        (RobotId(1), Vec::new()),
+        "received nothing until now"
+    );
     let back = Input::StallEnd {
         robot: "robot-1".to_owned(),
         moment: None,
@@ -575,18 +586,18 @@ fn a_suspended_robot_is_out_whatever_it_says_until_it_is_readmitted() {
 }
 
 #[test]
-fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
+fn an_agent_that_has_already_arrived_is_admitted_when_it_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
-    everybody(&mut barrier);
+    step_all(&mut barrier);
     barrier.gone(RobotId(1), 1, true);
     finish(&mut barrier);
     let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
     barrier.arrive(robot, incarnation);
     assert!(barrier.is_coming(robot));
-    assert_eq!(first, 2, "by itself with the next tick");
+    assert_eq!(first, 2, "without expect, with the next tick");
     barrier.expect(robot);
     assert_eq!(barrier.presence(robot), Presence::Present);
-    assert_eq!(everybody(&mut barrier).len(), 2);
+    assert_eq!(step_all(&mut barrier).len(), 2);
     let joined = Input::Join {
         robot: "robot-1".to_owned(),
         incarnation: 2,
@@ -599,7 +610,7 @@ fn an_agent_that_has_arrived_anyway_is_let_in_when_it_is_expected() {
 #[test]
 fn a_tick_waits_for_an_agent_that_is_expected() {
     let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
-    everybody(&mut barrier);
+    step_all(&mut barrier);
     barrier.gone(RobotId(1), 1, true);
     finish(&mut barrier);
     barrier.expect(RobotId(1));
@@ -608,10 +619,10 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
     assert_eq!(
         (robot, incarnation, first),
         (RobotId(1), 2, 1),
-        "in this very tick"
+        "in this tick"
     );
     barrier.arrive(robot, incarnation);
-    assert_eq!(everybody(&mut barrier).len(), 2);
+    assert_eq!(step_all(&mut barrier).len(), 2);
     let joined = Input::Join {
         robot: "robot-1".to_owned(),
         incarnation: 2,
@@ -622,7 +633,7 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
 }
 
 #[test]
-fn who_was_given_up_may_still_come_unless_another_has_the_place() {
+fn an_agent_that_was_given_up_may_arrive_unless_another_has_the_place() {
     let robots = ["robot-0", "robot-1"].map(|name| Robot {
         name: name.to_owned(),
         ..Robot::default()
@@ -644,8 +655,8 @@ fn who_was_given_up_may_still_come_unless_another_has_the_place() {
             barrier.arrive(RobotId(1), 2);
             assert!(barrier.start_if_all_here());
         }
-        assert_eq!(everybody(&mut barrier).len(), 2);
-        // One that is dead is not expected any more.
+        assert_eq!(step_all(&mut barrier).len(), 2);
+        // A dead agent is not expected any more.
         let incarnation = barrier.incarnation(RobotId(1)).unwrap();
         barrier.gone(RobotId(1), incarnation, true);
         finish(&mut barrier);
@@ -655,7 +666,7 @@ fn who_was_given_up_may_still_come_unless_another_has_the_place() {
 }
 
 #[test]
-fn the_clock_starts_without_robots_that_died_before_they_came_if_anybody_is_there() {
+fn the_clock_starts_without_robots_that_died_before_they_arrived_if_any_is_present() {
     let robots = ["robot-0", "robot-1"].map(|name| Robot {
         name: name.to_owned(),
         ..Robot::default()
@@ -663,15 +674,15 @@ fn the_clock_starts_without_robots_that_died_before_they_came_if_anybody_is_ther
     let mut barrier = Barrier::new(&robots, StepOrder::Simultaneous);
     barrier.start_without(RobotId(0));
     barrier.start_without(RobotId(1));
-    assert!(!barrier.start_if_all_here(), "nobody is there");
+    assert!(!barrier.start_if_all_here(), "no robot is present");
     barrier.invite("robot-0").unwrap();
-    assert!(!barrier.start_if_all_here(), "one is on its way");
+    assert!(!barrier.start_if_all_here(), "one is joining");
     barrier.arrive(RobotId(0), 1);
     assert!(barrier.start_if_all_here());
-    assert_eq!(everybody(&mut barrier).len(), 1);
+    assert_eq!(step_all(&mut barrier).len(), 1);
     let inputs = finish(&mut barrier).inputs;
     let gone = |input: &Input| matches!(input, Input::Gone { robot, incarnation: 0, .. } if robot == "robot-1");
     assert!(inputs.len() == 2 && inputs.iter().any(gone), "{inputs:?}");
-    // As any dead robot, it may come back.
+    // Like any dead robot, it may come back.
     assert_eq!(barrier.invite("robot-1").unwrap(), (RobotId(1), 1, 2));
 }

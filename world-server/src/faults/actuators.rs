@@ -1,6 +1,6 @@
-//! Broken actuators: what a body does instead of what it is told.
+//! Broken actuators: the conversion of commands into the actual motion of a body.
 //!
-//! Several faults of one robot act one after the other, in the order in which they were armed.
+//! Several faults of one robot act one after the other, in the order of arming.
 
 use std::sync::Arc;
 
@@ -13,25 +13,22 @@ use super::schedule::FaultIndex;
 use crate::mission::WorldMission;
 use crate::world::limited;
 
-/// The broken actuators of all robots.
 #[derive(Clone, Debug)]
 pub struct Actuators {
-    /// By rank.
     bodies: Vec<Body>,
     roster: Arc<Roster>,
-    /// In the order of arming.
+    /// The defects in the order of arming.
     broken: Vec<(FaultIndex, RobotId, Defect)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Defect {
     Actuator(ActuatorMode),
-    /// Nothing is obeyed.
-    Deaf,
+    /// The body ignores all commands.
+    Unresponsive,
 }
 
 impl Actuators {
-    /// Intact actuators.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
@@ -43,13 +40,13 @@ impl Actuators {
         }
     }
 
-    /// Takes note of the faults that are in force, in the order of arming.
+    /// Sets the faults in force, in the order of arming.
     pub fn begin<'f>(&mut self, in_force: impl Iterator<Item = (FaultIndex, &'f Fault)>) {
         self.broken.clear();
         for (index, fault) in in_force {
             let (name, defect) = match fault {
                 Fault::Actuator(fault) => (&fault.robot, Defect::Actuator(fault.mode)),
-                Fault::Power(robot) | Fault::Babble(robot) => (robot, Defect::Deaf),
+                Fault::Power(robot) | Fault::Babble(robot) => (robot, Defect::Unresponsive),
                 _ => continue,
             };
             if let Some(robot) = self.roster.robot_named(name) {
@@ -58,17 +55,19 @@ impl Actuators {
         }
     }
 
-    /// Whether a body does anything of what it is told.
+    /// Checks whether a body executes any part of its commands.
     #[must_use]
     pub fn obey(&self, robot: RobotId) -> bool {
-        !self.broken.iter().any(|(_, whose, defect)| {
-            let is_lame = matches!(defect, Defect::Deaf | Defect::Actuator(ActuatorMode::Dead));
-            *whose == robot && is_lame
+        !self.broken.iter().any(|(_, owner, defect)| {
+            let is_unresponsive = matches!(
+                defect,
+                Defect::Unresponsive | Defect::Actuator(ActuatorMode::Dead)
+            );
+            *owner == robot && is_unresponsive
         })
     }
 
-    /// Turns the command of a robot into what its body does. Returns the faults that changed what an intact body would have
-    /// done, in the order of arming.
+    /// Replaces the command of a robot by the actual motion. Returns the faults that changed it, in the order of arming.
     #[inline]
     pub fn disobey(
         &self,
@@ -78,7 +77,7 @@ impl Actuators {
     ) -> Vec<FaultIndex> {
         match command {
             Some(command) if !self.broken.is_empty() => self.alter(mission, robot, command),
-            // As in most runs.
+            // Most runs have no broken actuators.
             _ => Vec::new(),
         }
     }
@@ -91,10 +90,10 @@ impl Actuators {
     ) -> Vec<FaultIndex> {
         let body = &self.bodies[robot.index()];
         let mut hits = Vec::new();
-        for (fault, _, defect) in self.broken.iter().filter(|(_, whose, _)| *whose == robot) {
-            let told = limited(body, *command);
-            *command = limited(body, defect.act(mission, body, told));
-            if *command != told {
+        for (fault, _, defect) in self.broken.iter().filter(|(_, owner, _)| *owner == robot) {
+            let intact = limited(body, *command);
+            *command = limited(body, defect.act(mission, body, intact));
+            if *command != intact {
                 hits.push(*fault);
             }
         }
@@ -103,50 +102,50 @@ impl Actuators {
 }
 
 impl Defect {
-    fn act(self, mission: &dyn WorldMission, body: &Body, mut told: Actuation) -> Actuation {
+    fn act(self, mission: &dyn WorldMission, body: &Body, mut command: Actuation) -> Actuation {
         let mode = match self {
             Self::Actuator(mode) => mode,
-            Self::Deaf => return Actuation::default(),
+            Self::Unresponsive => return Actuation::default(),
         };
         match mode {
-            ActuatorMode::Dead => slowed(told, 0.0),
-            ActuatorMode::Slowed(share) => slowed(told, share),
+            ActuatorMode::Dead => slowed(command, 0.0),
+            ActuatorMode::Slowed(share) => slowed(command, share),
             ActuatorMode::TurnBias(deg_s) => {
-                let moves = told.speed_m_s != 0.0 || told.turn_rad_s != 0.0;
+                let moves = command.speed_m_s != 0.0 || command.turn_rad_s != 0.0;
                 let bias_rad_s = if moves { deg_s.to_radians() } else { 0.0 };
                 Actuation {
-                    turn_rad_s: told.turn_rad_s + bias_rad_s,
-                    ..told
+                    turn_rad_s: command.turn_rad_s + bias_rad_s,
+                    ..command
                 }
             }
-            ActuatorMode::OneWheel(dead) => one_wheel(body, told, dead),
+            ActuatorMode::OneWheel(dead) => one_wheel(body, command, dead),
             ActuatorMode::Gripper => {
-                mission.disable("gripper", &mut told.deed);
-                told
+                mission.disable("gripper", &mut command.deed);
+                command
             }
         }
     }
 }
 
-fn slowed(told: Actuation, share: f32) -> Actuation {
+fn slowed(command: Actuation, share: f32) -> Actuation {
     Actuation {
-        speed_m_s: told.speed_m_s * share,
-        turn_rad_s: told.turn_rad_s * share,
-        ..told
+        speed_m_s: command.speed_m_s * share,
+        turn_rad_s: command.turn_rad_s * share,
+        ..command
     }
 }
 
-/// A differential drive with its wheels at the edges of the body, so a body's diameter apart, whose dead wheel stands still.
-fn one_wheel(body: &Body, told: Actuation, dead: Side) -> Actuation {
-    let from_turning_m_s = told.turn_rad_s * body.radius_m;
+/// Returns the motion of a differential drive whose dead wheel stands still. The wheels are a body's diameter apart.
+fn one_wheel(body: &Body, command: Actuation, dead: Side) -> Actuation {
+    let from_turning_m_s = command.turn_rad_s * body.radius_m;
     let (left_m_s, right_m_s) = match dead {
-        Side::Left => (0.0, told.speed_m_s + from_turning_m_s),
-        Side::Right => (told.speed_m_s - from_turning_m_s, 0.0),
+        Side::Left => (0.0, command.speed_m_s + from_turning_m_s),
+        Side::Right => (command.speed_m_s - from_turning_m_s, 0.0),
     };
     Actuation {
         speed_m_s: f32::midpoint(left_m_s, right_m_s),
         turn_rad_s: (right_m_s - left_m_s) / (2.0 * body.radius_m),
-        ..told
+        ..command
     }
 }
 
@@ -162,16 +161,16 @@ mod tests {
 
     const BLUE: RobotId = RobotId(0);
 
-    /// What becomes of a speed and a turn rate in degrees/s, and which faults did it. Limits: 0.5 m/s and 90 degrees/s;
-    /// radius 0.2 m.
+    /// Returns the actual speed and turn rate in degrees/s, and the faults that changed them. The limits are 0.5 m/s and
+    /// 90 degrees/s, the radius is 0.2 m.
     fn drive(modes: &[ActuatorMode], speed_m_s: f32, turn_deg_s: f32) -> (f32, f32, Vec<usize>) {
-        let told = Actuation {
+        let command = Actuation {
             speed_m_s,
             turn_rad_s: turn_deg_s.to_radians(),
             ..Actuation::default()
         };
         let faults = modes.iter().map(|mode| actuator(*mode)).collect::<Vec<_>>();
-        let (done, hits) = obeyed(&faults, BLUE, told);
+        let (done, hits) = execute(&faults, BLUE, command);
         (done.speed_m_s, done.turn_rad_s.to_degrees(), hits)
     }
 
@@ -182,11 +181,11 @@ mod tests {
         })
     }
 
-    fn obeyed(faults: &[Fault], robot: RobotId, told: Actuation) -> (Actuation, Vec<usize>) {
+    fn execute(faults: &[Fault], robot: RobotId, ordered: Actuation) -> (Actuation, Vec<usize>) {
         let mut actuators = Actuators::new(&default_setup(1));
         let faults = faults.iter().enumerate();
         actuators.begin(faults.map(|(index, fault)| (FaultIndex(index), fault)));
-        let mut command = Some(told);
+        let mut command = Some(ordered);
         let world = World::new(&default_setup(1), DRILL);
         let hits = actuators.disobey(world.mission(), robot, &mut command);
         let hits = hits.into_iter().map(|fault| fault.0).collect();
@@ -204,7 +203,7 @@ mod tests {
     fn a_dead_drive_neither_turns_nor_moves() {
         assert_drive(drive(&[ActuatorMode::Dead], 0.5, 90.0), 0.0, 0.0, true);
         assert_drive(drive(&[ActuatorMode::Dead], 0.0, 0.0), 0.0, 0.0, false);
-        // Nor does an intact one reverse.
+        // An intact drive does not reverse either.
         assert_drive(drive(&[ActuatorMode::Dead], -1.0, 0.0), 0.0, 0.0, false);
     }
 
@@ -227,21 +226,21 @@ mod tests {
         assert_drive(drive(&bias, 0.4, 0.0), 0.4, -10.0, true);
         assert_drive(drive(&bias, 0.0, 30.0), 0.0, 20.0, true);
         assert_drive(drive(&bias, 0.0, 0.0), 0.0, 0.0, false);
-        // At the limit already.
+        // The turn rate is at the limit already.
         assert_drive(drive(&bias, 0.0, -90.0), 0.0, -90.0, false);
     }
 
     #[test]
-    fn with_one_wheel_it_drives_round_the_other() {
+    fn a_robot_with_one_wheel_circles_the_other() {
         let left = [ActuatorMode::OneWheel(Side::Left)];
         let right = [ActuatorMode::OneWheel(Side::Right)];
-        // Its center goes round the wheel at its edge: speed = turn rate · radius.
+        // The center circles the wheel at the edge: speed = turn rate · radius.
         let round = (0.25_f32 / 0.2).to_degrees();
         assert_drive(drive(&left, 0.5, 0.0), 0.25, round, true);
         assert_drive(drive(&right, 0.5, 0.0), 0.25, -round, true);
         let half = 22.5_f32.to_radians() * 0.2;
         assert_drive(drive(&left, 0.0, 45.0), half, 22.5, true);
-        // The wheel that is left would go backwards: the body only turns.
+        // The other wheel would go backwards, so the body only turns.
         assert_drive(drive(&right, 0.0, 45.0), 0.0, 22.5, true);
         assert_drive(drive(&left, 0.0, 0.0), 0.0, 0.0, false);
     }
@@ -256,12 +255,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_intact_is_handed_on_as_it_is() {
-        let told = Actuation {
+    fn intact_actuators_do_not_change_commands() {
+        let command = Actuation {
             speed_m_s: 99.0,
             turn_rad_s: f32::INFINITY,
             ..Actuation::default()
         };
-        assert_eq!(obeyed(&[], BLUE, told), (told, vec![]));
+        assert_eq!(execute(&[], BLUE, command), (command, vec![]));
     }
 }

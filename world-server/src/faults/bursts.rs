@@ -1,12 +1,11 @@
-//! Bursts of losses: Gilbert's model (1960) with a loss in every bad and in no good tick.
+//! Loss bursts: Gilbert's model (1960) with a loss in every bad tick and in no good tick.
 //!
-//! Each directed link is a Markov chain of two states that makes one step per tick. With q for the probability to leave the bad
-//! state and r for that to enter it, bursts last 1/q ticks in the mean, and r/(r + q) of all ticks are bad; so q and r follow
-//! from the wanted length and share. A burst is no shorter than a tick. A share that bursts of that length cannot give, for
-//! r would be above 1, makes them longer.
+//! Each directed link is a Markov chain of two states with one transition per tick. With probability q to leave the bad state
+//! and r to enter it, bursts have a mean length of 1/q ticks, and a share r/(r + q) of all ticks is bad. A burst lasts at
+//! least one tick. If a share needs r > 1, the bursts get longer.
 //!
-//! A chain draws whether or not anybody speaks: one word per tick, the word `fault · 2⁴⁴ + tick` of its link's stream of
-//! [`Purpose::Burst`]. The first one, of the tick in which the fault is applied, decides the state to begin with.
+//! A chain draws one word per tick, with or without messages: the word `fault · 2⁴⁴ + tick` of its link's stream of
+//! [`Purpose::Burst`]. The word of the tick in which the fault is applied selects the initial state.
 
 use alliance_proto::ids::{RobotId, Tick};
 use alliance_proto::link::Probability;
@@ -16,19 +15,17 @@ use rand_chacha::ChaCha8Rng;
 
 use super::schedule::FaultIndex;
 
-/// Bursts of one fault on all directed links among some robots.
+/// The bursts of one fault on all directed links among the robots.
 #[derive(Clone, Debug)]
 pub(super) struct Bursts {
     enter: Probability,
     leave: Probability,
     robots: u16,
-    /// The tick that the chains are at.
+    /// The current tick of the chains.
     tick: Tick,
-    /// By sender and receiver.
     chains: Vec<Chain>,
 }
 
-/// A directed link.
 #[derive(Clone, Debug)]
 struct Chain {
     rng: ChaCha8Rng,
@@ -36,7 +33,7 @@ struct Chain {
 }
 
 impl Bursts {
-    /// A fault that is applied in that tick. `share` of all ticks are bad, in bursts of `mean_ticks`.
+    /// Creates the chains of a fault that is applied in `tick`. A `share` of all ticks is bad, in bursts of `mean_ticks`.
     pub fn new(
         seed: u64,
         robots: u16,
@@ -46,7 +43,7 @@ impl Bursts {
     ) -> Self {
         let leave = 1.0 / mean_ticks.max(1.0);
         let good = 1.0 - share;
-        // In the mean as many enter as leave: good · r = share · q.
+        // In the mean as many links enter as leave: good · r = share · q.
         let (enter, leave) = if share * leave <= good {
             (share * leave / good, leave)
         } else {
@@ -69,7 +66,7 @@ impl Bursts {
         }
     }
 
-    /// Goes on to that tick.
+    /// Advances all chains to `tick`.
     pub fn advance(&mut self, tick: Tick) {
         while self.tick < tick {
             self.tick += 1;
@@ -84,7 +81,7 @@ impl Bursts {
         }
     }
 
-    /// Whether everything on that link is lost in this tick.
+    /// Checks whether all messages on the link are lost in this tick.
     pub fn is_bad(&self, sender: RobotId, receiver: RobotId) -> bool {
         self.chains[sender.index() * usize::from(self.robots) + receiver.index()].bad
     }
@@ -97,7 +94,7 @@ mod tests {
     const SENDER: RobotId = RobotId(0);
     const RECEIVER: RobotId = RobotId(1);
 
-    /// Share of bad ticks and mean length of a burst on one link.
+    /// Measures the share of bad ticks and the mean length of a burst on one link.
     fn measure(seed: u64, share: f64, mean_ticks: f64) -> (f64, f64) {
         const TICKS: Tick = 400_000;
         let mut bursts = Bursts::new(seed, 2, (FaultIndex(0), 0), share, mean_ticks);
@@ -116,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn share_and_length_are_as_asked_for() {
+    fn share_and_length_match_the_request() {
         for seed in [1, 2, 3] {
             for (share, mean_ticks) in [(0.15, 10.0), (0.4, 40.0), (0.6, 3.0), (0.3, 1.0)] {
                 let (bad, length) = measure(seed, share, mean_ticks);
@@ -151,7 +148,7 @@ mod tests {
                 Bursts::new(seed, 2, (FaultIndex(3), 70), 0.25, 50.0).is_bad(SENDER, RECEIVER)
             })
             .count();
-        // 1000, with a standard deviation of 27.
+        // The mean is 1000, the standard deviation 27.
         assert!((910..1090).contains(&bad), "{bad}");
     }
 

@@ -1,7 +1,7 @@
 //! Random faults: a campaign as orders for the schedule.
 //!
-//! Each robot has a stream of its own, and each of its failures a place of its own in it. So neither another robot nor
-//! another mix changes when a robot fails and for how long, and what is drawn for one failure changes no other.
+//! Each robot has its own random stream, and each of its failures its own position there. So the failure and repair times
+//! depend on no other robot, no mix and no other failure.
 
 use alliance_proto::fault::{
     ActuatorFault, ActuatorMode, Campaign, Delay, Device, Fault, Loss, Order, SensorError,
@@ -16,14 +16,14 @@ use rand_chacha::ChaCha8Rng;
 
 use super::draws::{WORDS, exponential, uniform};
 
-/// Most random numbers that one failure takes.
+/// The largest number of random numbers per failure.
 const DRAWS: u64 = 16;
 
-/// What can be wrong with a robot, drawn at random. A kind of failure gives one fault, or two that go together.
+/// A function that draws a failure of one kind: one fault, or two related faults.
 type Draw = fn(&mut ChaCha8Rng, &Robot, Mission) -> Vec<Fault>;
 
-/// The random faults of a mission up to its limit, by time, with ids `random-1`, `random-2`, …. Each robot that is there from
-/// the start works for an exponentially distributed time, is out of order for another, and so on.
+/// Creates the random faults up to the mission's time limit, ordered by time, with the ids `random-1`, `random-2`, ….
+/// Robots present from the start alternate between working and failed periods of exponentially distributed length.
 #[must_use]
 pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order> {
     let mix = &campaign.mix;
@@ -49,7 +49,7 @@ pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order>
                 break;
             }
             let out = SimTime::from_secs_f64(exponential(&mut rng, campaign.mttr_s));
-            // An order lasts for 1 ms at least, and not beyond the range of its numbers.
+            // An order lasts at least 1 ms and stays within the range of its numbers.
             let out = out.clamp(SimTime(1), limit.max(SimTime(1)));
             for fault in weighted(&mut rng, &kinds)(&mut rng, robot, scenario.mission()) {
                 orders.push(Order {
@@ -61,7 +61,7 @@ pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order>
             repaired = at + out;
         }
     }
-    // Stable: of two at the same time, the robot of lower rank comes first.
+    // The sort is stable: at the same time, the robot of lower rank comes first.
     orders.sort_by_key(Order::at);
     for (index, order) in orders.iter_mut().enumerate() {
         order.id = Some(format!("{}{}", Campaign::ID_PREFIX, index + 1));
@@ -69,7 +69,7 @@ pub fn expand(campaign: &Campaign, scenario: &Scenario, seed: u64) -> Vec<Order>
     orders
 }
 
-/// One of them, as often as its weight says. At least one weight is above 0.
+/// Selects a kind with a probability proportional to its weight. At least one weight is above 0.
 fn weighted(rng: &mut ChaCha8Rng, kinds: &[(f64, Draw)]) -> Draw {
     let total: f64 = kinds.iter().map(|(weight, _)| weight).sum();
     let mut left = uniform(rng) * total;
@@ -100,10 +100,10 @@ fn babble(_: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     vec![Fault::Babble(robot.name.clone())]
 }
 
-/// Both directions of a radio at once.
+/// Draws a fault of both directions of a robot's radio.
 fn link(rng: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
-    let own = || Who::Robot(robot.name.clone());
-    let directions = [(own(), Who::All), (Who::All, own())];
+    let endpoint = || Who::Robot(robot.name.clone());
+    let directions = [(endpoint(), Who::All), (Who::All, endpoint())];
     match choice(rng, 3) {
         0 => {
             let p = between(rng, 0.3, 0.9);
@@ -146,7 +146,7 @@ fn actuator(rng: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
     vec![random_actuator_fault(rng, robot)]
 }
 
-/// Any device that the robot has, in any way in which it can fail.
+/// Draws a fault of any device that the robot has, in any possible mode.
 #[must_use]
 pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission) -> Fault {
     let side_sensor = robot.has_device(Robot::SIDE_BORDER);
@@ -183,7 +183,7 @@ pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission
     })
 }
 
-/// Any motor or the gripper, in any way in which it can fail.
+/// Draws a fault of any motor or the gripper, in any possible mode.
 #[must_use]
 pub fn random_actuator_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
     let mode = match choice(rng, 5) {
@@ -199,12 +199,12 @@ pub fn random_actuator_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
     })
 }
 
-/// A number from 0 to below `count`.
+/// Draws an integer in `0..count`.
 fn choice(rng: &mut ChaCha8Rng, count: usize) -> usize {
     (uniform(rng) * count as f64) as usize
 }
 
-/// To two decimals: people read them.
+/// Draws a number with two decimals, for readable orders.
 fn between(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f64 {
     let value = from + (to - from) * uniform(rng);
     (value * 100.0).round() / 100.0
@@ -234,22 +234,22 @@ mod tests {
         scenario
     }
 
-    /// When a robot fails and for how long, once for faults that go together.
+    /// Returns the time and duration of each failure of a robot. Related faults count once.
     fn failures(orders: &[Order], robot: &str) -> Vec<(u64, u64)> {
-        let own = orders.iter().filter(|order| match &order.fault {
+        let matching = orders.iter().filter(|order| match &order.fault {
             Fault::Drop(Loss { from, to, .. }) | Fault::Delay(Delay { from, to, .. }) => {
                 [from, to].iter().any(|who| who.as_str() == robot)
             }
             fault => fault.robot() == Some(robot),
         });
-        let times = own.map(|order| (order.at().unwrap().0, order.duration().unwrap().0));
+        let times = matching.map(|order| (order.at().unwrap().0, order.duration().unwrap().0));
         let mut times: Vec<_> = times.collect();
         times.dedup();
         times
     }
 
     #[test]
-    fn every_order_is_one_that_the_world_obeys() {
+    fn every_order_is_valid() {
         let scenario = long(|_| {});
         let orders = expand(&Campaign::default(), &scenario, 1);
         for (index, order) in orders.iter().enumerate() {
@@ -270,7 +270,7 @@ mod tests {
             assert!((count - 1e6 / 150.0).abs() < 250.0, "{count}");
             let repair_s = failures.iter().map(|(_, out)| *out as f64).sum::<f64>() / 1000.0;
             assert!((repair_s / count - 30.0).abs() < 1.5, "{repair_s}");
-            // One after the other.
+            // Failures do not overlap.
             assert!(
                 failures
                     .windows(2)
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mix_decides_how_often_each_kind_comes() {
+    fn the_mix_sets_the_frequency_of_each_kind() {
         let orders = expand(&Campaign::default(), &long(|_| {}), 1);
         let count = |name: &str| {
             orders
@@ -292,14 +292,14 @@ mod tests {
             let got = count(name) as f64;
             assert!((got / wanted - 1.0).abs() < 0.1, "{name}: {got}");
         };
-        // Of 20,000 failures, by weights of 9 in all.
+        // 20,000 failures with a total weight of 9.
         near("kill", 20_000.0 / 9.0);
         near("pause", 20_000.0 / 9.0);
         near("sensor", 40_000.0 / 9.0);
         near("actuator", 40_000.0 / 9.0);
         near("power", 10_000.0 / 9.0);
         near("babble", 10_000.0 / 9.0);
-        // A third each of the links, and in two directions.
+        // Each of the three link kinds has a third; two of them have two directions.
         near("drop", 80_000.0 / 27.0);
         near("delay", 80_000.0 / 27.0);
         assert_eq!(count("mute"), count("deaf"));
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn all_devices_and_modes_come_but_none_that_the_robot_lacks() {
+    fn all_devices_and_modes_occur_except_missing_devices() {
         let orders = expand(&Campaign::default(), &long(|_| {}), 1);
         let mut seen = BTreeSet::new();
         for order in &orders {
@@ -328,7 +328,7 @@ mod tests {
                 _ => {}
             }
         }
-        // Five devices that tell lengths in five ways, two others in three; five actuator modes.
+        // Five devices with lengths have five modes, two others three; actuators have five modes.
         assert_eq!(seen.len(), 5 * 5 + 2 * 3 + 5);
     }
 
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn one_kind_alone_and_absent_robots_are_left_alone() {
+    fn a_single_kind_is_possible_and_absent_robots_have_no_faults() {
         let only = Campaign {
             mix: Mix {
                 kill: 0.0,

@@ -4,21 +4,21 @@ use std::f64::consts::TAU;
 
 use rand::Rng;
 
-/// Most 32-bit words that one of these takes from a stream.
+/// The largest number of 32-bit words that one draw takes from a stream.
 pub(super) const WORDS: u64 = 4;
 
-/// In [0, 1), evenly distributed.
+/// Draws a uniformly distributed number in [0, 1).
 pub(super) fn uniform(rng: &mut impl Rng) -> f64 {
     const RESOLUTION: f64 = 1.0 / (1_u64 << 53) as f64;
     (rng.next_u64() >> 11) as f64 * RESOLUTION
 }
 
-/// Normally distributed with mean 0 and standard deviation 1 (Box and Muller 1958).
+/// Draws a normally distributed number with mean 0 and standard deviation 1 (Box and Muller 1958).
 pub(super) fn normal(rng: &mut impl Rng) -> f64 {
     exponential(rng, 2.0).sqrt() * libm::cos(TAU * uniform(rng))
 }
 
-/// Exponentially distributed with that mean.
+/// Draws an exponentially distributed number.
 pub(super) fn exponential(rng: &mut impl Rng, mean: f64) -> f64 {
     -mean * libm::log(1.0 - uniform(rng))
 }
@@ -31,7 +31,7 @@ mod tests {
 
     const COUNT: usize = 100_000;
 
-    /// Mean and variance of many draws.
+    /// Computes the mean and the variance of many draws.
     fn moments(mut draw: impl FnMut() -> f64) -> (f64, f64) {
         let values: Vec<f64> = (0..COUNT).map(|_| draw()).collect();
         let mean = values.iter().sum::<f64>() / COUNT as f64;
@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn none_takes_more_words_than_it_says() {
+    fn no_draw_uses_more_than_the_declared_words() {
         let mut rng = stream(1, Purpose::Sensor);
         normal(&mut rng);
         assert_eq!(rng.get_word_pos(), u128::from(WORDS));

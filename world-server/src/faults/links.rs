@@ -1,7 +1,7 @@
-//! Link faults: the state of every directed link in a tick, composed of all that is in force (DESIGN §6), and which fault is
-//! to blame for what became of a message.
+//! Link faults: the state of every directed link in a tick, and the faults that caused the delivery of a message.
 //!
-//! What befalls a message is decided by the state of its link in the tick whose manifest lists it; the receiver applies it.
+//! The state of the link in the tick whose manifest lists a message determines its delivery. The receiver applies that
+//! state.
 
 #[cfg(test)]
 mod tests;
@@ -19,7 +19,6 @@ use glam::Vec2;
 use super::bursts::Bursts;
 use super::schedule::FaultIndex;
 
-/// All directed links of a team.
 #[derive(Clone, Debug)]
 pub struct Links {
     seed: u64,
@@ -27,42 +26,39 @@ pub struct Links {
     step: SimTime,
     order: StepOrder,
     tick: Tick,
-    /// The link faults in force.
-    acting: Vec<Acting>,
-    /// Those that doubled messages, with the tick in which they no longer did: a second copy may come long after.
-    healed: Vec<(Acting, Tick)>,
-    /// By rank; up to date while a radio range is in force.
+    active: Vec<ActiveFault>,
+    /// The ended faults that duplicated messages, with the tick of their end. A second copy can arrive long afterwards.
+    healed: Vec<(ActiveFault, Tick)>,
+    /// The positions, indexed by rank. They are current only while a radio range is in force.
     positions: Vec<Vec2>,
 }
 
-/// A link fault in force.
 #[derive(Clone, Debug)]
-struct Acting {
+struct ActiveFault {
     fault: FaultIndex,
     /// The tick in which it was applied.
     since: Tick,
     scope: Scope,
-    /// What befalls the links in its scope, but for bursts.
+    /// The effect on the links in the scope, without bursts.
     state: LinkState,
     bursts: Option<Bursts>,
 }
 
-/// The directed links that a fault concerns.
+/// The directed links that a fault affects.
 #[derive(Clone, Debug)]
 enum Scope {
-    /// Senders and receivers, by rank.
+    /// Senders and receivers, indexed by rank.
     Between { from: Vec<bool>, to: Vec<bool> },
-    /// Across groups, by rank; `None` is in no group.
+    /// Groups, indexed by rank; `None` means no group.
     Across {
         groups: Vec<Option<usize>>,
         one_way: bool,
     },
-    /// Farther apart than this, m.
+    /// The distance beyond which links are cut, m.
     Beyond(f32),
 }
 
 impl Links {
-    /// Links without faults.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         Self {
@@ -71,14 +67,13 @@ impl Links {
             step: SimTime(setup.scenario.step_ms),
             order: setup.step_order,
             tick: 0,
-            acting: Vec::new(),
+            active: Vec::new(),
             healed: Vec::new(),
             positions: Vec::new(),
         }
     }
 
-    /// Begins a tick, or the same one anew after a fault was applied or cleared in it: the faults in force, of which those
-    /// that concern no link are passed over, and where the robots are, m.
+    /// Starts a tick with the faults in force and the robots' positions, m. Call it again after a fault changed in the same tick.
     pub fn begin<'f>(
         &mut self,
         tick: Tick,
@@ -87,64 +82,64 @@ impl Links {
     ) {
         self.tick = tick;
         let mut in_force = in_force.peekable();
-        if self.acting.is_empty() && in_force.peek().is_none() {
-            // As in most runs.
+        if self.active.is_empty() && in_force.peek().is_none() {
+            // Most runs have no faults.
             return;
         }
-        let mut before = std::mem::take(&mut self.acting);
+        let mut before = std::mem::take(&mut self.active);
         for (index, fault) in in_force {
-            let known = before.iter().position(|acting| acting.fault == index);
-            let acting = match known {
+            let known = before.iter().position(|active| active.fault == index);
+            let active = match known {
                 Some(place) => Some(before.swap_remove(place)),
                 None => self.apply(index, fault),
             };
-            if let Some(mut acting) = acting {
-                if let Some(bursts) = &mut acting.bursts {
+            if let Some(mut active) = active {
+                if let Some(bursts) = &mut active.bursts {
                     bursts.advance(tick);
                 }
-                self.acting.push(acting);
+                self.active.push(active);
             }
         }
-        before.retain(|acting| acting.state.duplicate > Probability::NEVER);
-        self.healed.extend(before.into_iter().map(|acting| {
+        before.retain(|active| active.state.duplicate > Probability::NEVER);
+        self.healed.extend(before.into_iter().map(|active| {
             let bursts = None;
-            (Acting { bursts, ..acting }, tick)
+            (ActiveFault { bursts, ..active }, tick)
         }));
 
-        let by_distance = |acting: &Acting| matches!(acting.scope, Scope::Beyond(_));
-        if self.acting.iter().any(by_distance) {
+        let by_distance = |active: &ActiveFault| matches!(active.scope, Scope::Beyond(_));
+        if self.active.iter().any(by_distance) {
             let robots = (0..self.roster.names().len() as u16).map(RobotId);
             self.positions = robots.map(position).collect();
         }
     }
 
-    /// What befalls messages from `sender` to `receiver` in this tick; `None` is nothing.
+    /// Returns the state of the link from `sender` to `receiver` in this tick; `None` if no fault affects it.
     #[must_use]
     #[inline]
     pub fn state(&self, sender: RobotId, receiver: RobotId) -> Option<LinkState> {
-        // As in most runs.
-        if self.acting.is_empty() {
+        // Most runs have no link faults.
+        if self.active.is_empty() {
             return None;
         }
-        self.state_by_acting(sender, receiver)
+        self.combined_state(sender, receiver)
     }
 
-    fn state_by_acting(&self, sender: RobotId, receiver: RobotId) -> Option<LinkState> {
+    fn combined_state(&self, sender: RobotId, receiver: RobotId) -> Option<LinkState> {
         let states = self
-            .acting
+            .active
             .iter()
-            .map(|acting| self.done_by(acting, sender, receiver));
+            .map(|active| self.effect_of(active, sender, receiver));
         states
             .reduce(LinkState::and)
             .filter(|state| !state.is_clear())
     }
 
-    /// Writes to `held` the senders whose messages to `receiver` are held back in this tick, by rank.
+    /// Writes the senders, by rank, whose messages to `receiver` are held back in this tick to `held`.
     #[inline]
     pub fn held(&self, receiver: RobotId, held: &mut Vec<RobotId>) {
         held.clear();
-        // In most runs there is none at all.
-        if !self.acting.iter().any(|acting| acting.state.hold) {
+        // Most runs hold no messages.
+        if !self.active.iter().any(|active| active.state.hold) {
             return;
         }
         let senders = (0..self.roster.names().len() as u16).map(RobotId);
@@ -154,10 +149,10 @@ impl Links {
         held.extend(senders);
     }
 
-    /// The faults that may have brought about what `receiver` reports of a message in this tick, each once.
+    /// Returns the faults that may have caused a reported delivery in this tick, each once.
     ///
-    /// A message that is kept counts when it is [`Delivery::Pending`], not once more when it is heard; one that was due while its
-    /// receiver was out is cut by none of these faults.
+    /// A delayed message counts only when it becomes [`Delivery::Pending`]. No link fault causes the cut of a message that is due
+    /// while its receiver is out.
     pub fn causes(
         &self,
         receiver: RobotId,
@@ -166,52 +161,52 @@ impl Links {
         let (sender, delivery) = (reception.sender, reception.delivery);
         let listed = self.listed(sender, receiver, reception.sent);
         let is_new = listed == self.tick;
-        // Holding comes before delaying and overtaking.
+        // A hold precedes delays and reordering.
         let is_held = delivery == Delivery::Pending
             && (self.state(sender, receiver)).is_some_and(|state| state.hold);
-        let acting = self.acting.iter().filter(move |acting| {
-            let state = self.done_by(acting, sender, receiver);
+        let active = self.active.iter().filter(move |active| {
+            let state = self.effect_of(active, sender, receiver);
             match delivery {
                 Delivery::Dropped => is_new && state.drop > Probability::NEVER,
                 Delivery::Cut => is_new && state.cut,
                 Delivery::Pending if is_held => is_new && state.hold,
                 Delivery::Pending => is_new && state.may_delay(),
                 Delivery::Duplicate => {
-                    acting.since <= listed && state.duplicate > Probability::NEVER
+                    active.since <= listed && state.duplicate > Probability::NEVER
                 }
                 Delivery::Heard | Delivery::Lost | Delivery::Delayed => false,
             }
         });
-        let healed = self.healed.iter().filter(move |(acting, until)| {
+        let healed = self.healed.iter().filter(move |(active, until)| {
             delivery == Delivery::Duplicate
-                && (acting.since..*until).contains(&listed)
-                && self.done_by(acting, sender, receiver).duplicate > Probability::NEVER
+                && (active.since..*until).contains(&listed)
+                && self.effect_of(active, sender, receiver).duplicate > Probability::NEVER
         });
         healed
-            .map(|(acting, _)| acting.fault)
-            .chain(acting.map(|acting| acting.fault))
+            .map(|(active, _)| active.fault)
+            .chain(active.map(|active| active.fault))
     }
 
-    /// The tick whose manifest listed what was sent then.
+    /// Returns the tick whose manifest listed a message sent at `sent`.
     fn listed(&self, sender: RobotId, receiver: RobotId, sent: SimTime) -> Tick {
         let at_once = self.order == StepOrder::InOrder && sender < receiver;
         sent.0 / self.step.0 + Tick::from(!at_once)
     }
 
-    /// What one fault does to a link in this tick.
-    fn done_by(&self, acting: &Acting, sender: RobotId, receiver: RobotId) -> LinkState {
-        if !self.concerns(&acting.scope, sender, receiver) {
+    /// Returns the effect of one fault on a link in this tick.
+    fn effect_of(&self, active: &ActiveFault, sender: RobotId, receiver: RobotId) -> LinkState {
+        if !self.concerns(&active.scope, sender, receiver) {
             return LinkState::default();
         }
-        let bursts = acting.bursts.as_ref();
+        let bursts = active.bursts.as_ref();
         let is_bad = bursts.is_some_and(|bursts| bursts.is_bad(sender, receiver));
         LinkState {
             drop: if is_bad {
                 Probability::ALWAYS
             } else {
-                acting.state.drop
+                active.state.drop
             },
-            ..acting.state
+            ..active.state
         }
     }
 
@@ -230,8 +225,8 @@ impl Links {
         }
     }
 
-    /// A fault that takes effect in this tick; `None` if it concerns no link.
-    fn apply(&self, fault: FaultIndex, what: &Fault) -> Option<Acting> {
+    /// Creates the state of a fault that takes effect in this tick; `None` if it affects no link.
+    fn apply(&self, fault: FaultIndex, what: &Fault) -> Option<ActiveFault> {
         let clear = LinkState::default();
         let cut = LinkState { cut: true, ..clear };
         let (scope, state, loss) = match what {
@@ -306,7 +301,7 @@ impl Links {
             }
             _ => return None,
         };
-        let mut acting = Acting {
+        let mut active = ActiveFault {
             fault,
             since: self.tick,
             scope,
@@ -318,12 +313,12 @@ impl Links {
                 let mean_ticks = burst_s / self.step.as_secs_f64();
                 let applied = (fault, self.tick);
                 let robots = self.roster.names().len() as u16;
-                acting.bursts = Some(Bursts::new(self.seed, robots, applied, share, mean_ticks));
+                active.bursts = Some(Bursts::new(self.seed, robots, applied, share, mean_ticks));
             }
-            Some((share, _)) => acting.state.drop = Probability::of(share),
+            Some((share, _)) => active.state.drop = Probability::of(share),
             None => {}
         }
-        Some(acting)
+        Some(active)
     }
 
     fn between(&self, from: &Who, to: &Who) -> Scope {

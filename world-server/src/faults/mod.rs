@@ -1,9 +1,9 @@
-//! Faults as the world sees them (DESIGN §6). Pure.
+//! Faults of messages, sensors, actuators, skills and processes. The code is pure.
 //!
-//! - [`schedule`]: when they begin and end.
-//! - [`links`]: what they do to messages; bursts of losses are in `bursts`.
-//! - [`sensors`], [`actuators`]: what stands between a robot's mind and its body while they are in force. [`skills`]: what it does worse.
-//! - [`campaign`]: random faults, as orders for the schedule. `draws`: what chance does to all of them.
+//! - [`schedule`]: begin and end of faults.
+//! - [`links`]: effects on messages; `bursts` contains the loss bursts.
+//! - [`sensors`], [`actuators`]: effects between a robot's controller and its body. [`skills`]: impaired skills.
+//! - [`campaign`]: random faults as orders for the schedule. `draws`: random numbers for all modules.
 //!
 //! Faults of the world itself are [interruptions](crate::interruption).
 

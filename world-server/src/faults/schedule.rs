@@ -1,28 +1,25 @@
-//! When faults begin and end: triggers, durations, phases and hits. Knows nothing of what a fault does.
+//! Begin and end of faults: triggers, durations, phases and hits. The schedule does not depend on the effects of faults.
 
 use alliance_proto::control::{FaultStatus, Phase};
 use alliance_proto::fault::{Fault, Order, Role, When};
 use alliance_proto::time::SimTime;
 
-/// A fault of the run, by its place in the order in which they were armed.
+/// The index of a fault of the run, in the order of arming.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FaultIndex(pub usize);
 
-/// What the schedule asks for at the beginning of a tick.
+/// A transition of a fault at the beginning of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// The fault takes effect.
     Apply(FaultIndex),
-    /// It is over.
     Heal(FaultIndex),
 }
 
-/// An order with an id that another fault of the run has.
+/// An order whose id another fault of the run has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("id: '{0}' is the id of another fault of this run; give it another one, or none")]
+#[error("id: '{0}' is already the id of another fault of this run; choose another id, or omit it")]
 pub struct TakenId(pub String);
 
-/// All faults of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Schedule {
     entries: Vec<Entry>,
@@ -31,35 +28,34 @@ pub struct Schedule {
 #[derive(Clone, Debug)]
 struct Entry {
     status: FaultStatus,
-    /// What was ordered, where it befalls a role; the status names the robot that it has befallen last.
-    of_role: Option<Fault>,
-    /// When it takes effect next.
+    /// The original order if its target is a role. The status contains the selected robot.
+    role_order: Option<Fault>,
+    /// The time at which the fault takes effect next.
     due: Option<SimTime>,
-    /// When it heals.
     until: Option<SimTime>,
-    /// Hits before it was applied last.
+    /// The number of hits before the fault was applied last.
     earlier_hits: u64,
 }
 
 impl Entry {
-    /// Whether there is a robot that it befalls. Of a fault that befalls a role, the status then names that robot.
-    fn finds_victim<'n>(&mut self, with_role: impl Fn(Role<'_>) -> Option<&'n str>) -> bool {
-        let Some(asked) = &self.of_role else {
+    /// Checks whether the fault has a target robot, and writes the holder of its role to the status.
+    fn resolve_target<'n>(&mut self, with_role: impl Fn(Role<'_>) -> Option<&'n str>) -> bool {
+        let Some(ordered) = &self.role_order else {
             return true;
         };
-        let victim = asked.role().and_then(with_role);
-        if let Some(robot) = victim {
-            self.status.order.fault = asked.of_robot(robot);
+        let target = ordered.role().and_then(with_role);
+        if let Some(robot) = target {
+            self.status.order.fault = ordered.of_robot(robot);
         }
-        victim.is_some()
+        target.is_some()
     }
 }
 
 impl Schedule {
-    /// Arms a fault from `now` on: by its own id, or as `f1`, `f2`, ….
+    /// Arms a fault from `now` on, with its own id or as `f1`, `f2`, ….
     ///
     /// # Errors
-    /// When another fault has the id.
+    /// If another fault has the id.
     pub fn arm(&mut self, mut order: Order, now: SimTime) -> Result<FaultIndex, TakenId> {
         let id = self.name_for(order.id.take(), &[])?;
         order.id = Some(id.clone());
@@ -71,7 +67,7 @@ impl Schedule {
             due,
             until: None,
             earlier_hits: 0,
-            of_role: order.fault.role().is_some().then(|| order.fault.clone()),
+            role_order: order.fault.role().is_some().then(|| order.fault.clone()),
             status: FaultStatus {
                 id,
                 order,
@@ -85,13 +81,17 @@ impl Schedule {
         Ok(FaultIndex(self.entries.len() - 1))
     }
 
-    /// The id of a fault that is to be armed: the one asked for, or a new one.
+    /// Returns the id of a fault to be armed: the requested id or a new one.
     ///
     /// # Errors
-    /// When another fault has it, or it is among the reserved ones.
-    pub fn name_for(&self, asked: Option<String>, reserved: &[&str]) -> Result<String, TakenId> {
+    /// If another fault has the id, or it is reserved.
+    pub fn name_for(
+        &self,
+        requested: Option<String>,
+        reserved: &[&str],
+    ) -> Result<String, TakenId> {
         let is_taken = |id: &str| self.find(id).is_some() || reserved.contains(&id);
-        match asked {
+        match requested {
             Some(id) if is_taken(&id) => Err(TakenId(id)),
             Some(id) => Ok(id),
             None => {
@@ -104,31 +104,29 @@ impl Schedule {
         }
     }
 
-    /// The fault of that id.
     #[must_use]
     pub fn find(&self, id: &str) -> Option<FaultIndex> {
         let place = self.entries.iter().position(|entry| entry.status.id == id);
         place.map(FaultIndex)
     }
 
-    /// A fault as it stands.
     #[must_use]
     pub fn status(&self, fault: FaultIndex) -> &FaultStatus {
         &self.entries[fault.0].status
     }
 
-    /// All faults, in the order in which they were armed.
+    /// Returns the statuses of all faults, in the order of arming.
     pub fn statuses(&self) -> impl Iterator<Item = &FaultStatus> {
         self.entries.iter().map(|entry| &entry.status)
     }
 
-    /// Simulated time at which it takes effect; `None` if it waits for an event.
+    /// Returns the simulated time at which a fault takes effect; `None` if it waits for an event.
     #[must_use]
     pub fn due(&self, fault: FaultIndex) -> Option<SimTime> {
         self.entries[fault.0].due
     }
 
-    /// The faults in force.
+    /// Returns the faults in force by index.
     pub fn in_force(&self) -> impl Iterator<Item = (FaultIndex, &Fault)> {
         self.entries
             .iter()
@@ -137,9 +135,8 @@ impl Schedule {
             .map(|(index, entry)| (FaultIndex(index), &entry.status.order.fault))
     }
 
-    /// What is due at `now`: first all that heals, then all that takes effect, each in the order of arming. Ask again until
-    /// nothing is due: something armed meanwhile may be. What befalls a role waits until somebody has it; `with_role`
-    /// names the robot.
+    /// Performs and returns the next transition due at `now`: first healing, then taking effect, each in the order of arming. Call
+    /// it until it returns `None`. A fault of a role waits for a robot in that role, which `with_role` returns.
     pub fn next<'n>(
         &mut self,
         now: SimTime,
@@ -153,12 +150,11 @@ impl Schedule {
         let index = self
             .entries
             .iter_mut()
-            .position(|entry| is_due(entry.due) && entry.finds_victim(&with_role))?;
+            .position(|entry| is_due(entry.due) && entry.resolve_target(&with_role))?;
         self.apply(FaultIndex(index), now);
         Some(Turn::Apply(FaultIndex(index)))
     }
 
-    /// Puts a fault in force.
     pub fn apply(&mut self, fault: FaultIndex, now: SimTime) {
         let entry = &mut self.entries[fault.0];
         let order = &entry.status.order;
@@ -176,7 +172,7 @@ impl Schedule {
         entry.status.failed = None;
     }
 
-    /// What a fault asks for could not be done.
+    /// Records the reason why the effect of a fault was impossible.
     pub fn fail(&mut self, fault: FaultIndex, why: &str) {
         self.entries[fault.0].status.failed = Some(why.to_owned());
     }
@@ -192,14 +188,14 @@ impl Schedule {
         };
     }
 
-    /// Whether a fault in force neither heals by itself nor comes again.
+    /// Checks whether a fault in force neither heals by itself nor repeats.
     #[must_use]
     pub fn is_for_good(&self, fault: FaultIndex) -> bool {
         let entry = &self.entries[fault.0];
         entry.until.is_none() && entry.due.is_none()
     }
 
-    /// Heals a fault before its time, or disarms it, for good. Says whether it was in force; `None` if it was over already.
+    /// Heals or disarms a fault permanently. Returns whether it was in force; `None` if it had already ended.
     pub fn clear(&mut self, fault: FaultIndex, now: SimTime) -> Option<bool> {
         let entry = &mut self.entries[fault.0];
         let phase = entry.status.phase;
@@ -215,7 +211,7 @@ impl Schedule {
         Some(phase == Phase::InForce)
     }
 
-    /// Whether time alone will bring a robot back: then the clock goes on even when nobody takes part.
+    /// Checks whether time alone brings a robot back. Then the clock continues without robots.
     #[must_use]
     pub fn brings_robots_back(&self) -> bool {
         self.entries.iter().any(|entry| {
@@ -233,7 +229,7 @@ impl Schedule {
         })
     }
 
-    /// The faults that still wait for an event.
+    /// Returns the faults that wait for an event.
     pub fn waiting(&self) -> impl Iterator<Item = (FaultIndex, &When)> {
         self.entries
             .iter()
@@ -245,12 +241,12 @@ impl Schedule {
             })
     }
 
-    /// The event that a fault waited for has happened: it takes effect at that time.
+    /// Schedules a fault after the event that it waited for.
     pub fn trigger(&mut self, fault: FaultIndex, at: SimTime) {
         self.entries[fault.0].due = Some(at);
     }
 
-    /// Counts what a fault has changed. Says whether that is the first since it was applied.
+    /// Adds hits to a fault and returns whether these are the first since it was applied.
     pub fn hit(&mut self, fault: FaultIndex, count: u64) -> bool {
         let entry = &mut self.entries[fault.0];
         let first = entry.status.hits == entry.earlier_hits && count > 0;
@@ -294,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_that_has_passed_is_now_and_without_a_time_it_is_now_too() {
+    fn past_and_missing_times_mean_now() {
         let mut schedule = Schedule::default();
         let late = order(r#"{"fault":{"mute":"blue"},"at_s":1}"#);
         schedule.arm(late, SimTime(5000)).unwrap();
@@ -305,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_heals_goes_before_what_begins() {
+    fn healing_precedes_new_faults() {
         let mut schedule = Schedule::default();
         let begins = order(r#"{"fault":{"mute":"blue"},"at_s":1}"#);
         let heals = order(r#"{"fault":{"deaf":"blue"},"for_s":1}"#);
@@ -316,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_periodic_one_comes_again_and_counts_its_first_hits_anew() {
+    fn a_periodic_fault_repeats_and_reports_a_first_hit_each_time() {
         let mut schedule = Schedule::default();
         let again = order(r#"{"fault":{"mute":"blue"},"at_s":1,"every_s":2,"for_s":0.5}"#);
         schedule.arm(again, SimTime(0)).unwrap();
@@ -336,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_befalls_a_role_waits_for_a_robot_that_has_it_and_finds_one_anew_each_time() {
+    fn a_fault_of_a_role_waits_for_a_robot_and_selects_one_each_time() {
         let mut schedule = Schedule::default();
         let again = r#"{"fault":{"mute":"executing:lift"},"at_s":1,"every_s":2,"for_s":1}"#;
         schedule.arm(order(again), SimTime(0)).unwrap();
@@ -346,26 +342,26 @@ mod tests {
         let by = |robot: &'static str| {
             move |role: Role<'_>| (role == Role::Executing("lift")).then_some(robot)
         };
-        let nobody = |_: Role<'_>| None;
-        // Nobody does it: the next one has its turn.
-        assert_eq!(schedule.next(SimTime(1000), nobody), Some(Turn::Apply(B)));
-        assert_eq!(schedule.next(SimTime(1000), nobody), None);
+        let no_robot = |_: Role<'_>| None;
+        // No robot has the role, so the next fault has its turn.
+        assert_eq!(schedule.next(SimTime(1000), no_robot), Some(Turn::Apply(B)));
+        assert_eq!(schedule.next(SimTime(1000), no_robot), None);
         assert_eq!(schedule.status(A).phase, Phase::Armed);
         assert_eq!(
             schedule.next(SimTime(1050), by("gold")),
             Some(Turn::Apply(A))
         );
-        let victim =
+        let target =
             |schedule: &Schedule| schedule.status(A).order.fault.robot().map(str::to_owned);
-        assert_eq!(victim(&schedule).as_deref(), Some("gold"));
+        assert_eq!(target(&schedule).as_deref(), Some("gold"));
         assert_eq!(schedule.status(A).applied_ms, Some(SimTime(1050)));
-        assert_eq!(schedule.next(SimTime(2050), nobody), Some(Turn::Heal(A)));
+        assert_eq!(schedule.next(SimTime(2050), no_robot), Some(Turn::Heal(A)));
         assert_eq!(
             schedule.next(SimTime(3050), by("green")),
             Some(Turn::Apply(A))
         );
-        assert_eq!(victim(&schedule).as_deref(), Some("green"));
-        // Whoever is at nothing is asked for likewise.
+        assert_eq!(target(&schedule).as_deref(), Some("green"));
+        // A fault of an idle robot works in the same way.
         let idle = order(r#"{"fault":{"deaf":"idle"}}"#);
         let idle = schedule.arm(idle, SimTime(3100)).unwrap();
         assert_eq!(schedule.next(SimTime(3100), by("green")), None);
@@ -406,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn ids_are_given_and_taken_once() {
+    fn each_id_is_used_once() {
         let mut schedule = Schedule::default();
         let named = |id: &str| order(&format!(r#"{{"id":"{id}","fault":{{"mute":"blue"}}}}"#));
         schedule.arm(named("f2"), SimTime(0)).unwrap();

@@ -1,8 +1,8 @@
-//! Broken sensors: what a robot is told instead of what there is to sense.
+//! Broken sensors: the distortion of readings before a robot receives them.
 //!
-//! Several faults of one device act one after the other, in the order in which they were armed: the second distorts what the
-//! first has left. An error or a dropout depends on the seed, the robot, the tick, the device and how many faults of the same
-//! kind act on that device before it, and on nothing else.
+//! Several faults of one device act one after the other, in the order of arming, each on the result of the previous one. An
+//! error or a dropout depends only on the seed, the robot, the tick, the device and the number of earlier faults of the
+//! same kind on the device.
 
 use std::sync::Arc;
 
@@ -21,22 +21,20 @@ use super::schedule::FaultIndex;
 use crate::mission::WorldMission;
 use crate::world::wrapped;
 
-/// Devices of a robot that have draws of their own.
+/// The number of devices of a robot with separate random numbers.
 const DEVICES: u64 = 16;
 
-/// Most numbers that a device tells in one tick: eight places, x and y.
+/// The largest number of values of a device in one tick: eight places with x and y.
 const MOST_NUMBERS: u64 = 16;
 
-/// The broken sensors of all robots.
 #[derive(Clone, Debug)]
 pub struct Sensors {
     roster: Arc<Roster>,
     mission: Mission,
-    /// By rank: the stream that its errors and dropouts are drawn from.
+    /// The random streams of errors and dropouts, indexed by rank.
     draws: Vec<ChaCha8Rng>,
-    /// In the order of arming.
+    /// The defects in the order of arming.
     broken: Vec<Broken>,
-    /// Whether there ever were any.
     ever_broken: bool,
 }
 
@@ -45,7 +43,7 @@ struct Broken {
     fault: FaultIndex,
     robot: RobotId,
     defect: Defect,
-    /// Readings whose device says what a stuck one goes on telling.
+    /// The readings that a stuck device repeats.
     stuck_at: Option<Readings>,
 }
 
@@ -53,18 +51,17 @@ struct Broken {
 enum Defect {
     Device {
         device: Device,
-        /// Its place among the places that are drawn for.
+        /// The position of the device in the random stream.
         number: u64,
         mode: SensorMode,
-        /// How many faults of the same kind act on the device before.
+        /// The number of earlier faults of the same kind on the device.
         before: u64,
     },
-    /// The energy reads 0.
+    /// The energy reading is 0.
     NoPower,
 }
 
 impl Sensors {
-    /// Intact sensors.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let robots = (0..setup.roster.names().len() as u16).map(RobotId);
@@ -78,21 +75,21 @@ impl Sensors {
         }
     }
 
-    /// Whether no sensor has been broken in this run: what robots were told is what they sensed.
+    /// Checks whether no sensor has been broken in this run. Then all readings were undistorted.
     #[must_use]
     pub fn were_always_intact(&self) -> bool {
         !self.ever_broken
     }
 
-    /// Takes note of the faults that are in force in a tick, in the order of arming, before its first robot is asked. May be
-    /// called again in the same tick when others have come into force. `sent` is what a robot was sent last.
+    /// Sets the faults in force before the first tick message of a tick, in the order of arming. Call it again if faults come into
+    /// force in the tick. `sent` returns the last message to a robot.
     pub fn begin<'f>(
         &mut self,
         tick: Tick,
         in_force: impl Iterator<Item = (FaultIndex, &'f Fault)>,
         sent: impl Fn(RobotId) -> &'f TickMessage,
     ) {
-        let mut until_now = std::mem::take(&mut self.broken);
+        let mut previous = std::mem::take(&mut self.broken);
         for (fault, what) in in_force {
             let Some(robot) = self.rank_of(what) else {
                 continue;
@@ -107,10 +104,10 @@ impl Sensors {
                 Fault::Power(_) => Defect::NoPower,
                 _ => continue,
             };
-            let known = until_now.iter().position(|broken| broken.fault == fault);
+            let known = previous.iter().position(|broken| broken.fault == fault);
             let stuck_at = match known {
-                Some(known) => until_now.swap_remove(known).stuck_at,
-                None => told_before(sent(robot), tick),
+                Some(known) => previous.swap_remove(known).stuck_at,
+                None => recent_readings(sent(robot), tick),
             };
             self.ever_broken = true;
             self.broken.push(Broken {
@@ -122,8 +119,7 @@ impl Sensors {
         }
     }
 
-    /// Distorts what a robot senses in a tick into what it is told. Returns the faults that changed it, in the order of
-    /// arming.
+    /// Distorts the readings of a robot in a tick. Returns the faults that changed them, in the order of arming.
     #[inline]
     pub fn distort(
         &mut self,
@@ -132,14 +128,14 @@ impl Sensors {
         tick: Tick,
         readings: &mut Readings,
     ) -> Vec<FaultIndex> {
-        // As in most runs.
+        // Most runs have no broken sensors.
         if self.broken.is_empty() {
             return Vec::new();
         }
-        self.break_down(mission, robot, tick, readings)
+        self.apply_defects(mission, robot, tick, readings)
     }
 
-    fn break_down(
+    fn apply_defects(
         &mut self,
         mission: &dyn WorldMission,
         robot: RobotId,
@@ -163,14 +159,14 @@ impl Sensors {
         self.roster.robot_named(fault.robot()?)
     }
 
-    /// Four common ones, up to four of the mission's, the ground, and further ones of the mission's.
+    /// Returns the device's number: four common devices, up to four of the mission, the ground, the rest of the mission.
     fn number_of(&self, device: Device) -> u64 {
         const GROUND: usize = 8;
         let common = &Device::COMMON[..4];
-        let own = self.mission.terms().devices;
+        let mission_devices = self.mission.terms().devices;
         let number = match common.iter().position(|name| device == **name) {
             Some(number) => number,
-            None => match own.iter().position(|name| device == **name) {
+            None => match mission_devices.iter().position(|name| device == **name) {
                 Some(index) if common.len() + index < GROUND => common.len() + index,
                 Some(index) => common.len() + index + 1,
                 None => GROUND,
@@ -196,10 +192,10 @@ impl Sensors {
     }
 }
 
-/// What a robot was told in the tick before this one, or already in this one.
-fn told_before(sent: &TickMessage, tick: Tick) -> Option<Readings> {
-    let has_been_asked = sent.incarnation > 0;
-    (has_been_asked && sent.tick + 1 >= tick).then(|| sent.readings.clone())
+/// Returns the readings that a robot received in the previous or the current tick.
+fn recent_readings(sent: &TickMessage, tick: Tick) -> Option<Readings> {
+    let has_message = sent.incarnation > 0;
+    (has_message && sent.tick + 1 >= tick).then(|| sent.readings.clone())
 }
 
 impl Broken {
@@ -230,9 +226,9 @@ impl Broken {
             }
             SensorMode::Noise(size) => {
                 seek(draws, tick, number, before, 0);
-                mislead(mission, device, readings, size, || normal(draws) as f32);
+                add_error(mission, device, readings, size, || normal(draws) as f32);
             }
-            SensorMode::Bias(size) => mislead(mission, device, readings, size, || 1.0),
+            SensorMode::Bias(size) => add_error(mission, device, readings, size, || 1.0),
             SensorMode::Dropout(share) => {
                 seek(draws, tick, number, before, 1);
                 if uniform(draws) < share {
@@ -243,7 +239,7 @@ impl Broken {
     }
 }
 
-/// Goes to the place in a robot's stream that belongs to one fault of a device in one tick.
+/// Moves a robot's random stream to the position of one fault of a device in one tick.
 fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: u64, before: u64, kind: u64) {
     const FAULTS: u64 = 8;
     const KINDS: u64 = 2;
@@ -252,7 +248,7 @@ fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: u64, before: u64, kind: u64)
     draws.set_word_pos(place * u128::from(MOST_NUMBERS * WORDS));
 }
 
-/// Makes a device tell what it tells in other readings.
+/// Copies the values of one device from other readings.
 fn copy(mission: &dyn WorldMission, device: Device, from: &Readings, to: &mut Readings) {
     match device.as_str() {
         Device::POSITION => to.pose = from.pose,
@@ -260,13 +256,12 @@ fn copy(mission: &dyn WorldMission, device: Device, from: &Readings, to: &mut Re
         Device::SIDE_BORDER => to.side_border = from.side_border,
         Device::AVOIDANCE => to.proximity = from.proximity,
         Device::GROUND => to.ground = from.ground,
-        own => mission.copy_device(own, &from.mission, &mut to.mission),
+        name => mission.copy_device(name, &from.mission, &mut to.mission),
     }
 }
 
-/// Makes every number that a device tells wrong by an error in units of that size. Distances do not get negative, a free
-/// beam stays free.
-fn mislead(
+/// Adds an error to every value of a device, in units of `size`. Distances stay at or above 0, and a free beam stays free.
+fn add_error(
     mission: &dyn WorldMission,
     device: Device,
     readings: &mut Readings,
@@ -301,18 +296,18 @@ fn mislead(
                 &mut proximity.right,
             ];
             for beam in sides.into_iter().flatten() {
-                // Drawn for a free beam as well, so that one does not shift the others' draws.
+                // A free beam takes a draw, too, so that it does not shift the draws of the other beams.
                 let error_now = error();
                 if let Some(hit) = beam {
                     hit.distance_m = farther(hit.distance_m, error_now);
                 }
             }
         }
-        // It tells no lengths: an order that wants it is refused.
+        // The device has no lengths; the order check rejects such a fault.
         Device::GROUND => {}
-        own => {
+        name => {
             let sensed = &mut readings.mission;
-            mission.mislead(own, sensed, &mut || size.m * error());
+            mission.mislead(name, sensed, &mut || size.m * error());
         }
     }
 }

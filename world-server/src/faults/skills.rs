@@ -1,4 +1,4 @@
-//! Skills that have got worse: a mission's world takes them into account, the robot's mind does not know.
+//! Impaired skills. The mission's world applies them; the robot's controller receives no information about them.
 
 use alliance_proto::fault::Fault;
 use alliance_proto::scenario::Roster;
@@ -6,7 +6,7 @@ use alliance_proto::scenario::Roster;
 use super::schedule::FaultIndex;
 use crate::world::Impairment;
 
-/// What the faults in force impair, in the order of arming.
+/// Returns the impairments of the faults in force, in the order of arming.
 pub fn impairments<'f>(
     in_force: impl Iterator<Item = (FaultIndex, &'f Fault)>,
     roster: &Roster,

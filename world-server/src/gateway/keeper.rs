@@ -1,4 +1,4 @@
-//! The world's end of the gateway: starts it, starts it again should it end before the run, and asks at the end what it refused.
+//! The world's side of the gateway: starts it, restarts it if it ends before the run, and reads the number of refused requests.
 
 use std::io;
 use std::process::Stdio;
@@ -14,71 +14,61 @@ use tokio::time::{sleep, timeout};
 
 use crate::error::WorldError;
 
-/// The argument that makes a world's program a gateway.
 pub const ARGUMENT: &str = "--gateway";
 
-/// Until it is started again.
 const REST: Duration = Duration::from_secs(1);
-/// How long it may take to say what it refused.
+/// The maximum time for the gateway to return the number of refused requests.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// A gateway's process.
 struct Process {
-    /// Ends it where it is dropped, as the world's own end does.
+    /// Ends the gateway when it is closed, also by the end of the world.
     stdin: ChildStdin,
-    says: Lines<BufReader<ChildStdout>>,
+    stdout: Lines<BufReader<ChildStdout>>,
     child: Child,
 }
 
 impl Process {
-    /// Starts this program again, as a gateway.
+    /// Starts the own program again as a gateway.
     fn start() -> io::Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
-        // `alliance world` or `world-server`.
-        command.args(std::env::args().nth(1).filter(|part| part == "world"));
+        // The first argument is `world` for `alliance world`; `world-server` has none.
+        command.args(std::env::args().nth(1).filter(|word| word == "world"));
         let mut child = command
             .arg(ARGUMENT)
-            // It ends with its standard input.
+            // The gateway ends with its standard input instead.
             .env_remove(LAUNCHER)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            // Ctrl-C is for the world.
+            // Ctrl-C goes to the world only.
             .process_group(0)
             .spawn()?;
         let pipes = child.stdin.take().zip(child.stdout.take());
         let (stdin, stdout) = pipes.ok_or(io::ErrorKind::BrokenPipe)?;
         Ok(Self {
             stdin,
-            says: BufReader::new(stdout).lines(),
+            stdout: BufReader::new(stdout).lines(),
             child,
         })
     }
 
-    /// Tells it the run; gives where it listens.
+    /// Sends the run to the gateway. Returns the address where the gateway listens.
     async fn listen(&mut self, run: &Rendezvous) -> io::Result<String> {
         let line = serde_json::to_string(run)? + "\n";
         self.stdin.write_all(line.as_bytes()).await?;
-        let said = self.says.next_line().await?;
-        said.ok_or_else(|| io::Error::other("the gateway for operators does not start"))
+        let line = self.stdout.next_line().await?;
+        line.ok_or_else(|| io::Error::other("the gateway for operators did not start"))
     }
 }
 
-/// A gateway that has not been told its run.
 pub struct Waiting(Process);
 
 impl Waiting {
-    /// Starts it.
-    ///
-    /// # Errors
-    /// When there can be no such process.
+    /// Starts the gateway's process.
     pub fn start() -> io::Result<Self> {
         Process::start().map(Self)
     }
 
-    /// It opens for operators: the rendezvous says where.
-    ///
-    /// # Errors
-    /// When it fails.
+    /// Opens the gateway for operators and writes its address to the rendezvous.
     pub async fn open(self, run: &mut Rendezvous) -> Result<Gateway, WorldError> {
         let mut process = self.0;
         run.endpoint = process.listen(run).await?;
@@ -88,36 +78,35 @@ impl Waiting {
     }
 }
 
-/// The gateway of a run.
 pub struct Gateway {
     close: oneshot::Sender<()>,
     kept: JoinHandle<u64>,
 }
 
 impl Gateway {
-    /// Ends it; says how many requests it refused. One that was cut off took its count with it.
+    /// Closes the gateway. Returns the number of requests that it refused; the counts of crashed gateways are lost.
     pub async fn close(self) -> u64 {
-        // Gone only where it could not be started again.
+        // The receiver is dropped only if the gateway could not be restarted.
         let _ = self.close.send(());
-        let said = timeout(PATIENCE, self.kept).await;
-        said.ok().and_then(Result::ok).unwrap_or(0)
+        let refused = timeout(PATIENCE, self.kept).await;
+        refused.ok().and_then(Result::ok).unwrap_or(0)
     }
 }
 
-/// Keeps a gateway going until the run is over.
+/// Restarts the gateway after each crash until the run is over.
 async fn keep(run: Rendezvous, mut process: Process, mut closing: oneshot::Receiver<()>) -> u64 {
     loop {
         tokio::select! {
-            // It says nothing until it ends.
-            _ = process.says.next_line() => {}
+            // The gateway writes nothing until it ends.
+            _ = process.stdout.next_line() => {}
             _ = &mut closing => {
                 drop(process.stdin);
-                let count = process.says.next_line().await.ok().flatten();
+                let count = process.stdout.next_line().await.ok().flatten();
                 return count.and_then(|count| count.parse().ok()).unwrap_or(0);
             }
         }
         let _ = process.child.wait().await;
-        tracing::warn!("the gateway for operators has ended; another one starts");
+        tracing::warn!("the gateway for operators has ended; restarting it");
         loop {
             tokio::select! {
                 () = sleep(REST) => {}
@@ -126,13 +115,13 @@ async fn keep(run: Rendezvous, mut process: Process, mut closing: oneshot::Recei
             match Process::start() {
                 Ok(started) => process = started,
                 Err(error) => {
-                    tracing::warn!(%error, "no gateway for operators");
+                    tracing::warn!(%error, "cannot start the gateway for operators");
                     continue;
                 }
             }
             match process.listen(&run).await {
                 Ok(_) => break,
-                Err(error) => tracing::warn!(%error, "no gateway for operators"),
+                Err(error) => tracing::warn!(%error, "cannot start the gateway for operators"),
             }
         }
     }

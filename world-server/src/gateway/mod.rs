@@ -1,9 +1,9 @@
-//! The gateway: a process between the team's bus and those who order and watch.
+//! The gateway: a process between the team's bus and the operators and observers.
 //!
-//! Operators have a router of their own here, so that whatever they send, declare or leave unread fills the queues and tables of this
-//! process and takes its time, not the world's. What bears the run's seal on the control topic goes on to the world, and its answer
-//! comes back; what the team puts is passed on while somebody listens. It speaks with the world by its standard input, at whose end it
-//! ends, and its standard output ([`keeper`]).
+//! Operators connect to the gateway's own router. Their messages, declarations and slow readers therefore use queues, tables and
+//! time of this process, not of the world. Requests on the control topic with the run's seal are forwarded to the world, and its
+//! answers are sent back. Messages of the team are forwarded while an operator subscribes to them. The world uses the gateway's
+//! standard input and output; the gateway ends when its input is closed ([`keeper`]).
 
 pub mod keeper;
 
@@ -31,27 +31,21 @@ use zenoh::{Session, Wait};
 
 use crate::router;
 
-/// Added to its nice value: what operators ask for in great number shall not keep the team waiting.
+/// The increase of the nice value, so that many requests of operators do not slow down the team.
 const NICE: i32 = 10;
-/// Memory that no honest operators need, bytes. With more, all of them are cut off, and the world starts another gateway.
+/// The memory limit in bytes, far above normal use. Beyond it the gateway disconnects all operators and the world restarts it.
 const MOST_MEMORY: u64 = 256 << 20;
-/// How often it looks at its memory.
 const LOOK_INTERVAL: Duration = Duration::from_millis(200);
-/// How many requests may wait for the world's answer.
+/// The maximum number of requests that wait for the world's answer.
 const MOST_REQUESTS: usize = 1024;
-/// How long the world may take to answer.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Until what the world said last has reached those who listen.
+/// The time for the world's last messages to reach observers.
 const FAREWELL: Duration = Duration::from_millis(50);
-/// How long a session may take to close.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
-/// Is the gateway of the run that the world tells, until it ends.
-///
-/// # Errors
-/// When there is no such run, or the bus fails.
+/// Runs the gateway until its standard input is closed. The first line of input is the rendezvous of the run.
 pub fn run() -> anyhow::Result<()> {
-    // SAFETY: changes the priority of this process alone; it may fail, and then nothing is lost.
+    // SAFETY: Changes the priority of this process only. A failure has no consequence.
     #[allow(unsafe_code)]
     unsafe {
         libc::nice(NICE);
@@ -62,15 +56,15 @@ pub fn run() -> anyhow::Result<()> {
         .build()
         .context("starting the runtime")?;
     let served = runtime.block_on(serve());
-    // Standard input is read by a thread that nothing else ends.
+    // The thread that reads standard input does not end by itself.
     runtime.shutdown_background();
     served
 }
 
 async fn serve() -> anyhow::Result<()> {
-    let mut told = BufReader::new(stdin()).lines();
-    // None where its world could not begin, which says so.
-    let Some(run) = told.next_line().await? else {
+    let mut input = BufReader::new(stdin()).lines();
+    // The input is empty if the world could not start. The world reports that error itself.
+    let Some(run) = input.next_line().await? else {
         return Ok(());
     };
     let mut run: Rendezvous = serde_json::from_str(&run).context("the run")?;
@@ -84,48 +78,47 @@ async fn serve() -> anyhow::Result<()> {
         .await
         .map_err(anyhow::Error::from_boxed)?;
     terminal::print(format_args!("{}\n", run.endpoint))?;
-    wait(&mut told).await?;
+    wait(&mut input).await?;
     terminal::print(format_args!("{}\n", refused.count.load(Ordering::Relaxed)))?;
     sleep(FAREWELL).await;
-    // Teardown may hang; the process ends whether or not it does.
+    // Closing may hang, so the process does not wait for it without limit.
     let _ = timeout(CLOSE_DEADLINE, operators.close()).await;
     Ok(())
 }
 
-/// Until the world ends or this process takes too much memory.
-async fn wait(told: &mut Lines<BufReader<Stdin>>) -> anyhow::Result<()> {
+/// Waits until the world ends. Ends the process if it uses too much memory.
+async fn wait(input: &mut Lines<BufReader<Stdin>>) -> anyhow::Result<()> {
     let page = sysconf(SysconfVar::PAGE_SIZE)?.unwrap_or(4096) as u64;
     let mut clock = interval(LOOK_INTERVAL);
     loop {
         tokio::select! {
-            line = told.next_line() => if line?.is_none() { return Ok(()) },
+            line = input.next_line() => if line?.is_none() { return Ok(()) },
             _ = clock.tick() => if pages() * page > MOST_MEMORY {
-                tracing::warn!("operators take more than {} MiB; they are cut off", MOST_MEMORY >> 20);
+                tracing::warn!("operators use more than {} MiB of memory; disconnecting all of them", MOST_MEMORY >> 20);
                 std::process::exit(1);
             }
         }
     }
 }
 
-/// Memory of this process, pages: resident, of `/proc/self/statm` (proc(5)).
+/// Returns the resident memory of this process in pages, from `/proc/self/statm` (proc(5)).
 fn pages() -> u64 {
     let sizes = fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let resident = sizes.split(' ').nth(1).and_then(|pages| pages.parse().ok());
     resident.unwrap_or(0)
 }
 
-/// Requests that are none.
 #[derive(Default)]
 struct Refused {
     count: AtomicU64,
-    told: Mutex<Ignored>,
+    warnings: Mutex<Ignored>,
 }
 
 impl Refused {
     fn count(&self, why: &WireError) {
         self.count.fetch_add(1, Ordering::Relaxed);
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(count) = told.count("control", Instant::now().into_std()) {
+        let mut warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(count) = warnings.count("control", Instant::now().into_std()) {
             tracing::warn!(count, %why, "request ignored");
         }
     }
@@ -139,7 +132,7 @@ async fn bridge(
     refused: &Arc<Refused>,
 ) -> zenoh::Result<()> {
     for topic in keys.news() {
-        pass_on(team, operators, topic).await?;
+        forward_topic(team, operators, topic).await?;
     }
     let (to, counted, reader) = (team.clone(), Arc::clone(refused), wire.clone());
     operators
@@ -149,7 +142,7 @@ async fn bridge(
             let (payload, seal) = (sample.payload().to_bytes(), seal_of(sample.attachment()));
             match reader.read_request(form, &payload, seal.as_deref()) {
                 Err(why) => counted.count(&why),
-                // Whoever puts wants no answer.
+                // A put needs no answer.
                 Ok(_) => _ = forward(&to, &sample).wait(),
             }
         })
@@ -168,7 +161,7 @@ async fn bridge(
             let payload = query.payload().map(ZBytes::to_bytes).unwrap_or_default();
             let seal = seal_of(query.attachment());
             let read = wire.read_request(form, &payload, seal.as_deref());
-            let asked = match read {
+            let sent = match read {
                 Err(why) => {
                     counted.count(&why);
                     query.reply_err(why.to_string()).wait()
@@ -176,16 +169,16 @@ async fn bridge(
                 Ok(_) if Arc::strong_count(&waiting) > MOST_REQUESTS => query
                     .reply_err("too many requests wait for an answer")
                     .wait(),
-                Ok(_) => ask(&to, query, Arc::clone(&waiting)),
+                Ok(_) => query_world(&to, query, Arc::clone(&waiting)),
             };
-            if let Err(error) = asked {
-                tracing::warn!(%error, "request not passed on");
+            if let Err(error) = sent {
+                tracing::warn!(%error, "request not forwarded");
             }
         })
         .background()
         .await?;
 
-    // Operators see by it that the run is over.
+    // The end of this token shows operators that the run is over.
     let (over, alive) = (operators.clone(), keys.alive_world());
     let token = Mutex::new(None);
     team.liveliness()
@@ -205,9 +198,9 @@ async fn bridge(
         .await
 }
 
-/// Passes on what the team puts on a topic while an operator listens to it: otherwise it would cost the world and the sender the
-/// time of one more listener.
-async fn pass_on(team: &Session, operators: &Session, topic: String) -> zenoh::Result<()> {
+/// Forwards the team's messages on a topic while an operator subscribes to it. Without subscribers, forwarding would only cost
+/// the world and the sender time.
+async fn forward_topic(team: &Session, operators: &Session, topic: String) -> zenoh::Result<()> {
     let listeners = operators
         .declare_publisher(topic.clone())
         .allowed_destination(Locality::Remote)
@@ -217,7 +210,7 @@ async fn pass_on(team: &Session, operators: &Session, topic: String) -> zenoh::R
         let Ok(changes) = listeners.matching_listener().await else {
             return;
         };
-        let mut listens = listeners
+        let mut has_subscriber = listeners
             .matching_status()
             .await
             .is_ok_and(|now| now.matching());
@@ -226,10 +219,14 @@ async fn pass_on(team: &Session, operators: &Session, topic: String) -> zenoh::R
             let passing = team
                 .declare_subscriber(&topic)
                 .callback(move |sample| _ = forward(&to, &sample).wait());
-            // Undeclared where it is dropped.
-            let _passing = if listens { passing.await.ok() } else { None };
+            // Dropping it ends the subscription.
+            let _passing = if has_subscriber {
+                passing.await.ok()
+            } else {
+                None
+            };
             match changes.recv_async().await {
-                Ok(now) => listens = now.matching(),
+                Ok(now) => has_subscriber = now.matching(),
                 Err(_) => return,
             }
         }
@@ -237,7 +234,6 @@ async fn pass_on(team: &Session, operators: &Session, topic: String) -> zenoh::R
     Ok(())
 }
 
-/// The same message on the other bus.
 fn forward<'a>(to: &'a Session, sample: &'a Sample) -> impl Wait<To = zenoh::Result<()>> + 'a {
     to.put(sample.key_expr(), sample.payload().clone())
         .encoding(sample.encoding().clone())
@@ -249,8 +245,8 @@ fn seal_of(attachment: Option<&ZBytes>) -> Option<Vec<u8>> {
     attachment.map(|seal| seal.to_bytes().into_owned())
 }
 
-/// Asks the world what an operator asks, who has its answers as they come.
-fn ask(team: &Session, query: Query, waiting: Arc<()>) -> zenoh::Result<()> {
+/// Sends an operator's request to the world and returns its answers to the operator.
+fn query_world(team: &Session, query: Query, waiting: Arc<()>) -> zenoh::Result<()> {
     let encoding = query.encoding().cloned().unwrap_or_default();
     team.get(query.key_expr().clone().into_owned())
         .payload(query.payload().cloned().unwrap_or_default())

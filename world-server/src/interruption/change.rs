@@ -1,4 +1,4 @@
-//! Faults of the world itself as changes that begin and end.
+//! Faults of the world itself, as changes that begin and end.
 
 use alliance_proto::fault::{Fault, MoveRobot};
 use alliance_proto::ids::RobotId;
@@ -7,7 +7,7 @@ use glam::Vec2;
 
 use crate::world::{ChangeError, ComponentId, ObstacleId, World};
 
-/// A change of the world.
+/// A change of the world by a fault.
 #[derive(Clone, Debug)]
 pub struct Interruption(Change);
 
@@ -15,19 +15,19 @@ pub struct Interruption(Change);
 enum Change {
     Obstacle {
         obstacle: Obstacle,
-        /// While it is there.
+        /// The id of the obstacle while it exists.
         id: Option<ObstacleId>,
     },
     MoveRobot {
         robot: RobotId,
         to: MoveRobot,
     },
-    /// Whatever the mission makes of the fault.
+    /// A fault that the mission applies.
     Mission(Fault),
 }
 
 impl Interruption {
-    /// The change that a fault makes. The order has been [checked](alliance_proto::fault::Order::check).
+    /// Creates the change of a fault whose order has been [checked](alliance_proto::fault::Order::check).
     #[must_use]
     pub fn of(fault: &Fault, roster: &Roster) -> Self {
         Self(match fault {
@@ -46,8 +46,8 @@ impl Interruption {
         })
     }
 
-    /// Makes the change. Tells what there is to say in the log beyond the order: what is where now, in m; or why it cannot be
-    /// made, with the world as before. `None` if the fault is not about the world itself.
+    /// Applies the change. Returns the detail for the log (the new places, in m), or the reason for a failure, which leaves the
+    /// world unchanged. Returns `None` if the fault does not concern the world itself.
     pub fn begin(&mut self, world: &mut World) -> Option<Result<String, ChangeError>> {
         match &mut self.0 {
             Change::Obstacle { obstacle, id } => {
@@ -64,7 +64,7 @@ impl Interruption {
         }
     }
 
-    /// Takes back what can be taken back: an obstacle. What was added or moved stays as it is.
+    /// Removes the obstacle of this change. Other changes are permanent.
     pub fn end(&mut self, world: &mut World) {
         if let Change::Obstacle { id, .. } = &mut self.0
             && let Some(id) = id.take()
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_is_moved_where_there_is_room_for_it() {
+    fn a_robot_is_moved_only_to_a_free_place() {
         let mut world = world();
         let at = |x: f32| {
             format!(r#"{{"move-robot":{{"robot":"gold","x_m":{x},"y_m":4.5,"heading_deg":90}}}}"#)
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn other_faults_are_none() {
+    fn other_faults_do_not_change_the_world() {
         let roster = default_setup(1).roster;
         let mut mute = Interruption::of(&Fault::Mute("blue".to_owned()), &roster);
         assert!(mute.begin(&mut world()).is_none());

@@ -1,4 +1,4 @@
-//! Handlers by their trigger: time, or a user.
+//! Interruption handlers that are triggered by time or by a user.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,7 +9,7 @@ use super::InterruptionHandler;
 use crate::recorder::{Event, EventKind, FaultEvent};
 use crate::world::{ComponentId, World};
 
-/// Triggered by time, once or periodically: calls a function that changes the world.
+/// A handler that calls a function once or periodically.
 #[derive(Clone, Debug)]
 pub struct Timed<F> {
     due: Option<SimTime>,
@@ -18,7 +18,7 @@ pub struct Timed<F> {
 }
 
 impl<F: FnMut(SimTime, &mut World) -> Vec<Event> + Send> Timed<F> {
-    /// In the first tick at or after that time.
+    /// Creates a handler that acts once, in the first tick at or after `at`.
     pub fn once(at: SimTime, change: F) -> Self {
         Self {
             due: Some(at),
@@ -27,12 +27,12 @@ impl<F: FnMut(SimTime, &mut World) -> Vec<Event> + Send> Timed<F> {
         }
     }
 
-    /// At that time and then again and again; of the times that fall between two ticks, the last one counts.
+    /// Creates a handler that acts periodically from `first` on. If several times fall between two ticks, it acts once.
     ///
     /// # Panics
     /// If the period is 0.
     pub fn periodic(first: SimTime, period: SimTime, change: F) -> Self {
-        assert!(period > SimTime::ZERO, "a period of 0 never passes");
+        assert!(period > SimTime::ZERO, "the period must be longer than 0");
         Self {
             due: Some(first),
             period: Some(period),
@@ -54,17 +54,16 @@ impl<F: FnMut(SimTime, &mut World) -> Vec<Event> + Send> InterruptionHandler for
     }
 }
 
-/// Triggered by a user: sets obstacles (thesis Fig. 4.7). Clones share one list, so that one of them can be registered with
-/// the run and the user keep another.
+/// A handler that places obstacles for a user (thesis Fig. 4.7). Clones share one list: register one clone and keep another.
 ///
-/// When a user did this is not among the inputs of the run. What shall be repeated is ordered as a fault instead.
+/// The inputs of the run do not contain these obstacles. For repeatable runs, order a fault instead.
 #[derive(Clone, Debug, Default)]
 pub struct ObstacleHandler {
     wanted: Arc<Mutex<Vec<Obstacle>>>,
 }
 
 impl ObstacleHandler {
-    /// Puts that obstacle on the floor at the next call of [`InterruptionHandler::trigger_event`].
+    /// Places an obstacle on the floor at the next call of [`InterruptionHandler::trigger_event`].
     pub fn set_trigger(&self, obstacle: Obstacle) {
         let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
         wanted.push(obstacle);
@@ -113,7 +112,6 @@ mod tests {
         penetrability: 0.0,
     };
 
-    /// The times at which a handler acts, of these.
     fn acts(
         mut handler: impl InterruptionHandler,
         times: impl IntoIterator<Item = u64>,
@@ -129,37 +127,37 @@ mod tests {
     }
 
     #[test]
-    fn once_is_once() {
+    fn a_single_trigger_acts_once() {
         let ticks = (0..20).map(|tick| tick * 50);
         assert_eq!(acts(Timed::once(SimTime(120), note), ticks), [150]);
         assert_eq!(acts(Timed::once(SimTime(0), note), [0, 0, 50]), [0]);
     }
 
     #[test]
-    fn periodic_comes_again_at_its_own_times() {
+    fn a_periodic_trigger_keeps_its_schedule() {
         let ticks = (0..10).map(|tick| tick * 50);
         let handler = Timed::periodic(SimTime(100), SimTime(120), note);
-        // Due at 100, 220, 340, 460.
+        // The handler is due at 100, 220, 340 and 460.
         assert_eq!(acts(handler, ticks), [100, 250, 350]);
         let handler = Timed::periodic(SimTime(0), SimTime(10), note);
         assert_eq!(acts(handler, [0, 0, 50, 50, 100]), [0, 50, 100]);
     }
 
     #[test]
-    fn obstacles_of_a_user_are_there_after_the_next_call_and_only_once() {
+    fn user_obstacles_appear_once_at_the_next_call() {
         let mut world = world();
         let user = ObstacleHandler::default();
         let mut registered: Box<dyn InterruptionHandler> = Box::new(user.clone());
         assert!(registered.trigger_event(SimTime(0), &mut world).is_empty());
         user.set_trigger(SQUARE);
         user.set_trigger(Obstacle { x_m: 7.0, ..SQUARE });
-        // The clock need not move.
+        // The clock does not have to advance.
         let events = registered.trigger_event(SimTime(0), &mut world);
-        let said: Vec<_> = events
+        let rows: Vec<_> = events
             .iter()
             .map(|event| (event.subject.as_str(), event.detail.as_str()))
             .collect();
-        assert_eq!(said, [("obstacle-0", "5 4 1 1"), ("obstacle-1", "7 4 1 1")]);
+        assert_eq!(rows, [("obstacle-0", "5 4 1 1"), ("obstacle-1", "7 4 1 1")]);
         assert!(registered.trigger_event(SimTime(50), &mut world).is_empty());
         assert_eq!(world.obstacles().len(), 2);
     }

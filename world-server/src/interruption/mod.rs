@@ -1,11 +1,10 @@
-//! Interruption handlers: what changes the world from outside (thesis §3.2.2.2 and §4.2.2). Pure.
+//! Interruption handlers: changes of the world from outside (thesis §3.2.2.2 and §4.2.2). The code is pure.
 //!
-//! - [`InterruptionHandler`]: the trait for handlers of one's own; `missions/examples/own_interruption.rs` has one.
-//! - `handlers`: triggered by time, once or periodically ([`Timed`]), and by a user ([`ObstacleHandler`]).
-//! - `change`: the world's own faults as changes that begin and end ([`Interruption`]); when they do is the
-//!   [schedule's](crate::faults::schedule) business.
+//! - [`InterruptionHandler`]: the trait for custom handlers; see `missions/examples/own_interruption.rs`.
+//! - `handlers`: handlers triggered by time ([`Timed`]) and by a user ([`ObstacleHandler`]).
+//! - `change`: faults of the world as changes ([`Interruption`]). The [schedule](crate::faults::schedule) sets the times.
 //!
-//! Where the thesis has the length of a step, a handler here gets the simulated time: it tells both.
+//! A handler receives the simulated time instead of the step length of the thesis.
 
 mod change;
 mod handlers;
@@ -18,12 +17,12 @@ use crate::world::World;
 pub use change::Interruption;
 pub use handlers::{ObstacleHandler, Timed};
 
-/// Something that may change the world at the beginning of a tick, before anything is sensed (thesis Fig. 3.3).
+/// A handler that may change the world at the beginning of a tick, before any sensing (thesis Fig. 3.3).
 ///
-/// A run can be repeated to the byte only if its handlers depend on nothing but the time, the world and their own state.
+/// A run is repeatable to the byte only if its handlers depend on nothing but the time, the world and their own state.
 pub trait InterruptionHandler: Send {
-    /// Decides whether to change the world now, and does so. Returns what the log shall say of it.
+    /// Changes the world now if the handler decides to. Returns the events for the log.
     ///
-    /// Called at the beginning of each tick; in one tick more than once if the clock stands still meanwhile.
+    /// The run calls it at the beginning of each tick, and repeatedly in one tick while the clock is stopped.
     fn trigger_event(&mut self, now: SimTime, world: &mut World) -> Vec<Event>;
 }

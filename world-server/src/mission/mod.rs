@@ -1,16 +1,15 @@
-//! What of a mission happens in the world: the seam between the [`Floor`] and what robots are there for.
+//! The world side of a mission: the interface between the [`Floor`] and the robots' goals.
 //!
-//! A [`MissionWorld`] is what there is to know of a mission before a run; it makes the [`WorldMission`] of a run, which acts on
-//! the floor, adds to what robots sense and says how far it has come. A mission with types of its own is shorter as a
-//! [`TypedMission`], behind [`Typed`].
+//! A [`MissionWorld`] describes a mission before a run and creates the [`WorldMission`] of a run, which acts on the floor,
+//! adds to the readings and returns the progress. A mission with its own types needs less code as a [`TypedMission`].
 //!
 //! # One step
-//! [`WorldMission::begin`]; for each robot in rank order: [`WorldMission::act`] where it has sensed, then its body turns and
-//! moves, and where it drives against a bar, [`WorldMission::give_way`]; [`WorldMission::settle`]; aspects; time.
+//! A step calls [`WorldMission::begin`]. For each robot in rank order it calls [`WorldMission::act`], moves the body, and
+//! calls [`WorldMission::give_way`] if the body meets a bar. Then follow [`WorldMission::settle`], the aspects and the clock.
 //!
-//! # What a run that repeats asks for
-//! A mission depends on nothing but its setup, the deeds, the faults and its own state: no clock, no address, no order of a
-//! hash map. Its [`state`](WorldMission::state) covers all that its steps depend on.
+//! # Repeatable runs
+//! A mission depends only on its setup, the actions, the faults and its own state: not on a clock, an address or the order
+//! of a hash map. Its [`state`](WorldMission::state) covers everything that its steps depend on.
 
 pub mod prelude;
 #[cfg(test)]
@@ -39,23 +38,23 @@ pub use crate::world::happened::Happened;
 pub use alliance_proto::mission::{MissionFigures, Target, TeamFigures, Value};
 pub use typed::{Typed, TypedMission};
 
-/// The world's side of a mission, as it is known before a run.
+/// The world side of a mission, as known before a run.
 #[derive(Clone, Copy, Debug)]
 pub struct MissionWorld {
-    /// The mission.
+    /// The mission that this world side belongs to.
     pub data: Mission,
-    /// Where robots begin to which the scenario gives no start: lower left and upper right corner, m.
+    /// The area for robots without a start in the scenario: lower left and upper right corner, m.
     pub start_area: fn(&Scenario) -> [Vec2; 2],
-    /// Places where they begin rather than in that area, if there are enough that are free, m.
+    /// The preferred places for these robots, used if enough of them are free, m.
     pub starts: fn(&Scenario) -> Vec<Vec2>,
-    /// The bars that lie on the floor at the start; the mission knows each by its place in the list.
+    /// The bars on the floor at the start. The mission identifies a bar by its index.
     pub bars: fn(&Scenario) -> Vec<Bar>,
-    /// The mission of a run. The scenario is valid.
+    /// The constructor for a run. The scenario is valid.
     pub new: fn(&Setup, &Floor) -> Box<dyn WorldMission>,
 }
 
 impl MissionWorld {
-    /// That of a [`TypedMission`].
+    /// Creates the world side of a [`TypedMission`].
     #[must_use]
     pub const fn of<M: TypedMission>(data: Mission) -> Self {
         Self {
@@ -67,10 +66,10 @@ impl MissionWorld {
         }
     }
 
-    /// Where the robots of a scenario begin, by rank.
+    /// Returns the start poses of a scenario's robots, by rank.
     ///
     /// # Errors
-    /// When there is no room for one.
+    /// If there is no room for a robot.
     pub fn start_poses(&self, scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
         start_poses(
             scenario,
@@ -81,29 +80,29 @@ impl MissionWorld {
     }
 }
 
-/// The worlds' sides that a program knows.
+/// The world sides that a program contains.
 #[derive(Clone, Debug, Default)]
 pub struct Worlds(Vec<MissionWorld>);
 
-/// A scenario whose mission has no world in this program.
+/// An error: the program has no world side for the scenario's mission.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("mission {mission}: there is no such mission; there are {}", known.join(", "))]
+#[error("mission {mission}: this program does not contain the mission; available missions: {}", known.join(", "))]
 pub struct UnknownMission {
     mission: &'static str,
     known: Vec<&'static str>,
 }
 
 impl Worlds {
-    /// Adds one, or another one of that mission.
+    /// Adds a world side and replaces an earlier one of the same mission.
     pub fn add(&mut self, world: MissionWorld) {
         self.0.retain(|known| known.data != world.data);
         self.0.push(world);
     }
 
-    /// The world's side of the scenario's mission.
+    /// Returns the world side of the scenario's mission.
     ///
     /// # Errors
-    /// When there is none.
+    /// If the program contains none.
     pub fn of(&self, scenario: &Scenario) -> Result<MissionWorld, UnknownMission> {
         let mission = scenario.mission();
         let known = self.0.iter().find(|known| known.data == mission);
@@ -114,31 +113,29 @@ impl Worlds {
     }
 }
 
-/// A mission in the world. Most are shorter as a [`TypedMission`]; there is an example.
+/// A mission in the world. A [`TypedMission`] needs less code and has an example.
 pub trait WorldMission: Any + Send {
-    /// What happens by itself, before robots act.
+    /// Applies changes that precede the robots' actions.
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 
-    /// A robot does something beside driving, where it has sensed. It can act: it has a body and power.
+    /// Applies a robot's action other than driving, at the position where it read its sensors. The robot has a body and power.
     fn act(&mut self, robot: RobotId, deed: &Deed, floor: &mut Floor, happened: &mut Happened);
 
-    /// A body drives against a bar: how far the mission lets the body go on, m. What moves the bar is [`Floor::move_bar`].
+    /// Handles a push and returns the distance that the body may continue, m. [`Floor::move_bar`] moves the bar.
     fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
         0.0
     }
 
-    /// What happens once all robots have acted and moved.
+    /// Applies changes that follow the actions and moves of all robots.
     fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 
-    /// Writes what the mission's devices tell a robot now, all of them intact, to `sensed`, where there is what they told
-    /// some robot at some time.
+    /// Writes a robot's current readings of the mission's intact devices to `sensed`, which contains older readings.
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity;
 
-    /// A robot lets go of what it has: its agent has died, or its body is about to be taken away.
+    /// Releases everything that a robot holds, because its agent has died or its body is about to be removed.
     fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
 
-    /// Makes the change that a fault of this mission asks for, and tells what is where now; `None`: it is no fault of this
-    /// mission.
+    /// Applies a fault of this mission and returns the new places for the log; `None` for other faults.
     fn change(
         &mut self,
         _fault: &Fault,
@@ -147,61 +144,61 @@ pub trait WorldMission: Any + Send {
         None
     }
 
-    /// Makes one of the mission's own devices tell what it tells in `from`; nothing if that is the default.
+    /// Copies the values of one of the mission's devices from other readings.
     fn copy_device(&self, _device: &str, _from: &Sensed, _to: &mut Sensed) {}
 
-    /// Makes each length, in meters, that one of the mission's own devices tells wrong by an error of its own.
+    /// Adds an error to each length, in m, that one of the mission's devices measures. Call `_error_m` once per length.
     fn mislead(&self, _device: &str, _sensed: &mut Sensed, _error_m: &mut dyn FnMut() -> f32) {}
 
-    /// Takes out of a deed what a broken actuator of the mission's own cannot do.
+    /// Removes the parts of an action that a broken actuator of the mission cannot perform.
     fn disable(&self, _actuator: &str, _deed: &mut Deed) {}
 
-    /// Whether there is anything to do on a task for a robot, whatever it believes.
+    /// Checks whether a robot can do anything for a task, by the ground truth.
     fn is_due(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
         true
     }
 
-    /// How the mission has ended, if it has.
+    /// Returns the outcome if the mission has ended.
     fn end(&self, now: SimTime) -> Option<Outcome>;
 
-    /// What a robot carries.
+    /// Returns the item that a robot carries.
     fn load(&self, _robot: RobotId) -> Option<ItemId> {
         None
     }
 
-    /// Adds the values of mission.csv to an empty row, in the order of the columns that its data declare.
+    /// Adds the values of mission.csv to an empty row, in the order of the columns that the mission declares.
     fn row(&self, row: &mut Vec<Value>);
 
-    /// Adds its targets to an empty list: the log calls them t0, t1 and so on, in the order of the list.
+    /// Adds the mission's targets to an empty list. The log names them t0, t1 and so on, in the order of the list.
     fn targets(&self, _targets: &mut Vec<Target>) {}
 
-    /// Hash of everything that the steps to come depend on.
+    /// Returns a hash of everything that later steps depend on.
     fn state(&self) -> u64;
 
-    /// What run.json tells of it, in the order in which it is to be told. What is done and left by the columns of mission.csv is
-    /// told where nothing here tells it, and so is how much each robot has done where nothing is told of any.
+    /// Adds the mission's figures for run.json, in the order of the file. By default run.json contains the done and left columns
+    /// of mission.csv, and the work of each robot.
     fn figures(&self, _figures: &mut TeamFigures) {}
 
-    /// Adds to a view what there is to see of it.
+    /// Adds the mission's visible parts to a view.
     fn show(&self, _floor: &Floor, _view: &mut View) {}
 
-    /// Whether all is as it must be after a step, whatever went wrong in it.
+    /// Checks the invariants of the mission after a step with any faults.
     ///
     /// # Errors
-    /// What is not, in one line.
+    /// If an invariant is violated; the text describes it in one line.
     fn holds(&self, _floor: &Floor) -> Result<(), String> {
         Ok(())
     }
 
-    /// A copy with the same state.
+    /// Returns a copy with the same state.
     fn boxed(&self) -> Box<dyn WorldMission>;
 }
 
-/// How long that holds what a robot has sensed of a mission.
+/// The time for which a robot's readings of a mission hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Validity {
-    /// Until its body moves, or somebody tells of a change by [`Floor::changed`] or [`Floor::changed_near`].
+    /// The readings hold until the body moves or [`Floor::changed`] or [`Floor::changed_near`] is called.
     UntilChange,
-    /// For this tick.
+    /// The readings hold for this tick only.
     ThisTick,
 }

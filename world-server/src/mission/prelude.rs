@@ -1,4 +1,4 @@
-//! What the signatures of a mission's world side are written with.
+//! Types in the signatures of a mission's world side.
 
 pub use alliance_proto::fault::{Fault, MissionFault};
 pub use alliance_proto::ids::{ItemId, RobotId};

@@ -1,4 +1,4 @@
-//! A mission of somebody else: places to be touched once. It shows what the world's side of one takes.
+//! An example of a custom mission's world side: places to be touched once.
 
 use alliance_proto::mission::Bytes;
 use alliance_proto::readings::Actuation;
@@ -14,10 +14,9 @@ const BLUE: RobotId = RobotId(0);
 
 const REACH_M: f32 = 0.3;
 
-/// With the drill's tasks and words.
 const VISIT: MissionWorld = MissionWorld::of::<Visit>(DRILL);
 
-/// The state is which places have been visited: where they are never changes.
+/// The visited flags are the state; the places never change.
 #[derive(Clone, Serialize)]
 struct Visit {
     #[serde(skip)]
@@ -65,7 +64,7 @@ impl TypedMission for Visit {
             self.visited[index] = true;
             self.visits[robot.index()] += 1;
             happened.tell("visited", Some(robot)).subject = format!("place-{place}");
-            // Whoever was told of it is told of another one.
+            // Readings with this place are no longer valid.
             floor.changed_near(*at, floor.size().length());
         }
     }
@@ -145,15 +144,15 @@ fn both_places_are_visited_and_the_mission_ends() {
     let mut world = world();
     assert_eq!(sensed(&world).place, Some((0, Vec2::new(2.0, 0.0))));
     let start = world.mission().state();
-    let mut told = Vec::new();
+    let mut rows = Vec::new();
     while world.mission().end(world.now()).is_none() {
         assert!(world.now() < SimTime(20_000));
         let (place, _) = sensed(&world).place.unwrap();
         let events = world.step(&[Some(touch(place))]);
         let events = events.iter();
-        told.extend(events.map(|event| format!("{} {}", event.kind, event.subject)));
+        rows.extend(events.map(|event| format!("{} {}", event.kind, event.subject)));
     }
-    assert_eq!(told, ["visited place-0", "visited place-1"]);
+    assert_eq!(rows, ["visited place-0", "visited place-1"]);
     assert_eq!(sensed(&world), Near::default());
     assert_ne!(world.mission().state(), start);
     let mut row = Vec::new();
@@ -168,7 +167,7 @@ fn both_places_are_visited_and_the_mission_ends() {
 }
 
 #[test]
-fn what_is_no_deed_of_it_does_nothing() {
+fn an_invalid_action_does_nothing() {
     let mut world = world();
     for deed in [Deed::Open(Bytes::encode(&9_u32).unwrap()), Deed::Nothing] {
         let actuation = Actuation {
@@ -179,16 +178,16 @@ fn what_is_no_deed_of_it_does_nothing() {
     }
 }
 
-/// What `new` and every step of a mission are given.
+/// Checks the data that `new` and every step of a mission receive.
 #[test]
-fn a_mission_knows_what_each_robot_can() {
+fn a_mission_receives_the_abilities_of_each_robot() {
     let setup = unlike_robots();
     let world = World::new(&setup, VISIT);
     let able = |robot: u16| {
-        let own = &setup.scenario.robots[usize::from(robot)];
+        let spec = &setup.scenario.robots[usize::from(robot)];
         let body = world.body_of(RobotId(robot));
         let driving = (body.speed_m_s, body.push_m_s, body.turn_deg_s);
-        (driving, own.has_device("horn"), own.skill("lift"))
+        (driving, spec.has_device("horn"), spec.skill("lift"))
     };
     assert_eq!(able(0), ((0.5, 0.3, 90.0), true, Some(2.0)));
     assert_eq!(able(1), ((0.25, 0.1, 45.0), false, Some(0.0)));

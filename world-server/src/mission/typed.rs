@@ -1,4 +1,4 @@
-//! A mission with types of its own, which cross the bus as bytes.
+//! Missions with their own types, which cross the bus as bytes.
 
 use alliance_proto::codec;
 use alliance_proto::fault::{Fault, MissionFault};
@@ -16,11 +16,11 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::{Happened, Target, TeamFigures, Validity, Value, WorldMission};
 use crate::world::{Bar, ChangeError, Floor, Push};
 
-/// Room for the encoding of a mission's state in a step that does not allocate, bytes.
+/// The size of a mission's encoded state up to which a step allocates no memory, bytes.
 const STATE_ROOM: usize = 1024;
 
-/// A [`WorldMission`] in types of its own: see there what each method is for. [`Typed`] makes it one. It is serialized for its
-/// hash, so that it skips what never changes, and nothing else.
+/// A [`WorldMission`] with its own types; the docs of its methods are there. [`Typed`] converts it. The serialized form is
+/// hashed, so skip exactly the fields that never change.
 ///
 /// ```
 /// use alliance_proto::mission::{Bytes, Deed};
@@ -30,7 +30,7 @@ const STATE_ROOM: usize = 1024;
 /// use world_server::mission::prelude::*;
 /// use world_server::world::World;
 ///
-/// /// A bell that has to be rung twice, by whomever.
+/// /// A bell that must be rung twice, by any robot.
 /// #[derive(Clone, Serialize)]
 /// struct Bell {
 ///     rung: u64,
@@ -40,7 +40,7 @@ const STATE_ROOM: usize = 1024;
 /// struct Ring;
 ///
 /// impl TypedMission for Bell {
-///     /// Whether it has been rung: everybody hears it.
+///     /// True if the bell has been rung. Every robot receives it.
 ///     type Sensed = bool;
 ///     type Deed = Ring;
 ///
@@ -67,7 +67,7 @@ const STATE_ROOM: usize = 1024;
 ///     }
 /// }
 ///
-/// // With the words of the drill, a mission for tests.
+/// // The drill, a mission for tests, provides the names.
 /// let mut world = World::new(&default_setup(1), MissionWorld::of::<Bell>(DRILL));
 /// let deed = Deed::Open(Bytes::encode(&Ring)?);
 /// let command = Some(Actuation { deed, ..Actuation::default() });
@@ -76,51 +76,51 @@ const STATE_ROOM: usize = 1024;
 /// # Ok::<(), alliance_proto::codec::CodecError>(())
 /// ```
 pub trait TypedMission: Serialize + Clone + Send + 'static {
-    /// What its devices tell: [`SENSED_MAX`](alliance_proto::mission::SENSED_MAX) bytes on the bus at most.
+    /// The readings of the mission's devices: at most [`SENSED_MAX`](alliance_proto::mission::SENSED_MAX) bytes on the bus.
     type Sensed: Serialize + DeserializeOwned + Default;
 
-    /// What a robot does beside driving: [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the bus at most.
+    /// A robot's action other than driving: at most [`DEED_MAX`](alliance_proto::mission::DEED_MAX) bytes on the bus.
     type Deed: DeserializeOwned;
 
-    /// See [`MissionWorld::new`](super::MissionWorld::new).
+    /// Creates the mission of a run; see [`MissionWorld::new`](super::MissionWorld::new).
     fn new(setup: &Setup, floor: &Floor) -> Self;
 
-    /// See [`MissionWorld::start_area`](super::MissionWorld::start_area). Along the left wall, where it is not said.
+    /// Returns the start area; see [`MissionWorld::start_area`](super::MissionWorld::start_area). It defaults to the left wall.
     fn start_area(scenario: &Scenario) -> [Vec2; 2] {
         [Vec2::ZERO, Vec2::new(1.0, scenario.room.height_m)]
     }
 
-    /// See [`MissionWorld::starts`](super::MissionWorld::starts). None, where it is not said.
+    /// Returns preferred start places; see [`MissionWorld::starts`](super::MissionWorld::starts). The default is none.
     fn starts(_scenario: &Scenario) -> Vec<Vec2> {
         Vec::new()
     }
 
-    /// See [`MissionWorld::bars`](super::MissionWorld::bars). There are none, where it is not said.
+    /// Returns the bars at the start; see [`MissionWorld::bars`](super::MissionWorld::bars). The default is none.
     fn bars(_scenario: &Scenario) -> Vec<Bar> {
         Vec::new()
     }
 
-    /// See [`WorldMission::begin`].
+    /// Applies early changes; see [`WorldMission::begin`].
     fn begin(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 
-    /// See [`WorldMission::act`]. What an agent sends that is no deed is none.
+    /// Applies a robot's action; see [`WorldMission::act`]. Bytes that do not decode to an action are ignored.
     fn act(&mut self, robot: RobotId, deed: Self::Deed, floor: &mut Floor, happened: &mut Happened);
 
-    /// See [`WorldMission::give_way`].
+    /// Handles a push; see [`WorldMission::give_way`].
     fn give_way(&mut self, _push: &Push, _floor: &mut Floor, _happened: &mut Happened) -> f32 {
         0.0
     }
 
-    /// See [`WorldMission::settle`].
+    /// Applies late changes; see [`WorldMission::settle`].
     fn settle(&mut self, _floor: &mut Floor, _happened: &mut Happened) {}
 
-    /// What its devices tell a robot now.
+    /// Returns a robot's current readings of the mission's devices.
     fn sense(&self, robot: RobotId, floor: &Floor) -> (Self::Sensed, Validity);
 
-    /// See [`WorldMission::lose`].
+    /// Releases a robot's load; see [`WorldMission::lose`].
     fn lose(&mut self, _robot: RobotId, _floor: &mut Floor, _happened: &mut Happened) {}
 
-    /// See [`WorldMission::change`]. Only the faults that the mission declares come here.
+    /// Applies a fault that the mission declares; see [`WorldMission::change`].
     fn change(
         &mut self,
         _fault: &MissionFault,
@@ -129,10 +129,10 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
         None
     }
 
-    /// Makes a device tell what it tells in `from`.
+    /// Copies the values of a device from other readings.
     fn copy_device(&self, _device: &str, _from: &Self::Sensed, _to: &mut Self::Sensed) {}
 
-    /// See [`WorldMission::mislead`].
+    /// Adds errors to a device; see [`WorldMission::mislead`].
     fn mislead(
         &self,
         _device: &str,
@@ -141,41 +141,41 @@ pub trait TypedMission: Serialize + Clone + Send + 'static {
     ) {
     }
 
-    /// See [`WorldMission::end`].
+    /// Returns the outcome; see [`WorldMission::end`].
     fn end(&self, now: SimTime) -> Option<Outcome>;
 
-    /// See [`WorldMission::is_due`].
+    /// Checks a task; see [`WorldMission::is_due`].
     fn is_due(&self, _task: TaskId, _robot: RobotId, _floor: &Floor) -> bool {
         true
     }
 
-    /// See [`WorldMission::load`].
+    /// Returns the load; see [`WorldMission::load`].
     fn load(&self, _robot: RobotId) -> Option<ItemId> {
         None
     }
 
-    /// See [`WorldMission::row`].
+    /// Adds the mission.csv values; see [`WorldMission::row`].
     fn row(&self, row: &mut Vec<Value>);
 
-    /// See [`WorldMission::targets`].
+    /// Adds targets; see [`WorldMission::targets`].
     fn targets(&self, _targets: &mut Vec<Target>) {}
 
-    /// See [`WorldMission::figures`].
+    /// Adds figures; see [`WorldMission::figures`].
     fn figures(&self, _figures: &mut TeamFigures) {}
 
-    /// See [`WorldMission::show`].
+    /// Adds visible parts; see [`WorldMission::show`].
     fn show(&self, _floor: &Floor, _view: &mut View) {}
 
-    /// See [`WorldMission::holds`].
+    /// Checks the invariants; see [`WorldMission::holds`].
     ///
     /// # Errors
-    /// What does not hold, in one line.
+    /// If an invariant is violated; the text describes it in one line.
     fn holds(&self, _floor: &Floor) -> Result<(), String> {
         Ok(())
     }
 }
 
-/// A [`TypedMission`] as the world takes it.
+/// A wrapper that makes a [`TypedMission`] a [`WorldMission`].
 #[derive(Clone, Debug)]
 pub struct Typed<M>(pub M);
 
@@ -187,15 +187,15 @@ impl<M: TypedMission> Typed<M> {
         }
     }
 
-    /// Writes an encoding, in the memory of an old one.
+    /// Encodes readings and reuses the memory of the previous encoding.
     ///
     /// # Panics
-    /// If it is larger than it may be.
-    fn encode(told: &M::Sensed, sensed: &mut Sensed) {
-        match (Bytes::encode(told), sensed) {
+    /// If the encoding exceeds the size limit.
+    fn encode(readings: &M::Sensed, sensed: &mut Sensed) {
+        match (Bytes::encode(readings), sensed) {
             (Ok(bytes), Sensed::Open(old)) => **old = bytes,
             (Ok(bytes), sensed) => *sensed = Sensed::Open(Box::new(bytes)),
-            (Err(error), _) => panic!("what a mission's devices tell: {error}"),
+            (Err(error), _) => panic!("cannot encode the readings of the mission: {error}"),
         }
     }
 }
@@ -222,8 +222,8 @@ impl<M: TypedMission> WorldMission for Typed<M> {
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut Sensed) -> Validity {
-        let (told, validity) = self.0.sense(robot, floor);
-        Self::encode(&told, sensed);
+        let (readings, validity) = self.0.sense(robot, floor);
+        Self::encode(&readings, sensed);
         validity
     }
 
@@ -239,15 +239,16 @@ impl<M: TypedMission> WorldMission for Typed<M> {
     }
 
     fn copy_device(&self, device: &str, from: &Sensed, to: &mut Sensed) {
-        let mut told = Self::decoded(to);
-        self.0.copy_device(device, &Self::decoded(from), &mut told);
-        Self::encode(&told, to);
+        let mut readings = Self::decoded(to);
+        self.0
+            .copy_device(device, &Self::decoded(from), &mut readings);
+        Self::encode(&readings, to);
     }
 
     fn mislead(&self, device: &str, sensed: &mut Sensed, error_m: &mut dyn FnMut() -> f32) {
-        let mut told = Self::decoded(sensed);
-        self.0.mislead(device, &mut told, error_m);
-        Self::encode(&told, sensed);
+        let mut readings = Self::decoded(sensed);
+        self.0.mislead(device, &mut readings, error_m);
+        Self::encode(&readings, sensed);
     }
 
     fn end(&self, now: SimTime) -> Option<Outcome> {
@@ -273,7 +274,7 @@ impl<M: TypedMission> WorldMission for Typed<M> {
     fn state(&self) -> u64 {
         let encoded = "a mission's state can be encoded";
         let mut place = [0; STATE_ROOM];
-        // Plain data of known length, and the destination is memory.
+        // The state is plain data of known length, and the destination is memory.
         let length = codec::encode_to_slice(&self.0, &mut place).expect(encoded);
         if let Some(state) = place.get(..length) {
             return xxh3_64(state);

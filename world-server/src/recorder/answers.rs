@@ -1,6 +1,7 @@
-//! What the agents did, hashed section by section as it comes.
+//! The agents' reports of a tick, hashed section by section on arrival.
 //!
-//! Not at the end of the tick: when a report comes it is in the cache, and a world that waits for other robots has the time.
+//! Hashing on arrival is faster than at the end of the tick: the report is still in the cache, and the world waits for other
+//! robots anyway.
 
 use alliance_proto::ids::{BehaviorId, RobotId};
 use alliance_proto::log::Section;
@@ -10,39 +11,34 @@ use alliance_proto::tick::Report;
 
 use super::hash::SectionHash;
 
-/// The latest answer of each robot.
 #[derive(Clone, Default)]
 pub struct Answers {
     by_rank: Vec<Answer>,
     hash: SectionHash,
 }
 
-/// A robot's part in a tick.
 #[derive(Clone, Debug, Default)]
 pub struct Answer {
-    /// Whether it counts in the tick at hand.
     pub counts: bool,
-    /// What the agent did; where that does not count, what it did last.
+    /// The report of the current tick, or the latest earlier one if none counts.
     pub report: Report,
-    /// What became of the messages that it lists.
     pub deliveries: Deliveries,
     hashes: Option<Hashes>,
-    /// Whether what the robot was told last is what its hash is of.
+    /// `true` if the readings are the same as those that were hashed last.
     readings_hold: bool,
 }
 
-/// Number of messages by delivery. Counted when the report arrives: at the end of the tick the list is a cache miss.
+/// The number of messages by delivery. Counted when the report arrives, because the list is no longer in the cache when the tick
+/// ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deliveries {
-    /// In the step after they were sent.
+    /// Messages delivered in the step after they were sent.
     pub heard: u32,
-    /// Later.
     pub delayed: u32,
-    /// Not at all, whatever the reason.
+    /// Messages that were not delivered, for any reason.
     pub lost: u32,
-    /// Second copies.
+    /// Second copies of delivered messages.
     pub duplicate: u32,
-    /// Still on their way.
     pub pending: u32,
 }
 
@@ -61,7 +57,7 @@ impl Deliveries {
         deliveries
     }
 
-    /// Whether nothing befell any message.
+    /// Returns `true` if all messages were delivered in time.
     #[must_use]
     pub fn are_usual(&self) -> bool {
         *self
@@ -72,18 +68,16 @@ impl Deliveries {
     }
 }
 
-/// Hashes of a robot's sections.
 #[derive(Clone, Copy, Debug)]
 struct Hashes {
     readings: u64,
-    /// In ticks with messages.
+    /// `None` in ticks without messages.
     messages: Option<u64>,
     motivations: u64,
     commands: u64,
 }
 
 impl Answers {
-    /// Nobody has answered yet.
     #[must_use]
     pub fn new(robots: usize) -> Self {
         Self {
@@ -92,27 +86,21 @@ impl Answers {
         }
     }
 
-    /// A robot is told something else than before.
-    ///
-    /// # Panics
-    /// If there is no such robot.
+    /// Marks the readings of a robot as changed since its last report.
     pub fn readings_change(&mut self, robot: RobotId) {
         self.by_rank[robot.index()].readings_hold = false;
     }
 
-    /// A robot that was told these readings has answered with a report.
-    ///
-    /// # Panics
-    /// If the report is of a robot that there is not.
+    /// Stores and hashes a report together with the readings that the robot received before it.
     pub fn take(&mut self, readings: &Readings, report: &Report) {
         let answer = &mut self.by_rank[report.robot.index()];
         let has_messages = report.broadcasts > 0 || !report.receptions.is_empty();
         let before = answer.hashes;
-        // A robot at work has the same motivations for many ticks.
+        // A working robot keeps the same motivations for many ticks.
         let same_motivations = have_same_motivations(&answer.report, report);
         answer.hashes = Some(Hashes {
             readings: match before {
-                // A robot that waits where nobody comes by senses the same for many ticks.
+                // An idle robot keeps the same readings for many ticks.
                 Some(before) if answer.readings_hold => before.readings,
                 _ => self.hash.of(readings),
             },
@@ -128,33 +116,28 @@ impl Answers {
                 )),
             },
             commands: match before {
-                // As of a robot that waits.
+                // An idle robot keeps the same commands.
                 Some(before) if have_same_commands(&answer.report, report) => before.commands,
                 _ => self.hash.of(&report.actuation),
             },
         });
         answer.readings_hold = true;
         answer.deliveries = Deliveries::of(&report.receptions);
-        answer.keep(report, same_motivations);
+        answer.store(report, same_motivations);
     }
 
-    /// Says whose answers count in the tick at hand, by rank.
     pub fn count(&mut self, counted: &[bool]) {
         for (answer, counts) in self.by_rank.iter_mut().zip(counted) {
             answer.counts = *counts;
         }
     }
 
-    /// All of them, by rank.
     #[must_use]
     pub fn all(&self) -> &[Answer] {
         &self.by_rank
     }
 
-    /// The latest report of a robot; an empty one before its first.
-    ///
-    /// # Panics
-    /// If there is no such robot.
+    /// Returns the latest report of a robot, or an empty one before its first.
     #[must_use]
     pub fn report(&self, robot: RobotId) -> &Report {
         &self.by_rank[robot.index()].report
@@ -162,26 +145,25 @@ impl Answers {
 }
 
 impl Answer {
-    /// Copies a report to where the one before was: the buffers that are in the cache stay with whoever steps the robots.
-    fn keep(&mut self, report: &Report, same_motivations: bool) {
-        let kept = &mut self.report;
-        kept.robot = report.robot;
-        kept.incarnation = report.incarnation;
-        kept.tick = report.tick;
-        kept.actuation = report.actuation;
-        kept.broadcasts = report.broadcasts;
-        kept.broadcast_bytes = report.broadcast_bytes;
+    /// Copies a report into the existing buffers, so that the caller keeps its own buffers, which are in the cache.
+    fn store(&mut self, report: &Report, same_motivations: bool) {
+        let stored = &mut self.report;
+        stored.robot = report.robot;
+        stored.incarnation = report.incarnation;
+        stored.tick = report.tick;
+        stored.actuation = report.actuation;
+        stored.broadcasts = report.broadcasts;
+        stored.broadcast_bytes = report.broadcast_bytes;
         if !same_motivations {
-            kept.active = report.active;
-            kept.motivations.clone_from(&report.motivations);
-            kept.allocation.clone_from(&report.allocation);
-            kept.changes.clone_from(&report.changes);
-            kept.notes.clone_from(&report.notes);
+            stored.active = report.active;
+            stored.motivations.clone_from(&report.motivations);
+            stored.allocation.clone_from(&report.allocation);
+            stored.changes.clone_from(&report.changes);
+            stored.notes.clone_from(&report.notes);
         }
-        kept.receptions.clone_from(&report.receptions);
+        stored.receptions.clone_from(&report.receptions);
     }
 
-    /// Calls this with each section and its hash.
     #[inline(always)]
     pub(super) fn for_each_section(&self, mut take: impl FnMut(Section, u64)) {
         if let Some(hashes) = &self.hashes {
@@ -195,14 +177,15 @@ impl Answer {
     }
 }
 
-/// Whether the sections of commands have the same bits.
+/// Returns `true` if the command sections are equal bit by bit.
 fn have_same_commands(a: &Report, b: &Report) -> bool {
-    let bits = |it: &Actuation| [it.speed_m_s, it.turn_rad_s].map(f32::to_bits);
+    let bits =
+        |actuation: &Actuation| [actuation.speed_m_s, actuation.turn_rad_s].map(f32::to_bits);
     let (a, b) = (&a.actuation, &b.actuation);
     bits(a) == bits(b) && a.deed == b.deed
 }
 
-/// Whether the sections of motivations have the same bits.
+/// Returns `true` if the motivation sections are equal bit by bit.
 fn have_same_motivations(a: &Report, b: &Report) -> bool {
     let is_quiet = |report: &Report| report.changes.is_empty() && report.notes.is_empty();
     is_quiet(a)
@@ -217,11 +200,11 @@ fn have_same_motivations(a: &Report, b: &Report) -> bool {
             .all(|(a, b)| motivation_bits(a) == motivation_bits(b))
 }
 
-/// All of a motivation, in comparable form.
+/// All values of a motivation in a form that compares by bits.
 pub(super) type MotivationBits = (BehaviorId, [u64; 2], [bool; 4], BehaviorState);
 
 #[inline(always)]
-pub(super) fn motivation_bits(it: &Motivation) -> MotivationBits {
+pub(super) fn motivation_bits(motivation_row: &Motivation) -> MotivationBits {
     let Motivation {
         set,
         motivation,
@@ -231,7 +214,7 @@ pub(super) fn motivation_bits(it: &Motivation) -> MotivationBits {
         impatience_reset,
         acquiescence,
         state,
-    } = *it;
+    } = *motivation_row;
     (
         set,
         [motivation, impatience].map(f64::to_bits),

@@ -1,9 +1,8 @@
-//! A recorder on a thread of its own: the run goes on to its next tick while rows of the last ones are made and written. That is
-//! for a full log; of others there is so little to make that to hand it over would cost more.
+//! A recorder on a separate thread, so that the run continues while rows of earlier ticks are encoded and written. Only the
+//! full log uses the thread; the other levels are too small to profit.
 //!
-//! Ticks go over in batches, for a thread that is woken for every tick would cost more than it saves, and what makes rows runs
-//! fastest many times in a row. The queue is bounded: where the disk does not keep up, the run waits for it. Nothing is lost but by
-//! a killed process, of which a log without this thread loses what it has not written, too.
+//! Ticks are handed over in batches, because waking the thread for each tick is slow. The queue is bounded: if the disk is too
+//! slow, the run waits. Only a killed process loses rows, as it does without the thread.
 
 use std::mem;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -20,28 +19,24 @@ use super::names::Names;
 use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
 use alliance_proto::mission::{Target, Value};
 
-/// Most ticks that go over together.
 const BATCH_TICKS: usize = 64;
 
-/// Most steps of robots that go over together: a core's second-level cache holds them, and nobody waits long for the core.
+/// The maximum number of robot steps in a batch. They fit into the second-level cache and occupy a core only for a short time.
 const BATCH_STEPS: usize = 192;
 
-/// Batches that may wait.
 const WAITING: usize = 8;
 
-/// Writes the log of one run, from its own thread where that pays.
+/// The writer of a run's log, on a separate thread if that is faster.
 pub struct Background<S> {
     names: Names,
-    /// Events of the latest tick.
     news: Vec<EventLine>,
-    /// Ticks that have not gone over yet, and how many go over together.
-    waiting: Vec<Kept>,
+    /// Ticks that have not been handed over, and the number of ticks in a batch.
+    waiting: Vec<OwnedRecord>,
     batch: usize,
-    /// `None` once it has failed or been given back.
+    /// `None` after a failure or after `finish`.
     work: Option<Work<S>>,
 }
 
-/// Where rows are made.
 enum Work<S> {
     Here(Box<Recorder<S>>),
     Thread {
@@ -50,18 +45,14 @@ enum Work<S> {
     },
 }
 
-/// What goes over at once.
 struct Batch {
-    ticks: Vec<Kept>,
-    /// Nobody knows when the next one comes.
+    ticks: Vec<OwnedRecord>,
+    /// `true` if it is unknown when the next batch follows.
     then_flush: bool,
 }
 
 impl<S: Sink + Send + 'static> Background<S> {
-    /// Lets that recorder work on its own.
-    ///
-    /// # Errors
-    /// [`RecordError::Thread`] when the system has no thread.
+    /// Starts a recorder, on a separate thread for the full log.
     pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
         let names = Names::of(recorder.encoder.setup());
         let robots = recorder.encoder.setup().scenario.robots.len();
@@ -84,15 +75,15 @@ impl<S: Sink + Send + 'static> Background<S> {
         })
     }
 
-    /// The events of the latest tick, as they will stand in events.csv.
+    /// Returns the events of the latest tick as rows of events.csv.
     pub fn take_news(&mut self) -> Vec<EventLine> {
         mem::take(&mut self.news)
     }
 
-    /// Has everything written that was recorded so far, soon.
+    /// Requests that everything recorded so far is written soon.
     ///
     /// # Errors
-    /// Those of the recorder, for what was recorded before; and [`RecordError::Broken`] ever after.
+    /// Returns errors of the recorder for earlier ticks, and [`RecordError::Broken`] after that.
     pub fn flush(&mut self) -> Result<(), RecordError> {
         match &mut self.work {
             Some(Work::Here(recorder)) => recorder.flush(),
@@ -108,26 +99,26 @@ impl<S: Sink + Send + 'static> Background<S> {
         let ticks = mem::replace(&mut self.waiting, Vec::with_capacity(self.batch));
         match queue.send(Batch { ticks, then_flush }) {
             Ok(()) => Ok(()),
-            // The thread has ended: it says why.
+            // The thread has ended. `finish` returns its error.
             Err(_) => self.finish().and(Err(RecordError::Broken)),
         }
     }
 
-    /// Gives the recorder back once it has everything.
+    /// Returns the recorder after it has recorded everything.
     ///
     /// # Errors
-    /// Those of the recorder, unless [`Background::flush`] has told them; then [`RecordError::Broken`].
+    /// Returns errors of the recorder, or [`RecordError::Broken`] if [`Background::flush`] has already returned them.
     pub fn finish(&mut self) -> Result<Recorder<S>, RecordError> {
         match self.work.take().ok_or(RecordError::Broken)? {
             Work::Here(recorder) => Ok(*recorder),
             Work::Thread { queue, handle } => {
-                // If the thread has ended, there is a reason, which comes next.
+                // If the thread has ended, `join` returns the reason.
                 let _ = queue.send(Batch {
                     ticks: mem::take(&mut self.waiting),
                     then_flush: false,
                 });
                 drop(queue);
-                // A panic in it has ended the process.
+                // A panic of the thread has already ended the process.
                 handle.join().unwrap_or(Err(RecordError::Broken))
             }
         }
@@ -140,7 +131,7 @@ impl<S: Sink + Send + 'static> Record for Background<S> {
         match &mut self.work {
             Some(Work::Here(recorder)) => recorder.record(record),
             Some(Work::Thread { .. }) => {
-                self.waiting.push(Kept::of(record));
+                self.waiting.push(OwnedRecord::of(record));
                 if self.waiting.len() < self.batch {
                     return Ok(());
                 }
@@ -151,7 +142,6 @@ impl<S: Sink + Send + 'static> Record for Background<S> {
     }
 }
 
-/// Records batches as they come.
 fn write<S: Sink>(
     mut recorder: Recorder<S>,
     batches: &Receiver<Batch>,
@@ -167,8 +157,7 @@ fn write<S: Sink>(
     Ok(recorder)
 }
 
-/// A [`TickRecord`] that lasts.
-struct Kept {
+struct OwnedRecord {
     tick: Tick,
     now: SimTime,
     inputs: Vec<Input>,
@@ -182,7 +171,7 @@ struct Kept {
     mission_state: u64,
 }
 
-impl Kept {
+impl OwnedRecord {
     fn of(record: &TickRecord<'_>) -> Self {
         Self {
             tick: record.tick,

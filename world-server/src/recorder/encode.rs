@@ -1,4 +1,4 @@
-//! The rows of each table that a tick adds (DESIGN §8).
+//! The rows that a tick adds to each table.
 
 use alliance_proto::event::EventLine;
 use alliance_proto::ids::RobotId;
@@ -14,7 +14,7 @@ use super::repeated::{Repeated, body_bits};
 use super::row::{Row, Tail};
 use alliance_proto::mission::Value;
 
-/// motivations.csv: a row per behavior set of each robot that counted.
+/// Encodes motivations.csv: one row per behavior set of each robot that counted.
 pub(super) fn motivations(
     names: &Names,
     repeated: &mut Repeated,
@@ -44,7 +44,7 @@ pub(super) fn motivations(
     }
 }
 
-/// allocation.csv: a row per behavior set that a robot's allocator says something about.
+/// Encodes allocation.csv: one row per behavior set that a robot's allocator reports.
 pub(super) fn allocation(
     names: &Names,
     repeated: &Repeated,
@@ -66,7 +66,7 @@ pub(super) fn allocation(
     }
 }
 
-/// messages.csv: a row per broadcast and receiver, once its last word is said; second copies have rows of their own.
+/// Encodes messages.csv: one row per broadcast and receiver when its delivery is final. Second copies have rows of their own.
 pub(super) fn messages(
     names: &Names,
     repeated: &mut Repeated,
@@ -88,20 +88,20 @@ pub(super) fn messages(
         } = input
             && let Some(receiver) = names.roster.robot_named(robot)
         {
-            let left = on_their_way.end_of(receiver, *incarnation);
-            pending(names, repeated, &left, rows);
+            let in_flight = on_their_way.end_of(receiver, *incarnation);
+            pending(names, repeated, &in_flight, rows);
         }
     }
 }
 
-/// messages.csv: rows of broadcasts that will not be heard of again.
+/// Encodes rows of messages.csv for broadcasts that are still in flight and will not be reported again.
 pub(super) fn pending(
     names: &Names,
     repeated: &mut Repeated,
-    left: &[(RobotId, Reception)],
+    in_flight: &[(RobotId, Reception)],
     rows: &mut Vec<u8>,
 ) {
-    for (receiver, reception) in left {
+    for (receiver, reception) in in_flight {
         message(names, repeated, *receiver, reception, rows);
     }
 }
@@ -113,9 +113,9 @@ fn message(
     reception: &Reception,
     rows: &mut Vec<u8>,
 ) {
-    // Any will do, for the key tells the sender.
+    // Any slot is correct, because the key contains the sender.
     let slot = reception.sender.index() % repeated.messages.len();
-    // The time stands in front.
+    // The time is not part of the key, because it is encoded at the start of the row.
     let key = Reception {
         at: SimTime::default(),
         ..*reception
@@ -124,24 +124,28 @@ fn message(
         .number(reception.at.0)
         .fields(repeated.robot(receiver))
         .end_with(&mut repeated.messages[slot], key, |row| {
-            let said = reception.said;
-            let state = said.and_then(|said| said.state);
+            let content = reception.said;
+            let state = content.and_then(|content| content.state);
             row.text(names.robot(reception.sender))
                 .number(reception.incarnation)
-                .optional(said.map(|said| said.seq))
-                .text(said.map_or("", |said| names.broadcast(said.kind)))
+                .optional(content.map(|content| content.seq))
+                .text(content.map_or("", |content| names.broadcast(content.kind)))
                 .text(state.map_or("", |state| state.as_str()))
-                .optional(said.and_then(|said| said.since).map(|since| since.0))
-                .text(names.set(said.and_then(|said| said.set)))
-                .text(names.task(said.and_then(|said| said.task)))
-                .optional(said.and_then(|said| said.progress))
+                .optional(
+                    content
+                        .and_then(|content| content.since)
+                        .map(|since| since.0),
+                )
+                .text(names.set(content.and_then(|content| content.set)))
+                .text(names.task(content.and_then(|content| content.task)))
+                .optional(content.and_then(|content| content.progress))
                 .number(reception.sent.0)
                 .text(reception.delivery.as_str())
                 .end();
         });
 }
 
-/// The events of a tick: first the inputs, then each robot's changes of state and notes, then those of faults and the world.
+/// Returns the events of a tick: inputs first, then state changes and notes of each robot, then events of faults and the world.
 pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
     let mut lines = Vec::new();
     let mut line = |kind: EventKind, [robot, subject, reason, detail]: [&str; 4]| {
@@ -182,7 +186,6 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
     lines
 }
 
-/// events.csv: a row per event.
 pub(super) fn event_rows(lines: &[EventLine], rows: &mut Vec<u8>) {
     for line in lines {
         Row::new(rows)
@@ -196,7 +199,8 @@ pub(super) fn event_rows(lines: &[EventLine], rows: &mut Vec<u8>) {
     }
 }
 
-/// Kind, robot, subject and detail of an input's row; of what concerns faults, the schedule's events tell.
+/// Returns kind, robot, subject and detail of an input's row. Inputs about faults have none, because the fault schedule adds
+/// events for them.
 fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
     Some(match input {
         Input::Join {
@@ -243,7 +247,6 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
     })
 }
 
-/// poses.csv: a row per robot that is in the mission.
 pub(super) fn poses(
     names: &Names,
     repeated: &mut Repeated,
@@ -273,7 +276,6 @@ pub(super) fn poses(
     }
 }
 
-/// mission.csv: one row.
 pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     let first = Row::new(rows).number(record.now.0);
     let values = record.mission.iter();
@@ -285,7 +287,6 @@ pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     all.end();
 }
 
-/// targets.csv: a row per target.
 pub(super) fn targets(repeated: &Repeated, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     for (number, target) in record.targets.iter().enumerate() {
         Row::new(rows)
@@ -298,7 +299,6 @@ pub(super) fn targets(repeated: &Repeated, record: &TickRecord<'_>, rows: &mut V
     }
 }
 
-/// inputs.jsonl: a line per input.
 pub(super) fn inputs(record: &TickRecord<'_>, lines: &mut Vec<u8>) {
     for input in record.inputs {
         let line = InputLine {
@@ -306,7 +306,7 @@ pub(super) fn inputs(record: &TickRecord<'_>, lines: &mut Vec<u8>) {
             input: input.clone(),
         };
         serde_json::to_writer(&mut *lines, &line)
-            // Strings and numbers, and a Vec to write to: nothing is left to fail.
+            // Strings and numbers are written to memory, which cannot fail.
             .expect("an input can be encoded");
         lines.push(b'\n');
     }

@@ -1,5 +1,5 @@
-//! What stands in the log of a run, row by row: made here, written elsewhere. It knows no sink, so that it is compiled once, where it is
-//! optimized, whoever writes what it makes.
+//! The encoder of a run's log, row by row. It does not depend on the sink's type, so that it is compiled once, in this
+//! optimized crate.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,6 @@ use super::{Answer, RecordError, Sink};
 /// Simulated time between two seals of [`LogLevel::Summary`], ms.
 const SUMMARY_SEAL_MS: u64 = 1000;
 
-/// The log of one run as it comes to be.
 pub(super) struct Encoder {
     setup: Setup,
     level: LogLevel,
@@ -34,24 +33,20 @@ pub(super) struct Encoder {
     hash: RunHash,
     section: SectionHash,
     tally: Tally,
-    /// Of foreign.bin; there once somebody has a mind of its own.
+    /// The writer of foreign.bin; created with the first answer of an external controller.
     foreign: Option<Box<ForeignWriter>>,
-    /// What is told of the minds that are programs of their own, by name.
     minds: BTreeMap<String, MindFile>,
-    /// Messages whose rows are still to come.
+    /// Messages in flight, whose rows follow later.
     on_their_way: OnTheirWay,
-    /// What the last row of mission.csv says.
+    /// The values of the last row of mission.csv.
     mission: Option<Vec<Value>>,
-    /// For somebody who looks on, see [`Encoder::take_events`].
-    told: Option<Vec<EventLine>>,
-    /// Latest tick.
+    /// Events for an observer, see [`Encoder::take_events`]; `None` until the first call.
+    events: Option<Vec<EventLine>>,
     latest: Option<(Tick, SimTime)>,
-    /// Latest tick with a seal.
     sealed: Option<(Tick, SimTime)>,
 }
 
 impl Encoder {
-    /// Tables with header lines alone.
     pub fn new(setup: &Setup, level: LogLevel, versions: &BTreeMap<String, String>) -> Self {
         let names = Names::of(setup);
         Self {
@@ -72,57 +67,49 @@ impl Encoder {
                 .collect(),
             on_their_way: OnTheirWay::default(),
             mission: None,
-            told: None,
+            events: None,
             latest: None,
             sealed: None,
         }
     }
 
-    /// What is run.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// How much of it is kept.
     pub fn level(&self) -> LogLevel {
         self.level
     }
 
-    /// See [`Recorder::hash`](super::Recorder::hash).
     pub fn hash(&self) -> String {
         format!("{:016x}", self.hash.so_far())
     }
 
-    /// See [`Recorder::take_events`](super::Recorder::take_events).
     pub fn take_events(&mut self) -> Vec<EventLine> {
-        self.told.replace(Vec::new()).unwrap_or_default()
+        self.events.replace(Vec::new()).unwrap_or_default()
     }
 
-    /// Bytes that wait to be written.
     pub fn waiting(&self) -> usize {
         self.pages.waiting()
     }
 
-    /// Hands them over, ticks.csv last.
     pub fn write_to(&mut self, sink: &mut dyn Sink) -> Result<(), RecordError> {
         self.pages.write_to(sink)
     }
 
-    /// No tick comes any more: adds what is left, and a seal for it.
     pub fn finish(&mut self) {
-        let left = self.on_their_way.end();
-        if !left.is_empty() {
+        let in_flight = self.on_their_way.end();
+        if !in_flight.is_empty() {
             let (names, repeated) = (&self.names, &mut self.repeated);
             self.pages.add(Table::Messages, |rows| {
-                encode::pending(names, repeated, &left, rows);
+                encode::pending(names, repeated, &in_flight, rows);
             });
         }
-        if self.sealed != self.latest || !left.is_empty() {
+        if self.sealed != self.latest || !in_flight.is_empty() {
             self.seal();
         }
     }
 
-    /// What run.json says.
     pub fn run_file(&self, outcome: RunOutcome, ending: Ending) -> RunFile {
         let Ending {
             unscripted,
@@ -142,7 +129,6 @@ impl Encoder {
         }
     }
 
-    /// Adds a tick.
     pub fn add(&mut self, record: &TickRecord<'_>) {
         if self.level.keeps(Table::Ticks) {
             self.repeated.begin(record.tick, record.now);
@@ -169,8 +155,8 @@ impl Encoder {
         pages.add(Table::Events, |rows| {
             encode::event_rows(&encode::events(names, record), rows);
         });
-        if let Some(told) = &mut self.told {
-            told.append(&mut encode::events(names, record));
+        if let Some(events) = &mut self.events {
+            events.append(&mut encode::events(names, record));
         }
         pages.add(Table::Poses, |rows| {
             encode::poses(names, repeated, record, rows)
@@ -182,7 +168,7 @@ impl Encoder {
         }
         pages.add(Table::Inputs, |lines| encode::inputs(record, lines));
         if !record.foreign.is_empty() {
-            self.keep_foreign(record);
+            self.store_foreign(record);
         }
         let pages = &mut self.pages;
         if self.level.keeps(Table::Mission) && self.mission.as_deref() != Some(record.mission) {
@@ -215,7 +201,7 @@ impl Encoder {
         self.hash.end_tick();
     }
 
-    /// Inlined, so that the lengths of the sections' names are known.
+    /// Adds a section to the hash. Inlined, so that the lengths of the section names are constants.
     #[inline(always)]
     fn add_section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
         self.hash.section(robot, section, hash);
@@ -227,16 +213,19 @@ impl Encoder {
         }
     }
 
-    /// The answers of foreign minds: nothing else gives them again.
+    /// Stores the answers of external controllers, which a replay cannot compute.
     #[inline(never)]
-    fn keep_foreign(&mut self, record: &TickRecord<'_>) {
+    fn store_foreign(&mut self, record: &TickRecord<'_>) {
         let is_foreign = |answer: &&Answer| record.foreign[answer.report.robot.index()];
         for answer in record.counted().filter(is_foreign) {
             let report = &answer.report;
-            let own = record.said.iter().filter(|it| it.sender == report.robot);
+            let broadcasts = record
+                .said
+                .iter()
+                .filter(|broadcast| broadcast.sender == report.robot);
             let writer = self.foreign.get_or_insert_default();
             self.pages.add_optional(Table::Foreign, |bytes| {
-                writer.add(report, own, bytes);
+                writer.add(report, broadcasts, bytes);
             });
         }
     }
@@ -251,7 +240,7 @@ impl Encoder {
         }
     }
 
-    /// Declares the latest tick whole in every table.
+    /// Adds a seal: up to the latest tick, every table is complete.
     fn seal(&mut self) {
         if let Some(latest) = self.latest {
             self.pages.seal(&self.repeated, self.hash.so_far());

@@ -1,4 +1,4 @@
-//! Hashes of a run: one per tick, robot and section, and one over all of them (DESIGN §5).
+//! The hashes of a run: one per tick, robot and section, and one over all of them.
 
 use alliance_proto::codec;
 use alliance_proto::ids::{RobotId, Tick};
@@ -8,26 +8,24 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 use super::record::{BodyRecord, Event};
 
-/// Length of the longest section's name.
 const NAME_MOST: usize = Section::Motivations.as_str().len();
 
-/// Hashes a section.
 #[derive(Clone, Default)]
 pub(super) struct SectionHash {
-    /// Begins with the encoding of the section at hand; kept for its memory.
+    /// A reusable buffer that begins with the encoding of the current section.
     room: Vec<u8>,
 }
 
 impl SectionHash {
     pub fn of(&mut self, content: &impl Serialize) -> u64 {
         let length = codec::encode_into(content, &mut self.room)
-            // Sections are plain data of known length and the destination is memory, so nothing is left to fail.
+            // Sections are plain data of known length and are written to memory, which cannot fail.
             .expect("a section can be encoded");
         xxh3_64(&self.room[..length])
     }
 
-    // What each tick has is hashed by functions without parameters of type: they are compiled here, where a step is fast, and not where a
-    // recorder gets its sink.
+    // Sections of every tick are hashed by functions without type parameters. These are compiled in this optimized crate, and
+    // not in the crate that chooses a sink.
 
     pub fn inputs(&mut self, inputs: &[Input]) -> u64 {
         self.of(&inputs)
@@ -42,27 +40,25 @@ impl SectionHash {
     }
 }
 
-/// The streaming hash of a run.
 #[derive(Clone, Default)]
 pub(super) struct RunHash {
     run: Xxh3,
-    /// What the tick at hand adds. It goes over in one go: an update costs more than the few bytes of a section.
+    /// The bytes of the current tick. One update per tick is faster than one per section.
     tick: Vec<u8>,
 }
 
 impl RunHash {
-    /// Begins a tick.
     pub fn tick(&mut self, tick: Tick) {
         self.tick.clear();
         self.tick.extend_from_slice(&tick.to_le_bytes());
     }
 
-    /// Adds the hash of a section of a robot, or of the world.
+    /// Adds the hash of a section of a robot, or of the world if `robot` is `None`.
     #[inline(always)]
     pub fn section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
         let rank = robot.map_or(u16::MAX, |robot| robot.0).to_le_bytes();
         let name = section.as_str().as_bytes();
-        // In one piece: memory may have to grow for each.
+        // Added in one piece, because each addition may have to grow the buffer.
         let mut piece = [0; 2 + NAME_MOST + 8];
         piece[..2].copy_from_slice(&rank);
         piece[2..][..name.len()].copy_from_slice(name);
@@ -70,12 +66,10 @@ impl RunHash {
         self.tick.extend_from_slice(&piece[..2 + name.len() + 8]);
     }
 
-    /// Ends the tick.
     pub fn end_tick(&mut self) {
         self.run.update(&self.tick);
     }
 
-    /// Hash of the run so far.
     pub fn so_far(&self) -> u64 {
         self.run.digest()
     }

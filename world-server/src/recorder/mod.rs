@@ -1,16 +1,16 @@
-//! The log of a run (DESIGN §8): encoding here, files in [`Folder`] alone.
+//! The log of a run: encoding, and files in [`Folder`].
 //!
-//! What a robot senses and does is hashed section by section when its report comes ([`Answers`]). After every tick the
-//! simulation hands a [`TickRecord`] to the [`Recorder`]. Its encoder adds the tick to the hash of the run and rows to the tables that the
-//! [`LogLevel`] keeps, and it writes them out in large pieces; a full log of a run by processes is made in the [`Background`].
-//! [`RunLog`](alliance_proto::log::RunLog) reads a folder back.
+//! The readings and reports of each robot are hashed section by section when its report arrives ([`Answers`]). After every
+//! tick the simulation passes a [`TickRecord`] to the [`Recorder`]. Its encoder adds the tick to the hash of the run and adds
+//! rows to the tables of the [`LogLevel`]. The recorder writes them out in large pieces. For a full log of separate processes
+//! this happens in the [`Background`]. [`RunLog`](alliance_proto::log::RunLog) reads a folder back.
 //!
-//! **Seals.** ticks.csv is written last and tells what counts. Beside the hash of each [`Section`](alliance_proto::log::Section) it holds, of the robot
-//! `world`, for each table that has grown a row with the table's file name as its section and the hash of the table's bytes
-//! up to here, header included; and then a row with the section `run` and the hash of the run so far, which ends the
-//! tick. So whatever a killed process leaves behind, a reader finds the last tick up to which every table is whole.
-//! At [`LogLevel::Full`] each tick is sealed; at [`LogLevel::Summary`] the first one of each second of simulated time and
-//! the last of the run.
+//! **Seals.** ticks.csv is written last and marks the valid part of the log. Besides the hash of each
+//! [`Section`](alliance_proto::log::Section), a sealed tick has a row for each table that has grown. The row belongs to the
+//! robot `world`; its section is the table's file name, and its hash covers the table's bytes so far, including the header.
+//! The last row of the tick has the section `run` and the hash of the run so far. A reader of a killed process's log thus
+//! finds the last tick up to which every table is complete. [`LogLevel::Full`] seals each tick. [`LogLevel::Summary`] seals
+//! the first tick of each second of simulated time and the last tick of the run.
 
 mod answers;
 mod background;
@@ -45,28 +45,18 @@ pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
 pub use sink::{Folder, Sink};
 pub use tally::Ending;
 
-/// Buffered bytes that make the recorder write.
 const FLUSH_BYTES: usize = 64 * 1024;
 
-/// A log that cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The operating system refuses.
     #[error("cannot write {}: {error}", path.display())]
-    Write {
-        /// What.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
-    /// The folder is taken.
+    Write { path: PathBuf, error: io::Error },
     #[error("{} already holds a run", .0.display())]
     Occupied(PathBuf),
-    /// An earlier write failed. More rows after the torn one would only look like a log.
-    #[error("the log ended at a write that failed")]
+    /// A consequence of an earlier failed write. Rows after the torn one would not be valid.
+    #[error("the log is incomplete after a failed write")]
     Broken,
-    /// The operating system has no thread for it.
-    #[error("no thread for the log: {0}")]
+    #[error("cannot start a thread for the log: {0}")]
     Thread(io::Error),
 }
 
@@ -79,16 +69,11 @@ impl RecordError {
     }
 }
 
-/// Takes what happened in each tick.
 pub trait Record {
-    /// Adds a tick; ticks come in order, each once.
-    ///
-    /// # Errors
-    /// When the log cannot be written.
+    /// Adds a tick. Ticks arrive in order, each exactly once.
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError>;
 }
 
-/// Writes the log of one run.
 pub struct Recorder<S> {
     encoder: Encoder,
     sink: S,
@@ -96,18 +81,12 @@ pub struct Recorder<S> {
 }
 
 impl<S: Sink> Recorder<S> {
-    /// Begins a log: run.json with the outcome "running", and the tables' header lines.
-    ///
-    /// # Errors
-    /// Those of the sink.
+    /// Starts a log: writes run.json with the outcome "running", and the header lines of the tables.
     pub fn new(setup: &Setup, level: LogLevel, sink: S) -> Result<Self, RecordError> {
         Self::telling(setup, level, &BTreeMap::new(), sink)
     }
 
-    /// The same, with the versions of minds that are programs of their own, by name, where they are known.
-    ///
-    /// # Errors
-    /// Those of the sink.
+    /// Starts a log like [`Recorder::new`], with the known versions of external controllers by name.
     pub fn telling(
         setup: &Setup,
         level: LogLevel,
@@ -119,16 +98,16 @@ impl<S: Sink> Recorder<S> {
             sink,
             broken: false,
         };
-        // First: without run.json a folder is not readable.
+        // Written first, because a folder without run.json is not readable.
         recorder.write_run(RunOutcome::Running, Ending::default())?;
         recorder.flush()?;
         Ok(recorder)
     }
 
-    /// Hands everything encoded so far to the sink, ticks.csv last.
+    /// Writes everything encoded so far to the sink, ticks.csv last.
     ///
     /// # Errors
-    /// Those of the sink, and [`RecordError::Broken`] ever after.
+    /// Returns errors of the sink, and [`RecordError::Broken`] after that.
     pub fn flush(&mut self) -> Result<(), RecordError> {
         if self.broken {
             return Err(RecordError::Broken);
@@ -138,43 +117,35 @@ impl<S: Sink> Recorder<S> {
         written
     }
 
-    /// Hash of the run so far, 16 hexadecimal digits; it covers every section of every tick, at any [`LogLevel`].
+    /// Returns the hash of the run so far, 16 hexadecimal digits. It covers all sections of all ticks at any [`LogLevel`].
     #[must_use]
     pub fn hash(&self) -> String {
         self.encoder.hash()
     }
 
-    /// Writes host.json: what no repetition of the run would give again.
-    ///
-    /// # Errors
-    /// Those of the sink.
+    /// Writes host.json: data that a repetition of the run does not reproduce.
     pub fn write_host(&mut self, host: &serde_json::Value) -> Result<(), RecordError> {
         self.sink.replace(Document::Host, &format!("{host:#}\n"))
     }
 
-    /// Ends the log: writes what is left, messages on their way among it, and the final run.json, and returns that. Where
-    /// the last tick has its seal already and such messages follow, it is sealed again.
-    ///
-    /// # Errors
-    /// Those of [`Recorder::flush`] and of the sink.
+    /// Ends the log: writes the remaining rows, including messages in flight, and the final run.json, which it returns. If messages
+    /// in flight follow the last seal, the last tick is sealed again.
     pub fn finish(&mut self, outcome: Outcome, ending: Ending) -> Result<RunFile, RecordError> {
         self.encoder.finish();
         self.flush()?;
         self.write_run(RunOutcome::Ended(outcome), ending)
     }
 
-    /// The rows of events.csv since this was called last, at any [`LogLevel`]; none the first time.
+    /// Returns the rows of events.csv since the last call, at any [`LogLevel`]. The first call returns none.
     pub fn take_events(&mut self) -> Vec<EventLine> {
         self.encoder.take_events()
     }
 
-    /// Where the log goes.
     #[must_use]
     pub fn sink(&self) -> &S {
         &self.sink
     }
 
-    /// Where the log went.
     #[must_use]
     pub fn into_sink(self) -> S {
         self.sink
@@ -188,7 +159,7 @@ impl<S: Sink> Recorder<S> {
 }
 
 impl<S: Sink> Record for Recorder<S> {
-    /// Writes, as [`Recorder::flush`] does, when enough has gathered.
+    /// Records a tick, and calls [`Recorder::flush`] when enough bytes are buffered.
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
         self.encoder.add(record);
         if self.encoder.waiting() >= FLUSH_BYTES {

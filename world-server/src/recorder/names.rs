@@ -1,4 +1,4 @@
-//! The names of a run, which stand in its tables.
+//! The names of a run's ids, as its tables contain them.
 
 use std::sync::Arc;
 
@@ -8,7 +8,6 @@ use alliance_proto::scenario::{Catalog, Roster, Setup};
 use alliance_proto::team::BroadcastKind;
 use alliance_proto::telemetry::NoteKind;
 
-/// The names that stand in the tables for the ids of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     pub roster: Arc<Roster>,
@@ -25,12 +24,10 @@ impl Names {
         }
     }
 
-    /// Name of a robot of the scenario.
     pub fn robot(&self, robot: RobotId) -> &str {
         self.roster.name(robot)
     }
 
-    /// Names by rank.
     pub fn robots(&self) -> impl Iterator<Item = &str> {
         self.roster.names()
     }
@@ -51,7 +48,6 @@ impl Names {
         task.map_or("", |task| self.catalog.task_name(task))
     }
 
-    /// The task of a behavior set.
     pub fn task_of(&self, set: BehaviorId) -> &str {
         self.task(self.catalog.sets.get(set.index()).map(|set| set.task))
     }

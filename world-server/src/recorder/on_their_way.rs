@@ -1,5 +1,5 @@
-//! Messages that a receiver has reported as pending. What became of them is known later, and makes their one row then; of
-//! those whose receiver or run ends first, that they were pending is the last word.
+//! Messages in flight: those that a receiver has reported as pending. A message has one row, which is written when its final
+//! delivery is known. If its receiver or the run ends before, the row contains "pending".
 
 use std::collections::BTreeMap;
 use std::mem;
@@ -7,22 +7,21 @@ use std::mem;
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::telemetry::{Delivery, Reception};
 
-/// The receiver and its incarnation; the sender, its incarnation, and the message's number in it.
+/// The receiver and its incarnation; the sender, its incarnation and the message's sequence number.
 type Key = (RobotId, Incarnation, RobotId, Incarnation, u64);
 
-/// Pending receptions, with their receivers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OnTheirWay(BTreeMap<Key, Reception>);
 
 impl OnTheirWay {
-    /// Takes note of what an incarnation of a robot reports; says whether it is the last word about the message.
+    /// Registers the reception that an incarnation of a robot reports. Returns `true` if its delivery is final.
     pub fn settle(
         &mut self,
         receiver: RobotId,
         incarnation: Incarnation,
         reception: &Reception,
     ) -> bool {
-        let Some(said) = reception.said else {
+        let Some(content) = reception.said else {
             return true;
         };
         let key = (
@@ -30,7 +29,7 @@ impl OnTheirWay {
             incarnation,
             reception.sender,
             reception.incarnation,
-            said.seq,
+            content.seq,
         );
         match reception.delivery {
             Delivery::Pending => {
@@ -45,7 +44,7 @@ impl OnTheirWay {
         true
     }
 
-    /// That incarnation of the robot is over: what was on its way to it, by sender and number.
+    /// Removes and returns the messages in flight to an incarnation that has ended, by sender and sequence number.
     pub fn end_of(
         &mut self,
         receiver: RobotId,
@@ -53,12 +52,12 @@ impl OnTheirWay {
     ) -> Vec<(RobotId, Reception)> {
         let first = (receiver, incarnation, RobotId(0), 0, 0);
         let mut rest = self.0.split_off(&first);
-        let next_life = (receiver, incarnation.saturating_add(1), RobotId(0), 0, 0);
-        self.0.append(&mut rest.split_off(&next_life));
+        let next_incarnation = (receiver, incarnation.saturating_add(1), RobotId(0), 0, 0);
+        self.0.append(&mut rest.split_off(&next_incarnation));
         list(rest)
     }
 
-    /// The run is over: what was on its way, by receiver, sender and number.
+    /// Removes and returns all messages in flight at the end of the run, by receiver, sender and sequence number.
     pub fn end(&mut self) -> Vec<(RobotId, Reception)> {
         list(mem::take(&mut self.0))
     }

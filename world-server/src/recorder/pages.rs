@@ -1,4 +1,4 @@
-//! What is encoded of each table but not yet written, and the seals that go between the ticks.
+//! The encoded but unwritten part of each table, and the seals between ticks.
 
 use alliance_proto::log::{LogLevel, RUN_SECTION, Table};
 use alliance_proto::mission::columns::Column;
@@ -10,30 +10,25 @@ use super::repeated::Repeated;
 use super::row::{Fields, Row};
 use super::sink::Sink;
 
-/// The tables of a run.
 pub(super) struct Pages {
     level: LogLevel,
-    /// Those of mission.csv after the time.
+    /// The columns of mission.csv after the time.
     mission_columns: &'static [Column],
-    /// In the order of [`Table::ALL`].
+    /// The unwritten part of each table, in the order of [`Table::ALL`].
     tables: [Page; Table::ALL.len()],
 }
 
-/// The end of a table.
+/// The unwritten part of a table and the state of the whole table.
 #[derive(Default)]
 struct Page {
-    /// What is not written yet.
     bytes: Vec<u8>,
-    /// Hash of the table from its first byte on.
+    /// The hash of the table from its first byte on.
     hash: Xxh3,
-    /// Whether something came after the last seal.
     grown: bool,
-    /// Whether the header line is there.
     begun: bool,
 }
 
 impl Pages {
-    /// Tables with nothing but header lines.
     pub fn new(level: LogLevel, mission: Mission) -> Self {
         let mut pages = Self {
             level,
@@ -46,7 +41,7 @@ impl Pages {
         pages
     }
 
-    /// Writes the header line of a table.
+    /// Adds the header line of a table, once.
     fn begin(&mut self, table: Table) {
         let begun = &mut self.tables[table as usize].begun;
         if std::mem::replace(begun, true) {
@@ -65,13 +60,13 @@ impl Pages {
         });
     }
 
-    /// Adds rows to a table that is there only if it has rows.
+    /// Adds rows to a table that exists only if it has rows.
     pub fn add_optional(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
         self.begin(table);
         self.add(table, rows);
     }
 
-    /// Adds rows to a table, if the level keeps it.
+    /// Adds rows to a table if the log level includes it.
     pub fn add(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
         if self.level.keeps(table) {
             let page = &mut self.tables[table as usize];
@@ -82,7 +77,7 @@ impl Pages {
         }
     }
 
-    /// Adds a row to ticks.csv.
+    /// Adds a hash as a row of ticks.csv.
     #[inline(always)]
     pub fn add_hash(&mut self, tick: &Fields, robot: &Fields, section: &'static str, hash: u64) {
         self.add(Table::Ticks, |rows| {
@@ -91,7 +86,7 @@ impl Pages {
         });
     }
 
-    /// Declares the tick whole in every table; `run` is the hash of the run so far.
+    /// Adds a seal that marks the tick as complete in every table. `run` is the hash of the run so far.
     pub fn seal(&mut self, repeated: &Repeated, run: u64) {
         let (tick, world) = (&repeated.tick, &repeated.world);
         for table in Table::ALL
@@ -107,15 +102,14 @@ impl Pages {
         self.add_hash(tick, world, RUN_SECTION, run);
     }
 
-    /// Bytes that wait to be written.
     pub fn waiting(&self) -> usize {
         self.tables.iter().map(|page| page.bytes.len()).sum()
     }
 
-    /// Hands what waits to the sink, ticks.csv last.
+    /// Writes all encoded bytes to the sink, ticks.csv last.
     ///
     /// # Errors
-    /// Those of the sink; the tables after the one that failed are not written.
+    /// Returns errors of the sink. The tables after the failed one are not written.
     pub fn write_to(&mut self, sink: &mut dyn Sink) -> Result<(), RecordError> {
         for (table, page) in Table::ALL.into_iter().zip(&mut self.tables) {
             if !page.bytes.is_empty() {

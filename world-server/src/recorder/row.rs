@@ -1,4 +1,4 @@
-//! How a row is written: field by field, and what many rows have in common in one piece.
+//! The encoding of CSV rows, field by field, with cached parts for many rows.
 
 use std::fmt::Display;
 use std::io::Write;
@@ -6,22 +6,21 @@ use std::io::Write;
 use itoa::Integer;
 use zmij::Float;
 
-/// Writes one CSV row, field by field, without allocating.
+/// A CSV row that is written field by field without allocation.
 pub(super) struct Row<'b>(&'b mut Vec<u8>);
 
 impl<'b> Row<'b> {
-    /// Begins a row at the end of `bytes`.
+    /// Starts a row at the end of `bytes`.
     pub fn new(bytes: &'b mut Vec<u8>) -> Self {
         Self(bytes)
     }
 
-    /// Fields that were encoded before.
     pub fn fields(self, fields: &Fields) -> Self {
         self.0.extend_from_slice(&fields.0);
         self
     }
 
-    /// A word that needs no quotes.
+    /// Adds a word that needs no quotes.
     #[inline(always)]
     pub fn word(self, word: &'static str) -> Self {
         self.0.extend_from_slice(word.as_bytes());
@@ -29,7 +28,6 @@ impl<'b> Row<'b> {
         self
     }
 
-    /// An integer in decimal.
     pub fn number(self, value: impl Integer) -> Self {
         let mut digits = itoa::Buffer::new();
         self.0.extend_from_slice(digits.format(value).as_bytes());
@@ -37,14 +35,14 @@ impl<'b> Row<'b> {
         self
     }
 
-    /// A letter and a number: the name of what has none of its own.
+    /// Adds a letter and a number, as the name of an object without a name.
     pub fn numbered(self, letter: char, value: impl Integer) -> Self {
         self.0.push(letter as u8);
         self.number(value)
     }
 
-    /// A float in the shortest form that reads back to the same bits, of two equally near ones in the even one; whole numbers
-    /// without a point, and never with an exponent.
+    /// Adds a float in the shortest form that reads back to the same bits. Of two equally near forms it chooses the even one. Whole
+    /// numbers have no decimal point, and there is never an exponent.
     pub fn real<F: Float + Display>(self, value: F) -> Self {
         let mut digits = zmij::Buffer::new();
         let shortest = digits.format(value);
@@ -59,7 +57,6 @@ impl<'b> Row<'b> {
         self
     }
 
-    /// An integer or nothing.
     pub fn optional(self, value: Option<impl Integer>) -> Self {
         match value {
             Some(value) => self.number(value),
@@ -67,13 +64,12 @@ impl<'b> Row<'b> {
         }
     }
 
-    /// A truth value, as 0 or 1.
     pub fn flag(self, value: bool) -> Self {
         self.0.extend_from_slice(if value { b"1," } else { b"0," });
         self
     }
 
-    /// A hash, in 16 hexadecimal digits.
+    /// Adds a hash as 16 hexadecimal digits.
     pub fn hash(self, value: u64) -> Self {
         let mut digits = [b','; 17];
         for (place, digit) in digits[..16].iter_mut().enumerate() {
@@ -83,10 +79,10 @@ impl<'b> Row<'b> {
         self
     }
 
-    /// Text, quoted where CSV asks for it. Control characters become spaces, so that a row is always one line.
+    /// Adds text, with quotes if CSV requires them. Control characters become spaces, so that a row is always one line.
     pub fn text(self, text: &str) -> Self {
         let special = |byte: u8| byte.is_ascii_control() || byte == b',' || byte == b'"';
-        // All bytes are looked at, even after a special one: the compiler then looks at many at once.
+        // The loop reads all bytes even after a match, so that the compiler can vectorize it.
         if text.bytes().fold(false, |any, byte| any | special(byte)) {
             self.0.push(b'"');
             for byte in text.bytes() {
@@ -104,7 +100,7 @@ impl<'b> Row<'b> {
         self
     }
 
-    /// Ends the row with what may be as it was: that is written out by `fields` only when it is news.
+    /// Ends the row with cached fields, and encodes them again with `fields` only if the key has changed.
     pub fn end_with<K: PartialEq>(self, tail: &mut Tail<K>, key: K, fields: impl FnOnce(Row<'_>)) {
         if tail.key.as_ref() == Some(&key) {
             self.0.extend_from_slice(&tail.bytes);
@@ -117,43 +113,39 @@ impl<'b> Row<'b> {
         }
     }
 
-    /// Ends the row.
+    /// Replaces the last comma by the end of the line.
     pub fn end(self) {
-        // Every field has left a comma behind it.
+        // Each field ends with a comma.
         if let Some(last) = self.0.last_mut() {
             *last = b'\n';
         }
     }
 }
 
-/// Fields as they stand in a row, encoded once for many rows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Fields(Vec<u8>);
 
 impl Fields {
-    /// Those that are written to a row.
     pub fn of(write: impl for<'r> FnOnce(Row<'r>) -> Row<'r>) -> Self {
         let mut fields = Self::default();
         fields.set(write);
         fields
     }
 
-    /// Others in their place.
     pub fn set(&mut self, write: impl for<'r> FnOnce(Row<'r>) -> Row<'r>) {
         self.0.clear();
         write(Row::new(&mut self.0));
     }
 }
 
-/// The last fields of a row, kept for rows to come: most of what a log says in a tick it has said in the tick before.
+/// The cached last fields of a row. In most ticks they are the same as in the previous tick.
 #[derive(Clone, Debug)]
 pub(super) struct Tail<K> {
-    /// What they tell; the same bits make the same fields.
+    /// The values of the fields. The same bits give the same fields.
     key: Option<K>,
     bytes: Vec<u8>,
 }
 
-/// Nothing is kept yet.
 impl<K> Default for Tail<K> {
     fn default() -> Self {
         Self {
@@ -178,8 +170,8 @@ mod tests {
         String::from_utf8(bytes).unwrap().trim_end().to_owned()
     }
 
-    /// As short as what the standard library writes, in the same notation, and read back to the same bits. The text itself may
-    /// differ where two are equally short and equally near: 40.0078125 as a float of 32 bits is 40.007812 here, the even one.
+    /// Checks that a float is as short as the standard library's form, in the same notation, and reads back to the same bits. The
+    /// digits may differ between two equally short and equally near forms: the `f32` 40.0078125 is 40.007812 here, the even one.
     fn assert_like_the_standard_library<F>(value: F)
     where
         F: Float + Display + FromStr<Err: Debug> + PartialEq + Copy,
@@ -192,7 +184,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the bits, and with values of the kind that a log has.
+        /// Covers arbitrary bits and typical values of a log.
         #[test]
         fn floats_are_as_short_as_can_be(
             bits: u64, short: u32, whole in -1e18..1e18_f64, usual in -100.0..100.0_f64,
@@ -211,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_written_as_the_standard_library_does() {
+    fn non_finite_floats_are_written_like_the_standard_library() {
         assert_eq!(
             [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(real),
             ["NaN", "inf", "-inf"]

@@ -1,4 +1,4 @@
-//! Where a log goes: a folder, or memory.
+//! The destination of a log: a folder or memory.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -9,22 +9,21 @@ use alliance_proto::log::{Document, Memory, Table};
 
 use super::RecordError;
 
-/// Takes what the recorder has encoded.
+/// A destination for the recorder's output.
 pub trait Sink {
-    /// Adds bytes to the end of a table.
+    /// Appends bytes to a table.
     ///
     /// # Errors
-    /// [`RecordError::Write`]; the table may then end in a part of `bytes`.
+    /// Returns [`RecordError::Write`]. The table may then end with a part of `bytes`.
     fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError>;
 
-    /// Puts `text` in the place of the document; a reader sees the old or the new one, never a part.
+    /// Replaces a document atomically: a reader finds the old or the new text, never a part.
     ///
     /// # Errors
-    /// [`RecordError::Write`]; the old document, if any, is then still there.
+    /// Returns [`RecordError::Write`]. The old document, if any, is then still complete.
     fn replace(&mut self, document: Document, text: &str) -> Result<(), RecordError>;
 }
 
-/// A run's folder.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -35,7 +34,7 @@ impl Folder {
     /// Creates the folder, with `logs/` for the output of the run's processes.
     ///
     /// # Errors
-    /// [`RecordError::Occupied`] when a run is already in it, [`RecordError::Write`] when it cannot be made.
+    /// Returns [`RecordError::Occupied`] if the folder contains a run, [`RecordError::Write`] if it cannot be created.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, RecordError> {
         let path = path.into();
         let logs = path.join("logs");
@@ -49,7 +48,6 @@ impl Folder {
         })
     }
 
-    /// Where it is.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path

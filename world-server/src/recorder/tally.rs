@@ -1,4 +1,4 @@
-//! Adds up the figures of run.json.
+//! The figures of run.json.
 
 use std::iter;
 use std::sync::Arc;
@@ -14,35 +14,31 @@ use alliance_proto::time::SimTime;
 use super::answers::Answer;
 use super::record::{EventKind, TickRecord};
 
-/// What a run that ends knows of itself and its log does not.
+/// The part of a run's result that is not in its tables.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ending {
-    /// Whether a stall or loss that the scenario did not ask for changed it.
+    /// `true` if a stall or a message loss outside the scenario changed the run.
     pub unscripted: bool,
-    /// Its faults, with how often each has hit, in the order in which they were armed.
+    /// The faults in the order in which they were armed, each with its number of hits.
     pub faults: Vec<FaultStatus>,
-    /// The mission's figures.
     pub figures: TeamFigures,
 }
 
-/// Adds up the figures of a run.
 #[derive(Clone, Debug)]
 pub struct Tally {
     figures: Figures,
-    /// By rank.
     robots: Vec<RobotFigures>,
     roster: Arc<Roster>,
     step: SimTime,
-    /// What each robot has done, by column of mission.csv that counts what is done.
+    /// Counts of completed work per robot, one entry for each counting column of mission.csv.
     done: Vec<Done>,
 }
 
-/// A column that counts what is done, and by whom.
+/// The counts of a column of mission.csv, by robot.
 #[derive(Clone, Debug)]
 struct Done {
     column: &'static str,
     event: &'static str,
-    /// By rank.
     by: Vec<u64>,
 }
 
@@ -91,12 +87,12 @@ impl Tally {
         }
     }
 
-    /// The figures so far, with those of the mission.
-    pub fn figures(&self, of_mission: TeamFigures) -> Figures {
+    /// Returns the figures so far together with those of the mission.
+    pub fn figures(&self, mission_figures: TeamFigures) -> Figures {
         let TeamFigures {
             mission,
             mut robots,
-        } = of_mission;
+        } = mission_figures;
         if robots.iter().all(MissionFigures::is_empty) {
             for done in &self.done {
                 for (figures, count) in robots.iter_mut().zip(&done.by) {
@@ -104,10 +100,10 @@ impl Tally {
                 }
             }
         }
-        let of_mission = robots
+        let by_robot = robots
             .into_iter()
             .chain(iter::repeat_with(MissionFigures::default));
-        let robots = self.roster.names().zip(&self.robots).zip(of_mission);
+        let robots = self.roster.names().zip(&self.robots).zip(by_robot);
         let robots = robots.map(|((name, robot), mission)| {
             let figures = RobotFigures {
                 mission,

@@ -1,4 +1,4 @@
-//! What faults ask of processes goes to the launcher, which owns them.
+//! Orders to the launcher, which applies process faults to the agents' processes.
 
 use std::sync::{Arc, Weak};
 use std::time::Duration;
@@ -12,24 +12,23 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 
 use super::{Server, lock};
 
-/// How long a process may take to join, or to end, once the launcher has done its part. Far more than it needs on the busiest
-/// machine: it decides only that something is broken. For the launcher itself the run waits as long as that lives, for a stopped one
-/// may go on at any time.
+/// The maximum time for a process to join or end after the launcher has carried out an order. It is far longer than needed on a
+/// busy machine, so that exceeding it means a defect. There is no limit for the launcher itself, because a stopped launcher may
+/// be resumed at any time.
 const ACT_DEADLINE: Duration = Duration::from_secs(30);
 
-/// What the launcher is doing.
 pub(super) struct UnderWay {
     order: ProcessOrder,
     robot: RobotId,
-    /// Dead once the query is over, be it answered or not.
+    /// Invalid after the query has ended, with or without an answer.
     query: Weak<()>,
     answered: Option<Instant>,
-    /// The process that was started.
+    /// The id of the process that the launcher has started.
     started: Option<u32>,
 }
 
 impl Server {
-    /// Passes on what is to be done to processes, one act after the other.
+    /// Sends pending process orders to the launcher, one after the other.
     pub(super) fn carry_out(&mut self) {
         while let Some((robot, act)) = self.simulation.next_act() {
             self.orders += 1;
@@ -39,7 +38,11 @@ impl Server {
                 pid: self.peers[robot.index()].pid,
                 act,
             };
-            tracing::info!(robot = order.robot, ?act, "asks the launcher");
+            tracing::info!(
+                robot = order.robot,
+                ?act,
+                "sending an order to the launcher"
+            );
             self.under_way = Some(UnderWay {
                 order,
                 robot,
@@ -47,18 +50,19 @@ impl Server {
                 answered: None,
                 started: None,
             });
-            self.ask_launcher();
+            self.send_order();
         }
     }
 
-    /// Sends the order that is under way.
-    fn ask_launcher(&mut self) {
-        let Some(asked) = &self.under_way else { return };
-        let number = asked.order.number;
-        match self.query_launcher(&asked.order) {
+    fn send_order(&mut self) {
+        let Some(current) = &self.under_way else {
+            return;
+        };
+        let number = current.order.number;
+        match self.query_launcher(&current.order) {
             Ok(query) => {
-                if let Some(asked) = &mut self.under_way {
-                    asked.query = query;
+                if let Some(current) = &mut self.under_way {
+                    current.query = query;
                 }
             }
             Err(why) => self.act_done(number, Err(why)),
@@ -73,25 +77,25 @@ impl Server {
         let payload = secret
             .seal(&key, order)
             .map_err(|error| error.to_string())?;
-        let me = Weak::clone(&self.me);
-        // The callback, and this with it, is dropped when the query is over.
+        let server = Weak::clone(&self.this);
+        // `open` is dropped together with the callback when the query ends.
         let open = Arc::new(());
         let query = Arc::downgrade(&open);
         self.session
             .get(self.keys.process(host))
             .payload(payload)
-            // Anybody may answer; only what the launcher sealed is an answer.
+            // Other members may answer as well. Only an answer with the launcher's seal is valid.
             .target(QueryTarget::All)
             .consolidation(ConsolidationMode::None)
             .timeout(ACT_DEADLINE)
             .callback(move |reply| {
                 let _ = &open;
                 let Ok(sample) = reply.into_result() else {
-                    // Time has run out, which the clock sees as well.
+                    // The query has timed out. The regular clock check detects that as well.
                     return;
                 };
                 let answer = secret.open::<ProcessReply>(&key, &sample.payload().to_bytes());
-                if let Some(server) = me.upgrade() {
+                if let Some(server) = server.upgrade() {
                     lock(&server).launcher_answered(answer);
                 }
             })
@@ -103,12 +107,12 @@ impl Server {
     fn launcher_answered(&mut self, answer: Result<ProcessReply, OpenError>) {
         match answer {
             Ok(reply) => {
-                // The answer to the order before may come when its effect has been seen already, and the next one given.
-                if let Some(asked) = &mut self.under_way
-                    && asked.order.number == reply.number
+                // The answer to an earlier order may arrive after its effect, when the next order has already been sent.
+                if let Some(current) = &mut self.under_way
+                    && current.order.number == reply.number
                 {
-                    asked.answered.get_or_insert_with(Instant::now);
-                    asked.started = reply.result.as_ref().ok().copied();
+                    current.answered.get_or_insert_with(Instant::now);
+                    current.started = reply.result.as_ref().ok().copied();
                 }
                 self.act_done(reply.number, reply.result.map(drop));
                 self.pump();
@@ -119,10 +123,10 @@ impl Server {
 
     fn act_done(&mut self, number: u64, result: Result<(), String>) {
         match &self.under_way {
-            Some(asked) if asked.order.number == number => {
-                let (robot, act) = (asked.robot, asked.order.act);
+            Some(current) if current.order.number == number => {
+                let (robot, act) = (current.robot, current.order.act);
                 if act == ProcessAct::Continue {
-                    // The launcher's news of it may come later.
+                    // The launcher's own report of the new state may arrive later.
                     self.peers[robot.index()].stopped = false;
                 }
                 self.simulation.act_done(robot, act, result);
@@ -131,48 +135,50 @@ impl Server {
         }
     }
 
-    /// A process that was started and has ended before it joined will not join.
+    /// Fails the current start order if its process has ended before it joined.
     pub(super) fn stillborn(&mut self, pid: u32) {
-        if let Some(asked) = &self.under_way
-            && asked.order.act == ProcessAct::Start
-            && asked.started == Some(pid)
+        if let Some(current) = &self.under_way
+            && current.order.act == ProcessAct::Start
+            && current.started == Some(pid)
             && self.simulation.awaits_act()
         {
             let why = "its process ended before it joined".to_owned();
             self.simulation
-                .act_done(asked.robot, asked.order.act, Err(why));
+                .act_done(current.robot, current.order.act, Err(why));
         }
     }
 
-    /// What is under way with a process: to which robot, what, and the process that the launcher has started for it.
+    /// Returns the robot, the act and the started process of the current order, if it is not done yet.
     pub(super) fn act_under_way(&self) -> Option<(RobotId, ProcessAct, Option<u32>)> {
-        let asked = self.under_way.as_ref();
-        let asked = asked.filter(|_| self.simulation.awaits_act())?;
-        Some((asked.robot, asked.order.act, asked.started))
+        let current = self.under_way.as_ref();
+        let current = current.filter(|_| self.simulation.awaits_act())?;
+        Some((current.robot, current.order.act, current.started))
     }
 
-    /// Asks again where nobody has answered, for a launcher that is still on its way to the bus has not heard it; one that has does
-    /// it once.
+    /// Sends the current order again if its query ended without an answer, because a launcher that is still connecting may have
+    /// missed it. The launcher carries out each order once. Fails the order after its deadline.
     pub(super) fn look_after_act(&mut self, now: Instant) {
-        let Some(asked) = &self.under_way else { return };
+        let Some(current) = &self.under_way else {
+            return;
+        };
         if !self.simulation.awaits_act() {
             return;
         }
         let is_late = |answered: Instant| now.duration_since(answered) > ACT_DEADLINE;
-        if asked.answered.is_some_and(is_late) {
+        if current.answered.is_some_and(is_late) {
             let late = format!("not done within {} s", ACT_DEADLINE.as_secs());
             self.simulation
-                .act_done(asked.robot, asked.order.act, Err(late));
-        } else if asked.answered.is_none() && asked.query.strong_count() == 0 {
-            self.ask_launcher();
+                .act_done(current.robot, current.order.act, Err(late));
+        } else if current.answered.is_none() && current.query.strong_count() == 0 {
+            self.send_order();
         }
     }
 
-    /// The server behind its lock, which it has to know to be called back.
+    /// Puts the server behind its lock, with a weak reference to itself for callbacks.
     pub fn shared(server: Self) -> Arc<std::sync::Mutex<Self>> {
-        Arc::new_cyclic(|me| {
+        Arc::new_cyclic(|this| {
             std::sync::Mutex::new(Self {
-                me: Weak::clone(me),
+                this: Weak::clone(this),
                 ..server
             })
         })

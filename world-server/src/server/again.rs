@@ -1,4 +1,4 @@
-//! Ticks that are sent again: the bus drops what a full queue cannot take, and then world and agent would wait for each other.
+//! Repeated ticks. The bus drops messages if a queue is full, and world and agent would then wait for each other.
 
 use std::time::Duration;
 
@@ -11,21 +11,19 @@ use zenoh::bytes::ZBytes;
 use super::Server;
 use crate::barrier::Presence;
 
-/// How long an answer is waited for before a tick is sent again: longer than a step takes on a busy machine, and shorter than the
-/// default deadline of a stall.
+/// The time without an answer after which a tick is sent again. It is longer than a step on a busy machine, and shorter than the
+/// default stall deadline.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// The latest tick that a robot was asked, as it was sent.
 pub(super) struct Question {
     tick: Tick,
     sealed: ZBytes,
     sent: Instant,
-    /// It was sent more than once.
     again: bool,
 }
 
 impl Server {
-    /// Sends the current tick to a robot, and keeps it until the next one.
+    /// Sends the current tick to a robot and stores the message for repetitions.
     pub(super) fn put_question(&mut self, robot: RobotId, now: Instant) {
         let tick = self.simulation.message(robot);
         let message = if tick.truth.is_empty() {
@@ -52,18 +50,18 @@ impl Server {
         }
     }
 
-    /// Sends what was asked once more to everybody who has not answered for long, and might: whoever has stepped in that tick repeats
-    /// what came of it.
+    /// Sends the latest tick again to robots that have not answered for a long time but may still do so. A robot that has already
+    /// stepped in that tick repeats its report.
     pub(super) fn ask_again(&mut self, now: Instant) {
         let barrier = self.simulation.barrier();
-        let owes = |robot: RobotId| {
+        let may_answer = |robot: RobotId| {
             barrier.is_awaited(robot) || barrier.presence(robot) == Presence::Silent
         };
         let mut due = Vec::new();
         for (robot, peer) in barrier.robots().zip(&mut self.peers) {
             if let Some(question) = &mut peer.question
                 && now - question.sent > PATIENCE
-                && owes(robot)
+                && may_answer(robot)
                 && !peer.stopped
             {
                 question.sent = now;
@@ -76,7 +74,7 @@ impl Server {
         }
     }
 
-    /// Whether a report of that tick may be the second one that was asked for.
+    /// Returns `true` if a report of that tick may be the answer to a repeated message.
     pub(super) fn asked_again(&self, robot: RobotId, tick: Tick) -> bool {
         let question = &self.peers[robot.index()].question;
         question

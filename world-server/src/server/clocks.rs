@@ -1,16 +1,15 @@
-//! The clocks of two hosts, by which certificates hold or not.
+//! A comparison of two hosts' clocks, because certificates are valid for a limited time.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// By how much they may differ.
 const APART: Duration = Duration::from_secs(60);
 
-/// Whether the clock of a host, in ms since 1970, is that of this one.
+/// Compares the clock of a host, in ms since 1970, with the local clock.
 ///
 /// # Errors
-/// By how much they differ, if it is more than a minute.
+/// Returns a text with the difference if it is more than a minute.
 pub fn check_clock(unix_ms: u64) -> Result<(), String> {
-    // Never seen by the simulation.
+    // The simulation does not use this time.
     #[allow(clippy::disallowed_methods)]
     let now = SystemTime::now();
     compare(now.duration_since(UNIX_EPOCH).unwrap_or_default(), unix_ms)
@@ -21,7 +20,7 @@ fn compare(here: Duration, unix_ms: u64) -> Result<(), String> {
     if apart > APART {
         let apart = humantime::format_duration(Duration::from_secs(apart.as_secs()));
         return Err(format!(
-            "this host's clock and the world's are {apart} apart: set them, by NTP for example"
+            "the clocks of this host and the world differ by {apart}; synchronize them, for example with NTP"
         ));
     }
     Ok(())
@@ -42,14 +41,13 @@ mod tests {
     }
 
     #[test]
-    fn more_is_told_in_words() {
+    fn a_larger_difference_is_an_error() {
         let here = Duration::from_millis(NOW_MS);
-        let told =
-            "this host's clock and the world's are 1m 1s apart: set them, by NTP for example";
+        let expected = "the clocks of this host and the world differ by 1m 1s; synchronize them, for example with NTP";
         for unix_ms in [NOW_MS - 61_000, NOW_MS + 61_000] {
-            assert_eq!(compare(here, unix_ms), Err(told.to_owned()));
+            assert_eq!(compare(here, unix_ms), Err(expected.to_owned()));
         }
-        // What a stranger may state.
+        // Extreme values of an untrusted sender.
         assert!(compare(here, 0).is_err());
         assert!(compare(here, u64::MAX).is_err());
     }

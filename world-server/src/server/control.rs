@@ -1,4 +1,4 @@
-//! What operators ask of a run on the control topic.
+//! The operators' requests on the control topic.
 
 use alliance_proto::control::wire::{Form, Wire, WireError, Written};
 use alliance_proto::control::{
@@ -15,10 +15,10 @@ use crate::barrier::Presence;
 use crate::pace::Speed;
 
 impl Server {
-    /// A request on the control topic, and its reply.
+    /// Executes a request on the control topic and returns the reply.
     ///
     /// # Errors
-    /// When it is none, or no member of the run made it; for the asker's eyes.
+    /// Fails if the request is malformed or does not carry the seal of the run.
     pub fn control(
         &mut self,
         form: Form,
@@ -30,13 +30,13 @@ impl Server {
             .read_request(form, payload, attachment)
             .inspect_err(|error| self.refuse("control", error))?;
         let nonce = request.nonce.clone();
-        let reply = self.obey(request);
+        let reply = self.execute(request);
         wire.write_reply(form, &nonce, &reply)
     }
 
-    fn obey(&mut self, request: Request) -> Reply {
+    fn execute(&mut self, request: Request) -> Reply {
         if !self.nonces.insert(request.nonce) {
-            self.refuse("control", &"put again");
+            self.refuse("control", &"replayed");
             return Reply::Refused("nonce: it has been used; give each request its own".to_owned());
         }
         let reply = match request.command {
@@ -48,9 +48,9 @@ impl Server {
             ControlCommand::List => Ok(Reply::Faults(self.simulation.faults())),
             ControlCommand::Status => Ok(Reply::Status(Box::new(self.status()))),
             ControlCommand::Describe => self.description().map(Reply::Description),
-            ControlCommand::Clock(command) => self.turn_the_clock(command).map(Reply::Clock),
+            ControlCommand::Clock(command) => self.apply_clock_command(command).map(Reply::Clock),
         };
-        // A world that stands still shows at once what has changed.
+        // A paused world publishes the change at once.
         self.show();
         self.pump();
         reply.unwrap_or_else(|why| {
@@ -59,7 +59,7 @@ impl Server {
         })
     }
 
-    /// Refuses what is to happen at once and could do nothing: whoever asks for it has something else in mind.
+    /// Rejects an immediate fault that would have no effect, because the operator must have meant something else.
     fn check_now(&self, order: &Order) -> Result<(), String> {
         let barrier = self.simulation.barrier();
         let robot = order.fault.robot().and_then(|name| self.robot_named(name));
@@ -84,7 +84,7 @@ impl Server {
         }
     }
 
-    fn turn_the_clock(&mut self, command: ClockCommand) -> Result<ClockStatus, String> {
+    fn apply_clock_command(&mut self, command: ClockCommand) -> Result<ClockStatus, String> {
         match command {
             ClockCommand::Pause => self.pace.pause(),
             ClockCommand::Resume => self.pace.resume(Instant::now()),
@@ -118,7 +118,7 @@ impl Server {
 
     fn description(&self) -> Result<Description, String> {
         let mut setup = self.simulation.setup().clone();
-        // They grow with the square of the team.
+        // Their size is quadratic in the size of the team.
         setup.alliance.robots.clear();
         let setup = setup.to_json();
         let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());

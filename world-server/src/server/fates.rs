@@ -1,8 +1,10 @@
-//! Whether a mind that is a program of its own tells what the links do to its messages. The world does not touch them: a robot's own radio
-//! does. So a program that leaves that out would be spared all link faults, and nobody would see it. Seed and states of the links are
-//! known here: what must come of them is worked out with the code of the agent in Rust, and compared with what the report says.
+//! A check of the receptions that external controllers report.
 //!
-//! That is against mistakes, and not against malice: what has arrived may be heard whatever the report says.
+//! Link faults are applied by the receiving robot's radio, not by the world. A controller that does not apply them would
+//! silently be exempt from all link faults. The world has the seed and the state of the links, so it computes the expected
+//! deliveries with the code of the Rust agent and compares them with the report.
+//!
+//! The check finds mistakes, not malice: a controller can use a received message despite a correct report.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,34 +16,32 @@ use alliance_proto::team::Broadcast;
 use alliance_proto::telemetry::{Delivery, Reception};
 use alliance_proto::tick::{ManifestEntry, Report, TickMessage};
 
-/// Ticks for which broadcasts are kept: manifests list those of the tick at hand and of the one before.
+/// The number of ticks for which broadcasts are stored. Manifests list broadcasts of the current and the previous tick.
 const TICKS: Tick = 4;
 
-/// Most broadcasts that are kept of a team; what comes beyond is no team's.
+/// The maximum number of stored broadcasts. A team does not send more.
 const CAPACITY: usize = 65_536;
 
-/// Identity of a broadcast.
 type Key = (Tick, RobotId, Incarnation, u16);
 
-/// The links to foreign minds.
 #[derive(Default)]
 pub(super) struct Fates {
-    /// In what incarnation, and what is on its way there; `None`: nobody can tell any more.
+    /// The incarnation and the links of each receiver, with messages in flight; `None` if the state is no longer known.
     links: BTreeMap<RobotId, (Incarnation, Option<Links>)>,
-    said: BTreeMap<Key, Arc<Broadcast>>,
+    broadcasts: BTreeMap<Key, Arc<Broadcast>>,
 }
 
-/// A report that has been looked at: how its links are after it, if it counts; `None`: nobody can tell.
+/// The state of the receiver's links after a checked report, if the report counts; `None` if the state is unknown.
 pub(super) struct Checked(Option<Links>);
 
 impl Fates {
-    /// Something that was said in the team. Of two of the same number the first one is it.
+    /// Stores a broadcast. The first of several broadcasts with the same identity is used.
     pub fn hear(&mut self, broadcast: Broadcast) {
         let now = broadcast.tick;
-        while let Some(first) = self.said.first_entry()
-            && (first.key().0 + TICKS < now || self.said.len() >= CAPACITY)
+        while let Some(first) = self.broadcasts.first_entry()
+            && (first.key().0 + TICKS < now || self.broadcasts.len() >= CAPACITY)
         {
-            self.said.pop_first();
+            self.broadcasts.pop_first();
         }
         let key = (
             broadcast.tick,
@@ -49,16 +49,18 @@ impl Fates {
             broadcast.incarnation,
             broadcast.index,
         );
-        self.said.entry(key).or_insert_with(|| Arc::new(broadcast));
+        self.broadcasts
+            .entry(key)
+            .or_insert_with(|| Arc::new(broadcast));
     }
 
-    /// Looks at a report that answers that tick.
+    /// Checks a report that answers a tick.
     ///
     /// # Errors
-    /// The first message of which it says something else than its link does.
+    /// Returns the first message whose reported delivery differs from the link's.
     pub fn check(
         &self,
-        told: &TickMessage,
+        message: &TickMessage,
         report: &Report,
         setup: &Setup,
     ) -> Result<Checked, String> {
@@ -69,34 +71,33 @@ impl Fates {
             Some((_, None)) => return Ok(Checked(None)),
             None => Links::new(report.robot, setup),
         };
-        if (told.tick, told.incarnation) != (report.tick, report.incarnation) {
-            // It will not count.
+        if (message.tick, message.incarnation) != (report.tick, report.incarnation) {
+            // The report will not count.
             return Ok(Checked(Some(links)));
         }
-        // A real loss is believed: who says that a message never came has not heard it.
+        // A reported real loss is accepted, because the controller cannot have received the message.
         let mut reported = report.receptions.iter();
         let mut arrived: Vec<Option<Arc<Broadcast>>> = Vec::new();
-        for key in told.manifest.iter().flat_map(keys) {
+        for key in message.manifest.iter().flat_map(keys) {
             let is_lost = reported
                 .next()
-                .is_some_and(|it| it.delivery == Delivery::Lost);
-            let said = self.said.get(&key).filter(|_| !is_lost);
-            if said.is_none() && !is_lost {
-                // It never came here: nothing can be said of it, or of what follows from it.
+                .is_some_and(|reception| reception.delivery == Delivery::Lost);
+            let broadcast = self.broadcasts.get(&key).filter(|_| !is_lost);
+            if broadcast.is_none() && !is_lost {
+                // The world has not received the broadcast either, so later deliveries are unknown.
                 return Ok(Checked(None));
             }
-            arrived.push(said.cloned());
+            arrived.push(broadcast.cloned());
         }
-        let mut heard = Heard::default();
-        links.hear(told, &mut arrived, &mut heard);
-        // Whoever has no radio reports nothing at all.
+        let mut received = Heard::default();
+        links.hear(message, &mut arrived, &mut received);
+        // A controller without a radio reports no receptions.
         if !report.receptions.is_empty() {
-            compare(&report.receptions, &heard.receptions, setup)?;
+            compare(&report.receptions, &received.receptions, setup)?;
         }
         Ok(Checked(Some(links)))
     }
 
-    /// That report counts.
     pub fn settle(&mut self, report: &Report, checked: Checked) {
         self.links
             .insert(report.robot, (report.incarnation, checked.0));
@@ -110,19 +111,27 @@ fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
 
 fn compare(reported: &[Reception], expected: &[Reception], setup: &Setup) -> Result<(), String> {
     for place in 0..reported.len().max(expected.len()) {
-        let (said, due) = (reported.get(place), expected.get(place));
-        if said == due {
+        let (actual, correct) = (reported.get(place), expected.get(place));
+        if actual == correct {
             continue;
         }
-        let of = said.or(due).map_or(RobotId(0), |it| it.sender);
-        let sender = setup.scenario.robots.get(of.index());
-        let sender = sender.map_or("nobody", |robot| &robot.name);
-        let delivery = |it: Option<&Reception>| it.map_or("nothing", |it| it.delivery.as_str());
-        let (said, due) = (delivery(said), delivery(due));
-        return Err(if said == due {
-            format!("reception {place}, of {sender}: '{said}', with another message than was sent")
+        let sender_id = actual
+            .or(correct)
+            .map_or(RobotId(0), |reception| reception.sender);
+        let sender = setup.scenario.robots.get(sender_id.index());
+        let sender = sender.map_or("an unknown robot", |robot| &robot.name);
+        let delivery = |reception: Option<&Reception>| {
+            reception.map_or("nothing", |reception| reception.delivery.as_str())
+        };
+        let (actual, correct) = (delivery(actual), delivery(correct));
+        return Err(if actual == correct {
+            format!(
+                "reception {place} from {sender}: '{actual}', but the message differs from the one that was sent"
+            )
         } else {
-            format!("reception {place}, of {sender}: '{said}', and the link says '{due}'")
+            format!(
+                "reception {place} from {sender}: '{actual}', but the link's result is '{correct}'"
+            )
         });
     }
     Ok(())

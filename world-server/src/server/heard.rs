@@ -1,4 +1,4 @@
-//! What comes from robots and from the launchers of their hosts: reports, broadcasts, states of processes.
+//! Messages of robots and of their hosts' launchers: reports, broadcasts and process states.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::keys::Keys;
@@ -11,7 +11,7 @@ use super::Server;
 use crate::barrier::Verdict;
 
 impl Server {
-    /// A report arrived on that key, or something that is none.
+    /// Handles a report, or an invalid message, that arrived on this key.
     pub fn report(&mut self, key: &str, report: Result<Report, OpenError>) {
         let report = match report {
             Ok(report) => report,
@@ -24,10 +24,10 @@ impl Server {
         let (robot, incarnation) = (report.robot, report.incarnation);
         let is_foreign = self.simulation.is_foreign(robot);
         let mut checked = None;
-        // Only what answers the tick at hand can count.
+        // Only a report for the current tick can count.
         if is_foreign && self.simulation.barrier().is_awaited(robot) {
-            let (told, setup) = (self.simulation.message(robot), self.simulation.setup());
-            match self.fates.check(told, &report, setup) {
+            let (message, setup) = (self.simulation.message(robot), self.simulation.setup());
+            match self.fates.check(message, &report, setup) {
                 Ok(fates) => checked = Some(fates),
                 Err(why) => return self.dismiss(robot, &report, &why),
             }
@@ -40,12 +40,12 @@ impl Server {
                 }
             }
             Verdict::BackAgain => {
-                tracing::info!(robot = name, "back again");
+                tracing::info!(robot = name, "agent answers again");
                 self.peers[robot.index()].stopped = false;
             }
             Verdict::Superseded => {
                 self.send(robot, &ToAgent::Dismissed(incarnation));
-                return self.refuse("report", &"of a superseded incarnation");
+                return self.refuse("report", &"from a superseded incarnation");
             }
             Verdict::Stale if self.asked_again(robot, report.tick) => return,
             Verdict::Stale => return self.refuse("report", &"stale"),
@@ -57,11 +57,11 @@ impl Server {
         self.pump();
     }
 
-    /// Something was said in a team in which some minds are programs of their own, on that key: what these say is kept, and what the
-    /// others say is what they must have heard.
+    /// Handles a broadcast on this key in a team with external controllers. Their broadcasts are recorded. All broadcasts are stored
+    /// for the check of receptions.
     pub fn overhear(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
         let name = self.keys.parse_robot(key).unwrap_or_default();
-        // What is no broadcast its hearers count.
+        // Invalid broadcasts are counted by their receivers.
         if let Ok(broadcast) = broadcast
             && self.robot_named(name) == Some(broadcast.sender)
         {
@@ -72,15 +72,15 @@ impl Server {
         }
     }
 
-    /// Ends a mind that does what none would: the run goes on without it.
+    /// Dismisses a controller after an invalid report. The run continues without it.
     fn dismiss(&mut self, robot: RobotId, report: &Report, why: &dyn std::fmt::Display) {
         let peer = &self.peers[robot.index()];
-        tracing::warn!(robot = peer.name, tick = report.tick, %why, "its mind is dismissed");
+        tracing::warn!(robot = peer.name, tick = report.tick, %why, "controller dismissed");
         self.send(robot, &ToAgent::Dismissed(report.incarnation));
         self.refuse("report", why);
     }
 
-    /// The launcher of a host reports, on its key, the state of an agent's process.
+    /// Handles a message about the state of an agent's process from the launcher of a host.
     pub fn process(&mut self, key: &str, payload: &[u8]) {
         let host = Keys::parse_speaker(key);
         let opened = match self.seals.host(host) {
@@ -100,17 +100,17 @@ impl Server {
             return self.refuse("process", &"unknown robot");
         };
         if self.seals.host_of(robot) != host {
-            return self.refuse("process", &"of another host's robot");
+            return self.refuse("process", &"for a robot of another host");
         }
         self.peers[robot.index()].lost = news.state != ProcessState::Continued;
         if news.state == ProcessState::Ended {
-            // The death of an agent is told by its token; one that has not joined has none.
+            // The token reports the death of an agent. A process that has not joined has no token.
             self.stillborn(news.pid);
             return self.pump();
         }
         let peer = &mut self.peers[robot.index()];
         if peer.pid != Some(news.pid) && !self.simulation.barrier().started() {
-            // It has not asked to join yet.
+            // The process has not yet requested to join.
             return;
         }
         if peer.pid != Some(news.pid) {

@@ -1,4 +1,4 @@
-//! How agents and hosts come to the run: requests to join, requests of hosts, liveliness tokens.
+//! Arrival of agents and hosts: join requests, host requests and liveliness tokens.
 
 use std::sync::Arc;
 
@@ -13,14 +13,11 @@ use super::clocks::check_clock;
 use crate::barrier::Presence;
 
 impl Server {
-    /// Answers a request to join that came on that key: the answer, sealed for who asked.
-    ///
-    /// # Errors
-    /// When it is too large to be sent.
+    /// Answers a join request on this key. The answer is sealed for the sender.
     pub fn join(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, CodecError> {
         let Some(name) = key.strip_prefix(&self.keys.join("")) else {
-            // An agent of an earlier version, which sealed with the token.
-            self.refuse("join", &"of another version");
+            // Agents of an earlier version use this key and seal with the token.
+            self.refuse("join", &"from another version");
             let refusal = JoinReply::Refused(unread(payload));
             return self.seals.run.seal(&format!("{key}/{:032x}", 0), &refusal);
         };
@@ -40,10 +37,7 @@ impl Server {
         secret.seal(&self.keys.join_answer(name, nonce), &reply)
     }
 
-    /// Answers a request of a host that came on that key.
-    ///
-    /// # Errors
-    /// When there is no such host, or the answer is too large to be sent.
+    /// Answers a host's request on this key.
     pub fn enlist(&mut self, key: &str, payload: &[u8]) -> Result<Vec<u8>, String> {
         let host = Keys::parse_speaker(key).to_owned();
         let seals = Arc::clone(&self.seals);
@@ -70,29 +64,29 @@ impl Server {
         check_clock(request.unix_ms)?;
         let robots = &self.simulation.setup().scenario.robots;
         let barrier = self.simulation.barrier();
-        let own = barrier
+        let host_robots = barrier
             .robots()
             .filter(|robot| self.seals.host_of(*robot) == host);
         let (mut all, mut start) = (Vec::new(), Vec::new());
-        for robot in own {
+        for robot in host_robots {
             let name = &robots[robot.index()].name;
             all.push(name.clone());
             let is_free = matches!(
                 barrier.presence(robot),
                 Presence::Empty | Presence::Invited | Presence::Silent
             );
-            // After the clock has started, only those come back whose lives nobody has ended on purpose.
+            // After the clock has started, robots that were killed on purpose do not come back.
             if !robots[robot.index()].absent && is_free && !barrier.is_killed(robot) {
                 start.push(name.clone());
             }
         }
-        tracing::info!(host, robots = all.join(", "), "a host is here");
+        tracing::info!(host, robots = all.join(", "), "host joined");
         Ok(Enlisted { robots: all, start })
     }
 
     fn answer(&mut self, request: JoinRequest) -> JoinReply {
         if !self.asked_to_join.insert(request.nonce) {
-            self.refuse("join", &"put again");
+            self.refuse("join", &"replayed");
             return JoinReply::Refused(Refusal::Malformed);
         }
         if request.version != PROTOCOL_VERSION {
@@ -126,8 +120,8 @@ impl Server {
         }
     }
 
-    /// Over a network a host can vanish without a closed socket: the silent life of a robot ends when a new one proves that it is the same
-    /// robot's.
+    /// Ends the silent incarnation of a robot when a new agent of the same robot joins over a network. A host can disappear from a
+    /// network without closing its socket.
     fn supersede(&mut self, robot: &str) {
         let Some(robot) = self.seals.rank(robot) else {
             return;
@@ -142,11 +136,11 @@ impl Server {
         }
     }
 
-    /// A liveliness token of an agent came or went.
+    /// Handles the appearance or disappearance of an agent's liveliness token.
     pub fn token(&mut self, key: &str, alive: bool) {
         let plain = key.rsplit_once('/').map_or(key, |(plain, _)| plain);
         let Some((name, incarnation)) = self.keys.parse_alive(plain) else {
-            return self.refuse("token", &"of no robot's incarnation");
+            return self.refuse("token", &"not a robot's incarnation");
         };
         let Some(robot) = self.robot_named(name) else {
             return self.refuse("token", &"unknown robot");
@@ -162,7 +156,7 @@ impl Server {
                 robot = name,
                 incarnation,
                 tick = self.simulation.tick(),
-                "agent gone"
+                "agent lost"
             );
             self.simulation.gone(robot, incarnation);
         }
@@ -170,7 +164,7 @@ impl Server {
     }
 }
 
-/// Another version may seal or encode in another way, but it says first which one it is.
+/// Returns the refusal of an unreadable request. Requests of all versions begin with the version number.
 fn unread(payload: &[u8]) -> Refusal {
     match decode_first(payload) {
         Ok(agent) if agent != PROTOCOL_VERSION => version_refusal(agent),

@@ -1,11 +1,11 @@
-//! The run behind one lock: what zenoh's callbacks, the timer and the signals do to it.
+//! The run behind one lock, with entry points for Zenoh's callbacks, timers and signals.
 //!
-//! It sends through publishers that were declared once, writes through the recorder, and reads the wall clock for pace and
-//! deadlines; every decision about the run is the [`Simulation`]'s.
+//! The server sends through publishers that are declared once and writes through the recorder. It reads the wall clock for pace
+//! and deadlines. All decisions about the run are made by the [`Simulation`].
 //!
-//! - `joining`: how agents and hosts come to the run. `heard`: what comes from robots and launchers. `control`: what operators ask for.
-//! - `acts`: what faults ask of processes. `again`, `standstill`, `clocks`: what waits, or is lost, or differs.
-//! - `seals`: who may say what. `fates`: whether minds that are programs of their own tell what links do to messages.
+//! - `joining`: arrival of agents and hosts. `heard`: messages of robots and launchers. `control`: requests of operators.
+//! - `acts`: process faults. `again`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
+//! - `seals`: keys of all members. `fates`: a check of the receptions that external controllers report.
 
 mod acts;
 mod again;
@@ -42,104 +42,80 @@ use fates::Fates;
 pub use seals::Seals;
 use standstill::Standstill;
 
-/// How long a welcomed agent may take to show its token, and how long the run waits when every agent is gone, in case
-/// somebody starts one again.
+/// The maximum time for a welcomed agent to show its token. Also the time that the run waits for a new agent after the last one
+/// is lost.
 const GRACE: Duration = Duration::from_secs(5);
 
-/// How often the pace is looked at while agents are at work.
 const WORK_INTERVAL: Duration = Duration::from_millis(1);
 
-/// Least time between two views of a running clock: as often as a screen needs.
+/// The minimum time between two views of a running clock, short enough for a smooth display.
 const VIEW_INTERVAL: Duration = Duration::from_millis(30);
 
-/// What became of the run.
 pub type Ended = Result<Outcome, RecordError>;
 
-/// One robot as the shell knows it.
 struct Peer {
     name: String,
     ticks: Publisher<'static>,
-    /// Process id that its agent gave when it joined.
+    /// The process id from the agent's join request.
     pid: Option<u32>,
     invited: Option<(Incarnation, Instant)>,
     asked: Option<Instant>,
-    /// What it was asked last.
     question: Option<Question>,
-    /// The launcher says that its process is stopped.
+    /// `true` if the launcher has reported that the process is stopped.
     stopped: bool,
-    /// The launcher says that its process ended, or is stopped: a clock that has not started does not wait for it.
+    /// `true` if the launcher has reported that the process ended or is stopped. The clock starts without such a robot.
     lost: bool,
 }
 
-/// The run and its surroundings.
 pub struct Server {
     simulation: Simulation,
     recorder: Background<Folder>,
-    /// Of minds that are programs of their own.
     fates: Fates,
     peers: Vec<Peer>,
     run: String,
-    /// Of the log.
     folder: PathBuf,
     keys: Keys,
     seals: Arc<Seals>,
     session: Session,
-    /// Itself, for whom the launcher answers.
-    me: Weak<Mutex<Server>>,
+    /// A reference to the server for the launcher's answers.
+    this: Weak<Mutex<Server>>,
     view: Publisher<'static>,
     events: Publisher<'static>,
     pace: Pace,
     stall_after: Duration,
-    /// The current tick has begun: its questions may be asked whatever the pace.
+    /// The current tick if it has begun. Its messages are then sent regardless of the pace.
     begun: Option<u64>,
     deserted_since: Option<Instant>,
     standstill: Standstill,
     first_tick: Option<Instant>,
-    /// Nonces of all join requests: one that is put again is none.
+    /// Nonces of all join requests, for the detection of replayed ones.
     asked_to_join: BTreeSet<u128>,
-    /// Nonces of all requests of operators.
+    /// Nonces of all operator requests, for the detection of replayed ones.
     nonces: BTreeSet<String>,
-    /// Number of the latest news of the launcher on each host.
     latest_news: BTreeMap<String, u64>,
-    /// Number of the latest order to the launcher.
     orders: u64,
-    /// That order.
     under_way: Option<UnderWay>,
-    /// When the latest view was published.
     shown: Instant,
     refused: Ignored,
     ended: Option<oneshot::Sender<Ended>>,
 }
 
-/// The world's place on the bus.
 pub struct Bus {
-    /// Id of the run.
     pub run: String,
-    /// Its session.
     pub session: Session,
-    /// Keys of the run.
     pub keys: Keys,
-    /// What messages are sealed with.
     pub seals: Arc<Seals>,
-    /// Its publishers, declared once.
     pub publishers: Publishers,
 }
 
-/// Publishers of the world, declared once.
 pub struct Publishers {
-    /// One per robot, by rank.
     pub ticks: Vec<Publisher<'static>>,
-    /// Snapshots for observers.
     pub view: Publisher<'static>,
-    /// Events for observers.
     pub events: Publisher<'static>,
 }
 
 impl Server {
-    /// A run that waits for its robots; `ended` is told when it is over.
-    ///
-    /// # Errors
-    /// When the log cannot work in the background.
+    /// Creates a run that waits for its robots. Its result is sent to `ended`.
     pub fn new(
         simulation: Simulation,
         recorder: Recorder<Folder>,
@@ -173,7 +149,7 @@ impl Server {
             keys: bus.keys,
             seals: bus.seals,
             session: bus.session,
-            me: Weak::new(),
+            this: Weak::new(),
             view: bus.publishers.view,
             events: bus.publishers.events,
             pace,
@@ -193,42 +169,37 @@ impl Server {
         })
     }
 
-    /// The run.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
     }
 
-    /// The run's log, once it has everything.
+    /// Returns the recorder after it has recorded everything.
     ///
     /// # Errors
-    /// When it could not be written, or has been taken.
+    /// Fails if the log could not be written or the recorder was already taken.
     pub fn take_recorder(&mut self) -> Result<Recorder<Folder>, RecordError> {
         self.recorder.finish()
     }
 
-    /// When the first tick was sent.
     #[must_use]
     pub fn first_tick(&self) -> Option<Instant> {
         self.first_tick
     }
 
-    /// Process ids by robot, as the agents gave them.
+    /// Returns the process ids from the agents' join requests, by robot.
     pub fn pids(&self) -> impl Iterator<Item = (&str, Option<u32>)> {
         self.peers.iter().map(|peer| (peer.name.as_str(), peer.pid))
     }
 
-    /// Ignored messages by kind.
     pub fn refused(&self) -> impl Iterator<Item = (&'static str, u64)> {
         self.refused.counts()
     }
 
-    /// Counts messages that the gateway has ignored.
     pub fn add_refused(&mut self, kind: &'static str, count: u64) {
         self.refused.add(kind, count, Instant::now().into_std());
     }
 
-    /// Robots of the scenario that have no agent yet.
     #[must_use]
     pub fn missing(&self) -> Vec<&str> {
         let barrier = self.simulation.barrier();
@@ -244,19 +215,17 @@ impl Server {
             .collect()
     }
 
-    /// Whether any agent still has a connection.
     #[must_use]
     pub fn has_company(&self) -> bool {
         !self.simulation.barrier().is_deserted()
     }
 
-    /// Somebody wants the run to end.
     pub fn interrupt(&mut self) {
         self.simulation.interrupt();
         self.pump();
     }
 
-    /// What the passing of wall-clock time asks for.
+    /// Checks all wall-clock deadlines, flushes the log and continues the run.
     pub fn tick_of_the_clock(&mut self) {
         let now = Instant::now();
         for index in 0..self.peers.len() {
@@ -266,7 +235,7 @@ impl Server {
                 && now.duration_since(since) > GRACE
             {
                 peer.invited = None;
-                tracing::warn!(robot = peer.name, "welcomed, but does not come");
+                tracing::warn!(robot = peer.name, "agent was welcomed but did not arrive");
                 self.simulation.give_up(robot, incarnation);
             }
             let late = self.peers[index]
@@ -298,7 +267,7 @@ impl Server {
         self.pump();
     }
 
-    /// Publishes a snapshot for observers, who may miss it.
+    /// Publishes a view for observers. Observers may miss some.
     pub fn show(&mut self) {
         let mut view = self.simulation.view();
         view.clock = Some(self.clock());
@@ -306,13 +275,13 @@ impl Server {
             robot.pid = robot.incarnation.and(peer.pid);
         }
         if let Ok(bytes) = self.seals.run.seal(self.view.key_expr(), &view) {
-            // An observer's trouble is not the run's.
+            // A failure to reach observers does not affect the run.
             let _ = self.view.put(bytes).wait();
         }
         self.shown = Instant::now();
     }
 
-    /// Publishes the events of the tick that has just ended, for observers, who may miss them.
+    /// Publishes the events of the tick that has just ended. Observers may miss some.
     fn announce_events(&mut self) {
         let events = self.recorder.take_news();
         if events.is_empty() {
@@ -323,13 +292,13 @@ impl Server {
             events,
         };
         if let Ok(bytes) = self.seals.run.seal(self.events.key_expr(), &news) {
-            // An observer's trouble is not the run's.
+            // A failure to reach observers does not affect the run.
             let _ = self.events.put(bytes).wait();
         }
     }
 
-    /// When the pace asks for attention; `None` while nobody takes part or a process is waited for, who ask for it when they come.
-    /// While agents are at work it is asked again every millisecond: the tick may be complete at any moment, and the next one due.
+    /// Returns the time at which the pace next needs `pump`. Returns `None` without participants or during a process order, because
+    /// their messages call `pump`. While agents are working it is a millisecond ahead, because the tick may be complete at any time.
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
         let due = self.pace.due()?;
@@ -344,14 +313,14 @@ impl Server {
         })
     }
 
-    /// Carries the run as far as it goes without new reports.
+    /// Continues the run as far as possible without new reports.
     pub fn pump(&mut self) {
         while self.ended.is_some() {
             if self.simulation.is_complete() {
                 self.simulation.finish();
             }
             let goes_on = self.ask();
-            // The agents are at work meanwhile.
+            // The agents work during this call.
             if let Err(error) = self.record() {
                 return self.fail(error);
             }
@@ -364,7 +333,7 @@ impl Server {
         }
     }
 
-    /// Sends the tick to whoever is to be asked now, if it is time. Says whether the run may go on at once.
+    /// Sends the tick to the next robots if it is due. Returns `true` if the run may continue at once.
     fn ask(&mut self) -> bool {
         if self.simulation.outcome().is_some() {
             return false;
@@ -403,7 +372,7 @@ impl Server {
         any_stopped || self.simulation.is_complete()
     }
 
-    /// Takes down the tick that has ended, if one has, and shows it to observers.
+    /// Records the tick that has ended, if any, and publishes it to observers.
     fn record(&mut self) -> Result<(), RecordError> {
         if self.simulation.record(&mut self.recorder)? {
             self.announce_events();
@@ -421,7 +390,7 @@ impl Server {
             tracing::warn!(
                 robot = peer.name,
                 tick = self.simulation.tick(),
-                "does not answer; the team goes on without it"
+                "no answer; the team continues without this robot"
             );
             self.simulation.stall(robot);
         }
@@ -447,7 +416,7 @@ impl Server {
                     self.send(robot, &ToAgent::End(outcome));
                 }
             }
-            // The receiver is gone only when the process is ending anyway.
+            // The receiver is dropped only when the process is ending.
             let _ = sender.send(ended);
         }
     }
@@ -459,7 +428,7 @@ impl Server {
         self.end(Err(error));
     }
 
-    /// Counts a message that is ignored, and warns about it at a bounded rate.
+    /// Counts an ignored message and logs a warning at a limited rate.
     fn refuse(&mut self, kind: &'static str, why: &dyn std::fmt::Display) {
         if let Some(count) = self.refused.count(kind, Instant::now().into_std()) {
             tracing::warn!(kind, count, %why, "message ignored");
@@ -471,7 +440,7 @@ impl Server {
     }
 }
 
-/// A panic ends the process, so a poisoned lock is never seen.
+/// Locks the server. A panic ends the process, so the lock is never poisoned.
 pub fn lock(server: &Mutex<Server>) -> MutexGuard<'_, Server> {
     server.lock().unwrap_or_else(PoisonError::into_inner)
 }

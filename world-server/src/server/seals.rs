@@ -1,4 +1,4 @@
-//! What the world seals its messages with, and opens those of others.
+//! The secrets that the world uses to seal and open messages.
 
 use std::collections::BTreeMap;
 
@@ -11,24 +11,23 @@ use alliance_proto::team::Broadcast;
 
 use crate::network::Network;
 
-/// All secrets of a run.
 pub struct Seals {
     token: String,
     keys: Keys,
-    /// Of the run: for those who order and watch, and for broadcasts on one machine.
+    /// The run's secret: for operators and observers, and for broadcasts on one machine.
     pub run: Secret,
-    /// By rank.
+    /// Names and secrets in order of rank.
     robots: Vec<(String, Secret)>,
     ranks: BTreeMap<String, RobotId>,
     hosts: BTreeMap<String, Secret>,
-    /// The host of each robot, by rank.
+    /// The robots' hosts in order of rank.
     hosts_of: Vec<String>,
-    /// In a run over a network.
+    /// Pairwise keys of the members in a run over a network.
     pairs: Option<Pairs>,
 }
 
 impl Seals {
-    /// Those that belong to the token of the run.
+    /// Derives all secrets from the token of the run.
     #[must_use]
     pub fn new(token: &str, keys: Keys, scenario: &Scenario, network: Option<&Network>) -> Self {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
@@ -65,31 +64,28 @@ impl Seals {
         seals
     }
 
-    /// Whether the run is one over a network.
     #[must_use]
     pub fn is_networked(&self) -> bool {
         self.pairs.is_some()
     }
 
-    /// Rank of the robot of that name.
     #[must_use]
     pub fn rank(&self, robot: &str) -> Option<RobotId> {
         self.ranks.get(robot).copied()
     }
 
-    /// Of the robot of that rank.
     #[must_use]
     pub fn robot(&self, robot: RobotId) -> &Secret {
         &self.robots[robot.index()].1
     }
 
-    /// Of the robot of that name; a robot that there is not has one, too, to be told so.
+    /// Returns the secret of a robot by name. An unknown robot has one as well, which seals the refusal.
     #[must_use]
     pub fn robot_named(&self, name: &str) -> Secret {
         Secret::of_robot(&self.token, name)
     }
 
-    /// Of the launcher on that host; `None` where there is no such host.
+    /// Returns the secret of a host's launcher, or `None` for an unknown host.
     #[must_use]
     pub fn host(&self, host: &str) -> Option<&Secret> {
         match host {
@@ -98,13 +94,12 @@ impl Seals {
         }
     }
 
-    /// The host of a robot.
     #[must_use]
     pub fn host_of(&self, robot: RobotId) -> &str {
         &self.hosts_of[robot.index()]
     }
 
-    /// What a robot is welcomed with: the keys that it has in common with each robot, by rank, and with the world.
+    /// Returns the keys that a robot shares with each robot, by rank, and with the world. They are part of its welcome.
     #[must_use]
     pub fn pairs_for(&self, robot: RobotId) -> Option<Vec<u128>> {
         let name = &self.robots[robot.index()].0;
@@ -119,10 +114,7 @@ impl Seals {
         Pairs::keys(&self.token, identity, &members)
     }
 
-    /// Opens a broadcast that came on that key.
-    ///
-    /// # Errors
-    /// Any [`OpenError`].
+    /// Opens a broadcast that arrived on this key.
     pub fn open_broadcast(&self, key: &str, sealed: &[u8]) -> Result<Broadcast, OpenError> {
         let Some(pairs) = &self.pairs else {
             return self.run.open(key, sealed);
@@ -131,10 +123,7 @@ impl Seals {
         pairs.open(key, sealed, sender.ok_or(OpenError::Unsealed)?.index())
     }
 
-    /// Opens a report that came on that key.
-    ///
-    /// # Errors
-    /// Any [`OpenError`].
+    /// Opens a report that arrived on this key.
     pub fn open_report(
         &self,
         key: &str,

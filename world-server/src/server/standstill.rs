@@ -1,4 +1,4 @@
-//! For whom a clock that stands still waits, and what would help, in words for people.
+//! A description of the cause when the clock stands still, with a remedy.
 
 use std::time::Duration;
 
@@ -9,14 +9,14 @@ use tokio::time::Instant;
 use super::Server;
 use crate::barrier::Presence;
 
-/// How long the clock may stand still before it is said why.
+/// The time that the clock stands still before the cause is reported.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A tick that is due and does not end, and since when.
+/// A due tick that does not end, and the time since when.
 pub(super) type Standstill = Option<(Tick, Instant)>;
 
 impl Server {
-    /// Takes note of whether the clock moves. One that is held, or is not due yet, does not stand still.
+    /// Updates the standstill. A paused clock, or one whose tick is not due, does not stand still.
     pub(super) fn watch_the_clock(&mut self, now: Instant) {
         let tick = self.simulation.tick();
         let is_due = self.begun == Some(tick) || self.pace.is_due(now);
@@ -26,48 +26,50 @@ impl Server {
         };
     }
 
-    /// For whom the clock waits, once it has stood still for [`PATIENCE`].
+    /// Returns the cause of a standstill that has lasted for [`PATIENCE`].
     pub(super) fn waits_for(&self) -> Option<String> {
         let (tick, since) = self.standstill?;
         let is_long = tick == self.simulation.tick() && since.elapsed() >= PATIENCE;
-        is_long.then(|| self.whom())
+        is_long.then(|| self.describe_wait())
     }
 
-    fn whom(&self) -> String {
-        const CURE: &str = "`kill -CONT` lets a stopped process go on, `alliance fault restart` starts a robot anew";
+    fn describe_wait(&self) -> String {
+        const REMEDY: &str =
+            "`kill -CONT` resumes a stopped process, `alliance fault restart` restarts a robot";
         if let Some((robot, act, started)) = self.act_under_way() {
             let name = &self.peers[robot.index()].name;
             return match (act, started) {
-                (ProcessAct::Start, Some(pid)) => format!("{name} (process {pid}) to join; {CURE}"),
+                (ProcessAct::Start, Some(pid)) => {
+                    format!("{name} (process {pid}) to join; {REMEDY}")
+                }
                 _ => {
                     let act = act.as_str();
-                    format!(
-                        "the launcher to {act} {name}; `kill -CONT` lets a stopped launcher go on"
-                    )
+                    format!("the launcher to {act} {name}; `kill -CONT` resumes a stopped launcher")
                 }
             };
         }
         let barrier = self.simulation.barrier();
         if !barrier.started() {
             let missing = self.missing().join(", ");
-            return format!(
-                "{missing} to join; `alliance agent --robot NAME` starts an agent by hand"
-            );
+            return format!("{missing} to join; `alliance agent --robot NAME` starts an agent");
         }
         let is_awaited = |robot: &RobotId| barrier.is_awaited(*robot);
         let is_silent = |robot: &RobotId| barrier.presence(*robot) == Presence::Silent;
-        let mut whom: Vec<RobotId> = barrier.robots().filter(is_awaited).collect();
-        if whom.is_empty() {
-            whom = barrier.robots().filter(is_silent).collect();
+        let mut waiting_for: Vec<RobotId> = barrier.robots().filter(is_awaited).collect();
+        if waiting_for.is_empty() {
+            waiting_for = barrier.robots().filter(is_silent).collect();
         }
-        if whom.is_empty() {
-            return format!("an agent; {CURE}");
+        if waiting_for.is_empty() {
+            return format!("an agent; {REMEDY}");
         }
-        let names: Vec<String> = whom.iter().map(|robot| self.process_of(*robot)).collect();
-        format!("{} to answer; {CURE}", names.join(", "))
+        let names: Vec<String> = waiting_for
+            .iter()
+            .map(|robot| self.process_of(*robot))
+            .collect();
+        format!("{} to answer; {REMEDY}", names.join(", "))
     }
 
-    /// A robot's name, and its process where that is known.
+    /// Returns a robot's name, with its process id if known.
     fn process_of(&self, robot: RobotId) -> String {
         let peer = &self.peers[robot.index()];
         match peer.pid {

@@ -1,4 +1,4 @@
-//! What faults ask of processes: one act after the other, each waited for, so that no deadline decides anything (DESIGN §5).
+//! Process actions of faults. They run one after the other, and each is awaited, so no deadline affects the run.
 
 use std::collections::VecDeque;
 
@@ -12,13 +12,12 @@ use crate::barrier::Presence;
 use crate::faults::schedule::FaultIndex;
 use crate::recorder::FaultEvent;
 
-/// Something to be done to the process of a robot's agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Act {
     pub robot: RobotId,
     pub act: ProcessAct,
     pub fault: FaultIndex,
-    /// Whether the run knows of whom it concerns.
+    /// False if the process has not joined the run yet.
     takes_part: bool,
 }
 
@@ -33,14 +32,12 @@ impl Act {
     }
 }
 
-/// Acts in the order in which they are done.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Acts {
     waiting: VecDeque<Act>,
-    /// What the launcher is doing.
     under_way: Option<Act>,
-    /// How many have been asked for in this tick.
-    asked: u32,
+    /// The number of actions started in this tick.
+    started: u32,
 }
 
 impl Acts {
@@ -48,21 +45,18 @@ impl Acts {
         self.waiting.push_back(act);
     }
 
-    /// The next tick begins.
     pub fn end_tick(&mut self) {
-        self.asked = 0;
+        self.started = 0;
     }
 
-    /// Whether nothing is left to be done.
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty() && self.under_way.is_none()
     }
 }
 
 impl Simulation {
-    /// What is to be done next to a process, each act once; the tick waits until it has had its effect: an agent that is
-    /// killed is [gone](Simulation::gone), one that is started has [arrived](Simulation::arrive), one that is stopped or
-    /// continued is [done](Simulation::act_done).
+    /// Returns the next process action, each once. The tick waits for its effect: a killed agent is [gone](Simulation::gone), a
+    /// started one has [arrived](Simulation::arrive), a stopped or continued one is [done](Simulation::act_done).
     pub fn next_act(&mut self) -> Option<(RobotId, ProcessAct)> {
         loop {
             if let Some(act) = self.take_act()? {
@@ -71,66 +65,66 @@ impl Simulation {
         }
     }
 
-    /// The same, one act at a time, be it done or not: `None` if none is waiting, `Some(None)` if the next one has nothing to do. Each
-    /// is a moment of its own, so that a replay can do what came from outside between any two of them.
+    /// Takes one action from the queue: `None` if none is waiting, `Some(None)` if it has nothing to do. Each action has its own
+    /// order index, so a replay can place outside inputs between any two.
     pub fn take_act(&mut self) -> Option<Option<(RobotId, ProcessAct)>> {
         if self.acts.under_way.is_some() {
             return None;
         }
         if self.acts.is_empty() {
-            // What comes after it before the tick comes even when a clock that stands still asks for no tick.
+            // A stopped clock requests no tick, so later changes start here.
             self.begin();
         }
         let mut next = self.acts.waiting.pop_front()?;
-        self.moment += 1;
-        // Who is on its way has no part in the run yet, and a replay knows nothing of it.
+        self.order_index += 1;
+        // A joining robot does not take part yet and is missing in the log.
         let is_coming = self.barrier.is_coming(next.robot);
         match next.act {
             ProcessAct::Start if is_coming => self.barrier.expect(next.robot),
             ProcessAct::Stop | ProcessAct::Continue if is_coming => return Some(None),
             ProcessAct::Kill | ProcessAct::Terminate if self.barrier.is_killed(next.robot) => {
-                // Something else was faster in the same tick.
+                // Another action was faster in the same tick.
                 self.hit(next.fault, 1);
                 return Some(None);
             }
-            _ if self.is_moot(next) => return Some(None),
+            _ if self.has_no_effect(next) => return Some(None),
             ProcessAct::Start => self.barrier.expect(next.robot),
             ProcessAct::Kill | ProcessAct::Terminate => next.takes_part = !is_coming,
             ProcessAct::Stop | ProcessAct::Continue => {}
         }
         self.acts.under_way = Some(next);
-        // In a replay nobody is coming who takes no part, and nothing is done to such a one.
-        self.acts.asked += u32::from(next.takes_part);
+        // A replay has no joining robots, so actions on them do not count.
+        self.acts.started += u32::from(next.takes_part);
         if next.act != ProcessAct::Start || !is_coming {
             return Some(Some((next.robot, next.act)));
         }
-        // Somebody else has started it: it is let in now.
+        // Another launcher started the process; it is admitted now.
         if self.barrier.presence(next.robot) == Presence::Present {
             self.conclude(next);
         }
         Some(None)
     }
 
-    /// Whether the tick waits for an act to have its effect.
+    /// Checks whether the tick waits for a process action.
     #[must_use]
     pub fn awaits_act(&self) -> bool {
         self.acts.under_way.is_some()
     }
 
-    /// How many acts had been asked for in this tick before the one that is under way.
+    /// Returns the number of earlier actions in this tick.
     #[must_use]
     pub fn act_number(&self) -> u32 {
-        self.acts.asked.saturating_sub(1)
+        self.acts.started.saturating_sub(1)
     }
 
-    /// Whether an act would find nothing to do: it lives already, or lives no more.
-    fn is_moot(&self, act: Act) -> bool {
+    /// Checks whether an action has nothing to do: a start of a living agent, or an end of a dead one.
+    fn has_no_effect(&self, act: Act) -> bool {
         let lives =
             self.barrier.presence(act.robot) != Presence::Empty && !self.barrier.is_gone(act.robot);
         (act.act == ProcessAct::Start) == lives
     }
 
-    /// The launcher has done what [`Simulation::next_act`] asked for, or says why it cannot.
+    /// Records the launcher's success or failure at the action of [`Simulation::next_act`].
     pub fn act_done(&mut self, robot: RobotId, act: ProcessAct, result: Result<(), String>) {
         let Some(done) = self.acts.under_way else {
             return;
@@ -144,20 +138,20 @@ impl Simulation {
                 self.barrier.readmit(robot);
                 self.conclude(done);
             }
-            // The token tells when it has had its effect.
+            // The agent's liveliness token reports the effect.
             (Ok(()), ProcessAct::Start | ProcessAct::Kill | ProcessAct::Terminate) => {}
             (Err(why), _) => self.fail(done, &why),
         }
     }
 
-    /// Whether this robot's process is being ended.
+    /// Checks whether the robot's process is being ended.
     pub(super) fn is_killing(&self, robot: RobotId) -> bool {
         self.acts.under_way.is_some_and(|act| {
             act.robot == robot && matches!(act.act, ProcessAct::Kill | ProcessAct::Terminate)
         })
     }
 
-    /// If the act under way has asked for this of this robot, it has had its effect.
+    /// Completes the current action if it is one of these actions on this robot.
     pub(super) fn conclude_if(&mut self, robot: RobotId, acts: &[ProcessAct]) {
         if let Some(done) = self.acts.under_way
             && done.robot == robot
@@ -167,7 +161,7 @@ impl Simulation {
         }
     }
 
-    /// If the act under way is the start of this robot: it has failed.
+    /// Fails the current action if it is the start of this robot.
     pub(super) fn fail_start_of(&mut self, robot: RobotId, why: &str) {
         if let Some(start) = self.acts.under_way
             && (start.robot, start.act) == (robot, ProcessAct::Start)
@@ -178,8 +172,8 @@ impl Simulation {
 
     fn conclude(&mut self, done: Act) {
         self.acts.under_way = None;
-        self.moment += u32::from(done.takes_part);
-        // What heals a fault is none of its effects, nor what has to go before one.
+        self.order_index += u32::from(done.takes_part);
+        // Actions that heal a fault or prepare another action do not count as its effects.
         let is_effect = match self.schedule.status(done.fault).order.fault {
             Fault::Kill(_) | Fault::Terminate(_) | Fault::Remove(_) => {
                 matches!(done.act, ProcessAct::Kill | ProcessAct::Terminate)
@@ -196,7 +190,7 @@ impl Simulation {
 
     fn fail(&mut self, failed: Act, why: &str) {
         self.acts.under_way = None;
-        self.moment += u32::from(failed.takes_part);
+        self.order_index += u32::from(failed.takes_part);
         match failed.act {
             ProcessAct::Start => self.barrier.expect_no_more(failed.robot),
             ProcessAct::Kill | ProcessAct::Terminate => self.barrier.cancel_kill(failed.robot),
@@ -204,11 +198,11 @@ impl Simulation {
             ProcessAct::Continue => self.barrier.release(failed.robot),
         }
         if !failed.takes_part {
-            // The run knows of nobody to whom it could have happened.
+            // The log contains no agent that this failure could concern.
             tracing::warn!(
                 robot = self.name(failed.robot),
                 why,
-                "still on its way, and could not be ended"
+                "cannot end a process that has not joined yet"
             );
             return self.settle();
         }

@@ -1,4 +1,4 @@
-//! Where the curves of motivations and utilities bend: what a picture of them needs, however seldom somebody looks.
+//! Corners of the motivation and utility curves, from which a drawing can restore every level.
 
 use alliance_proto::ids::{Incarnation, RobotId};
 use alliance_proto::telemetry::Motivation;
@@ -6,41 +6,38 @@ use alliance_proto::tick::Report;
 use alliance_proto::time::SimTime;
 use alliance_proto::view::Bend;
 
-/// Two steps rise by the same if their rises differ by less than this share of the motivation: rounding is no bend.
+/// The largest difference of two rises that counts as rounding, as a share of the motivation.
 const ROUNDING: f64 = 1e-9;
 
-/// Corners that are told at once at most, the latest: a view has to fit into a message.
+/// The largest number of corners in one view, which has to fit into a message. The latest are kept.
 const MOST: usize = 10_000;
 
-/// The curves of all robots.
 pub struct Bends {
     step: SimTime,
-    /// By rank; empty: nothing reported yet.
+    /// The curves by rank; empty before the first report.
     curves: Vec<Curves>,
     found: Vec<Bend>,
 }
 
-/// The curves of one robot.
 #[derive(Clone, Default)]
 struct Curves {
     incarnation: Incarnation,
-    /// Time of the latest step that counted.
+    /// The time of the latest step that counted.
     at: SimTime,
-    /// In the order of the report.
+    /// Curves in the order of the report.
     sets: Vec<Curve>,
 }
 
 #[derive(Clone, Copy)]
 struct Curve {
     latest: Motivation,
-    /// What the latest step added.
+    /// The rise of the latest step.
     rise: f64,
-    /// Whether the latest point is told.
-    told: bool,
+    /// True if the latest point is in `found`.
+    reported: bool,
 }
 
 impl Bends {
-    /// No curve yet, of a run with this step.
     pub fn new(robots: usize, step: SimTime) -> Self {
         Self {
             step,
@@ -49,7 +46,7 @@ impl Bends {
         }
     }
 
-    /// Takes in a report that counts in the step of that time, with the levels in it; they come in order.
+    /// Adds a report that counts in the step at `now`, with its levels. Reports come in order.
     pub fn see(&mut self, now: SimTime, report: &Report, levels: &[Motivation]) {
         let rank = report.robot.index();
         let curves = &self.curves[rank];
@@ -66,20 +63,24 @@ impl Bends {
         for (curve, &latest) in curves.sets.iter_mut().zip(levels) {
             let previous = curve.latest;
             let rise = latest.motivation - previous.motivation;
-            let bent = (rise - curve.rise).abs() > ROUNDING * latest.motivation.max(1.0);
-            if bent && !curve.told {
-                self.found.push(bend(report.robot, before, &previous));
+            let is_corner = (rise - curve.rise).abs() > ROUNDING * latest.motivation.max(1.0);
+            if is_corner && !curve.reported {
+                self.found.push(corner(report.robot, before, &previous));
             }
-            // Who looks now shall see a reset and a change of state at once.
-            let told = rise < 0.0 || latest.state != previous.state;
-            if told {
-                self.found.push(bend(report.robot, now, &latest));
+            // A reset and a change of state are visible in the very next view.
+            let reported = rise < 0.0 || latest.state != previous.state;
+            if reported {
+                self.found.push(corner(report.robot, now, &latest));
             }
-            *curve = Curve { latest, rise, told };
+            *curve = Curve {
+                latest,
+                rise,
+                reported,
+            };
         }
     }
 
-    /// What was found since the last time, when all steps up to `now` are finished.
+    /// Returns the corners since the previous call, when all steps before `now` are finished.
     pub fn take(&mut self, now: SimTime) -> Vec<Bend> {
         for rank in 0..self.curves.len() {
             if self.curves[rank].at + self.step < now {
@@ -93,7 +94,7 @@ impl Bends {
 
     fn begin(&mut self, now: SimTime, report: &Report, levels: &[Motivation]) {
         let sets = levels.iter();
-        let points = sets.clone().map(|latest| bend(report.robot, now, latest));
+        let points = sets.clone().map(|latest| corner(report.robot, now, latest));
         self.found.extend(points);
         self.curves[report.robot.index()] = Curves {
             incarnation: report.incarnation,
@@ -102,7 +103,7 @@ impl Bends {
                 .map(|&latest| Curve {
                     latest,
                     rise: 0.0,
-                    told: true,
+                    reported: true,
                 })
                 .collect(),
         };
@@ -113,14 +114,14 @@ impl Bends {
         let Curves { at, sets, .. } = std::mem::take(&mut self.curves[rank]);
         let ends = sets.iter().map(|curve| Bend {
             last: true,
-            ..bend(robot, at, &curve.latest)
+            ..corner(robot, at, &curve.latest)
         });
         self.found.extend(ends);
     }
 }
 
-/// A point of a curve that goes on.
-fn bend(robot: RobotId, at: SimTime, motivation: &Motivation) -> Bend {
+/// Creates a corner of a curve that continues.
+fn corner(robot: RobotId, at: SimTime, motivation: &Motivation) -> Bend {
     Bend {
         robot,
         set: motivation.set,
@@ -152,14 +153,14 @@ mod tests {
         levels.collect()
     }
 
-    /// What the corners say of a moment: straight between two of them, a step where the curve falls.
-    fn level(bends: &[Bend], at: SimTime) -> Option<f64> {
-        let after = bends.iter().position(|bend| bend.at >= at)?;
-        let next = &bends[after];
+    /// Interpolates the level at a time from the corners: linear, with a step where the curve falls.
+    fn level(corners: &[Bend], at: SimTime) -> Option<f64> {
+        let after = corners.iter().position(|corner| corner.at >= at)?;
+        let next = &corners[after];
         if next.at == at {
             return Some(next.level);
         }
-        let before = bends[..after].last().filter(|before| !before.last)?;
+        let before = corners[..after].last().filter(|before| !before.last)?;
         if next.level < before.level {
             return Some(before.level);
         }
@@ -168,10 +169,10 @@ mod tests {
     }
 
     proptest! {
-        /// However seldom somebody looks: every level of every step can be read from the corners, and nothing between lives.
+        /// Checks that the corners restore every level at any frequency of views, and nothing between incarnations.
         #[test]
-        fn corners_tell_every_step(
-            // Of each step: whether it counts, the rate, whether it is a reset, whether somebody looks.
+        fn corners_reproduce_every_step(
+            // Per step: whether it counts, the rate, whether it is a reset, whether a view is taken.
             steps in prop::collection::vec((0..20_u8, 0..3_u8, 0..15_u8, 0..9_u8), 1..300)
         ) {
             let mut bends = Bends::new(1, STEP);
@@ -192,24 +193,24 @@ mod tests {
                     found.extend(bends.take(now));
                 }
             }
-            // The end of the run is one of all curves.
+            // The end of the run ends all curves.
             found.extend(bends.take(now + STEP));
             prop_assert!(found.windows(2).all(|pair| pair[0].at <= pair[1].at));
             for (at, expected) in logged {
-                let told = level(&found, at);
-                match (told, expected) {
+                let drawn = level(&found, at);
+                match (drawn, expected) {
                     (None, None) => {}
-                    (Some(told), Some(expected)) => {
-                        prop_assert!((told - expected).abs() < 1e-6, "{at}: {told} for {expected}");
+                    (Some(drawn), Some(expected)) => {
+                        prop_assert!((drawn - expected).abs() < 1e-6, "{at}: {drawn} for {expected}");
                     }
-                    _ => prop_assert!(false, "{at}: {told:?} for {expected:?}"),
+                    _ => prop_assert!(false, "{at}: {drawn:?} for {expected:?}"),
                 }
             }
         }
     }
 
     #[test]
-    fn a_straight_rise_and_a_reset_are_few_corners() {
+    fn a_straight_rise_with_a_reset_has_few_corners() {
         let mut bends = Bends::new(1, STEP);
         for tick in 0..1000_u64 {
             let level = 0.1 * (tick % 500) as f64;
@@ -219,7 +220,7 @@ mod tests {
         let corners: Vec<(u64, bool)> = bends
             .take(SimTime(50 * 1001))
             .iter()
-            .map(|bend| (bend.at.0 / 50, bend.last))
+            .map(|corner| (corner.at.0 / 50, corner.last))
             .collect();
         assert_eq!(
             corners,

@@ -1,4 +1,4 @@
-//! What operators ask for while a run is under way: it takes effect at the beginning of a tick, and is an input of it.
+//! Operators' orders during a run. They take effect at the beginning of a tick and are inputs of that tick.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ use alliance_proto::time::SimTime;
 use super::Simulation;
 use crate::recorder::FaultEvent;
 
-/// A command that waits for its turn before the next tick.
+/// A command that waits for the next tick.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum QueuedCommand {
     Order(Order),
@@ -20,10 +20,10 @@ pub(super) enum QueuedCommand {
 }
 
 impl Simulation {
-    /// An operator orders a fault.
+    /// Orders a fault for an operator.
     ///
     /// # Errors
-    /// What is wrong with the order, and what would be right.
+    /// If the order is invalid; the text contains a remedy.
     pub fn order(&mut self, mut order: Order) -> Result<Armed, String> {
         self.refuse_if_over()?;
         let Setup {
@@ -56,7 +56,7 @@ impl Simulation {
             Some(_) => None,
             None => Some(order.at().unwrap_or(now).max(now)),
         };
-        // Ticks are a step apart; what is due between two of them takes effect at the later one.
+        // A fault that is due between two ticks takes effect at the later one.
         let step = self.setup.scenario.step_ms;
         let tick = at.map(|at| at.0.div_ceil(step).max(tick));
         self.command(QueuedCommand::Order(order));
@@ -67,10 +67,10 @@ impl Simulation {
         })
     }
 
-    /// An operator clears the fault of that id, or all.
+    /// Clears the fault with the given id, or all faults, for an operator.
     ///
     /// # Errors
-    /// When there is no such fault, or it is over already.
+    /// If there is no such fault, or it has already ended.
     pub fn clear(&mut self, id: Option<&str>) -> Result<Cleared, String> {
         self.refuse_if_over()?;
         let faults = self.faults();
@@ -83,14 +83,16 @@ impl Simulation {
             None => live,
             Some(id) if live.iter().any(|live| live == id) => vec![id.to_owned()],
             Some(id) if faults.iter().any(|status| status.id == id) => {
-                return Err(format!("the fault '{id}' is over already"));
+                return Err(format!("the fault '{id}' has already ended"));
             }
             Some(id) if live.is_empty() => {
-                return Err(format!("there is no fault '{id}'; there are none at all"));
+                return Err(format!(
+                    "there is no fault '{id}'; no fault is armed or in force"
+                ));
             }
             Some(id) => {
                 return Err(format!(
-                    "there is no fault '{id}'; there are {}",
+                    "there is no fault '{id}'; armed or in force: {}",
                     live.join(", ")
                 ));
             }
@@ -100,14 +102,14 @@ impl Simulation {
         Ok(Cleared { ids, tick, t_ms })
     }
 
-    /// In a replay: what an operator cleared at once.
+    /// Clears faults as one operator command. A replay calls it directly.
     pub fn clear_again(&mut self, ids: Vec<String>) {
         if !ids.is_empty() {
             self.command(QueuedCommand::Clear(ids));
         }
     }
 
-    /// All faults of the run, in the order in which they were armed; commands that wait for their turn count as obeyed.
+    /// Returns all faults of the run, in the order of arming. Waiting commands count as executed.
     #[must_use]
     pub fn faults(&self) -> Vec<FaultStatus> {
         let (_, now) = self.next_beginning();
@@ -115,7 +117,7 @@ impl Simulation {
         for command in &self.commands {
             match command {
                 QueuedCommand::Order(order) => {
-                    // The id was free when it was given, and reserved since.
+                    // The id was free when it was assigned and is reserved since then.
                     let _ = schedule.to_mut().arm(order.clone(), now);
                 }
                 QueuedCommand::Clear(ids) => {
@@ -137,7 +139,7 @@ impl Simulation {
         }
     }
 
-    /// The next tick that has not been asked for: the earliest that a command can change.
+    /// Returns the earliest tick that a command can change.
     fn next_beginning(&self) -> (Tick, SimTime) {
         let later = u64::from(self.opened);
         let step = self.setup.scenario.step_ms;
@@ -149,20 +151,20 @@ impl Simulation {
 
     fn command(&mut self, command: QueuedCommand) {
         self.commands.push_back(command);
-        // At once, if it can be: a clock that stands still asks for no tick.
+        // Begin now if possible, because a stopped clock requests no tick.
         self.begin();
     }
 
     pub(super) fn obey(&mut self, command: QueuedCommand) {
-        let moment = (self.moment > 0).then_some(self.moment);
-        self.moment += 1;
+        let moment = (self.order_index > 0).then_some(self.order_index);
+        self.order_index += 1;
         match command {
             QueuedCommand::Order(order) => {
                 self.inputs.push(Input::Order {
                     order: order.clone(),
                     moment,
                 });
-                // The id was free when it was given, and reserved since.
+                // The id was free when it was assigned and is reserved since then.
                 if let Ok(fault) = self.schedule.arm(order, self.world.now()) {
                     self.tell(FaultEvent::Armed, fault, "");
                 }

@@ -1,4 +1,4 @@
-//! What a fault does when it takes effect, and when it heals.
+//! Effects of faults when they are applied and when they heal.
 
 use alliance_proto::fault::{Fault, Role};
 use alliance_proto::ids::RobotId;
@@ -12,23 +12,22 @@ use crate::interruption::Interruption;
 use crate::recorder::{Event, EventKind, FaultEvent};
 
 impl Simulation {
-    /// Everything that is due before the current tick is asked for. May be called again as long as it is not.
+    /// Applies everything that is due before the tick messages of the current tick are sent. Repeated calls are allowed.
     ///
-    /// One thing after the other, each with what it asks of processes: what time brings, the handlers, the commands. So it
-    /// means nothing at which moment before the tick a command has come, and a replay, in which all are there from the
-    /// beginning, does the same.
+    /// Due faults, handlers and commands run one after the other, each with its process actions. So the arrival time of a command
+    /// before the tick has no effect, and a replay has the same result.
     #[inline]
     pub fn begin(&mut self) {
-        // As for each robot that is asked after the first.
+        // The rest is skipped for each robot after the first.
         if !self.opened && self.outcome.is_none() && self.barrier.started() {
-            self.bring_about();
+            self.run_due_changes();
         }
     }
 
-    fn bring_about(&mut self) {
+    fn run_due_changes(&mut self) {
         let now = self.world.now();
         while self.acts.is_empty() {
-            // In the order of rank.
+            // The lowest rank with the role has precedence.
             let with_role = |role: Role<'_>| {
                 let active = match role {
                     Role::Executing(task) => Some(self.setup.catalog.behavior_named(task)?),
@@ -39,7 +38,7 @@ impl Simulation {
                 Some(self.setup.scenario.robots[rank].name.as_str())
             };
             if let Some(turn) = self.schedule.next(now, with_role) {
-                self.moment += 1;
+                self.order_index += 1;
                 match turn {
                     Turn::Apply(fault) => self.apply(fault),
                     Turn::Heal(fault) => self.heal(fault),
@@ -61,7 +60,6 @@ impl Simulation {
         self.barrier.run_on(self.schedule.brings_robots_back());
     }
 
-    /// A fault in force, or armed, is taken back.
     pub(super) fn clear_one(&mut self, fault: FaultIndex) {
         match self.schedule.clear(fault, self.world.now()) {
             Some(true) => self.heal(fault),
@@ -99,7 +97,7 @@ impl Simulation {
                         self.tell(FaultEvent::Healed, kill, "the robot is started anew");
                     }
                 }
-                // What would bring it back later finds it here.
+                // A later restart finds the robot alive.
                 self.kill_at_once(index, robot);
                 self.act(index, robot, ProcessAct::Start);
             }
@@ -132,7 +130,7 @@ impl Simulation {
         }
     }
 
-    /// A change of the world; of what only acts while it is in force there is nothing to be done.
+    /// Begins a change of the world. Other faults change nothing here.
     fn interrupt_world(&mut self, index: FaultIndex, fault: &Fault) {
         let mut change = Interruption::of(fault, &self.setup.roster);
         self.keep_figures();
@@ -140,10 +138,10 @@ impl Simulation {
             return;
         };
         match begun {
-            Ok(what) => {
+            Ok(detail) => {
                 self.interruptions.insert(index, change);
                 if self.schedule.hit(index, 1) {
-                    self.tell(FaultEvent::Hit, index, &what);
+                    self.tell(FaultEvent::Hit, index, &detail);
                 }
             }
             Err(why) => self.tell(FaultEvent::Failed, index, &why.to_string()),
@@ -156,19 +154,20 @@ impl Simulation {
         }
     }
 
-    /// Faults of that sort in force on a robot, but for momentary ones.
-    fn in_force_on(&self, robot: RobotId, sort: impl Fn(&Fault) -> bool) -> Vec<FaultIndex> {
+    /// Returns the matching faults in force on a robot, without momentary ones.
+    fn in_force_on(&self, robot: RobotId, matches: impl Fn(&Fault) -> bool) -> Vec<FaultIndex> {
         let name = self.name(robot);
         self.schedule
             .in_force()
-            .filter(|(_, fault)| sort(fault) && fault.robot() == Some(name))
+            .filter(|(_, fault)| matches(fault) && fault.robot() == Some(name))
             .map(|(index, _)| index)
             .collect()
     }
 
-    /// A robot that takes part still counts in this tick, unheard; any other dies at once.
+    /// Kills a robot. If it takes part in this tick, it dies after the tick: its report counts, but its broadcasts reach no
+    /// robot.
     fn kill(&mut self, fault: FaultIndex, robot: RobotId, act: ProcessAct) {
-        // One that has died in this tick takes part no more, whether or not another one is on its way.
+        // A robot that has died in this tick takes part no more.
         let is_present = self.barrier.presence(robot) == Presence::Present;
         if is_present && !self.barrier.is_gone(robot) {
             self.barrier.kill_after_tick(robot);
@@ -180,7 +179,7 @@ impl Simulation {
     }
 
     fn kill_at_once(&mut self, fault: FaultIndex, robot: RobotId) {
-        // What was to wait for the end of the tick would otherwise meet its successor.
+        // Waiting kills come first; otherwise they would affect the successor.
         for act in self.pending_kills.extract_if(.., |act| act.robot == robot) {
             self.acts.push(act);
         }
@@ -207,9 +206,9 @@ impl Simulation {
         self.acts.push(Act::new(robot, act, fault));
     }
 
-    /// A row of events.csv about a fault.
-    pub(super) fn tell(&mut self, what: FaultEvent, index: FaultIndex, why: &str) {
-        if what == FaultEvent::Failed {
+    /// Adds a row about a fault to events.csv.
+    pub(super) fn tell(&mut self, kind: FaultEvent, index: FaultIndex, why: &str) {
+        if kind == FaultEvent::Failed {
             self.schedule.fail(index, why);
         }
         let status = self.schedule.status(index);
@@ -222,7 +221,7 @@ impl Simulation {
                 format!("at {} s, every {every_s} s", at_s.unwrap_or_default())
             }
         };
-        let reason = match what {
+        let reason = match kind {
             FaultEvent::Armed | FaultEvent::Applied => trigger,
             _ => why.to_owned(),
         };
@@ -231,12 +230,12 @@ impl Simulation {
             subject: status.id.clone(),
             reason,
             detail: fault.to_string(),
-            ..Event::new(EventKind::Fault(what), robot)
+            ..Event::new(EventKind::Fault(kind), robot)
         };
         self.events.push(event);
     }
 
-    /// Counts what a fault has changed; the first time is told.
+    /// Counts the effects of a fault; the first one since its application is logged.
     pub(super) fn hit(&mut self, fault: FaultIndex, count: u64) {
         if self.schedule.hit(fault, count) {
             self.tell(FaultEvent::Hit, fault, "");

@@ -1,4 +1,4 @@
-//! How far the mission has come, in numbers.
+//! Mission progress in numbers.
 
 use alliance_proto::mission::columns::{ColumnKind, ColumnValue};
 
@@ -7,16 +7,14 @@ use crate::mission::{TeamFigures, Value};
 use crate::recorder::Ending;
 
 impl Simulation {
-    /// Before anything changes the mission between two ticks: its figures are those of the tick that has ended, as all that is
-    /// in the log.
+    /// Keeps the figures of the ended tick before the mission changes between two ticks, so that they match the log.
     pub(super) fn keep_figures(&mut self) {
         if self.ended.figures.is_none() {
             self.ended.figures = Some(Box::new(self.figures()));
         }
     }
 
-    /// Those that the mission tells, how far it has come if it does not say so itself, and what energy all robots have used, if that is
-    /// simulated.
+    /// Returns the mission's figures, its progress unless they contain it, and the energy used, if simulated.
     fn figures(&self) -> TeamFigures {
         let mut figures = TeamFigures::new(self.setup.scenario.robots.len());
         self.world.mission().figures(&mut figures);
@@ -30,14 +28,14 @@ impl Simulation {
             let left = self
                 .barrier
                 .robots()
-                .filter_map(|it| self.world.energy_j(it));
+                .filter_map(|robot| self.world.energy_j(robot));
             let used = left.map(|left_j| f64::from(energy.capacity_j - left_j));
             figures.mission.add("energy_used_j", used.sum::<f64>());
         }
         figures
     }
 
-    /// The values of mission.csv now, in the order of its columns.
+    /// Returns the current values of mission.csv, in the order of its columns.
     #[must_use]
     pub fn mission_row(&self) -> Vec<Value> {
         let mut row = Vec::new();
@@ -45,7 +43,7 @@ impl Simulation {
         row
     }
 
-    /// The same with their columns.
+    /// Returns the current values of mission.csv with their columns.
     #[must_use]
     pub fn mission_columns(&self) -> Vec<ColumnValue> {
         let columns = self.setup.catalog.mission.terms().columns.iter();
@@ -53,7 +51,7 @@ impl Simulation {
         columns.map(|(column, value)| column.with(value)).collect()
     }
 
-    /// What the end of the log tells of the run.
+    /// Returns the data of the run for the end of the log.
     #[must_use]
     pub fn ending(&self) -> Ending {
         let kept = self.ended.figures.as_deref().cloned();

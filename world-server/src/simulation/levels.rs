@@ -1,4 +1,4 @@
-//! What is drawn of a robot's reasoning: a level for each of its behavior sets.
+//! Drawn levels of a robot's decisions, one for each of its behavior sets.
 
 use std::borrow::Cow;
 
@@ -7,9 +7,9 @@ use alliance_proto::telemetry::{BehaviorState, Motivation};
 use alliance_proto::tick::Report;
 use alliance_proto::view::Measure;
 
-/// The levels after a step, in the order of the catalog: motivations; of an allocator without any utilities, 0 where a
-/// behavior set is not applicable. Before the first report there are none, and what there will be is told by the name of the
-/// allocator.
+/// Returns the levels after a step, in the order of the catalog: motivations, or else utilities. A utility is 0 if the
+/// behavior set is not applicable. Before the first report there are no levels, and the allocator's name determines
+/// their kind.
 pub fn levels<'r>(
     report: &'r Report,
     setup: &Setup,

@@ -1,14 +1,14 @@
-//! World, barrier and faults together: one run, tick by tick, as a plain function of reports and inputs.
+//! One run, tick by tick: world, barrier and faults as a plain function of reports and inputs.
 //!
-//! The shell over zenoh and the run within one process drive it alike: [`Simulation::begin`] the tick, do to processes what
-//! [`Simulation::next_act`] asks for, send each [`Simulation::next_question`] its [`Simulation::message`], hand every answer to
-//! [`Simulation::report`], and when [`Simulation::is_complete`], [`Simulation::finish`] and [`Simulation::record`].
+//! Per tick, the caller runs [`Simulation::begin`] and performs each [`Simulation::next_act`]. It sends each
+//! [`Simulation::next_question`] robot its [`Simulation::message`] and passes every answer to [`Simulation::report`]. After
+//! [`Simulation::is_complete`] it calls [`Simulation::finish`] and [`Simulation::record`].
 //!
-//! - `presence`: which robots take part. `reports`: what robots say. `figures`: how far the mission has come.
-//! - `commands`: what operators order and clear. `triggers`: events that faults wait for.
-//! - `effects`: what a fault does when it takes effect and when it heals. `acts`: what it asks of processes.
-//! - `truth`: what robots are told that no robot could know, if their allocators ask for it.
-//! - `view`: what observers see of it all. `bends`: what they need of curves, however seldom they look.
+//! - `presence`: robots that take part. `reports`: their reports. `figures`: progress of the mission.
+//! - `commands`: operators' orders. `triggers`: events that faults wait for.
+//! - `effects`: effects of faults. `acts`: process actions of faults.
+//! - `truth`: ground truth for allocators that request it.
+//! - `view`: views for observers. `levels`, `bends`: their curves.
 
 mod acts;
 mod bends;
@@ -52,51 +52,47 @@ use commands::QueuedCommand;
 use truth::Truth;
 use view::Memories;
 
-/// A run.
 pub struct Simulation {
     setup: Setup,
     world: World,
     barrier: Barrier,
-    /// What each robot was sent last, by rank.
+    /// The last message to each robot, by rank.
     messages: Vec<TickMessage>,
-    /// Behavior set that each robot last reported as active, by rank.
+    /// The behavior set that each robot last reported as active, by rank.
     active: Vec<Option<BehaviorId>>,
-    /// What each robot reported as active in the tick before, by rank; `None`: it has not, or died in that tick. It does not change in
-    /// the midst of a tick, at whatever moment somebody comes or goes.
+    /// The active behavior set in each robot's report of the previous tick, by rank; `None` without a report or after death. It
+    /// is constant within a tick.
     reported: Vec<Option<Option<BehaviorId>>>,
     answers: Answers,
-    /// Whose minds are programs of their own, by rank; empty where nobody's is. And what these have said since the current tick began.
-    foreign: Vec<bool>,
-    said: Vec<Broadcast>,
+    /// True for each robot with an external controller, by rank; empty if there are none.
+    external: Vec<bool>,
+    /// The broadcasts of external controllers since the current tick began.
+    broadcasts: Vec<Broadcast>,
     schedule: Schedule,
     links: Links,
     sensors: Sensors,
     actuators: Actuators,
     truth: Truth,
-    /// Changes of the world that last.
     interruptions: BTreeMap<FaultIndex, Interruption>,
     handlers: Vec<Box<dyn InterruptionHandler>>,
-    /// Whether somebody starts and signals processes.
+    /// True if a launcher starts and signals processes.
     has_launcher: bool,
-    /// The handlers have had their turn before the current tick.
+    /// True if the handlers have run before the current tick.
     interrupted: bool,
-    /// The current tick has been asked for: what comes now concerns the next one.
+    /// True once tick messages of the current tick may be sent; new commands then affect the next tick.
     opened: bool,
-    /// The current tick's reports have been looked at for what they trigger.
+    /// True once the current tick's reports have been searched for triggers.
     settled: bool,
-    /// How much has happened in the current tick whose order matters: commands, faults' turns, acts. It numbers what comes from
-    /// outside.
-    moment: u32,
-    /// Commands that wait for their turn.
+    /// The number of ordered operations in the current tick: commands, transitions of faults, process actions. Outside inputs
+    /// record it.
+    order_index: u32,
     commands: VecDeque<QueuedCommand>,
     acts: Acts,
-    /// Kills of the current tick, to be done once everybody has reported.
+    /// The kills of the current tick, executed after its last report.
     pending_kills: Vec<Act>,
-    /// Commands of the current tick.
     inputs: Vec<Input>,
-    /// Acts of the current tick that could not be done.
     failures: Vec<Input>,
-    /// Events of the current tick that no report and no step of the world tells.
+    /// The events of the current tick from neither reports nor the world.
     events: Vec<Event>,
     memories: Memories,
     unscripted: bool,
@@ -104,28 +100,27 @@ pub struct Simulation {
     ended: Ended,
 }
 
-/// The tick that has ended last; kept for its memory.
+/// The data of the last ended tick, kept to reuse its memory.
 #[derive(Default)]
 struct Ended {
-    /// Its number and time, until it is recorded.
+    /// The tick's number and time, until it is recorded.
     at: Option<(Tick, SimTime)>,
     gathered: Gathered,
     inputs: Vec<Input>,
     bodies: Vec<BodyRecord>,
     commands: Vec<Option<Actuation>>,
     events: Vec<Event>,
-    /// Broadcasts of foreign minds that count, by sender and index.
-    said: Vec<Broadcast>,
+    /// The broadcasts of external controllers that count, by sender and index.
+    broadcasts: Vec<Broadcast>,
     mission: Vec<Value>,
     targets: Vec<Target>,
     mission_state: u64,
-    /// The mission's figures as of then, once it has changed since.
+    /// The mission's figures at the end of the tick, if the mission has changed since.
     figures: Option<Box<TeamFigures>>,
 }
 
 impl Simulation {
-    /// A run at tick 0, nobody there yet. Without a launcher nobody starts or signals processes, and faults that need it are
-    /// refused.
+    /// Creates a run at tick 0 without any agents. Without a launcher, faults of processes are rejected.
     #[must_use]
     pub fn new(setup: Setup, mission: MissionWorld, has_launcher: bool) -> Self {
         let world = World::new(&setup, mission);
@@ -138,13 +133,13 @@ impl Simulation {
             active: vec![None; robots],
             reported: vec![None; robots],
             answers: Answers::new(robots),
-            foreign: if setup.scenario.minds().is_empty() {
+            external: if setup.scenario.minds().is_empty() {
                 Vec::new()
             } else {
                 let robots = setup.scenario.robots.iter();
                 robots.map(|robot| robot.mind.is_some()).collect()
             },
-            said: Vec::new(),
+            broadcasts: Vec::new(),
             schedule: Schedule::default(),
             links: Links::new(&setup),
             sensors: Sensors::new(&setup),
@@ -156,7 +151,7 @@ impl Simulation {
             interrupted: false,
             opened: false,
             settled: false,
-            moment: 0,
+            order_index: 0,
             commands: VecDeque::new(),
             acts: Acts::default(),
             pending_kills: Vec::new(),
@@ -174,7 +169,6 @@ impl Simulation {
         simulation
     }
 
-    /// Arms the scenario's own faults.
     fn arm_scenario(&mut self) {
         let Setup { seed, scenario, .. } = &self.setup;
         let mut orders = scenario.faults.timeline.clone();
@@ -182,67 +176,62 @@ impl Simulation {
             orders.extend(campaign::expand(random, scenario, *seed));
         }
         for order in orders {
-            // Validation lets no two of them have the same id.
+            // Validation ensures distinct ids.
             if let Ok(fault) = self.schedule.arm(order, SimTime::ZERO) {
                 self.tell(FaultEvent::Armed, fault, "");
             }
         }
     }
 
-    /// Lets an experiment's own handler interrupt the run.
+    /// Adds an experiment's own interruption handler.
     pub fn add_handler(&mut self, handler: Box<dyn InterruptionHandler>) {
         self.handlers.push(handler);
     }
 
-    /// The run's scenario, seed and parameters.
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// The world, for checks and pictures.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Who takes part.
     #[must_use]
     pub fn barrier(&self) -> &Barrier {
         &self.barrier
     }
 
-    /// The tick whose reports are being gathered.
     #[must_use]
     pub fn tick(&self) -> Tick {
         self.barrier.tick()
     }
 
-    /// How the run ended, once it has.
     #[must_use]
     pub fn outcome(&self) -> Option<Outcome> {
         self.outcome
     }
 
-    /// Whether a stall or a loss happened that the scenario did not ask for.
+    /// Checks whether a stall or a loss outside the scenario has happened.
     #[must_use]
     pub fn is_unscripted(&self) -> bool {
         self.unscripted
     }
 
-    /// Ends the run before the current tick: nothing of that one counts.
+    /// Ends the run before the current tick, which does not count.
     pub fn interrupt(&mut self) {
         self.outcome.get_or_insert(Outcome::Interrupted);
     }
 
-    /// Ends the run because nobody is left to carry on with it.
+    /// Ends the run if no robot takes part.
     pub fn abandon(&mut self) {
         if self.outcome.is_none() && self.barrier.is_idle() {
             self.outcome = Some(Outcome::NoRobotLeft);
         }
     }
 
-    /// Who is to be asked now, if anybody is: what that robot is to be sent is its [`Simulation::message`].
+    /// Returns the next robot that needs its tick message, which [`Simulation::message`] then returns.
     pub fn next_question(&mut self) -> Option<RobotId> {
         self.begin();
         if self.outcome.is_some() || !self.acts.is_empty() {
@@ -250,7 +239,7 @@ impl Simulation {
         }
         self.gather();
         let Some(question) = self.barrier.next_question(&*self.world) else {
-            // Nobody may be there to be asked.
+            // There may be no robots at all.
             self.settle();
             return None;
         };
@@ -266,7 +255,7 @@ impl Simulation {
         }
         self.links.held(robot, &mut message.held);
         self.truth.tell(robot, &mut message.truth);
-        // What was distorted is not what was sensed.
+        // Distorted readings differ from the sensed ones.
         if self.sensors.were_always_intact() && self.world.senses_the_same(robot) {
             return Some(robot);
         }
@@ -284,13 +273,13 @@ impl Simulation {
         Some(robot)
     }
 
-    /// What a robot is sent in the current tick once it is asked; before that, what it was sent last.
+    /// Returns a robot's message of the current tick; before it is due, the previous message.
     #[must_use]
     pub fn message(&self, robot: RobotId) -> &TickMessage {
         &self.messages[robot.index()]
     }
 
-    /// Begins to gather reports, if anybody is there to give one: else the tick waits, and commands for it with it.
+    /// Starts to collect reports if any robot takes part. Otherwise the tick and its commands wait.
     #[inline]
     pub fn gather(&mut self) {
         if !self.opened && self.barrier.started() && !self.barrier.is_idle() {
@@ -298,19 +287,19 @@ impl Simulation {
         }
     }
 
-    /// The current tick is asked for from now on: what faults do to it is settled.
+    /// Starts the tick: from now on its link, sensor, actuator and skill faults are fixed.
     #[inline(never)]
     fn open(&mut self) {
         self.opened = true;
-        self.moment += 1;
+        self.order_index += 1;
         let world = &self.world;
         self.links
             .begin(self.barrier.tick(), self.schedule.in_force(), |robot| {
                 world.pose(robot).position
             });
-        let told = |robot: RobotId| &self.messages[robot.index()];
+        let sent = |robot: RobotId| &self.messages[robot.index()];
         self.sensors
-            .begin(self.barrier.tick(), self.schedule.in_force(), told);
+            .begin(self.barrier.tick(), self.schedule.in_force(), sent);
         self.actuators.begin(self.schedule.in_force());
         let impaired = impairments(self.schedule.in_force(), &self.setup.roster);
         self.world
@@ -322,19 +311,18 @@ impl Simulation {
         self.setup.step_order == StepOrder::InOrder
     }
 
-    /// Once everybody has reported: what that triggers, and the kills of this tick.
+    /// Evaluates triggers and kills after the tick's last report.
     #[inline]
     fn settle(&mut self) {
-        // Asked after each report.
+        // This runs after each report.
         if !self.settled && self.opened && self.barrier.is_complete() {
             self.close();
         }
     }
 
-    /// Everybody has reported.
     fn close(&mut self) {
         self.settled = true;
-        self.moment += 1;
+        self.order_index += 1;
         if !self.steps_in_order() && self.schedule.waiting().next().is_some() {
             for robot in self.barrier.robots() {
                 if self.barrier.has_answered(robot) {
@@ -348,21 +336,21 @@ impl Simulation {
         }
     }
 
-    /// Whether every agent that takes part has reported, and everything that faults ask of processes has happened.
+    /// Checks whether every present agent has reported and every process action has finished.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.outcome.is_none() && self.settled && self.barrier.is_complete() && self.acts.is_empty()
     }
 
-    /// Ends the tick: the reports that count move the world. What it was is to be recorded before the next report comes, see
-    /// [`Simulation::record`]; there is time for that once the next tick has been asked for.
+    /// Ends the tick: the counting reports move the world. Call [`Simulation::record`] before the next report; it may run
+    /// after the next tick messages are sent.
     pub fn finish(&mut self) {
         let (tick, now) = (self.barrier.tick(), self.world.now());
         let mut ended = std::mem::take(&mut self.ended);
         let gathered = &mut ended.gathered;
         self.barrier.finish(&*self.world, gathered);
         (self.interrupted, self.opened, self.settled) = (false, false, false);
-        self.moment = 0;
+        self.order_index = 0;
         self.acts.end_tick();
         let mut answers = std::mem::take(&mut self.answers);
         answers.count(&gathered.counted);
@@ -380,8 +368,8 @@ impl Simulation {
 
         let commands = &mut ended.commands;
         commands.clear();
-        let told = answers.all().iter();
-        commands.extend(told.map(|answer| answer.counts.then_some(answer.report.actuation)));
+        let reported = answers.all().iter();
+        commands.extend(reported.map(|answer| answer.counts.then_some(answer.report.actuation)));
         for (robot, command) in self.barrier.robots().zip(&mut *commands) {
             let mission = self.world.mission();
             for fault in self.actuators.disobey(mission, robot, command) {
@@ -389,7 +377,7 @@ impl Simulation {
             }
         }
         let mut happened = self.world.step(commands);
-        self.tell_of_impairments();
+        self.count_impairment_hits();
         for robot in &gathered.dead {
             happened.append(&mut self.world.lose(*robot));
         }
@@ -398,13 +386,15 @@ impl Simulation {
         ended.events.append(&mut self.events);
         ended.events.append(&mut happened);
 
-        ended.said.clear();
+        ended.broadcasts.clear();
         let all = answers.all();
-        let counts = |it: &Broadcast| {
-            let answer = &all[it.sender.index()];
-            answer.counts && answer.report.incarnation == it.incarnation
+        let counts = |broadcast: &Broadcast| {
+            let answer = &all[broadcast.sender.index()];
+            answer.counts && answer.report.incarnation == broadcast.incarnation
         };
-        ended.said.extend(self.said.drain(..).filter(counts));
+        ended
+            .broadcasts
+            .extend(self.broadcasts.drain(..).filter(counts));
         ended.at = Some((tick, now));
         ended.mission.clear();
         self.world.mission().row(&mut ended.mission);
@@ -417,26 +407,27 @@ impl Simulation {
         self.outcome = self.decide_outcome();
     }
 
-    /// What robots did worse in the last step hits the faults that impair them.
-    fn tell_of_impairments(&mut self) {
-        let acted = |it: &Impairment| it.has_acted;
+    /// Counts hits of the faults that impaired a skill in the last step.
+    fn count_impairment_hits(&mut self) {
+        let acted = |impairment: &Impairment| impairment.has_acted;
         if !self.world.impairments().iter().any(acted) {
-            // As in most runs.
+            // Most runs have no impairments.
             return;
         }
-        // Since the tick was opened no fault has begun or ended.
+        // No fault has begun or ended since the tick was opened.
         let faults = impairments(self.schedule.in_force(), &self.setup.roster);
-        let told = faults.zip(self.world.impairments());
-        let hits = told.filter_map(|((fault, _), it)| it.has_acted.then_some(fault));
+        let pairs = faults.zip(self.world.impairments());
+        let hits =
+            pairs.filter_map(|((fault, _), impairment)| impairment.has_acted.then_some(fault));
         for fault in hits.collect::<Vec<_>>() {
             self.hit(fault, 1);
         }
     }
 
-    /// Hands over what the tick was that has ended, once. Says whether there was one.
+    /// Passes the data of the ended tick to the recorder, once. Returns whether there was such a tick.
     ///
     /// # Errors
-    /// When the log cannot be written.
+    /// If the log cannot be written.
     pub fn record(&mut self, recorder: &mut dyn Record) -> Result<bool, RecordError> {
         let ended = &mut self.ended;
         let Some((tick, now)) = ended.at.take() else {
@@ -448,8 +439,8 @@ impl Simulation {
             inputs: &ended.inputs,
             bodies: &ended.bodies,
             answers: self.answers.all(),
-            foreign: &self.foreign,
-            said: &ended.said,
+            foreign: &self.external,
+            said: &ended.broadcasts,
             events: &ended.events,
             mission: &ended.mission,
             targets: &ended.targets,
@@ -458,13 +449,12 @@ impl Simulation {
         Ok(true)
     }
 
-    /// The motivations that a robot last reported, in the order of the catalog.
+    /// Returns a robot's last reported motivations, in the order of the catalog.
     #[must_use]
     pub fn motivations(&self, robot: RobotId) -> &[Motivation] {
         &self.answers.report(robot).motivations
     }
 
-    /// The tasks and behavior sets of the run.
     #[must_use]
     pub fn catalog(&self) -> &Catalog {
         &self.setup.catalog
@@ -474,13 +464,12 @@ impl Simulation {
         self.setup.roster.name(robot)
     }
 
-    /// The robot of that name.
     #[must_use]
     pub fn robot_named(&self, name: &str) -> Option<RobotId> {
         self.setup.roster.robot_named(name)
     }
 
-    /// Robots as they are before this tick's commands move them.
+    /// Returns the robots' states before the commands of this tick move them.
     fn bodies(&self) -> impl Iterator<Item = BodyRecord> {
         self.barrier.robots().map(|robot| BodyRecord {
             present: self.world.is_present(robot),

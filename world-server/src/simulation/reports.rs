@@ -1,4 +1,4 @@
-//! What robots report: whether it can be, what it triggers, and what of it is remembered.
+//! Reports of robots: their check, the faults that they trigger and the state that the run keeps.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::log::Input;
@@ -13,20 +13,20 @@ use crate::faults::schedule::FaultIndex;
 use crate::recorder::Answer;
 
 impl Simulation {
-    /// An agent's report.
+    /// Processes an agent's report.
     pub fn report(&mut self, report: &Report) -> Verdict {
         if !self.is_well_formed(report) {
             return Verdict::Malformed;
         }
         self.mark_moment();
         let verdict = self.barrier.report(report);
-        self.moment += self.barrier.take_came();
+        self.order_index += self.barrier.take_came();
         if verdict == Verdict::Counted {
             debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
             let robot = report.robot;
-            let told = &self.messages[robot.index()];
-            self.answers.take(&told.readings, report);
-            // Before the next robot is asked, and hears of it.
+            let message = &self.messages[robot.index()];
+            self.answers.take(&message.readings, report);
+            // This precedes the next robot's tick message, which lists the broadcasts of this robot.
             if self.steps_in_order() && self.schedule.waiting().next().is_some() {
                 self.trigger_by_report(report);
             }
@@ -35,23 +35,24 @@ impl Simulation {
         verdict
     }
 
-    /// Whether the robot's mind is a program of its own.
+    /// Checks whether the robot has an external controller.
     #[must_use]
     pub fn is_foreign(&self, robot: RobotId) -> bool {
-        self.foreign.get(robot.index()).is_some_and(|is| *is)
+        self.external
+            .get(robot.index())
+            .is_some_and(|external| *external)
     }
 
-    /// A broadcast of a robot whose mind is a program of its own, before the report that lists it: it is kept for the log. Nothing
-    /// else becomes of it here.
+    /// Keeps a broadcast of an external controller for the log, before the report that lists it. It has no other effect here.
     pub fn overhear(&mut self, broadcast: Broadcast) {
-        let robots = self.foreign.iter().filter(|is| **is).count();
-        let has_room = self.said.len() < robots * usize::from(MAX_BROADCASTS);
+        let robots = self.external.iter().filter(|external| **external).count();
+        let has_room = self.broadcasts.len() < robots * usize::from(MAX_BROADCASTS);
         if has_room && self.is_foreign(broadcast.sender) && broadcast.tick == self.tick() {
-            self.said.push(broadcast);
+            self.broadcasts.push(broadcast);
         }
     }
 
-    /// What the run remembers of the answers that count.
+    /// Updates the run's state by the answers that count.
     pub(super) fn take_note(&mut self, now: SimTime, answers: &[Answer], inputs: &mut Vec<Input>) {
         let mut hits: Vec<FaultIndex> = Vec::new();
         for answer in answers.iter().filter(|answer| answer.counts) {
@@ -59,8 +60,8 @@ impl Simulation {
             self.active[report.robot.index()] = report.active;
             self.memories.remember(now, report, &self.setup);
             if !answer.deliveries.are_usual() {
-                self.note_losses(report, inputs);
-                self.note_hits(report, &mut hits);
+                self.record_losses(report, inputs);
+                self.collect_hits(report, &mut hits);
             }
         }
         for fault in hits {
@@ -71,7 +72,7 @@ impl Simulation {
         }
     }
 
-    /// What robots are at, for faults of the next tick that befall a role. It follows from what is logged of this tick alone.
+    /// Records the active behavior sets for faults of roles in the next tick. They follow from the log of this tick alone.
     pub(super) fn note_reported(&mut self, answers: &[Answer], inputs: &[Input]) {
         self.reported.fill(None);
         for answer in answers.iter().filter(|answer| answer.counts) {
@@ -89,8 +90,8 @@ impl Simulation {
         }
     }
 
-    /// What link faults have done to messages.
-    fn note_hits(&self, report: &Report, hits: &mut Vec<FaultIndex>) {
+    /// Collects the faults that changed the delivery of messages.
+    fn collect_hits(&self, report: &Report, hits: &mut Vec<FaultIndex>) {
         for reception in &report.receptions {
             if reception.delivery != Delivery::Heard {
                 hits.extend(self.links.causes(report.robot, reception));
@@ -98,12 +99,12 @@ impl Simulation {
         }
     }
 
-    /// Losses that nobody asked for are inputs: a replay repeats them.
-    fn note_losses(&mut self, report: &Report, inputs: &mut Vec<Input>) {
+    /// Adds message losses outside the scenario to the inputs, so that a replay repeats them.
+    fn record_losses(&mut self, report: &Report, inputs: &mut Vec<Input>) {
         let mut index = 0;
         let mut before = None;
         for reception in &report.receptions {
-            // Receptions come by (sender, tick, index): the index starts again with each sender and tick.
+            // Receptions are ordered by (sender, tick, index); the index restarts with each sender and tick.
             let from = Some((reception.sender, reception.sent));
             index = if from == before { index + 1 } else { 0 };
             before = from;
@@ -119,7 +120,7 @@ impl Simulation {
         }
     }
 
-    /// Whether ids and numbers of a report are such as an agent of this run would send.
+    /// Checks whether the ids and numbers of a report are valid in this run.
     fn is_well_formed(&self, report: &Report) -> bool {
         let robots = self.setup.scenario.robots.len();
         let (sets, tasks) = (

@@ -1,4 +1,4 @@
-//! What robots are told, in runs driven by hand.
+//! Tests of the readings that robots receive, in manually driven runs.
 
 use alliance_proto::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
 use alliance_proto::testkit::default_setup;
@@ -19,13 +19,13 @@ impl Record for Unrecorded {
     }
 }
 
-/// A tick in which everybody stands still. Returns what blue was told of its place.
+/// Runs a tick in which all robots stand still. Returns the position that blue receives.
 fn stand_still(simulation: &mut Simulation) -> Vec2 {
-    let mut told = None;
+    let mut position = None;
     while let Some(robot) = simulation.next_question() {
         let message = simulation.message(robot);
         if robot == BLUE {
-            told = message.readings.pose.map(|pose| pose.position);
+            position = message.readings.pose.map(|pose| pose.position);
         }
         let report = Report {
             robot,
@@ -37,12 +37,12 @@ fn stand_still(simulation: &mut Simulation) -> Vec2 {
     }
     simulation.finish();
     assert!(simulation.record(&mut Unrecorded).unwrap());
-    told.expect("blue is asked, and its sensor tells something")
+    position.expect("blue receives a tick message with a position")
 }
 
-/// What is sensed is looked for anew only where something has changed: that must hide neither a fault nor its end.
+/// Checks that the cache of unchanged readings hides neither a fault nor its end.
 #[test]
-fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_again() {
+fn a_resting_robot_receives_wrong_readings_only_during_a_sensor_fault() {
     let mut setup = default_setup(1);
     let fault = Fault::Sensor(SensorFault {
         robot: "blue".to_owned(),
@@ -66,14 +66,17 @@ fn who_stands_still_is_told_what_its_broken_sensor_tells_and_then_the_truth_agai
         let (robot, incarnation, _) = simulation.invite(name).unwrap();
         simulation.arrive(robot, incarnation);
     }
-    let told: Vec<Vec2> = (0..3 * second)
+    let positions: Vec<Vec2> = (0..3 * second)
         .map(|_| stand_still(&mut simulation))
         .collect();
     let truth = simulation.world().pose(BLUE).position;
-    let (before, rest) = told.split_at(second);
+    let (before, rest) = positions.split_at(second);
     let (during, after) = rest.split_at(second);
     assert!(before.iter().all(|place| *place == truth));
     assert!(during.iter().all(|place| *place != truth));
-    assert!(during.windows(2).all(|two| two[0] != two[1]), "anew each");
+    assert!(
+        during.windows(2).all(|two| two[0] != two[1]),
+        "a new error in each tick"
+    );
     assert!(after.iter().all(|place| *place == truth));
 }

@@ -11,22 +11,21 @@ use super::Simulation;
 use crate::faults::schedule::FaultIndex;
 use crate::recorder::{Event, EventKind};
 
-/// Something that has happened, as a trigger names it.
-struct Happened {
+/// An event in the words of a trigger.
+struct Occurrence {
     robot: RobotId,
-    /// The verb.
     what: &'static str,
     subject: Option<String>,
 }
 
 impl Simulation {
-    /// What a robot has decided in the current tick. A kill that waited for it comes before the team hears of it (DESIGN §4),
-    /// everything else at the beginning of the next tick, and so does what befalls a role: who has it all reports tell.
+    /// Triggers faults by a robot's decisions in the current tick. Kills take effect before other robots receive the
+    /// broadcasts of that tick. Other faults wait for the next tick, as do faults of roles, which need all reports.
     pub(super) fn trigger_by_report(&mut self, report: &Report) {
         if self.schedule.waiting().next().is_none() {
             return;
         }
-        let changes = report.changes.iter().map(|change| Happened {
+        let changes = report.changes.iter().map(|change| Occurrence {
             robot: report.robot,
             what: match change.to {
                 BehaviorState::Active => Happening::Activates,
@@ -40,19 +39,19 @@ impl Simulation {
         let noted = report.notes.iter().filter_map(|note| {
             let kind = note.kind.as_str(terms.notes);
             let mut verbs = terms.verbs.iter();
-            let (verb, _) = verbs.find(|(_, stands_for)| *stands_for == kind)?;
-            Some(Happened {
+            let (verb, _) = verbs.find(|(_, event)| *event == kind)?;
+            Some(Occurrence {
                 robot: report.robot,
                 what: verb,
                 subject: None,
             })
         });
-        let happened: Vec<Happened> = changes.chain(noted).collect();
-        for fault in self.waiting_for(&happened) {
+        let occurrences: Vec<Occurrence> = changes.chain(noted).collect();
+        for fault in self.waiting_for(&occurrences) {
             let now = self.world.now();
-            let asked = &self.schedule.status(fault).order.fault;
-            let kills = matches!(asked, Fault::Kill(_) | Fault::Terminate(_));
-            if kills && asked.role().is_none() {
+            let ordered = &self.schedule.status(fault).order.fault;
+            let kills = matches!(ordered, Fault::Kill(_) | Fault::Terminate(_));
+            if kills && ordered.role().is_none() {
                 self.schedule.apply(fault, now);
                 self.apply(fault);
             } else {
@@ -61,7 +60,7 @@ impl Simulation {
         }
     }
 
-    /// What the world did in the tick that ends, and who came and went in it.
+    /// Triggers faults by events of the world, joins and deaths in the ended tick.
     pub(super) fn trigger_by_world(&mut self, events: &[Event], inputs: &[Input]) {
         if self.schedule.waiting().next().is_none() {
             return;
@@ -72,8 +71,8 @@ impl Simulation {
                 return None;
             };
             let mut verbs = terms.verbs.iter();
-            let (verb, _) = verbs.find(|(_, stands_for)| *stands_for == kind)?;
-            Some(Happened {
+            let (verb, _) = verbs.find(|(_, event_kind)| *event_kind == kind)?;
+            Some(Occurrence {
                 robot: event.robot?,
                 what: verb,
                 subject: Some(event.subject.clone()),
@@ -85,15 +84,15 @@ impl Simulation {
                 Input::Gone { robot, .. } => (robot, Happening::Dies),
                 _ => return None,
             };
-            Some(Happened {
+            Some(Occurrence {
                 robot: self.robot_named(robot)?,
                 what: what.as_str(),
                 subject: None,
             })
         });
-        let happened: Vec<Happened> = in_world.chain(from_outside).collect();
-        for fault in self.waiting_for(&happened) {
-            // The clock shows the next tick already.
+        let occurrences: Vec<Occurrence> = in_world.chain(from_outside).collect();
+        for fault in self.waiting_for(&occurrences) {
+            // The clock already shows the next tick.
             self.schedule.trigger(fault, self.world.now());
         }
     }
@@ -102,18 +101,18 @@ impl Simulation {
         self.world.now() + SimTime(self.setup.scenario.step_ms)
     }
 
-    fn waiting_for(&self, happened: &[Happened]) -> Vec<FaultIndex> {
-        let fits = |when: &When, happened: &Happened| {
-            when.what.as_str() == happened.what
+    fn waiting_for(&self, occurrences: &[Occurrence]) -> Vec<FaultIndex> {
+        let fits = |when: &When, occurrence: &Occurrence| {
+            when.what.as_str() == occurrence.what
                 && when
                     .robot
                     .as_deref()
-                    .is_none_or(|robot| robot == self.name(happened.robot))
-                && (when.subject.is_none() || when.subject == happened.subject)
+                    .is_none_or(|robot| robot == self.name(occurrence.robot))
+                && (when.subject.is_none() || when.subject == occurrence.subject)
         };
         self.schedule
             .waiting()
-            .filter(|(_, when)| happened.iter().any(|happened| fits(when, happened)))
+            .filter(|(_, when)| occurrences.iter().any(|occurrence| fits(when, occurrence)))
             .map(|(fault, _)| fault)
             .collect()
     }

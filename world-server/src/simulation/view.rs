@@ -1,4 +1,4 @@
-//! What observers see of a run. It decides nothing: a run that nobody watches is the same.
+//! Views for observers. They have no effect on the run.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -18,24 +18,23 @@ use super::levels::levels;
 use crate::barrier::Presence;
 use crate::world::{Component, Shape};
 
-/// Faults that a view tells at most; those in force come first.
+/// The largest number of faults in a view. Faults in force come first.
 const FAULTS_MAX: usize = 200;
 
-/// Teams up to this size are seen with what their sensors tell: a view has to fit into a message.
+/// The largest team whose views contain sensor readings. A view has to fit into a message.
 const SENSING_TEAM_MAX: usize = 200;
 
-/// What a view tells that the state of the run does not.
+/// The history that views need beyond the state of the run.
 pub(super) struct Memories {
-    /// Since when each behavior set is in its state, by rank; those that have never changed are left out.
+    /// The latest state change of each behavior set, by rank.
     since: Vec<BTreeMap<BehaviorId, SimTime>>,
-    /// Since when each robot has had its incarnation.
+    /// The start time of each robot's incarnation.
     began: Vec<SimTime>,
-    /// The incarnation that reported last, by rank: with a new one all sets hibernate.
-    lives: Vec<Incarnation>,
-    /// Since the last view; `None` before the first one: most runs are never looked at.
+    /// The incarnation of the latest report, by rank. A new one starts with all sets hibernating.
+    incarnations: Vec<Incarnation>,
+    /// The messages since the last view; `None` before the first view.
     messages: Option<VecDeque<MessageView>>,
     left_out: u64,
-    /// Likewise.
     bends: Option<Bends>,
 }
 
@@ -44,18 +43,17 @@ impl Memories {
         Self {
             since: vec![BTreeMap::new(); robots],
             began: vec![SimTime::ZERO; robots],
-            lives: vec![0; robots],
+            incarnations: vec![0; robots],
             messages: None,
             left_out: 0,
             bends: None,
         }
     }
 
-    /// A report that counts in a tick.
     pub fn remember(&mut self, now: SimTime, report: &Report, setup: &Setup) {
         let rank = report.robot.index();
-        if self.lives[rank] != report.incarnation {
-            self.lives[rank] = report.incarnation;
+        if self.incarnations[rank] != report.incarnation {
+            self.incarnations[rank] = report.incarnation;
             self.since[rank].clear();
             self.began[rank] = now;
         }
@@ -88,8 +86,8 @@ impl Memories {
 }
 
 impl Simulation {
-    /// A snapshot for eyes, with what has become of messages and curves since the one before; in the first one there is nothing
-    /// of that. Whoever owns the clock and the processes adds what they know of them.
+    /// Returns a snapshot with the messages and curves since the previous view; the first view has none. The owner of the clock
+    /// and the processes adds its own data.
     pub fn view(&mut self) -> View {
         let messages = self.memories.messages.get_or_insert_default();
         let messages = messages.drain(..).collect();
@@ -106,7 +104,7 @@ impl Simulation {
         }
     }
 
-    /// The same without messages and curves, of which each step would have to remember something.
+    /// Returns a snapshot without messages and curves, which need no history then.
     #[must_use]
     pub fn glance(&self) -> View {
         let robots = self
@@ -120,7 +118,7 @@ impl Simulation {
             obstacles: self.world.obstacles().iter().map(rectangle).collect(),
             mission: self.mission_row().into_iter().map(Value::number).collect(),
             robots,
-            faults: self.faults_to_see(),
+            faults: self.visible_faults(),
             outcome: self.outcome,
             ..View::default()
         };
@@ -128,12 +126,11 @@ impl Simulation {
         view
     }
 
-    /// What a robot's agent is up to.
     #[must_use]
     pub fn agent_state(&self, robot: RobotId) -> AgentState {
         match self.barrier.presence(robot) {
             _ if self.barrier.is_absent(robot) => AgentState::Absent,
-            // One that has not lived yet has not died.
+            // A robot before its first incarnation has not died.
             Presence::Empty if !self.barrier.has_lived(robot) => AgentState::Coming,
             Presence::Empty => AgentState::Dead,
             Presence::Invited | Presence::Entering { .. } => AgentState::Coming,
@@ -144,14 +141,14 @@ impl Simulation {
 
     fn robot_view(&self, robot: RobotId) -> RobotView {
         let state = self.agent_state(robot);
-        let lives = self.barrier.incarnation(robot).is_some();
-        let sensing = lives && self.messages.len() <= SENSING_TEAM_MAX;
+        let alive = self.barrier.incarnation(robot).is_some();
+        let sensing = alive && self.messages.len() <= SENSING_TEAM_MAX;
         let report = self.answers.report(robot);
-        let known = &self.setup.scenario.robots[robot.index()];
-        let (measure, sets) = levels(report, &self.setup, known);
-        // One that has not reported yet has nothing to show.
+        let spec = &self.setup.scenario.robots[robot.index()];
+        let (measure, sets) = levels(report, &self.setup, spec);
+        // A robot before its first report has nothing to show.
         let reports = self.barrier.incarnation(robot) == Some(report.incarnation);
-        let sets = sets.iter().filter(|_| lives && reports);
+        let sets = sets.iter().filter(|_| alive && reports);
         RobotView {
             state,
             incarnation: self.barrier.incarnation(robot),
@@ -166,7 +163,7 @@ impl Simulation {
                 Readings::default()
             },
             sensed: Vec::new(),
-            active: self.active[robot.index()].filter(|_| lives),
+            active: self.active[robot.index()].filter(|_| alive),
             measure,
             sets: sets
                 .map(|&motivation| BehaviorView {
@@ -177,8 +174,8 @@ impl Simulation {
         }
     }
 
-    /// Those in force, then those that wait, by the order in which they were armed.
-    fn faults_to_see(&self) -> Vec<FaultStatus> {
+    /// Returns the faults in force, then the armed faults, each in the order of arming.
+    fn visible_faults(&self) -> Vec<FaultStatus> {
         let of = |phase| {
             self.schedule
                 .statuses()

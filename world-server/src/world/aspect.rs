@@ -6,19 +6,19 @@ use alliance_proto::time::SimTime;
 /// A property that evolves each step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aspect {
-    /// Energy of a robot.
+    /// The energy of a robot.
     Energy(Battery),
 }
 
 impl Aspect {
-    /// Evolves over one step in which the component moved at that multiple of its top speed.
+    /// Advances the property by one step. `drive` is the component's speed as a share of its top speed.
     pub fn evolve(&mut self, drive: f32, step: SimTime) {
         match self {
             Self::Energy(battery) => battery.draw(drive, step),
         }
     }
 
-    /// Whether the component can act as far as this aspect is concerned.
+    /// Checks whether this aspect allows the component to act.
     #[must_use]
     pub fn is_powered(&self) -> bool {
         match self {
@@ -27,17 +27,16 @@ impl Aspect {
     }
 }
 
-/// A battery that is drawn on by idling and by driving.
+/// A battery that idling and driving discharge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Battery {
-    /// In f64: what a step of 1 ms takes is below the resolution of f32 at full charge.
+    /// The charge. It needs f64: the change in a step of 1 ms is below the resolution of f32 at full charge.
     charge_j: f64,
     idle_w: f64,
     drive_w: f64,
 }
 
 impl Battery {
-    /// A full battery.
     #[must_use]
     pub fn full(energy: &Energy) -> Self {
         Self {
@@ -47,7 +46,7 @@ impl Battery {
         }
     }
 
-    /// Energy left, J, never below 0.
+    /// Returns the remaining energy, J, never below 0.
     #[must_use]
     pub fn charge_j(&self) -> f32 {
         self.charge_j as f32

@@ -1,4 +1,4 @@
-//! A bar: a solid with round ends that bodies can push, and what stops it.
+//! A bar: a solid with round ends that bodies can push, and the limits of its motion.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::view::MarkOutline;
@@ -9,39 +9,39 @@ use super::grid::Grid;
 use super::outline::cast_at_disc;
 use super::{Floor, Outline, SKIN_M};
 
-/// How near a moving bar gets to what is solid, m: bodies that it touches stand that far from it, or twice as far.
+/// The least distance between a moving bar and another solid, m. Bodies in contact stand this far away, or twice as far.
 const CLEARANCE_M: f32 = SKIN_M / 2.0;
 
-/// What rounding may make of a coordinate, m.
+/// The largest rounding error of a coordinate, m.
 const ROUNDING_M: f32 = 1e-4;
 
-/// Halvings in the search for how far a bar can move: a thousandth of a step's way.
+/// The number of halvings in the search for a bar's free motion. Ten halvings resolve a thousandth of a step's way.
 const HALVINGS: usize = 10;
 
 /// A straight bar with round ends, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bar {
-    /// One end of its axis.
+    /// The first end of the axis.
     pub from: Vec2,
-    /// The other end of its axis.
+    /// The second end of the axis.
     pub to: Vec2,
-    /// Half of its thickness.
+    /// Half of the thickness.
     pub half_width_m: f32,
 }
 
 impl Bar {
-    /// The middle of its axis.
+    /// Returns the middle of the axis.
     #[must_use]
     pub fn center(&self) -> Vec2 {
         self.from.midpoint(self.to)
     }
 
-    /// How far its farthest point is from its center, m.
+    /// Returns the distance from the center to the farthest point of the bar, m.
     fn reach_m(&self) -> f32 {
         self.from.distance(self.to) / 2.0 + self.half_width_m
     }
 
-    /// The point of its axis that is nearest to a point.
+    /// Returns the point of the axis that is nearest to `point`.
     fn nearest(&self, point: Vec2) -> Vec2 {
         let axis = self.to - self.from;
         let squared = axis.length_squared();
@@ -53,7 +53,6 @@ impl Bar {
         self.from + axis * share.clamp(0.0, 1.0)
     }
 
-    /// See [`Outline::surface`].
     pub(super) fn surface(&self, point: Vec2) -> (f32, Vec2) {
         let offset = point - self.nearest(point);
         let length = offset.length();
@@ -65,27 +64,27 @@ impl Bar {
         (length - self.half_width_m, normal)
     }
 
-    /// Way from a point to its surface, m; below 0 inside.
+    /// Returns the distance from `point` to the surface, m; below 0 inside.
     #[must_use]
     pub fn way_to_point(&self, point: Vec2) -> f32 {
         self.surface(point).0
     }
 
-    /// See [`Outline::is_beyond`].
     pub(super) fn is_beyond(&self, point: Vec2, reach_m: f32) -> bool {
         let apart_m = reach_m + self.half_width_m;
         let (min, max) = (self.from.min(self.to), self.from.max(self.to));
         (point + apart_m).cmplt(min).any() || (point - apart_m).cmpgt(max).any()
     }
 
-    /// Where a ray from outside first meets it grown by `margin_m`, m: on one of its sides, or at the disc round one of its ends.
+    /// Returns the distance at which a ray from outside meets the bar grown by `margin_m`, m. The ray meets a side or the disc
+    /// round an end.
     pub(super) fn cast(&self, ray: &Ray, max_m: f32, margin_m: f32) -> Option<f32> {
         let radius_m = self.half_width_m + margin_m;
         let length_m = self.from.distance(self.to);
         let along = (self.to - self.from).normalize_or_zero();
         let offset = ray.origin - self.from;
         let (across_m, approach) = (along.perp_dot(offset), along.perp_dot(ray.dir));
-        // By rounding it may seem to begin inside.
+        // Rounding can put the origin inside.
         let away_m = across_m.abs() - radius_m;
         let closing = -approach * across_m.signum();
         if away_m > -ROUNDING_M && closing > 0.0 {
@@ -99,7 +98,7 @@ impl Bar {
         ends.into_iter().flatten().reduce(f32::min)
     }
 
-    /// Way between it and another bar, m; between their axes less their widths where these do not cross.
+    /// Returns the distance to another bar, m. If the axes do not cross, it is their distance minus both half widths.
     fn distance_m(&self, other: &Self) -> f32 {
         let widths_m = self.half_width_m + other.half_width_m;
         if self.crosses(other) {
@@ -115,7 +114,7 @@ impl Bar {
         ways.into_iter().fold(f32::INFINITY, f32::min) - widths_m
     }
 
-    /// Whether its axis crosses that of another bar.
+    /// Checks whether the axes of the two bars cross.
     fn crosses(&self, other: &Self) -> bool {
         let parts = |one: &Self, other: &Self| {
             let axis = one.to - one.from;
@@ -125,7 +124,7 @@ impl Bar {
         parts(self, other) && parts(other, self)
     }
 
-    /// Way between it and a solid that does not move, m; below 0 where they overlap.
+    /// Returns the distance to a solid that does not move, m; below 0 where they overlap.
     #[must_use]
     pub fn way_to(&self, solid: &Outline) -> f32 {
         match *solid {
@@ -163,17 +162,15 @@ impl From<Bar> for MarkOutline {
     }
 }
 
-/// The bars on a floor, and what is near where.
 #[derive(Clone, Debug)]
 pub(super) struct Bars {
     bars: Vec<Bar>,
     centers: Grid,
-    /// How far the farthest point of any is from its center, m.
+    /// The largest distance from a bar's center to its farthest point, m.
     reach_m: f32,
 }
 
 impl Bars {
-    /// In a room of that size.
     pub fn new(size: Vec2, bars: Vec<Bar>) -> Self {
         let reach_m = bars.iter().map(Bar::reach_m).fold(0.0, f32::max);
         let mut centers = Grid::new(size, reach_m, bars.len());
@@ -187,7 +184,7 @@ impl Bars {
         }
     }
 
-    /// The bars of which a point is within reach, by their numbers.
+    /// Returns the bars within `reach_m` of a point, with their numbers.
     pub fn near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = (usize, Bar)> + '_ {
         let near =
             (!self.bars.is_empty()).then(|| self.centers.near(point, reach_m + self.reach_m));
@@ -196,36 +193,35 @@ impl Bars {
         near.filter(move |(_, bar)| !bar.is_beyond(point, reach_m))
     }
 
-    /// All of them, by their numbers.
     pub fn all(&self) -> &[Bar] {
         &self.bars
     }
 }
 
-/// A body drives against a bar.
+/// A body that drives against a bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
-    /// Whose body.
+    /// The robot that pushes.
     pub robot: RobotId,
     /// The number of the bar.
     pub bar: usize,
-    /// How far the body would go on in this step if the bar were not there, but at its speed for pushing, m.
+    /// The distance that the body could still move in this step without the bar, at its pushing speed, m.
     pub way_m: f32,
 }
 
 impl Floor {
-    /// The bars, as the mission numbers them.
+    /// Returns the bars in the numbering of the mission.
     #[must_use]
     pub fn bars(&self) -> &[Bar] {
         self.space.bars.all()
     }
 
-    /// The bars of which a point is within reach, with their numbers.
+    /// Returns the bars within `reach_m` of a point, with their numbers.
     pub fn bars_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = (usize, Bar)> + '_ {
         self.space.bars.near(point, reach_m)
     }
 
-    /// Moves a bar. All who can sense it from up to so far, m, may sense something else from now on.
+    /// Moves a bar. `sensed_m` is the range of the sensors that detect bars, m; readings within this range become invalid.
     pub fn move_bar(&mut self, bar: usize, to: Bar, sensed_m: f32) {
         let bars = &mut self.space.bars;
         bars.bars[bar] = to;
@@ -234,8 +230,8 @@ impl Floor {
         self.changed_near(to.center(), to.reach_m() + sensed_m);
     }
 
-    /// The greatest share of a motion of a bar, 0 to 1, up to which it runs over nothing. `at` is where the bar is after a
-    /// share of it, `None` where it may not be.
+    /// Returns the greatest share of a bar's motion, 0 to 1, without a collision. `at` returns the bar after a given share, or
+    /// `None` where the bar must not be.
     pub fn free_share(&self, bar: usize, at: impl Fn(f32) -> Option<Bar>) -> f32 {
         let is_free = |share: f32| at(share).is_some_and(|to| self.has_room_for(bar, &to));
         if is_free(1.0) {
@@ -253,7 +249,7 @@ impl Floor {
         free
     }
 
-    /// Whether a bar can move to there in a step: it gets no nearer to a body that it touches already.
+    /// Checks whether a bar can move to `to` in a step. The bar must not come nearer to a body that it already touches.
     fn has_room_for(&self, bar: usize, to: &Bar) -> bool {
         let now = &self.bars()[bar];
         let (center, reach_m) = (to.center(), to.reach_m() + CLEARANCE_M);
@@ -289,7 +285,7 @@ mod tests {
         })
     }
 
-    /// Its surface as the discs make it that lie along its axis.
+    /// Returns the distance to the surface, with the bar approximated by discs along its axis.
     fn by_discs(bar: &Bar, point: Vec2) -> f32 {
         let along = (0..=1000).map(|part| bar.from.lerp(bar.to, part as f32 / 1000.0));
         let ways = along.map(|center| center.distance(point));
@@ -298,16 +294,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_what_discs_along_its_axis_cover(bar in bar(), at in point()) {
+        fn a_bar_covers_the_discs_along_its_axis(bar in bar(), at in point()) {
             let (way_m, normal) = bar.surface(at);
             prop_assert!((way_m - by_discs(&bar, at)).abs() < 0.005);
             prop_assert!((normal.length() - 1.0).abs() < 1e-5);
             prop_assert!(!bar.is_beyond(at, way_m + 1e-4));
         }
 
-        /// A disc that sweeps stops where it would touch, and not before; what does not stop it, it passes clear of.
+        /// Checks that a sweeping disc stops at contact, not earlier, and passes other bars without contact.
         #[test]
-        fn a_disc_sweeps_up_to_it(bar in bar(), from in point(), heading in -3.2..3.2_f32, radius_m in 0.05..0.5_f32) {
+        fn a_sweeping_disc_stops_at_the_bar(bar in bar(), from in point(), heading in -3.2..3.2_f32, radius_m in 0.05..0.5_f32) {
             let outline = Outline::Bar(bar);
             let direction = Vec2::new(libm::cosf(heading), libm::sinf(heading));
             prop_assume!(bar.surface(from).0 > radius_m + 2.0 * SKIN_M);
@@ -327,9 +323,9 @@ mod tests {
             }
         }
 
-        /// Also from where it all but touches, at any distance from the origin.
+        /// Starts close to contact, at any distance from the origin.
         #[test]
-        fn nothing_drives_into_it(y in 0.2..2.2_f32, x in 0.0..500.0_f32, gap_m in 0.9..1.1_f32, heading_rad in -0.4..0.4_f32) {
+        fn no_disc_drives_into_a_bar(y in 0.2..2.2_f32, x in 0.0..500.0_f32, gap_m in 0.9..1.1_f32, heading_rad in -0.4..0.4_f32) {
             let from = Vec2::new(x, x);
             let bar = Bar { from, to: from + Vec2::new(0.1, 2.4), half_width_m: 0.1 };
             let (normal, along) = (Vec2::new(2.4, -0.1).normalize_or_zero(), Vec2::new(0.1, 2.4).normalize_or_zero());
@@ -340,17 +336,17 @@ mod tests {
         }
 
         #[test]
-        fn the_way_between_two_is_the_least_between_their_points(one in bar(), other in bar()) {
+        fn the_distance_of_two_bars_is_the_least_of_their_points(one in bar(), other in bar()) {
             let along = (0..=1000).map(|part| other.from.lerp(other.to, part as f32 / 1000.0));
             let least = along.map(|at| one.surface(at).0).fold(f32::INFINITY, f32::min) - other.half_width_m;
             let way_m = one.distance_m(&other);
-            // Where axes cross, no sample need be at the crossing.
+            // No sample has to lie at a crossing of the axes.
             prop_assert!((way_m - least).abs() < 0.01, "{way_m} {least}");
             prop_assert_eq!(way_m, one.way_to(&Outline::Bar(other)));
         }
 
         #[test]
-        fn the_way_to_a_rectangle_is_the_least_from_its_points(bar in bar(), low in point(), width in 0.1..2.0_f32, height in 0.1..2.0_f32) {
+        fn the_distance_to_a_rectangle_is_the_least_of_its_points(bar in bar(), low in point(), width in 0.1..2.0_f32, height in 0.1..2.0_f32) {
             let rectangle = Outline::Rectangle { min: low, max: low + Vec2::new(width, height) };
             let along = (0..=1000).map(|part| bar.from.lerp(bar.to, part as f32 / 1000.0));
             let least = along.map(|at| rectangle.surface(at).0).fold(f32::INFINITY, f32::min);

@@ -1,6 +1,6 @@
-//! How the world is changed from outside between two steps: by interruption handlers (thesis §3.2.2.2) and by faults.
+//! Changes of the world between two steps, by interruption handlers (thesis §3.2.2.2) and by faults.
 //!
-//! Whatever is done, bodies overlap nothing that they did not overlap before, but for an obstacle that is put on them.
+//! No change creates a new overlap of bodies, except an obstacle that is placed on them.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Pose;
@@ -13,16 +13,16 @@ use super::start::ROUNDING_M;
 use super::vicinity::Vicinity;
 use super::{Floor, ObstacleId};
 
-/// Why the world cannot be changed like that.
+/// The reason why a change of the world is impossible.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChangeError {
-    /// The mission says why.
+    /// A reason given by the mission.
     #[error("{0}")]
     Mission(String),
-    /// The body does not fit there.
+    /// The body does not fit at the place.
     #[error("the place is outside the border, on a solid obstacle or on another robot")]
     Taken,
-    /// The body fits nowhere.
+    /// The body fits nowhere in the room.
     #[error("no room is left for the robot")]
     NoRoom,
     /// The robot has no body.
@@ -34,23 +34,23 @@ pub enum ChangeError {
 }
 
 impl Floor {
-    /// Puts a rectangle on the floor: an obstacle, or a patch that slows down or speeds up. It may lie anywhere; a robot
-    /// that it covers is not moved, but can only leave it.
+    /// Places a rectangle on the floor: an obstacle, or a patch that changes the speed. It may lie anywhere. A covered robot is
+    /// not moved; it can only leave the rectangle.
     pub fn add_obstacle(&mut self, obstacle: &Obstacle) -> ObstacleId {
         self.all_changed();
         self.space.add(obstacle)
     }
 
-    /// Takes a rectangle away. Its id is not given again. Says whether it was there.
+    /// Removes a rectangle and returns whether it existed. Its id is not reused.
     pub fn remove_obstacle(&mut self, obstacle: ObstacleId) -> bool {
         self.all_changed();
         self.space.remove(obstacle)
     }
 
-    /// Puts a robot's body elsewhere, with what it carries. Without a heading it keeps its own.
+    /// Moves a robot's body, with its load, to another place. Without a heading the body keeps its own.
     ///
     /// # Errors
-    /// When the body does not fit there, and when there is none.
+    /// If the body does not fit at the place, or the robot has no body.
     pub fn move_robot(
         &mut self,
         robot: RobotId,
@@ -73,10 +73,10 @@ impl Floor {
         Ok(())
     }
 
-    /// Gives an absent robot its body: at its start, or at the nearest place to it that is free. Tells where.
+    /// Adds the body of an absent robot at its start or at the nearest free place. Returns the pose.
     ///
     /// # Errors
-    /// When it has one, and when there is no room.
+    /// If the robot has a body, or there is no room.
     pub fn add_robot(&mut self, robot: RobotId) -> Result<Pose, ChangeError> {
         if self.is_present(robot) {
             return Err(ChangeError::Present);
@@ -96,7 +96,7 @@ impl Floor {
         Ok(pose)
     }
 
-    /// Keeps track of a body that has been put somewhere.
+    /// Updates the indexes after a body was placed somewhere.
     fn jumped(&mut self, robot: RobotId, to: Vec2) {
         let body = &mut self.robots[robot.index()];
         body.vicinity = Vicinity::default();
@@ -107,7 +107,6 @@ impl Floor {
         self.disturbed(to, 0.0);
     }
 
-    /// Takes a robot's body away.
     pub(super) fn take_away(&mut self, robot: RobotId) {
         let body = &mut self.robots[robot.index()];
         body.speed_m_s = 0.0;
@@ -118,12 +117,12 @@ impl Floor {
         }
     }
 
-    /// Switches a robot's power on or off. Without power its body obeys nothing, and nothing is drawn from its battery.
+    /// Switches a robot's power on or off. Without power its body executes no commands and draws no energy.
     pub fn set_powered(&mut self, robot: RobotId, powered: bool) {
         self.robots[robot.index()].powered = powered;
     }
 
-    /// Whether a robot's body fits there. It may touch what is solid, but for rounding.
+    /// Checks whether a robot's body fits at `center`. It may touch solids, within rounding.
     fn is_free(&self, robot: RobotId, center: Vec2) -> bool {
         let still = self.space.solids_near(center, self.body.radius_m);
         let others = self.solid_teammates(robot, center, self.body.radius_m);

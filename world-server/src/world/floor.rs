@@ -1,4 +1,4 @@
-//! The world without a mission: space, bodies, what is near, time.
+//! The world without its mission: space, bodies, neighbor search and time.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Pose;
@@ -17,7 +17,7 @@ use super::{
 };
 use crate::recorder::{Event, EventKind};
 
-/// Space, bodies and time: what every mission has.
+/// The space, bodies and time that every mission has.
 #[derive(Clone, Debug)]
 pub struct Floor {
     pub(super) now: SimTime,
@@ -25,49 +25,48 @@ pub struct Floor {
     pub(super) body: Body,
     pub(super) sensors: Sensors,
     pub(super) space: Space,
-    /// By rank.
+    /// The bodies, indexed by rank.
     pub(super) robots: Vec<Robot>,
-    /// Whether any of them has aspects.
+    /// True if any robot has aspects.
     pub(super) has_aspects: bool,
-    /// Ranks of those that are there, by their centers.
+    /// The ranks of the present robots, by their centers.
     pub(super) bodies: Grid,
     pub(super) drift: Drift,
-    /// `None` where all hear all.
+    /// The radio range; `None` if every robot receives every broadcast.
     pub(super) range: Option<RadioRange>,
-    /// In this step.
+    /// The impaired skills of the current step.
     impairments: Vec<Impairment>,
 }
 
-/// A skill of a robot of which only a share is left.
+/// A skill of a robot that works only in part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impairment {
-    /// Whose.
+    /// The robot with the impaired skill.
     pub robot: RobotId,
-    /// Which one.
+    /// The name of the skill.
     pub skill: String,
-    /// What is left of it, 0 to 1.
+    /// The remaining share, 0 to 1.
     pub share: f64,
-    /// Whether the robot has used it in this step.
+    /// True if the robot has used the skill in this step.
     pub has_acted: bool,
 }
 
-/// A robot's body.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub component: Component,
-    /// Where it enters the mission.
+    /// The pose at which the robot enters the mission.
     pub start: Pose,
-    /// Whether it has a body in the world.
+    /// True if the robot has a body in the world.
     pub present: bool,
-    /// Whether its power is switched on.
+    /// True if the robot's power is switched on.
     pub powered: bool,
-    /// Unit vector of its heading.
+    /// The unit vector of the heading.
     pub ahead: Vec2,
-    /// Over the last step.
+    /// The mean speed over the last step.
     pub speed_m_s: f32,
     pub body: Body,
     pub side_sensor: bool,
-    /// How often it has been put somewhere.
+    /// The number of times that the body was placed somewhere.
     pub jumps: u32,
     pub vicinity: Vicinity,
     pub unchanged: Unchanged,
@@ -91,11 +90,11 @@ impl Robot {
 }
 
 impl Floor {
-    /// The floor at the start of a run, with the mission's bars. Robots without a start begin at those places or in that area: lower left and upper right
-    /// corner, m.
+    /// Creates the floor at the start of a run. Robots without a start use `starts`, or `start_area` with its lower left and upper
+    /// right corner, m.
     ///
     /// # Panics
-    /// If [`start_poses`] refuses the scenario; validation asks it first.
+    /// If [`start_poses`] rejects the scenario; validation calls that function first.
     pub(super) fn new(
         scenario: &Scenario,
         start_area: [Vec2; 2],
@@ -189,31 +188,31 @@ impl Floor {
         }
     }
 
-    /// Simulated time: that of the readings, and of the commands of the next step.
+    /// Returns the simulated time of the readings and of the next step's commands.
     #[must_use]
     pub fn now(&self) -> SimTime {
         self.now
     }
 
-    /// Whether a robot has a body in the world.
+    /// Checks whether a robot has a body in the world.
     #[must_use]
     pub fn is_present(&self, robot: RobotId) -> bool {
         self.robots[robot.index()].present
     }
 
-    /// Where a robot is; of an absent one, where it was or will begin.
+    /// Returns the pose of a robot; for an absent robot, the last or future one.
     #[must_use]
     pub fn pose(&self, robot: RobotId) -> Pose {
         self.robots[robot.index()].component.pose
     }
 
-    /// Length of the way that a robot made in the last step, by the step's length, m/s.
+    /// Returns the mean speed of a robot in the last step, m/s.
     #[must_use]
     pub fn speed_m_s(&self, robot: RobotId) -> f32 {
         self.robots[robot.index()].speed_m_s
     }
 
-    /// Energy that a robot has left, J; `None` where energy is not simulated.
+    /// Returns the remaining energy of a robot, J; `None` if energy is not simulated.
     #[must_use]
     pub fn energy_j(&self, robot: RobotId) -> Option<f32> {
         let aspects = &self.robots[robot.index()].component.aspects;
@@ -223,93 +222,93 @@ impl Floor {
             .next()
     }
 
-    /// All rectangles on the floor, by id: solid obstacles and patches.
+    /// Returns all rectangles by id: obstacles and patches.
     #[must_use]
     pub fn obstacles(&self) -> &[Component] {
         self.space.rectangles()
     }
 
-    /// Number of robots, those without a body included.
+    /// Returns the number of robots, with or without a body.
     #[must_use]
     pub fn robot_count(&self) -> usize {
         self.robots.len()
     }
 
-    /// What the bodies have in common: size, gripper and penetrability. Speeds may differ.
+    /// Returns the common properties of the bodies: size, gripper and penetrability.
     #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
     }
 
-    /// The body of a robot, with its own speeds and turn rate.
+    /// Returns the body of a robot, with its own speeds and turn rate.
     #[must_use]
     pub fn body_of(&self, robot: RobotId) -> &Body {
         &self.robots[robot.index()].body
     }
 
-    /// The skills that are impaired in this step.
+    /// Returns the skills that are impaired in this step.
     #[must_use]
     pub fn impairments(&self) -> &[Impairment] {
         &self.impairments
     }
 
-    /// Impairs these skills, and no others, in the step to come.
+    /// Sets the impaired skills of the next step.
     pub fn impair(&mut self, impairments: impl Iterator<Item = Impairment>) {
         self.impairments.clear();
         self.impairments.extend(impairments);
     }
 
-    /// A robot uses a skill in this step: what share faults have left of it, 0 to 1.
+    /// Applies a skill of a robot in this step and returns its remaining share, 0 to 1.
     pub fn use_skill(&mut self, robot: RobotId, skill: &str) -> f64 {
-        let own = self.impairments.iter_mut();
-        let own = own.filter(|it| it.robot == robot && it.skill == skill);
-        own.fold(1.0, |left, impairment| {
+        let impairments = self.impairments.iter_mut();
+        let matching =
+            impairments.filter(|impairment| impairment.robot == robot && impairment.skill == skill);
+        matching.fold(1.0, |left, impairment| {
             impairment.has_acted = impairment.share < 1.0;
             left * impairment.share
         })
     }
 
-    /// How far sensors reach.
+    /// Returns the sensor ranges.
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
     }
 
-    /// From (0, 0) to here is inside the border, m.
+    /// Returns the upper right corner of the room, m; the lower left corner is (0, 0).
     #[must_use]
     pub fn size(&self) -> Vec2 {
         self.space.size
     }
 
-    /// Everything solid but the bodies: the walls, the solid rectangles and the bars.
+    /// Returns everything solid except the bodies: the walls, the solid rectangles and the bars.
     pub fn solids(&self) -> impl Iterator<Item = Outline> + '_ {
         self.space.solids()
     }
 
-    /// Drops what is remembered of each robot's surroundings, so that it is looked at anew. It changes no step: it is for tests
-    /// of what is remembered.
+    /// Clears the cached surroundings of all robots. No result changes; tests use this to check the caches.
     pub fn forget_surroundings(&mut self) {
         for robot in &mut self.robots {
             robot.vicinity = Vicinity::default();
             robot.unchanged.end();
-            // The mission, too, looks anew.
+            // The mission searches again, too.
             robot.jumps += 1;
         }
     }
 
-    /// Unit vector of a robot's heading.
+    /// Returns the unit vector of a robot's heading.
     #[must_use]
     pub fn ahead(&self, robot: RobotId) -> Vec2 {
         self.robots[robot.index()].ahead
     }
 
-    /// How often a robot's body has been put somewhere: what was known of its surroundings before holds no more.
+    /// Returns how often a robot's body was placed somewhere. A new number invalidates cached surroundings.
     #[must_use]
     pub fn jumps(&self, robot: RobotId) -> u32 {
         self.robots[robot.index()].jumps
     }
 
-    /// The bodies whose centers are within reach of a point, with these, and some that are not within reach.
+    /// Returns the bodies within reach of a point, with their centers, and some out of reach.
     #[inline]
     pub fn bodies_near(
         &self,
@@ -320,14 +319,14 @@ impl Floor {
         near.map(|(rank, at)| (RobotId(rank as u16), at))
     }
 
-    /// Whether a disc overlaps nothing solid but bodies.
+    /// Checks whether a disc overlaps no solid except bodies.
     #[must_use]
     pub fn fits(&self, center: Vec2, radius_m: f32) -> bool {
         self.space.fits(center, radius_m, 0.0)
     }
 
-    /// Whether a thing fits there and a robot can grip it from a place that `is_free`. Half of the gripper's reach is left as
-    /// a margin for the robot's own inaccuracy. That the robot finds a way to that place is not checked.
+    /// Checks whether a robot can grip a thing at a place, from a place that `is_free`. Half of the gripper's reach remains as a
+    /// margin. The path to that place is not checked.
     pub fn can_be_gripped(
         &self,
         thing: Vec2,
@@ -338,7 +337,7 @@ impl Floor {
             .can_be_gripped(thing, radius_m, &self.body, is_free)
     }
 
-    /// The first place that will do, in rings of growing radius round the center.
+    /// Returns the first place for which `will_do` holds, in rings of growing radius round the center.
     pub fn nearest_place(&self, center: Vec2, will_do: impl Fn(Vec2) -> bool) -> Option<Vec2> {
         nearest_place(center, self.space.size, will_do)
     }

@@ -1,44 +1,42 @@
-//! Finds what lies near a point without looking at everything: a uniform grid over the room.
+//! A uniform grid over the room that finds the entries near a point.
 //!
-//! Each cell has its list of ids in ascending order, threaded through one array, so that nothing is allocated when something
-//! moves, and what is found comes in an order that depends on nothing but places and ids.
+//! The lists of all cells share one array, so a moving entry allocates no memory. Results depend only on places and ids.
 
 use glam::{UVec2, Vec2};
 
-/// The end of a list.
+/// The end mark of a list.
 const NONE: u32 = u32::MAX;
 
-/// Most cells: a huge room has larger ones.
+/// The largest number of cells. A huge room has larger cells.
 const MOST_CELLS: f32 = 1_048_576.0;
 
-/// Ids by where they are.
 #[derive(Clone, Debug)]
 pub struct Grid {
     cell_m: f32,
     cells: UVec2,
-    /// First id of each cell's list.
+    /// The first id of each cell's list.
     first: Vec<u32>,
-    /// By id.
+    /// The entries, indexed by id.
     entries: Vec<Entry>,
 }
 
-/// Something that lies somewhere. The place is here, too, so that a search need not look elsewhere for what is not near.
+/// An entry of the grid. It contains the place, so that a search reads no other memory for distant entries.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     at: Vec2,
     cell: u32,
-    /// The id that follows in its cell's list.
+    /// The next id in the list of the cell.
     next: u32,
 }
 
 impl Grid {
-    /// An empty grid over a room for so many ids, and for searches that reach so far: of cells that hold one on average, but are
-    /// so wide that few searches look into more than two by two.
+    /// Creates an empty grid for `count` ids and searches up to `reach_m`. A cell holds one entry on average, and few searches
+    /// need more than two by two cells.
     #[must_use]
     pub fn new(size: Vec2, reach_m: f32, count: usize) -> Self {
         let area = size.x * size.y;
         let least = (area / MOST_CELLS).max(area / count.max(1) as f32);
-        // A room that is very narrow has a small area and many cells in a row.
+        // A very narrow room has a small area and many cells in a row.
         let narrow_m = (size.x + size.y) / MOST_CELLS;
         let cell_m = (2.0 * reach_m).max(least.sqrt()).max(narrow_m);
         let cells = (size / cell_m).ceil().as_uvec2().max(UVec2::ONE);
@@ -50,7 +48,7 @@ impl Grid {
         }
     }
 
-    /// Puts in an id that is not there.
+    /// Inserts an id, which must be new.
     pub fn insert(&mut self, id: usize, at: Vec2) {
         if self.entries.len() <= id {
             let nowhere = Entry {
@@ -75,7 +73,7 @@ impl Grid {
         self.entries[id as usize] = Entry { at, cell, next };
     }
 
-    /// Takes out an id that is there.
+    /// Removes an id, which must exist.
     pub fn remove(&mut self, id: usize) {
         let Entry {
             cell, next: after, ..
@@ -96,7 +94,7 @@ impl Grid {
         }
     }
 
-    /// What is there is elsewhere now.
+    /// Changes the place of an id, which must exist.
     pub fn relocate(&mut self, id: usize, to: Vec2) {
         if self.entries[id].cell == self.cell(to) {
             self.entries[id].at = to;
@@ -106,7 +104,7 @@ impl Grid {
         }
     }
 
-    /// Everything within reach of a point in x and in y, with its place.
+    /// Returns the entries within reach of a point in x and in y, with their places.
     #[inline]
     #[must_use]
     pub fn near(&self, at: Vec2, reach_m: f32) -> Near<'_> {
@@ -130,23 +128,23 @@ impl Grid {
         cell.y * self.cells.x + cell.x
     }
 
-    /// Outside the room, those of the nearest cell.
+    /// Returns the cell of a point; outside the room, the nearest cell.
     fn coordinates(&self, at: Vec2) -> UVec2 {
         // Casts saturate.
         (at / self.cell_m).as_uvec2().min(self.cells - UVec2::ONE)
     }
 }
 
-/// What is near a point, cell by cell. By hand, for it is what a step of the world spends its time in: chained iterators take
-/// several times as long, and [`Iterator::next`] longer than [`Iterator::fold`].
+/// An iterator over the entries near a point. It is written by hand, because the world spends most of its time here. Chained
+/// iterators are several times slower, and [`Iterator::next`] is slower than [`Iterator::fold`].
 #[derive(Clone, Debug)]
 pub struct Near<'a> {
     grid: &'a Grid,
     at: Vec2,
     reach_m: f32,
-    /// The next one of the list at hand.
+    /// The next id in the current list.
     id: u32,
-    /// The cell whose list comes after that.
+    /// The cell of the following list.
     cell: UVec2,
     low_x: u32,
     high: UVec2,
@@ -194,7 +192,6 @@ impl Iterator for Near<'_> {
 }
 
 impl Near<'_> {
-    /// The cell at hand comes next.
     #[inline(always)]
     fn enter_cell(&mut self) {
         self.id = self.grid.first[(self.cell.y * self.grid.cells.x + self.cell.x) as usize];
@@ -226,9 +223,9 @@ mod tests {
     }
 
     proptest! {
-        /// Against a list of everything: nothing within reach is missed, nothing comes twice, and what is gone is gone.
+        /// Compares the grid with a full list: it finds each entry within reach exactly once, and no removed entry.
         #[test]
-        fn finds_what_a_look_at_everything_finds(
+        fn finds_the_same_entries_as_a_full_search(
             moves in prop::collection::vec((0..12_usize, prop::option::of(point())), 0..80),
             looks in prop::collection::vec((point(), 0.0..3.0_f32), 1..8),
             cell_m in 0.1..5.0_f32,
@@ -267,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn those_of_a_cell_come_by_id_whatever_came_first() {
+    fn entries_of_a_cell_are_ordered_by_id() {
         let at = Vec2::new(0.5, 0.5);
         for ids in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
             let mut grid = Grid::new(SIZE, 0.5, 3);

@@ -1,7 +1,7 @@
-//! What the floor does to speed (thesis §3.2.2.1).
+//! Effect of the floor on speed (thesis §3.2.2.1).
 //!
-//! The penetrability at a point is that of the slowest component there, of those that change the speed at all; a neutral one
-//! changes nothing, and robots that are not solid to each other count as well.
+//! The slowest component at a point determines the penetrability there. Neutral components have no effect. Robots that are
+//! not solid to each other count as well.
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::Ground;
@@ -10,8 +10,8 @@ use glam::Vec2;
 use super::{Component, Floor, Penetrability};
 
 impl Floor {
-    /// How far a robot gets in that time on its heading if nothing solid is in its way, m. It has the speed of each piece of
-    /// ground for exactly the part of the way on which its center is there.
+    /// Returns the distance that a robot moves in a given time if no solid stops it, m. The factor of a patch applies while the
+    /// robot's center is on it.
     pub(super) fn way_on_ground(&self, robot: RobotId, speed_m_s: f32, time_s: f32) -> f32 {
         if speed_m_s <= 0.0 {
             return 0.0;
@@ -43,7 +43,7 @@ impl Floor {
             }
             let actual_m_s = speed_m_s * factor.unwrap_or(1.0);
             if way_m + actual_m_s * left_s <= edge_m {
-                // Nobody needs more than the room, and an infinite way has no end point.
+                // The room limits every way, and an infinite way has no end point.
                 return (way_m + actual_m_s * left_s).min(self.space.size.x + self.space.size.y);
             }
             left_s -= (edge_m - way_m) / actual_m_s;
@@ -51,7 +51,7 @@ impl Floor {
         }
     }
 
-    /// What the ground sensor tells; beyond the border the ground is solid.
+    /// Returns the reading of the ground sensor. Beyond the border the ground is solid.
     pub(super) fn ground(&self, robot: RobotId) -> Ground {
         let body = &self.robots[robot.index()];
         let ahead_m = 2.0 * self.body.radius_m;
@@ -79,7 +79,7 @@ impl Floor {
         {
             return 0.0;
         }
-        let changes_anything = |it: Penetrability| it != Penetrability::NEUTRAL;
+        let changes_anything = |value: Penetrability| value != Penetrability::NEUTRAL;
         let there = self
             .components_for(robot, alone, point, 0.0, changes_anything)
             .filter(|component| component.outline().contains(point));
@@ -90,8 +90,8 @@ impl Floor {
             .unwrap_or(1.0)
     }
 
-    /// What of the floor, and of other bodies unless it is alone, has such a penetrability and is within reach of a point, and
-    /// some that is not within reach.
+    /// Returns the components within reach of a point whose penetrability `matters`, and some out of reach. Other bodies are
+    /// included unless the robot is alone.
     fn components_for(
         &self,
         robot: RobotId,
@@ -100,7 +100,7 @@ impl Floor {
         reach_m: f32,
         matters: fn(Penetrability) -> bool,
     ) -> impl Iterator<Item = &Component> + '_ {
-        // All bodies are alike.
+        // All bodies have the same penetrability.
         let bodies = !alone && matters(Penetrability(self.body.robot_penetrability));
         let others = bodies.then(|| self.teammates(robot, point, reach_m));
         let rectangles = self.space.rectangles().iter();

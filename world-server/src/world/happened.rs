@@ -1,15 +1,15 @@
-//! What has happened in a step of the world.
+//! Events that a step of the world produces.
 
 use alliance_proto::ids::RobotId;
 
 use crate::recorder::{Event, EventKind};
 
-/// Events of the world, in order.
+/// The events of one world step, in order.
 #[derive(Debug, Default)]
 pub struct Happened(Vec<Event>);
 
 impl Happened {
-    /// An event of the mission, with its `kind` in events.csv. Subject, reason and detail are empty.
+    /// Adds a mission event with the `kind` of events.csv and returns it. Its subject, reason and detail are empty.
     pub fn tell(&mut self, kind: &'static str, robot: Option<RobotId>) -> &mut Event {
         self.add(Event::new(EventKind::Mission(kind), robot))
     }
@@ -20,7 +20,7 @@ impl Happened {
         &mut self.0[last]
     }
 
-    /// All of them.
+    /// Returns the events in the order in which they occurred.
     #[must_use]
     pub fn into_events(self) -> Vec<Event> {
         self.0

@@ -1,32 +1,28 @@
-//! The world: components, penetrability, aspects, physics and sensing (thesis §3.2 and §4.1, DESIGN §7). Pure: a function
-//! of the setup and the commands.
+//! The world: components, penetrability, aspects, physics and sensing (thesis §3.2 and §4.1). The code is pure: results
+//! depend only on the setup and the commands.
 //!
-//! A tour, from the floor up:
-//! - [`outline`](Outline): the geometry of one solid: nearest point, ray cast, and the sweep of a disc that stops short of
-//!   contact.
-//! - [`component`](Component): what lies on the floor, with its [`Penetrability`] and its aspects; [`aspect`](Aspect):
-//!   properties that evolve each step, such as [`Energy`](Battery).
-//! - `space`: the border and the rectangles, before anything moves; [`start_poses`]: where robots begin.
-//! - `grid`: what is near a place. `ground`: how the floor slows a robot down or speeds it up. `motion`: turn, then move straight ahead.
-//! - `bar`: solids of a mission that move where bodies push them.
-//! - `vicinity`: what is known of a robot's surroundings from steps before. `unchanged`: whether what it sensed last still holds.
-//! - `radio`: who is in range of whom. `sensing`: what a robot reads, but for the devices of its mission.
-//! - `change`: what interruption handlers do to all of it between steps.
-//! - [`Floor`]: all of that. [`World`]: a floor and the [mission](crate::mission) on it.
+//! - [`outline`](Outline): geometry of one solid: distance, ray cast, and the sweep of a disc.
+//! - [`component`](Component): objects on the floor, with [`Penetrability`] and [aspects](Aspect), such as
+//!   [`Energy`](Battery).
+//! - `space`: the border and the rectangles. [`start_poses`]: the start poses of the robots.
+//! - `grid`: neighbor search. `ground`: speed changes by the floor. `motion`: turning, then moving straight ahead.
+//! - `bar`: solids of a mission that bodies can push.
+//! - `vicinity`: search results that stay valid for several steps. `unchanged`: validity of the latest readings.
+//! - `radio`: robots in radio range. `sensing`: readings of the devices that every mission has.
+//! - `change`: changes by interruption handlers between steps.
+//! - [`Floor`]: the combination of these modules. [`World`]: a floor and the [mission](crate::mission) on it.
 //!
 //! # One step
-//! Between steps, interruption handlers change the world (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). A
-//! step then lets the components act, in rank order, and after them the aspects evolve. What a robot does for its mission it
-//! does where it has sensed, that is before it moves; then it turns, and then it moves along its new heading against everything as it
-//! stands at that moment. Where a bar stops it, the mission may let the bar [give way](WorldMission::give_way), and the body goes on. So each robot finds those of lower rank already moved and those of higher rank not yet.
+//! Interruption handlers change the world between steps (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). In a
+//! step the components act in rank order, then the aspects evolve. A robot first acts on its mission at the position
+//! where it read its sensors. Then it turns and moves. If a bar stops it, the mission may let the bar
+//! [give way](WorldMission::give_way), and the body continues. Robots of lower rank have moved by then, others have not.
 //!
-//! # Decisions where DESIGN is silent
-//! - A body stops [`SKIN_M`] short of a solid. The center beam of the proximity sensor uses the same sweep, so it is free
-//!   exactly when the body can move.
-//! - Where patches overlap, the slowest decides; a patch slows the robot whose center is on it, from the point of its way
-//!   where it enters to the point where it leaves, however long the step.
-//! - Driving draws energy by the speed that a body really has, so not when it pushes against a wall; a robot without energy
-//!   ignores all commands, and its sensors still read.
+//! # Design decisions
+//! - The center beam of the proximity sensor uses the same sweep as a moving body, so it is free exactly when the body can
+//!   move.
+//! - Driving draws energy by the actual speed, so pushing against a wall draws none. A robot without energy ignores
+//!   commands, but its sensors still work.
 
 mod aspect;
 mod bar;
@@ -69,7 +65,7 @@ pub use space::around;
 pub use start::{ROUNDING_M, StartError, start_poses};
 pub use vicinity::Circle;
 
-/// The state of the simulated world: a floor, to which it dereferences, and the mission on it.
+/// The state of the simulated world: the mission and its floor. It dereferences to the floor.
 pub struct World {
     floor: Floor,
     mission: Box<dyn WorldMission>,
@@ -99,10 +95,10 @@ impl DerefMut for World {
 }
 
 impl World {
-    /// The world at the start of a run of such a mission.
+    /// Creates the world at the start of a run of the given mission.
     ///
     /// # Panics
-    /// If [`start_poses`] refuses the scenario; validation asks it first.
+    /// If [`start_poses`] rejects the scenario; validation calls that function first.
     #[must_use]
     pub fn new(setup: &Setup, kind: MissionWorld) -> Self {
         let area = (kind.start_area)(&setup.scenario);
@@ -113,7 +109,7 @@ impl World {
         Self { floor, mission }
     }
 
-    /// Advances the world by one step. Commands by rank; without one, or without power, a body stays as it is.
+    /// Advances the world by one step. `commands` is indexed by rank; a body without a command or without power stays still.
     pub fn step(&mut self, commands: &[Option<Actuation>]) -> Vec<Event> {
         let Self { floor, mission } = self;
         let mut happened = Happened::default();
@@ -141,7 +137,7 @@ impl World {
         happened.into_events()
     }
 
-    /// What a robot senses now. All devices that it has are intact here: faults act on the readings.
+    /// Returns the current readings of a robot with all its devices intact. Faults change the readings later.
     #[must_use]
     pub fn readings(&self, robot: RobotId) -> Readings {
         let mut readings = Readings::default();
@@ -149,11 +145,11 @@ impl World {
         readings
     }
 
-    /// Writes to `readings` what a robot senses now, see [`World::readings`]: in place, for small writes followed by a
-    /// copy of the whole would cause a store-forwarding stall.
+    /// Writes the current readings of a robot to `readings`; see [`World::readings`]. The function writes in place, because a
+    /// copy after many small writes causes a store-forwarding stall.
     pub fn sense(&self, robot: RobotId, readings: &mut Readings) {
         let validity = self.look(robot, readings);
-        // Energy changes by itself.
+        // Energy changes without any event.
         let lasts = validity == Validity::UntilChange && !self.floor.has_aspects;
         self.floor.sensed(robot, lasts);
     }
@@ -164,31 +160,28 @@ impl World {
             .sense(robot, &self.floor, &mut readings.mission)
     }
 
-    /// The mission.
     #[must_use]
     pub fn mission(&self) -> &dyn WorldMission {
         &*self.mission
     }
 
-    /// The mission, and the floor that it is on.
     pub fn mission_mut(&mut self) -> (&mut dyn WorldMission, &mut Floor) {
         (&mut *self.mission, &mut self.floor)
     }
 
-    /// Makes the change that a fault of the mission asks for, see [`WorldMission::change`].
+    /// Applies a fault of the mission, see [`WorldMission::change`].
     pub fn change(&mut self, fault: &Fault) -> Option<Result<String, ChangeError>> {
         self.mission.change(fault, &mut self.floor)
     }
 
-    /// A robot lets go of what it has, as when its agent has died.
+    /// Releases everything that a robot holds.
     pub fn lose(&mut self, robot: RobotId) -> Vec<Event> {
         let mut happened = Happened::default();
         self.mission.lose(robot, &mut self.floor, &mut happened);
         happened.into_events()
     }
 
-    /// Takes a robot's body away: nothing touches or senses it, and it obeys nothing. What it has it lets go of first, as with
-    /// [`World::lose`]. Its battery keeps its charge.
+    /// Removes a robot's body after [`World::lose`]. Its battery keeps the charge.
     pub fn remove_robot(&mut self, robot: RobotId) -> Vec<Event> {
         let events = self.lose(robot);
         self.floor.take_away(robot);

@@ -1,4 +1,4 @@
-//! How a body moves: it turns on the spot, then goes straight ahead until something solid is in its way.
+//! Motion of a body: it turns on the spot, then moves straight ahead until a solid stops it.
 
 use std::f32::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ use super::outline::Stop;
 use super::{Component, Floor, Outline, Penetrability, Push, SKIN_M};
 
 impl Floor {
-    /// Turns and then moves a robot by one step. The command is [`limited`]. Says if a bar stopped it.
+    /// Turns and then moves a robot by one step. The command is [`limited`]. Returns the push if a bar stopped the robot.
     pub(super) fn turn_and_move(
         &mut self,
         robot: RobotId,
@@ -46,7 +46,7 @@ impl Floor {
         })
     }
 
-    /// Moves a robot on in the same step, once a bar has given way.
+    /// Moves a robot further in the same step after a bar has given way.
     pub(super) fn go_on(&mut self, robot: RobotId, wanted_m: f32) {
         if wanted_m > 0.0 {
             let bar = self.first_bar(robot, wanted_m).map(|(_, stop)| stop);
@@ -55,7 +55,7 @@ impl Floor {
         }
     }
 
-    /// Moves a robot straight ahead: that much of its way is free.
+    /// Moves a robot straight ahead. The caller ensures that the way is free.
     fn move_ahead(&mut self, robot: RobotId, way_m: f32) {
         let step_s = self.step.as_secs_f64() as f32;
         let body = &mut self.robots[robot.index()];
@@ -73,7 +73,7 @@ impl Floor {
         }
     }
 
-    /// The first bar that stops a robot which goes straight ahead, within that way.
+    /// Returns the first bar that stops a robot on its way straight ahead.
     fn first_bar(&self, robot: RobotId, max_m: f32) -> Option<(usize, Stop)> {
         let body = &self.robots[robot.index()];
         let reach_m = max_m + self.body.radius_m + SKIN_M;
@@ -92,7 +92,7 @@ impl Floor {
         })
     }
 
-    /// Keeps track of a body that has moved.
+    /// Updates the indexes after a body has moved.
     pub(super) fn relocated(&mut self, robot: RobotId, to: Vec2) {
         self.changed(robot);
         self.bodies.relocate(robot.index(), to);
@@ -101,7 +101,7 @@ impl Floor {
         }
     }
 
-    /// Where a robot that goes straight ahead must stop within that way, but for bars; `None` when it need not.
+    /// Returns the contact that stops a robot on its way straight ahead, without regard to bars; `None` if the way is free.
     pub(super) fn free_way(&self, robot: RobotId, max_m: f32) -> Option<Stop> {
         let body = &self.robots[robot.index()];
         let reach_m = max_m + self.body.radius_m + SKIN_M;
@@ -122,8 +122,7 @@ impl Floor {
         others.fold(still, sweep)
     }
 
-    /// The bodies of all other robots within reach of a point, and some that are not; none where robots are no obstacles to each
-    /// other.
+    /// Returns the same as [`Floor::teammates`] as outlines; empty if robots are no obstacles to each other.
     pub(super) fn solid_teammates(
         &self,
         robot: RobotId,
@@ -135,7 +134,7 @@ impl Floor {
         others.into_iter().flatten().map(Component::outline)
     }
 
-    /// The bodies of all other robots within reach of a point, and some that are not.
+    /// Returns the bodies of the other robots within reach of a point, and some out of reach.
     pub(super) fn teammates(
         &self,
         robot: RobotId,
@@ -148,7 +147,7 @@ impl Floor {
     }
 }
 
-/// What of a command a body can obey. A speed that is negative or no number counts as 0.
+/// Limits a command to the abilities of a body. A speed that is negative or not a number counts as 0.
 #[inline(always)]
 #[must_use]
 pub fn limited(body: &Body, command: Actuation) -> Actuation {
@@ -164,10 +163,10 @@ fn finite(value: f32) -> f32 {
     if value.is_finite() { value } else { 0.0 }
 }
 
-/// An angle as one in (-π, π].
+/// Returns an angle normalized to (-π, π].
 #[must_use]
 pub fn wrapped(angle_rad: f32) -> f32 {
-    // The remainder of such an angle is the angle itself.
+    // The remainder of such an angle equals the angle.
     let angle_rad = if angle_rad.abs() <= PI {
         angle_rad
     } else {
@@ -176,7 +175,7 @@ pub fn wrapped(angle_rad: f32) -> f32 {
     if angle_rad <= -PI { PI } else { angle_rad }
 }
 
-/// Direction of a vector in the frame of a robot that looks along `ahead`, rad in (-π, π].
+/// Returns the direction of a vector in the frame of a robot that faces `ahead`, rad in (-π, π].
 pub(super) fn bearing(ahead: Vec2, vector: Vec2) -> f32 {
     wrapped(libm::atan2f(ahead.perp_dot(vector), ahead.dot(vector)))
 }

@@ -6,52 +6,45 @@ use parry2d::query::{Ray, RayCast};
 
 use super::Bar;
 
-/// How far short of contact a body stops, m: a thousand times the rounding of a coordinate in a room of 12 m.
+/// The gap between a stopped body and a solid, m: a thousand times the rounding error of a coordinate in a room of 12 m.
 pub const SKIN_M: f32 = 1e-3;
 
-/// Approach to a surface, in m per m of way, below which a body moves along it rather than against it: headings are rounded,
-/// so a robot that follows a wall may head into it by a hair. It then gets as near as half of [`SKIN_M`].
+/// The approach to a surface, in m per m of way, below which a body moves along it: rounded headings may point slightly into
+/// a wall. Such a body keeps a gap of half of [`SKIN_M`].
 const GRAZE: f32 = 1e-3;
 
-/// Something convex on the floor, in world coordinates, m.
+/// A convex solid on the floor, in world coordinates, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
-    /// A disc.
     Disc {
-        /// Center.
         center: Vec2,
-        /// Radius.
         radius_m: f32,
     },
     /// A rectangle parallel to the axes.
     Rectangle {
-        /// Lower left corner.
         min: Vec2,
-        /// Upper right corner.
         max: Vec2,
     },
-    /// All beyond one side of the border: the points with `normal · p < offset_m`.
+    /// A half-plane beyond the border: the points with `normal · p < offset_m`.
     Wall {
-        /// Unit vector into the room.
+        /// The unit vector into the room.
         normal: Vec2,
-        /// Distance of the side from the origin along the normal.
+        /// The distance of the side from the origin along the normal.
         offset_m: f32,
     },
-    /// A bar.
     Bar(Bar),
 }
 
-/// Where a ray or a moving body meets a surface.
+/// The contact of a ray or a moving body with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stop {
-    /// Free way up to there, m.
+    /// The free way up to the contact, m.
     pub way_m: f32,
-    /// Outward unit normal of the surface.
+    /// The outward unit normal of the surface.
     pub normal: Vec2,
 }
 
 impl Stop {
-    /// The nearer of two.
     pub fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
             (Some(a), Some(b)) => Some(if b.way_m < a.way_m { b } else { a }),
@@ -61,7 +54,7 @@ impl Stop {
 }
 
 impl Outline {
-    /// Cheap rejection, by bounding boxes: `true` only when no point of the outline is within `reach_m` of the point.
+    /// Checks bounding boxes: `true` only if no point of the outline is within `reach_m`.
     pub(super) fn is_beyond(&self, point: Vec2, reach_m: f32) -> bool {
         match *self {
             Self::Disc { center, radius_m } => {
@@ -75,7 +68,7 @@ impl Outline {
         }
     }
 
-    /// Whether the point is in it, or on its edge.
+    /// Checks whether the point is inside or on the edge.
     #[must_use]
     pub fn contains(&self, point: Vec2) -> bool {
         match *self {
@@ -84,7 +77,7 @@ impl Outline {
         }
     }
 
-    /// Distance of a point from the surface, m, negative inside, and the outward normal there.
+    /// Returns the distance of a point from the surface, m, negative inside, and the outward normal there.
     #[must_use]
     pub fn surface(&self, point: Vec2) -> (f32, Vec2) {
         match *self {
@@ -120,8 +113,8 @@ impl Outline {
         }
     }
 
-    /// Where a ray of at most that length first meets the outline grown by `margin_m` on all sides; at once if it starts in
-    /// it. `direction` is a unit vector.
+    /// Returns the first contact of a ray with the outline grown by `margin_m`; 0 m if it starts inside. `direction` is a unit
+    /// vector.
     #[inline]
     pub(super) fn cast_ray(
         &self,
@@ -130,7 +123,7 @@ impl Outline {
         max_m: f32,
         margin_m: f32,
     ) -> Option<Stop> {
-        // As most do.
+        // Most rays pass by a disc.
         if let Self::Disc { center, radius_m } = *self
             && is_clear_of(center - origin, direction, radius_m + margin_m, max_m)
         {
@@ -152,8 +145,8 @@ impl Outline {
             Self::Rectangle { min, max } => {
                 let grown = Aabb::new(min - margin_m, max + margin_m);
                 let way_m = grown.cast_local_ray(&ray, max_m, true)?;
-                // Grown, the rectangle has round corners. It is convex, so a ray that enters the grown box through a corner
-                // square and passes by that corner's disc meets nothing else.
+                // The corners of the grown rectangle are round. It is convex, so a ray that enters a corner square and passes the
+                // corner's disc meets nothing else.
                 let at = ray.point_at(way_m);
                 let corner = at.clamp(min, max);
                 if (at - corner).cmpne(Vec2::ZERO).all() {
@@ -173,14 +166,12 @@ impl Outline {
         Some(Stop { way_m, normal })
     }
 
-    /// How far a disc gets along `direction`, a unit vector, before it must stop [`SKIN_M`] short of the outline; `None` when
-    /// it can go all of `max_m`.
+    /// Returns the contact at which a moving disc must stop, [`SKIN_M`] short of the outline; `None` if it can move by `max_m`.
     ///
-    /// The distance to something convex never shrinks along a way that does not approach it at the start. So a body can
-    /// always leave, even from a place that it should not be in, such as under an obstacle that was put on it.
+    /// A way that does not approach a convex solid at the start never does. So a body can always leave, even from inside an
+    /// obstacle that was placed on it.
     ///
-    /// The shape cast of a disc is done as a ray cast of its center at the outline grown by the disc. That is exact; the
-    /// general cast of parry2d iterates, and of 700,000 random casts at rectangles it missed two and was off by up to 13 mm.
+    /// A ray cast at the outline grown by the disc's radius is exact. The shape cast of parry2d iterates and can miss contacts.
     pub(super) fn sweep(
         &self,
         center: Vec2,
@@ -203,7 +194,7 @@ impl Outline {
         self.cast_ray(center, direction, max_m, radius_m + skin)
     }
 
-    /// The part of the line `origin + t · direction` that is inside, as an interval of `t`; nobody asks that of walls and bars.
+    /// Returns the part of the line `origin + t · direction` that is inside, as an interval of `t`, except for walls and bars.
     pub(super) fn chord(&self, origin: Vec2, direction: Vec2) -> Option<(f32, f32)> {
         match *self {
             Self::Disc { center, radius_m } => disc_chord(center, radius_m, origin, direction),
@@ -215,8 +206,8 @@ impl Outline {
     }
 }
 
-/// The part of the line `origin + t · direction` that is in a disc, as an interval of `t`. Computed from the offset across the
-/// line: the quadratic formula cancels when the disc is far away.
+/// Returns the part of the line `origin + t · direction` in a disc, as an interval of `t`. The quadratic formula would cancel
+/// for distant discs, so the offset across the line is used.
 fn disc_chord(center: Vec2, radius_m: f32, origin: Vec2, direction: Vec2) -> Option<(f32, f32)> {
     let offset = center - origin;
     let middle = offset.dot(direction);
@@ -224,7 +215,7 @@ fn disc_chord(center: Vec2, radius_m: f32, origin: Vec2, direction: Vec2) -> Opt
     (half_squared > 0.0).then(|| (middle - half_squared.sqrt(), middle + half_squared.sqrt()))
 }
 
-/// Cheap rejection, without a root: `true` only when a ray clearly passes by a disc at that offset, or ends before it.
+/// Checks without a square root whether a ray clearly misses a disc.
 fn is_clear_of(offset: Vec2, direction: Vec2, radius_m: f32, max_m: f32) -> bool {
     const ROUNDING_M: f32 = 1e-2;
     let apart_m = radius_m + ROUNDING_M;
@@ -232,7 +223,7 @@ fn is_clear_of(offset: Vec2, direction: Vec2, radius_m: f32, max_m: f32) -> bool
     offset.perp_dot(direction).abs() > apart_m || middle_m < -apart_m || middle_m > max_m + apart_m
 }
 
-/// Where a ray from outside enters a disc; at once if it is already in it by rounding.
+/// Returns the distance at which a ray from outside enters a disc; 0 if rounding puts its origin inside.
 pub(super) fn cast_at_disc(ray: &Ray, center: Vec2, radius_m: f32, max_m: f32) -> Option<f32> {
     let (enter_m, leave_m) = disc_chord(center, radius_m, ray.origin, ray.dir)?;
     (enter_m <= max_m && leave_m > 0.0).then_some(enter_m.max(0.0))

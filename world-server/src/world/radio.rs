@@ -1,4 +1,4 @@
-//! Who is in range of whom.
+//! The robots within radio range of each other.
 
 use alliance_proto::ids::RobotId;
 use glam::Vec2;
@@ -7,14 +7,14 @@ use super::Floor;
 use super::grid::Grid;
 use crate::barrier::Air;
 
-/// What rounding makes of a distance at most, by share.
+/// The largest relative rounding error of a distance.
 const ROUNDING: f32 = 1e-5;
 
-/// The robots' places, where radios have a range.
+/// The positions of all robots, for radios with a limited range.
 #[derive(Clone, Debug)]
 pub(super) struct RadioRange {
     range_m: f32,
-    /// Ranks, by their centers; also of robots that have no body, for their agents may speak.
+    /// The ranks of the robots, by their centers. It includes robots without a body, because their agents may broadcast.
     places: Grid,
 }
 
@@ -35,15 +35,15 @@ impl RadioRange {
     }
 }
 
-/// All robots hear each other, but for those that are farther apart than the scenario's range.
+/// Broadcasts reach every robot within the scenario's range, or every robot if there is no range.
 impl Air for Floor {
-    fn for_each_hearer(&self, sender: RobotId, mut hear: impl FnMut(RobotId)) {
+    fn for_each_hearer(&self, sender: RobotId, mut receive: impl FnMut(RobotId)) {
         let Some(range) = &self.range else {
             let ranks = 0..self.robots.len() as u16;
-            return ranks.map(RobotId).for_each(hear);
+            return ranks.map(RobotId).for_each(receive);
         };
         let at = self.robots[sender.index()].position();
-        // Most are clearly nearer, or clearly not: without a root.
+        // The bounds decide most cases without a square root.
         let (least, most) = (
             range.range_m * (1.0 - ROUNDING),
             range.range_m * (1.0 + ROUNDING),
@@ -54,7 +54,7 @@ impl Air for Floor {
             if squared < least * least
                 || (squared <= most * most && place.distance(at) <= range.range_m)
             {
-                hear(RobotId(rank as u16));
+                receive(RobotId(rank as u16));
             }
         });
     }
@@ -87,29 +87,29 @@ mod tests {
             robots: places.iter().enumerate().map(robot).collect(),
             ..default_scenario()
         };
-        // They may stand in each other.
+        // The robots may overlap.
         scenario.body.robot_penetrability = 1.0;
         World::new(&Setup::resolve(scenario, 1, None).unwrap().setup, DRILL)
     }
 
-    fn hearers(world: &World, sender: u16) -> BTreeSet<RobotId> {
-        let mut hearers = Vec::new();
-        world.for_each_hearer(RobotId(sender), |hearer| hearers.push(hearer));
-        let distinct: BTreeSet<RobotId> = hearers.iter().copied().collect();
-        assert_eq!(hearers.len(), distinct.len());
+    fn receivers(world: &World, sender: u16) -> BTreeSet<RobotId> {
+        let mut receivers = Vec::new();
+        world.for_each_hearer(RobotId(sender), |receiver| receivers.push(receiver));
+        let distinct: BTreeSet<RobotId> = receivers.iter().copied().collect();
+        assert_eq!(receivers.len(), distinct.len());
         distinct
     }
 
     #[test]
-    fn without_a_range_all_hear_all() {
+    fn without_a_range_all_robots_receive() {
         let world = world(None, &[(1.0, 1.0), (11.0, 8.0), (6.0, 4.0)]);
-        assert_eq!(hearers(&world, 0).len(), 3);
+        assert_eq!(receivers(&world, 0).len(), 3);
     }
 
     proptest! {
-        /// Against the distances of all, also after some have been moved.
+        /// Compares the result with the distances of all robots, also after some robots were moved.
         #[test]
-        fn those_within_the_range_hear_and_no_others(
+        fn only_robots_in_range_receive(
             places in prop::collection::vec((0.5..11.5_f32, 0.5..8.5_f32), 1..20),
             moves in prop::collection::vec((0..20_u16, 0.5..11.5_f32, 0.5..8.5_f32), 0..10),
             range_m in 0.5..15.0_f32,
@@ -124,7 +124,7 @@ mod tests {
             for sender in ranks.clone() {
                 let at = |rank: u16| world.pose(RobotId(rank)).position;
                 let near = ranks.clone().filter(|&rank| at(rank).distance(at(sender)) <= range_m);
-                prop_assert_eq!(hearers(&world, sender), near.map(RobotId).collect());
+                prop_assert_eq!(receivers(&world, sender), near.map(RobotId).collect());
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What a robot's sensors read (DESIGN §7; each device is defined in [`alliance_proto::readings`]).
+//! Readings of a robot's sensors. Each device is defined in [`alliance_proto::readings`].
 
 use alliance_proto::ids::RobotId;
 use alliance_proto::readings::{Hit, Proximity, Readings};
@@ -10,7 +10,7 @@ use super::outline::Stop;
 use super::{Floor, SKIN_M};
 
 impl Floor {
-    /// Writes to `readings` what the devices tell a robot that it has in every mission.
+    /// Writes the readings of the devices that a robot has in every mission to `readings`.
     pub(super) fn look(&self, robot: RobotId, readings: &mut Readings) {
         let body = &self.robots[robot.index()];
         let position = body.position();
@@ -29,18 +29,18 @@ impl Floor {
         readings.energy_j = self.energy_j(robot);
     }
 
-    /// A body that is farther from a robot than this is not sensed, m.
+    /// Returns the distance beyond which a robot does not sense other bodies, m.
     pub(super) fn near_m(&self) -> f32 {
-        // The ground that is sensed ahead is nearer than what the beams reach.
+        // The ground sensor reaches less far than the beams.
         self.proximity_reach_m() + SKIN_M
     }
 
-    /// How far from a robot's center its avoidance sensor reaches, m: the beams begin at the hull.
+    /// Returns the reach of the avoidance sensor from a robot's center, m. The beams begin at the hull.
     fn proximity_reach_m(&self) -> f32 {
         2.0 * self.body.radius_m + self.sensors.avoidance_range_m
     }
 
-    /// Distance from the edge of a body to the border in that direction, within range.
+    /// Returns the distance from the edge of a body to the border in one direction; `None` out of range.
     fn border(&self, position: Vec2, direction: Vec2) -> Option<f32> {
         let reach_m = self.body.radius_m + self.sensors.border_range_m;
         if !self.space.is_near_border(position, reach_m) {
@@ -52,7 +52,7 @@ impl Floor {
         Some((stop.way_m - self.body.radius_m).max(0.0))
     }
 
-    /// Writes what is near to `proximity`, where all beams are free. `alone`: no other body is near.
+    /// Writes the contacts to `proximity`, whose beams are all free before. `alone` means that no other body is near.
     fn proximity(&self, robot: RobotId, alone: bool, proximity: &mut Proximity) {
         let Robot {
             component, ahead, ..
@@ -70,7 +70,7 @@ impl Floor {
         let solids = solids.filter(|solid| !solid.is_beyond(center, reach_m));
 
         let mut middle = None;
-        // The other beams are rays from the hull: of the two ahead from its sides, of the rest from its front, center and rear.
+        // Other beams are rays from the hull: ahead from its sides, sideways from its front, center and rear.
         let ahead_from = [left * radius_m, left * -radius_m];
         let side_from = [ahead * radius_m, Vec2::ZERO, ahead * -radius_m];
         let mut ahead_stops = [None; 2];

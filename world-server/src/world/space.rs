@@ -1,4 +1,4 @@
-//! The room without robots: border, obstacles, patches and bars, and the places that they leave free.
+//! The room without robots: border, obstacles, patches and bars, and the free places between them.
 
 use alliance_proto::readings::Pose;
 use alliance_proto::scenario::{Body, Obstacle, Scenario};
@@ -7,17 +7,16 @@ use glam::Vec2;
 use super::bar::Bars;
 use super::{Bar, Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};
 
-/// Directions that a search round a point tries.
+/// The number of directions in a search round a point.
 const DIRECTIONS: i32 = 16;
 
-/// All of the world but the bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Space {
-    /// From (0, 0) to here is inside the border, m.
+    /// The upper right corner of the room, m; the lower left corner is (0, 0).
     pub size: Vec2,
     rectangles: Vec<Component>,
     pub bars: Bars,
-    /// Of the next rectangle: an id is never given twice.
+    /// The id of the next rectangle. No id is used twice.
     next_id: ObstacleId,
 }
 
@@ -53,7 +52,7 @@ impl Space {
         id
     }
 
-    /// Whether it was there.
+    /// Removes a rectangle and returns whether it existed.
     pub fn remove(&mut self, id: ObstacleId) -> bool {
         let before = self.rectangles.len();
         self.rectangles
@@ -61,12 +60,11 @@ impl Space {
         self.rectangles.len() < before
     }
 
-    /// By id.
     pub fn rectangles(&self) -> &[Component] {
         &self.rectangles
     }
 
-    /// The four sides of the border: left, right, lower, upper.
+    /// Returns the four sides of the border: left, right, lower, upper.
     pub fn walls(&self) -> [Outline; 4] {
         let wall = |normal, offset_m| Outline::Wall { normal, offset_m };
         [
@@ -77,39 +75,38 @@ impl Space {
         ]
     }
 
-    /// Whether any side of the border is within reach of a point: for most robots none is.
+    /// Checks whether any side of the border is within reach of a point.
     pub fn is_near_border(&self, point: Vec2, reach_m: f32) -> bool {
         point.min(self.size - point).min_element() <= reach_m
     }
 
-    /// Whether for certain nothing of it is within reach of a point.
+    /// Checks whether certainly nothing is within reach of a point.
     pub fn is_open(&self, point: Vec2, reach_m: f32) -> bool {
         self.rectangles.is_empty()
             && !self.is_near_border(point, reach_m)
             && self.bars.near(point, reach_m).next().is_none()
     }
 
-    /// The sides of the border within reach of a point.
     pub fn walls_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + use<> {
         let walls = self.walls().into_iter();
         walls.filter(move |wall| !wall.is_beyond(point, reach_m))
     }
 
-    /// Everything solid: the border, the solid rectangles and the bars.
+    /// Returns everything solid: the border, the solid rectangles and the bars.
     pub fn solids(&self) -> impl Iterator<Item = Outline> + '_ {
         let walls = self.walls().into_iter();
         let bars = self.bars.all().iter().copied().map(Outline::Bar);
         walls.chain(self.solid_rectangles()).chain(bars)
     }
 
-    /// Everything solid within reach of a point, and some that is not.
+    /// Returns the solids within reach of a point, and some out of reach.
     pub fn solids_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + '_ {
         let bars = self.bars.near(point, reach_m);
         let bars = bars.map(|(_, bar)| Outline::Bar(bar));
         self.still_near(point, reach_m).chain(bars)
     }
 
-    /// Of that, what nobody can push.
+    /// Returns the same as [`Space::solids_near`], without the bars, which bodies can push.
     pub fn still_near(&self, point: Vec2, reach_m: f32) -> impl Iterator<Item = Outline> + '_ {
         let walls = self.walls_near(point, reach_m);
         walls.chain(self.solid_rectangles())
@@ -121,14 +118,13 @@ impl Space {
         solid.map(Component::outline)
     }
 
-    /// Whether a disc fits there with that much clearance from everything solid.
+    /// Checks whether a disc fits at a place with `clearance_m` to everything solid.
     pub fn fits(&self, center: Vec2, radius_m: f32, clearance_m: f32) -> bool {
         self.solids()
             .all(|solid| solid.surface(center).0 >= radius_m + clearance_m)
     }
 
-    /// Whether an item fits there and a robot that stands at a place that `is_free` can grip it. Half of the gripper's reach
-    /// is left as a margin for the robot's own inaccuracy. That the robot finds a way to that place is not checked.
+    /// Checks the same as [`Floor::can_be_gripped`](super::Floor::can_be_gripped).
     pub fn can_be_gripped(
         &self,
         item: Vec2,
@@ -150,7 +146,7 @@ impl Space {
     }
 }
 
-/// Unit vectors all round, beginning with the heading and then alternating between its left and its right.
+/// Returns unit vectors in all directions: first the heading, then alternately left and right of it.
 pub fn around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
     (0..DIRECTIONS).map(move |index| {
         let turns = if index % 2 == 0 {
@@ -163,7 +159,7 @@ pub fn around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
     })
 }
 
-/// The first place that will do, in rings of growing radius round the center.
+/// Returns the same as [`Floor::nearest_place`](super::Floor::nearest_place).
 pub(super) fn nearest_place(
     center: Vec2,
     size: Vec2,

@@ -1,4 +1,4 @@
-//! Where robots begin.
+//! Start poses of the robots.
 
 use std::f32::consts::PI;
 
@@ -11,25 +11,25 @@ use super::motion::wrapped;
 use super::space::Space;
 use super::{Bar, Penetrability, SKIN_M};
 
-/// Most places that are tried for robots whose starts are not given.
+/// The largest number of places to try for robots without a given start.
 const MOST_CANDIDATES: usize = 1_000_000;
 
-/// A start that touches something by this much is one that rounding has made touch it, m.
+/// The overlap that a given start may have through rounding, m.
 pub const ROUNDING_M: f32 = 1e-5;
 
-/// Why a scenario has no place for a robot.
+/// The reason why a robot cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StartError {
-    /// The start that the scenario gives it is taken.
+    /// The given start overlaps something.
     #[error("the start of {0} is outside the border, on a solid obstacle or on another robot")]
     Taken(RobotId),
-    /// No place is left for a robot without a start of its own.
+    /// No place is left for a robot without a given start.
     #[error("no room is left for {0} to start in")]
     NoRoom(RobotId),
 }
 
 impl StartError {
-    /// The same with the robot's name, its key in the scenario, and what to do.
+    /// Returns the message with the robot's key and name in the scenario, and a remedy.
     #[must_use]
     pub fn of(self, scenario: &Scenario) -> String {
         let (rank, what, remedy) = match self {
@@ -40,7 +40,7 @@ impl StartError {
             ),
             Self::NoRoom(robot) => (
                 robot.index(),
-                "finds no place to start",
+                "has no free place to start",
                 "enlarge the room, or take obstacles away",
             ),
         };
@@ -49,16 +49,14 @@ impl StartError {
     }
 }
 
-/// Where the robots start, by rank: where the scenario says, and else at the first of the `starts` that are free, if all find one
-/// there, and else in the start area, of which the lower left and the upper
-/// right corner are given in m, facing the left wall, from its top to its bottom at even distances. Where they do not all fit
-/// like that, they fill columns of the area's height from its
-/// center outwards and then to the right; and where the room is too small for that, columns of the room's height, closer and
-/// closer together. Robots that are absent at first get places like that too, as if they were a team of their own.
+/// Returns the start poses of the robots, by rank. Starts of the scenario come first, then the free places of `starts` if
+/// they suffice. Otherwise robots use the start area, given by its lower left and upper right corner, m. They face the left
+/// wall, from its top to its bottom at even distances. If they do not fit, they fill columns from the middle outwards and
+/// then to the right, in small rooms at the full height and closer together. Absent robots get places as a separate team.
 ///
 /// # Errors
-/// When a robot has no place clear of the border, the solid obstacles, the bars and the other robots. Robots that are not solid to each
-/// other may be given starts that overlap, and absent ones stand in nobody's way.
+/// If a robot has no place clear of the border, the solids and the other robots. Starts of robots that are not solid to each
+/// other may overlap, and absent robots block no place.
 pub fn start_poses(
     scenario: &Scenario,
     area: [Vec2; 2],
@@ -91,10 +89,10 @@ pub fn start_poses(
             scenario.robots[*rank].absent == absent && scenario.robots[*rank].start.is_none()
         };
         let unplaced: Vec<usize> = (0..poses.len()).filter(is_unplaced).collect();
-        let own = starts.iter().copied();
-        let own = choose(&space, taken, radius_m, own, unplaced.len());
-        let places = if own.len() == unplaced.len() {
-            own
+        let candidates = starts.iter().copied();
+        let preferred = choose(&space, taken, radius_m, candidates, unplaced.len());
+        let places = if preferred.len() == unplaced.len() {
+            preferred
         } else {
             default_places(scenario, area, &space, taken, unplaced.len())
         };
@@ -112,7 +110,7 @@ pub fn start_poses(
     Ok(poses.into_iter().flatten().collect())
 }
 
-/// Places for `count` robots, or as many as there are.
+/// Returns up to `count` free places in and around the start area.
 fn default_places(
     scenario: &Scenario,
     [min, max]: [Vec2; 2],
@@ -154,7 +152,7 @@ fn default_places(
                 } else {
                     -(row + 1) / 2
                 };
-                // An even number of rows has no middle one.
+                // An even number of rows has no middle row.
                 let shift = if rows % 2 == 0 { 0.5 } else { 0.0 };
                 Vec2::new(x, middle_y + (rows_from_middle as f32 + shift) * pitch_m)
             })
@@ -167,7 +165,7 @@ fn default_places(
     most
 }
 
-/// The first `count` candidates that are free of everything, each other included.
+/// Returns the first `count` candidates that are clear of everything, including each other.
 fn choose(
     space: &Space,
     taken: &[Vec2],
@@ -176,7 +174,7 @@ fn choose(
     count: usize,
 ) -> Vec<Vec2> {
     let mut bodies = taken.to_vec();
-    // Tiny robots have more places than can be looked at, and where none of these is free, hardly one is.
+    // Tiny robots have too many candidates to try. If all tried places are taken, a free one is unlikely.
     for place in candidates.take(MOST_CANDIDATES) {
         if bodies.len() == taken.len() + count {
             break;

@@ -1,8 +1,8 @@
-//! "Nothing has changed": what a robot sensed last still holds, so that it is not worked out again, and neither is its hash.
+//! Cache validity of readings: if nothing changed, the latest readings of a robot and their hash still hold.
 //!
-//! It saves sensing and hashing for a robot that stands still where nothing moves (BENCHMARKS.md), and equals sensing anew in each
-//! step. Here is all of it: who moves, turns, comes, leaves or changes the floor says so by one of the functions below, and a mission says with
-//! [`Validity`](crate::mission::Validity) how long its part holds.
+//! The cache saves work for robots that stand still, with the same results as sensing in each step. Every change of a body
+//! or of the floor calls one of the functions below. A mission returns a [`Validity`](crate::mission::Validity) with its part
+//! of the readings.
 
 use std::cell::Cell;
 
@@ -12,12 +12,12 @@ use glam::Vec2;
 use super::Floor;
 use super::vicinity::ROUNDING_M;
 
-/// Whether what a robot sensed last still holds; at first it has sensed nothing.
+/// True if the latest readings of a robot still hold; false before the first reading.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unchanged(Cell<bool>);
 
 impl Unchanged {
-    /// The robot may sense something else from now on.
+    /// Invalidates the latest readings of the robot.
     #[inline]
     pub fn end(&self) {
         self.0.set(false);
@@ -25,37 +25,37 @@ impl Unchanged {
 }
 
 impl Floor {
-    /// Whether a robot senses what it sensed when [`World::sense`](super::World::sense) was called last, for certain.
+    /// Checks whether the readings of the last [`World::sense`](super::World::sense) call certainly still hold.
     #[must_use]
     #[inline]
     pub fn senses_the_same(&self, robot: RobotId) -> bool {
         self.robots[robot.index()].unchanged.0.get()
     }
 
-    /// A robot has sensed, and whether that holds until something below is called.
+    /// Records that a robot has read its sensors. `lasts` is true if the readings hold until a function below is called.
     #[inline]
     pub(super) fn sensed(&self, robot: RobotId, lasts: bool) {
         self.robots[robot.index()].unchanged.0.set(lasts);
     }
 
-    /// A robot may sense something else than before.
+    /// Invalidates the readings of a robot.
     #[inline]
     pub fn changed(&self, robot: RobotId) {
         self.robots[robot.index()].unchanged.end();
     }
 
-    /// Robots that near may sense something else than before.
+    /// Invalidates the readings of all robots within `reach_m` of a place.
     pub fn changed_near(&self, at: Vec2, reach_m: f32) {
         let near = self.bodies.near(at, reach_m + ROUNDING_M);
         near.for_each(|(rank, _)| self.robots[rank].unchanged.end());
     }
 
-    /// A body has come there, left from there, or moved by that way, m: whoever is near senses something else.
+    /// Invalidates the readings near a place where a body appeared, disappeared or moved by `way_m`, m.
     pub(super) fn disturbed(&self, at: Vec2, way_m: f32) {
         self.changed_near(at, self.near_m() + self.body.radius_m + way_m);
     }
 
-    /// Anybody may sense something else now.
+    /// Invalidates the readings of all robots.
     pub(super) fn all_changed(&self) {
         for robot in &self.robots {
             robot.unchanged.end();

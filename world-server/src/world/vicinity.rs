@@ -1,6 +1,5 @@
-//! What stays true of a robot's surroundings for some steps, so that they are not searched in each: it moves a few centimetres
-//! in a step, and what it is far from stays far. The idea is the skin round the neighbor lists of molecular dynamics (Verlet,
-//! Phys. Rev. 159, 98, 1967).
+//! Search results that stay valid for several steps, because bodies move only a few centimeters per step. The method is the
+//! skin round the neighbor lists of molecular dynamics (Verlet, Phys. Rev. 159, 98, 1967).
 
 use std::cell::Cell;
 
@@ -9,21 +8,21 @@ use glam::Vec2;
 
 use super::Floor;
 
-/// A search looks this much farther than a step needs, m.
+/// The additional radius of a search, m. A larger value makes searches rarer and longer.
 const SKIRT_M: f32 = 2.0;
 
-/// What rounding may make of a distance, m.
+/// The largest rounding error of a distance, m.
 pub(super) const ROUNDING_M: f32 = 0.01;
 
-/// What is known of one robot's surroundings. Nothing of it is part of the world's state: it only saves searches.
+/// The cached surroundings of one robot. They only save searches and are not part of the world's state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Vicinity {
-    /// How far the nearest other body's center was when it was looked for, plus twice the [`Drift`] until then, m: two bodies come
-    /// no nearer to each other than by twice the drift.
+    /// The distance to the nearest other body at the last search, plus twice the [`Drift`] at that time, m. Two bodies
+    /// approach each other by at most twice the drift.
     others_m: Cell<f64>,
 }
 
-/// Around a point, m: where something is known to hold. By default it is empty.
+/// A circle in which a cached result holds, m. The default circle is empty.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Circle {
     center: Vec2,
@@ -31,7 +30,7 @@ pub struct Circle {
 }
 
 impl Circle {
-    /// Of that radius, less what rounding may take; of a radius below that there is none.
+    /// Creates a circle whose radius is reduced by the rounding error; it is empty if nothing remains.
     #[must_use]
     pub fn new(center: Vec2, radius_m: f32) -> Self {
         let radius_m = (radius_m - ROUNDING_M).max(0.0);
@@ -41,26 +40,23 @@ impl Circle {
         }
     }
 
-    /// Whether a point is in it.
     #[must_use]
     pub fn contains(&self, point: Vec2) -> bool {
         (point - self.center).length_squared() < self.squared
     }
 }
 
-/// How far bodies have moved at most.
 #[derive(Clone, Debug)]
 pub(super) struct Drift {
-    /// No body has moved farther than this since the start, m.
+    /// The upper limit of each body's path since the start, m.
     total_m: f64,
-    /// No body has moved farther than this in the step at hand, m.
+    /// The upper limit of each body's path in the current step, m.
     step_m: f32,
-    /// What rounding may add in a step, m.
+    /// The largest rounding error of one step, m.
     rounding_m: f32,
 }
 
 impl Drift {
-    /// In a room of that size.
     pub fn new(size: Vec2) -> Self {
         Self {
             total_m: 0.0,
@@ -74,7 +70,7 @@ impl Drift {
         self.total_m += f64::from(self.rounding_m);
     }
 
-    /// A body moves by so much in the step at hand.
+    /// Records that a body has moved by `way_m` in the current step.
     pub fn moves(&mut self, way_m: f32) {
         if way_m > self.step_m {
             self.total_m += f64::from(way_m - self.step_m);
@@ -82,14 +78,14 @@ impl Drift {
         }
     }
 
-    /// A body is put elsewhere: what was known of others' distances holds no more.
+    /// Records that a body was placed elsewhere, which invalidates the cached distances of all bodies.
     pub fn jumps(&mut self, size: Vec2) {
         self.total_m += f64::from(size.x + size.y);
     }
 }
 
 impl Floor {
-    /// Whether another body may be within reach of a robot's center; looks for it only if that is not known.
+    /// Checks whether another body may be within reach of a robot's center. Searches only if the cache does not exclude it.
     pub(super) fn may_meet(&self, robot: RobotId, reach_m: f32) -> bool {
         if self.is_alone(robot, reach_m) {
             return false;
@@ -106,7 +102,7 @@ impl Floor {
         !self.is_alone(robot, reach_m)
     }
 
-    /// Whether for certain no other body is within reach of a robot's center, as far as is known.
+    /// Checks whether the cache excludes other bodies within reach of a robot's center.
     pub(super) fn is_alone(&self, robot: RobotId, reach_m: f32) -> bool {
         let known_m = self.robots[robot.index()].vicinity.others_m.get();
         let apart_m = known_m - 2.0 * self.drift.total_m;

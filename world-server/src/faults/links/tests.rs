@@ -1,4 +1,4 @@
-//! Every link fault, alone and together, and what is put down to it.
+//! Tests of link faults and of the attribution of deliveries.
 
 use alliance_proto::fault::{Chance, Delay, Link, Loss, Partition, RadioQuality, RangeFault};
 use alliance_proto::testkit::default_setup;
@@ -10,7 +10,6 @@ const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
 const GREEN: RobotId = RobotId(2);
 
-/// To blame.
 const NONE: [usize; 0] = [];
 
 fn who(name: &str) -> Who {
@@ -58,7 +57,7 @@ fn hold(from: &str, to: &str) -> Fault {
     })
 }
 
-/// Blue, gold and green stand 3 m apart in a row.
+/// Returns places in a row, 3 m apart.
 fn place(robot: RobotId) -> Vec2 {
     Vec2::new(3.0 * f32::from(robot.0), 1.0)
 }
@@ -87,13 +86,13 @@ fn all_links() -> impl Iterator<Item = (RobotId, RobotId)> {
 }
 
 fn held(links: &Links, receiver: RobotId) -> Vec<RobotId> {
-    // What was there before does not stay.
+    // Earlier contents are removed.
     let mut held = vec![receiver];
     links.held(receiver, &mut held);
     held
 }
 
-/// Directed links that are cut.
+/// Returns the directed links that the fault cuts.
 fn cut(fault: Fault) -> Vec<(RobotId, RobotId)> {
     let links = with(&[fault]);
     let cut = LinkState {
@@ -112,14 +111,14 @@ fn cut(fault: Fault) -> Vec<(RobotId, RobotId)> {
 }
 
 #[test]
-fn without_link_faults_all_is_clear() {
+fn links_without_faults_are_clear() {
     let links = with(&[Fault::Kill("blue".to_owned()), delaying(0.0, 0.0)]);
     assert!(all_links().all(|(from, to)| links.state(from, to).is_none()));
     assert_eq!(held(&links, BLUE), []);
 }
 
 #[test]
-fn who_does_not_hear_whom() {
+fn each_fault_cuts_the_expected_links() {
     assert_eq!(
         cut(Fault::Mute("gold".to_owned())),
         [(GOLD, BLUE), (GOLD, GREEN)]
@@ -132,7 +131,7 @@ fn who_does_not_hear_whom() {
         cut(partition(&[&["blue", "gold"], &["green"]], false)),
         [(BLUE, GREEN), (GOLD, GREEN), (GREEN, BLUE), (GREEN, GOLD)]
     );
-    // Later groups still hear earlier ones; green is in none.
+    // Later groups still receive from earlier groups. Green is in no group.
     assert_eq!(
         cut(partition(&[&["gold"], &["blue"]], true)),
         [(BLUE, GOLD)]
@@ -145,7 +144,7 @@ fn who_does_not_hear_whom() {
 }
 
 #[test]
-fn a_fault_concerns_its_own_links_alone() {
+fn a_fault_affects_only_its_own_links() {
     let links = with(&[
         dropping("green", "all", 0.3, 0.0),
         Fault::Reorder(chance("all", "gold", 0.25)),
@@ -200,7 +199,7 @@ fn faults_add_up_and_end() {
 }
 
 #[test]
-fn a_radio_quality_is_its_terms_on_all_links() {
+fn a_radio_quality_applies_its_terms_to_all_links() {
     let good = with(&[Fault::Radio(RadioQuality::GoodRadio)]);
     let expected = LinkState {
         drop: Probability::of(0.01),
@@ -220,7 +219,7 @@ fn a_radio_quality_is_its_terms_on_all_links() {
 }
 
 #[test]
-fn held_senders_are_named_until_the_fault_heals() {
+fn held_senders_are_listed_until_the_fault_heals() {
     let mut links = with(&[hold("all", "blue"), hold("gold", "green")]);
     assert_eq!(held(&links, BLUE), [GOLD, GREEN]);
     assert_eq!(held(&links, GOLD), []);
@@ -230,14 +229,14 @@ fn held_senders_are_named_until_the_fault_heals() {
     assert_eq!(held(&links, BLUE), []);
 }
 
-/// Which ticks of a run with one bursty fault from tick 100 on are bad on a link.
+/// Returns for each tick from 100 on whether a bursty fault makes a link bad.
 fn course(seed: u64, link: (RobotId, RobotId), p: f64, burst_s: f64, ticks: Tick) -> Vec<bool> {
     let fault = [dropping("all", "all", p, burst_s)];
     let mut links = Links::new(&default_setup(seed));
     (100..100 + ticks)
         .map(|tick| {
             begin(&mut links, tick, &fault);
-            // Once more, as after an order in the same tick.
+            // The second call is as after an order in the same tick.
             begin(&mut links, tick, &fault);
             let state = links.state(link.0, link.1).unwrap_or_default();
             assert!([Probability::NEVER, Probability::ALWAYS].contains(&state.drop));
@@ -252,7 +251,7 @@ fn bursts_have_their_share_and_their_length_in_seconds() {
         let bad = course(seed, (BLUE, GOLD), 0.3, 1.0, 100_000);
         let count = bad.iter().filter(|&&bad| bad).count();
         let bursts = bad.chunk_by(|a, b| a == b).filter(|run| run[0]).count();
-        // A burst is 20 ticks long.
+        // The mean burst is 20 ticks long.
         let (share, length) = (count as f64 / 1e5, count as f64 / bursts as f64);
         assert!((share - 0.3).abs() < 0.03, "{share}");
         assert!((length - 20.0).abs() < 1.5, "{length}");
@@ -264,7 +263,7 @@ proptest! {
     fn bursts_are_the_same_in_every_replay(seed: u64, p in 0.0..=1.0_f64, burst_s in 0.01..3.0_f64) {
         let one = course(seed, (BLUE, GOLD), p, burst_s, 50);
         prop_assert_eq!(&one, &course(seed, (BLUE, GOLD), p, burst_s, 50));
-        // Beside other faults, too, and whether or not anybody asks.
+        // Other faults and missing queries change nothing.
         let faults = [dropping("all", "all", p, burst_s), dropping("all", "all", 0.0, 1.0)];
         let mut links = Links::new(&default_setup(seed));
         for tick in 100..150 {
@@ -293,7 +292,7 @@ fn causes(links: &Links, sender: RobotId, sent_tick: Tick, delivery: Delivery) -
 }
 
 #[test]
-fn each_fate_is_put_down_to_the_faults_that_can_bring_it_about() {
+fn each_delivery_is_attributed_to_its_possible_faults() {
     let links = with(&[
         dropping("gold", "blue", 0.3, 0.0),
         dropping("green", "blue", 0.3, 0.0),
@@ -312,12 +311,12 @@ fn each_fate_is_put_down_to_the_faults_that_can_bring_it_about() {
     for delivery in [Delivery::Heard, Delivery::Lost, Delivery::Delayed] {
         assert_eq!(causes(&links, GOLD, 9, delivery), NONE);
     }
-    // Sent earlier: kept since then, and now due while the receiver was out.
+    // The message was sent earlier and kept; it is due while the receiver is out.
     assert_eq!(causes(&links, GOLD, 7, Delivery::Cut), NONE);
 }
 
 #[test]
-fn a_loss_in_a_burst_is_put_down_to_it_and_a_hold_comes_before_a_delay() {
+fn burst_losses_are_attributed_to_the_burst_and_holds_precede_delays() {
     let links = with(&[
         dropping("all", "all", 1.0, 2.0),
         dropping("all", "all", 0.0, 2.0),
@@ -330,7 +329,7 @@ fn a_loss_in_a_burst_is_put_down_to_it_and_a_hold_comes_before_a_delay() {
 }
 
 #[test]
-fn a_second_copy_is_put_down_to_what_was_in_force_when_its_message_was_listed() {
+fn a_duplicate_is_attributed_to_the_faults_in_force_when_its_message_was_listed() {
     let faults = [
         Fault::Duplicate(chance("all", "all", 0.5)),
         Fault::Radio(RadioQuality::SevereRadio),
@@ -343,14 +342,14 @@ fn a_second_copy_is_put_down_to_what_was_in_force_when_its_message_was_listed() 
         causes.sort_unstable();
         causes
     };
-    // In force in ticks 10 to 19 and 10 to 29, whose manifests list what was sent one tick before.
+    // The faults are in force in ticks 10 to 19 and 10 to 29. A manifest lists the messages of the tick before.
     assert_eq!(copy(&links, 8), NONE);
     assert_eq!(copy(&links, 9), [0, 1]);
     assert_eq!(copy(&links, 18), [0, 1]);
     assert_eq!(copy(&links, 19), [0]);
     assert_eq!(copy(&links, 28), [0]);
     assert_eq!(copy(&links, 29), NONE);
-    // In force again.
+    // The first fault is in force again.
     begin(&mut links, 40, &faults[..1]);
     assert_eq!(copy(&links, 28), [0]);
     assert_eq!(copy(&links, 38), NONE);
@@ -358,7 +357,7 @@ fn a_second_copy_is_put_down_to_what_was_in_force_when_its_message_was_listed() 
 }
 
 #[test]
-fn in_order_later_robots_hear_earlier_ones_in_the_same_tick() {
+fn in_order_stepping_delivers_to_later_robots_in_the_same_tick() {
     let mut setup = default_setup(1);
     setup.step_order = StepOrder::InOrder;
     let mut links = Links::new(&setup);

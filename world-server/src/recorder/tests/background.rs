@@ -1,4 +1,4 @@
-//! The log that is made on another thread is the same log.
+//! The recorder on a separate thread writes the same log.
 
 use alliance_proto::testkit::default_setup;
 use proptest::prelude::*;
@@ -28,7 +28,7 @@ proptest! {
         }
         let mut recorder = background.finish().unwrap();
         prop_assert_eq!(recorder.finish(Outcome::TimeLimit, Ending::default()).unwrap(), run);
-        // Told at once, and just as they stand in the table.
+        // Events are available at once and equal to the rows of the table.
         let events = &expected.tables[&Table::Events];
         let header = events.iter().position(|byte| *byte == b'\n').unwrap() + 1;
         prop_assert_eq!(&events[header..], news);
@@ -37,28 +37,29 @@ proptest! {
 }
 
 #[test]
-fn what_is_flushed_is_written_though_no_tick_follows() {
-    let (told, heard) = std::sync::mpsc::sync_channel(8);
-    let recorder = Recorder::new(&default_setup(7), LogLevel::Full, Telling(told)).unwrap();
+fn a_flush_writes_without_a_following_tick() {
+    let (sender, receiver) = std::sync::mpsc::sync_channel(8);
+    let recorder =
+        Recorder::new(&default_setup(7), LogLevel::Full, ForwardingSink(sender)).unwrap();
     let mut background = Background::new(recorder).unwrap();
     for tick in run_of(4) {
         tick.record(&mut background).unwrap();
     }
-    // The header lines are there; of the ticks nothing is.
-    let mut written = heard
+    // Only the header lines are written, no ticks.
+    let mut written = receiver
         .try_iter()
         .fold(String::new(), |all, more| all + &more);
     assert!(!written.contains("run,"), "{written}");
     background.flush().unwrap();
     while written.matches(",run,").count() < 4 {
-        written += &heard.recv().unwrap();
+        written += &receiver.recv().unwrap();
     }
 }
 
-/// Tells what is written to ticks.csv.
-struct Telling(std::sync::mpsc::SyncSender<String>);
+/// A sink that forwards the bytes of ticks.csv.
+struct ForwardingSink(std::sync::mpsc::SyncSender<String>);
 
-impl Sink for Telling {
+impl Sink for ForwardingSink {
     fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
         if table == Table::Ticks {
             self.0.send(String::from_utf8_lossy(bytes).into()).unwrap();
@@ -72,14 +73,14 @@ impl Sink for Telling {
 }
 
 #[test]
-fn a_write_that_fails_is_told_once_and_nothing_follows_it() {
+fn a_failed_write_is_reported_once_and_ends_the_log() {
     let sink = Dying {
         memory: Memory::default(),
         bytes_left: 2000,
     };
     let recorder = Recorder::new(&default_setup(7), LogLevel::Full, sink).unwrap();
     let mut background = Background::new(recorder).unwrap();
-    // The queue is shorter than this run.
+    // The run is longer than the queue.
     let failed = run_of(2000)
         .iter()
         .position(|tick| tick.record(&mut background).is_err());

@@ -1,4 +1,4 @@
-//! What stands in the files, byte by byte, and that a reader gets it back.
+//! The exact contents of all files, and their reading.
 
 use alliance_proto::testkit::default_setup;
 use proptest::prelude::*;
@@ -132,7 +132,7 @@ fn rows_of_every_input() {
     );
 }
 
-/// A mission with targets has a row of each in every tick of a full log, and its seal covers them.
+/// A full log has one row per target and tick, and the seals cover this table.
 #[test]
 fn targets_have_a_table() {
     let mut ticks = sample();
@@ -157,19 +157,19 @@ fn targets_have_a_table() {
 }
 
 #[test]
-fn levels_keep_what_they_promise() {
+fn levels_write_their_tables() {
     let (_, full) = log(LogLevel::Full, &sample());
     let (_, summary) = log(LogLevel::Summary, &sample());
     let (_, off) = log(LogLevel::Off, &sample());
-    let kept = |memory: &Memory| memory.tables.keys().copied().collect::<Vec<_>>();
-    // Nobody has an allocator that writes the optional one.
+    let tables = |memory: &Memory| memory.tables.keys().copied().collect::<Vec<_>>();
+    // No allocator of this run writes the optional table.
     let always = Table::ALL.into_iter().filter(|table| !table.is_optional());
-    assert_eq!(kept(&full), always.collect::<Vec<_>>());
+    assert_eq!(tables(&full), always.collect::<Vec<_>>());
     assert_eq!(
-        kept(&summary),
+        tables(&summary),
         [Table::Events, Table::Mission, Table::Inputs, Table::Ticks]
     );
-    assert_eq!(kept(&off), [Table::Inputs]);
+    assert_eq!(tables(&off), [Table::Inputs]);
     for memory in [&summary, &off] {
         for (table, bytes) in &memory.tables {
             assert!(
@@ -178,7 +178,7 @@ fn levels_keep_what_they_promise() {
             );
         }
     }
-    // The first tick of the second, and the last tick of the run.
+    // The first tick of the second and the last tick of the run.
     let seals = text(&summary, Table::Ticks)
         .lines()
         .filter(|line| line.contains(",run,"));
@@ -205,7 +205,7 @@ fn run_file_reads_back() {
 }
 
 #[test]
-fn a_run_that_has_not_ended_says_so() {
+fn the_outcome_of_an_unfinished_run_is_running() {
     let recorder = Recorder::new(&default_setup(7), LogLevel::Full, Memory::default()).unwrap();
     let text = &recorder.sink.documents[&Document::Run];
     let json: serde_json::Value = serde_json::from_str(text).unwrap();

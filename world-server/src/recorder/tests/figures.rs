@@ -1,4 +1,4 @@
-//! Result figures of run.json.
+//! The result figures of run.json.
 
 use super::*;
 use crate::mission::TeamFigures;
@@ -57,9 +57,9 @@ fn figures_of_the_mission_are_among_the_others_and_come_back() {
     );
 }
 
-/// Blue has done one thing, by the column that counts what is done.
+/// Blue has completed one task, according to the counting column.
 #[test]
-fn what_each_robot_has_done_is_told_where_the_mission_does_not() {
+fn completed_work_is_counted_if_the_mission_has_no_figures() {
     let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
     for tick in sample() {
         tick.record(&mut recorder).unwrap();

@@ -1,4 +1,4 @@
-//! Hashes: the same at every level, and each section's own.
+//! Hashes are the same at every log level, and each section has its own.
 
 use alliance_proto::testkit::default_setup;
 use std::collections::BTreeMap;
@@ -7,7 +7,7 @@ use alliance_proto::mission::Deed;
 
 use super::*;
 
-/// Hashes of ticks.csv by (tick, robot, section), without those of the tables and of the run.
+/// Returns the hashes of ticks.csv by (tick, robot, section), without those of tables and of the run.
 fn hashes(ticks: &[OwnedTick]) -> BTreeMap<(Tick, String, String), u64> {
     let (run, memory) = log(LogLevel::Full, ticks);
     let log = RunLog::from_tables(Path::new(""), run, memory.tables);
@@ -18,7 +18,7 @@ fn hashes(ticks: &[OwnedTick]) -> BTreeMap<(Tick, String, String), u64> {
         .collect()
 }
 
-/// The (robot, section) pairs of tick 1 that `change` changes; it must change no other tick, and the run.
+/// Returns the (robot, section) pairs of tick 1 that `change` changes. Checks that the run's hash changes and other ticks do not.
 fn changed(change: impl FnOnce(&mut OwnedTick)) -> Vec<String> {
     let before = sample();
     let mut after = before.clone();
@@ -67,7 +67,7 @@ fn flushes_do_not_change_the_log() {
 }
 
 #[test]
-fn the_hash_is_there_at_any_time() {
+fn the_hash_is_available_after_every_tick() {
     let ticks = sample();
     let mut recorder = Recorder::new(&default_setup(7), LogLevel::Off, Memory::default()).unwrap();
     for (index, tick) in ticks.iter().enumerate() {
@@ -89,12 +89,12 @@ fn every_bit_of_a_float_counts() {
             changed(|tick| flip(&mut tick.blue().1.actuation.turn_rad_s)),
             ["blue commands"]
         );
-        let sensed = |tick: &mut OwnedTick| {
+        let change_sensor = |tick: &mut OwnedTick| {
             let mut at = Vec2::new(0.5, -0.25);
             flip(&mut at.y);
             tick.blue().0.mission = Sensed::Open(Box::new(Bytes::encode(&at).unwrap()));
         };
-        assert_eq!(changed(sensed), ["blue readings"]);
+        assert_eq!(changed(change_sensor), ["blue readings"]);
     }
     for bit in 0..64 {
         let flip = |value: &mut f64| *value = f64::from_bits(value.to_bits() ^ (1 << bit));

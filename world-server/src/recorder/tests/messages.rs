@@ -1,8 +1,8 @@
-//! Messages on their way: one row each, when all is said about it.
+//! Messages in flight have one row, written when the delivery is final.
 
 use super::*;
 
-/// A reception of gold's `seq`-th message by blue.
+/// Returns a reception of gold's `seq`-th message by blue.
 fn reception(seq: u64, at_ms: u64, delivery: Delivery) -> Reception {
     Reception {
         at: SimTime(at_ms),
@@ -22,7 +22,7 @@ fn reception(seq: u64, at_ms: u64, delivery: Delivery) -> Reception {
     }
 }
 
-/// Ticks in which blue, in these lives, reports these receptions and nothing else happens.
+/// Returns ticks in which blue, in the given incarnation, reports these receptions and nothing else happens.
 fn ticks<const N: usize>(receptions: [(u32, Vec<Reception>); N]) -> Vec<OwnedTick> {
     let quiet = &sample()[2];
     (0..)
@@ -56,7 +56,7 @@ fn text_lines(bytes: &[u8]) -> usize {
     bytes.split_inclusive(|&byte| byte == b'\n').count()
 }
 
-/// Time, receiver, number and fate of each row, read back from a log that is whole to its end.
+/// Returns time, receiver, sequence number and delivery of each row of a complete log.
 fn rows(ticks: &[OwnedTick]) -> Vec<(u64, String, u64, String)> {
     let (run, memory) = log(LogLevel::Full, ticks);
     let lines = text_lines(&memory.tables[&Table::Messages]);
@@ -66,16 +66,16 @@ fn rows(ticks: &[OwnedTick]) -> Vec<(u64, String, u64, String)> {
     assert_eq!(Some(format!("{:016x}", last.hash)), log.run.hash);
     let rows: Vec<MessageRow> = log.rows().unwrap();
     assert_eq!(rows.len() + 1, lines, "with the header line");
-    let brief = |row: MessageRow| (row.t_ms.0, row.receiver, row.seq.unwrap(), row.fate);
-    rows.into_iter().map(brief).collect()
+    let columns = |row: MessageRow| (row.t_ms.0, row.receiver, row.seq.unwrap(), row.fate);
+    rows.into_iter().map(columns).collect()
 }
 
-fn row(t_ms: u64, seq: u64, fate: &str) -> (u64, String, u64, String) {
-    (t_ms, "blue".to_owned(), seq, fate.to_owned())
+fn row(t_ms: u64, seq: u64, delivery: &str) -> (u64, String, u64, String) {
+    (t_ms, "blue".to_owned(), seq, delivery.to_owned())
 }
 
 #[test]
-fn a_late_message_has_its_row_when_it_is_heard_or_missed() {
+fn a_delayed_message_has_its_row_when_it_is_delivered_or_cut() {
     let ticks = ticks([
         (
             1,
@@ -114,7 +114,7 @@ fn a_late_message_has_its_row_when_it_is_heard_or_missed() {
 }
 
 #[test]
-fn what_is_on_its_way_to_a_robot_that_dies_is_pending_then() {
+fn messages_in_flight_to_a_dead_robot_stay_pending() {
     let pending = |seq| vec![reception(seq, 500, Delivery::Pending)];
     let mut ticks = ticks([
         (1, pending(0)),
@@ -122,7 +122,7 @@ fn what_is_on_its_way_to_a_robot_that_dies_is_pending_then() {
         (2, pending(0)),
         (2, vec![]),
     ]);
-    // Another robot's death, and an earlier incarnation's, are not blue's.
+    // The deaths of another robot and of an earlier incarnation do not concern blue.
     ticks[0].inputs = vec![death("gold", 1)];
     ticks[1].inputs = vec![death("blue", 1)];
     ticks[2].inputs = vec![death("blue", 1)];
@@ -137,7 +137,7 @@ fn what_is_on_its_way_to_a_robot_that_dies_is_pending_then() {
 }
 
 #[test]
-fn what_is_on_its_way_when_the_run_ends_is_pending_then() {
+fn messages_in_flight_at_the_end_of_the_run_stay_pending() {
     let ticks = ticks([
         (1, vec![reception(0, 500, Delivery::Pending)]),
         (1, vec![reception(1, 50, Delivery::Heard)]),
@@ -147,8 +147,8 @@ fn what_is_on_its_way_when_the_run_ends_is_pending_then() {
 
 #[test]
 fn a_pending_message_is_in_the_hash_at_every_level() {
-    let hash = |level, fate| {
-        let ticks = ticks([(1, vec![reception(0, 50, fate)])]);
+    let hash = |level, delivery| {
+        let ticks = ticks([(1, vec![reception(0, 50, delivery)])]);
         log(level, &ticks).0.hash.unwrap()
     };
     let full = hash(LogLevel::Full, Delivery::Pending);

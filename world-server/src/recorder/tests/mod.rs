@@ -1,4 +1,4 @@
-//! A small run made by hand, and what the tests do with it.
+//! A small hand-made run and helpers for the tests.
 
 mod background;
 mod contents;
@@ -29,7 +29,7 @@ use super::*;
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
 
-/// A [`TickRecord`] that owns its parts.
+/// An owned [`TickRecord`].
 #[derive(Clone)]
 struct OwnedTick {
     tick: Tick,
@@ -48,11 +48,15 @@ impl OwnedTick {
     fn record(&self, recorder: &mut impl Record) -> Result<(), RecordError> {
         let bodies: Vec<_> = self.robots.iter().map(|(body, _)| *body).collect();
         let mut answers = Answers::new(self.robots.len());
-        for (readings, report) in self.robots.iter().filter_map(|(_, it)| it.as_ref()) {
+        for (readings, report) in self.robots.iter().filter_map(|(_, answer)| answer.as_ref()) {
             answers.readings_change(report.robot);
             answers.take(readings, report);
         }
-        let counted: Vec<_> = self.robots.iter().map(|(_, it)| it.is_some()).collect();
+        let counted: Vec<_> = self
+            .robots
+            .iter()
+            .map(|(_, answer)| answer.is_some())
+            .collect();
         answers.count(&counted);
         recorder.record(&TickRecord {
             tick: self.tick,
@@ -69,16 +73,15 @@ impl OwnedTick {
         })
     }
 
-    /// Blue's readings and report.
     fn blue(&mut self) -> &mut (Readings, Report) {
         self.robots[0].1.as_mut().unwrap()
     }
 }
 
-/// The header line of a table.
+/// Returns the header line of a table.
 fn header(table: Table) -> &'static str {
-    let of_mission = "t_ms,left,held,lost,done,last_ms\n";
-    table.header().unwrap_or(of_mission)
+    let mission_header = "t_ms,left,held,lost,done,last_ms\n";
+    table.header().unwrap_or(mission_header)
 }
 
 /// Logs a run that ends after these ticks.
@@ -139,8 +142,8 @@ fn row(counts: [u32; 4], last_ms: Option<u64>) -> Vec<Value> {
     counts.chain([last_ms.into()]).collect()
 }
 
-/// Tick 0: all join. Tick 1: blue activates, hears gold, misses gold's second broadcast, delivers an item and reports;
-/// green, out of the barrier, stands still. Tick 2: nothing new.
+/// Returns three ticks. Tick 0: all robots join. Tick 1: blue activates a behavior set, receives gold's first broadcast, misses
+/// the second, and completes a task; green is out of the barrier. Tick 2: no change.
 fn sample() -> Vec<OwnedTick> {
     let tick = |tick: Tick| OwnedTick {
         tick,

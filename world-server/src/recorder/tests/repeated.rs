@@ -1,10 +1,10 @@
-//! Rows that have parts of earlier rows say the same as rows that are made whole.
+//! Rows with cached parts are equal to rows that are encoded anew.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// Mostly the first: ticks are often as the one before in all but one thing.
+/// Mostly returns the usual value, because a tick often differs from the previous one in a single value.
 fn mostly<T: Clone + std::fmt::Debug + 'static>(
     usual: T,
     others: Vec<T>,
@@ -57,7 +57,7 @@ fn any_body() -> impl Strategy<Value = BodyRecord> {
         )
 }
 
-/// One whose first word is the last one. There are three robots: a fourth is unknown.
+/// A reception with a final delivery. The team has three robots, so rank 3 is unknown.
 fn any_reception() -> impl Strategy<Value = Reception> {
     let said = (
         mostly(0, vec![1]),
@@ -95,7 +95,7 @@ fn any_reception() -> impl Strategy<Value = Reception> {
 }
 
 prop_compose! {
-    /// What a robot is, and what it reports if it counts.
+    /// A robot's body, and its report if it counts.
     fn any_robot()(
         body in any_body(),
         counts: bool,
@@ -108,13 +108,13 @@ prop_compose! {
 
 proptest! {
     #[test]
-    fn a_tick_has_the_same_rows_whatever_was_before(
+    fn rows_of_a_tick_do_not_depend_on_earlier_ticks(
         run in prop::collection::vec([any_robot(), any_robot(), any_robot()], 1..8),
     ) {
         let ticks: Vec<_> = (0..).zip(run).map(|(tick, robots)| {
             let mut owned = OwnedTick { tick, now: SimTime(tick * 50), ..sample()[2].clone() };
-            owned.robots = (0..).map(RobotId).zip(robots).map(|(robot, (body, said))| {
-                (body, said.map(|(motivations, mut receptions)| {
+            owned.robots = (0..).map(RobotId).zip(robots).map(|(robot, (body, report_parts))| {
+                (body, report_parts.map(|(motivations, mut receptions)| {
                     receptions.iter_mut().for_each(|reception| reception.at = owned.now);
                     let report = Report { motivations, receptions, ..report(robot, tick) };
                     (Readings::default(), report)

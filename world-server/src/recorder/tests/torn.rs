@@ -1,4 +1,4 @@
-//! Logs of killed processes, full disks and damaged files: whole up to a tick, and readable.
+//! Logs of killed processes, full disks and damaged files are complete up to a tick and readable.
 
 use alliance_proto::testkit::default_setup;
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use serde::Deserialize;
 
 use super::*;
 
-/// A row of mission.csv.
+/// The columns of mission.csv of the drill.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 struct DrillRow {
     t_ms: SimTime,
@@ -39,7 +39,7 @@ type Rows = (
     Vec<ForeignAnswer>,
 );
 
-fn everything(log: &RunLog) -> Rows {
+fn all_rows(log: &RunLog) -> Rows {
     (
         log.rows().unwrap(),
         log.rows().unwrap(),
@@ -53,14 +53,14 @@ fn everything(log: &RunLog) -> Rows {
     )
 }
 
-/// A run whose tables have grown at some ticks and not at others, over more than a second. Gold has no motivations, and a mind of its
-/// own; of its two broadcasts the second came first, and then once more.
+/// Returns a run of more than a second whose tables grow in some ticks only. Gold has no motivations and an external controller.
+/// Its two broadcasts arrive in reverse order, and the second arrives twice.
 pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
     let mut kinds = sample();
     for kind in &mut kinds {
         kind.foreign = vec![false, true];
     }
-    let said = |index, byte| Broadcast {
+    let broadcast = |index, byte| Broadcast {
         sender: GOLD,
         incarnation: 1,
         tick: 1,
@@ -73,7 +73,7 @@ pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
             payload: Payload::Open(vec![byte; 30]),
         }),
     };
-    kinds[1].said = vec![said(1, 1), said(0, 0), said(1, 2)];
+    kinds[1].said = vec![broadcast(1, 1), broadcast(0, 0), broadcast(1, 2)];
     let (_, gold) = kinds[1].robots[1].1.as_mut().unwrap();
     gold.broadcasts = 2;
     gold.allocation = vec![telemetry::AllocationRow {
@@ -92,28 +92,28 @@ pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
         .collect()
 }
 
-/// The log of the run's first 0, 1, … `ticks` ticks, as files and as read.
+/// Returns the logs of the run's first 0, 1, … `ticks` ticks, as files and as rows.
 fn prefixes(ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Rows)> {
     let ticks = run_of(ticks);
     (0..=ticks.len())
         .map(|end| {
             let (run, memory) = log(LogLevel::Full, &ticks[..end]);
             let mut tables = memory.tables;
-            // They are not there before their first row.
+            // These files do not exist before their first row.
             for table in [Table::Inputs, Table::Allocation, Table::Foreign] {
                 tables.entry(table).or_default();
             }
-            let rows = everything(&RunLog::from_tables(Path::new(""), run, tables.clone()));
+            let rows = all_rows(&RunLog::from_tables(Path::new(""), run, tables.clone()));
             (tables, rows)
         })
         .collect()
 }
 
-/// Asserts that a log is that of so many ticks.
+/// Checks that a log is complete up to a number of ticks.
 fn assert_ticks(log: &RunLog, ticks: usize, prefixes: &[(BTreeMap<Table, Vec<u8>>, Rows)]) {
     let last = log.last.map(|seal| seal.tick);
     assert_eq!(last, (ticks as u64).checked_sub(1));
-    assert_eq!(everything(log), prefixes[ticks].1);
+    assert_eq!(all_rows(log), prefixes[ticks].1);
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn any_file_cut_or_damaged_at_any_byte() {
         for byte in 0..=whole[&table].len() {
             let mut tables = whole.clone();
             let bytes = tables.get_mut(&table).unwrap();
-            // ticks.csv has no hash of itself.
+            // A damaged ticks.csv is not tested, because no hash covers it.
             if byte < bytes.len() && table != Table::Ticks {
                 bytes[byte] ^= 1;
             } else {
@@ -144,7 +144,7 @@ fn any_file_cut_or_damaged_at_any_byte() {
     }
 }
 
-/// A sink whose process dies in the middle of a write.
+/// A sink that fails after a number of bytes, like that of a killed process.
 pub struct Dying {
     pub memory: Memory,
     pub bytes_left: usize,
@@ -180,7 +180,7 @@ proptest! {
         let sink = Dying { memory: Memory::default(), bytes_left: bytes };
         let mut flushed = 0;
         let memory = match Recorder::new(&default_setup(7), level, sink) {
-            // Died among the header lines: `any_file_cut_or_damaged_at_any_byte` has such logs.
+            // Failed in the header lines. `any_file_cut_or_damaged_at_any_byte` covers such logs.
             Err(_) => return Ok(()),
             Ok(mut recorder) => {
                 for tick in &ticks {
@@ -199,7 +199,7 @@ proptest! {
         };
         let torn = RunLog::from_tables(Path::new(""), run, memory.tables);
         let ticks_left = torn.last.map_or(0, |seal| seal.tick as usize + 1);
-        // Nothing that was flushed is missing, but for what a summary had not sealed yet.
+        // Everything flushed is present, except ticks that a summary had not sealed yet.
         let second = |tick: usize| ticks[tick].now.0 / 1000;
         let is_sealed = |&tick: &usize| full || tick == 0 || second(tick) != second(tick - 1);
         let sealed = (0..flushed).rev().find(is_sealed);
@@ -207,12 +207,12 @@ proptest! {
         let (run, memory) = log(level, &ticks[..ticks_left]);
         let expected = RunLog::from_tables(Path::new(""), run, memory.tables);
         prop_assert_eq!(torn.last, expected.last);
-        prop_assert_eq!(everything(&torn), everything(&expected));
+        prop_assert_eq!(all_rows(&torn), all_rows(&expected));
     }
 }
 
 #[test]
-fn nothing_follows_a_torn_row() {
+fn no_bytes_follow_a_torn_row() {
     let sink = Dying {
         memory: Memory::default(),
         bytes_left: 2000,
@@ -259,8 +259,8 @@ fn a_folder_reads_like_memory() {
     let read = RunLog::open(path.path(), &alliance_proto::testkit::vocabulary()).unwrap();
     assert_eq!(read.run, expected);
     assert_eq!(
-        everything(&read),
-        everything(&RunLog::from_tables(Path::new(""), run, memory.tables))
+        all_rows(&read),
+        all_rows(&RunLog::from_tables(Path::new(""), run, memory.tables))
     );
 
     let mut names: Vec<_> = std::fs::read_dir(path.path())
@@ -286,7 +286,7 @@ fn a_folder_reads_like_memory() {
 }
 
 #[test]
-fn answers_of_a_foreign_mind_are_kept_at_any_level_with_the_broadcasts_that_they_list() {
+fn answers_of_an_external_controller_are_logged_at_any_level_with_their_broadcasts() {
     let ticks = run_of(3);
     for level in [LogLevel::Full, LogLevel::Summary, LogLevel::Off] {
         let (run, memory) = log(level, &ticks);
@@ -295,8 +295,8 @@ fn answers_of_a_foreign_mind_are_kept_at_any_level_with_the_broadcasts_that_they
         let (tick_1, _) = (&ticks[2], assert_eq!(answers.len(), 3));
         let (_, report) = tick_1.robots[1].1.as_ref().unwrap();
         assert_eq!(&answers[2].report, report);
-        let said: Vec<_> = answers[2].broadcasts.iter().flatten().collect();
-        assert_eq!(said, [&tick_1.said[1], &tick_1.said[0]]);
+        let broadcasts: Vec<_> = answers[2].broadcasts.iter().flatten().collect();
+        assert_eq!(broadcasts, [&tick_1.said[1], &tick_1.said[0]]);
     }
 }
 
@@ -313,7 +313,7 @@ fn a_folder_holds_one_run() {
 }
 
 #[test]
-fn a_log_that_is_off_keeps_whole_inputs() {
+fn a_log_that_is_off_has_complete_inputs() {
     let (run, memory) = log(LogLevel::Off, &sample());
     let lines = memory.tables[&Table::Inputs].clone();
     let torn = BTreeMap::from([(Table::Inputs, lines[..lines.len() - 1].to_vec())]);
@@ -323,7 +323,7 @@ fn a_log_that_is_off_keeps_whole_inputs() {
 }
 
 #[test]
-fn what_is_no_run_is_named() {
+fn an_error_names_the_file_that_is_not_a_run() {
     let path = tempfile::tempdir().unwrap();
     let run_json = path.path().join("run.json");
     let error = RunLog::open(path.path(), &alliance_proto::testkit::vocabulary())
